@@ -2,8 +2,10 @@
 #![deny(missing_docs)]
 pub mod contact;
 pub mod hammer;
+pub mod integrate;
 #[allow(missing_docs)]
 pub mod metrics;
 pub mod run;
 pub mod scene;
+pub mod system;
 pub mod workpiece;

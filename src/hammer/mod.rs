@@ -1,8 +1,12 @@
 //! One pneumatic hammer: its parameters, gas chambers, valve and friction. Knows nothing of scenes or structures.
 
+mod flow;
+mod model;
 mod parameters;
 
+pub use flow::FlowFunction;
+pub use model::{Gas, HammerModel, HammerRates, HammerState, body, chamber};
 pub use parameters::{
-    ChiselParameters, GuideParameters, HammerParameters, HousingParameters, PistonParameters,
-    TelescopeParameters, ValveParameters,
+    ChiselParameters, GuideParameters, HammerParameters, HousingParameters, PistonParameters, TelescopeParameters,
+    ValveParameters,
 };

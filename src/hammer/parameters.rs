@@ -11,10 +11,7 @@ use crate::contact::ContactParameters;
 
 /// Shorthand for the defaults below.
 const fn contact(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> ContactParameters {
-    ContactParameters {
-        stiffness_n_per_m,
-        damping_n_s_per_m,
-    }
+    ContactParameters { stiffness_n_per_m, damping_n_s_per_m }
 }
 
 /// All parameters of one hammer.
@@ -49,11 +46,7 @@ pub struct HousingParameters {
 
 impl Default for HousingParameters {
     fn default() -> Self {
-        Self {
-            mass_kg: 27.0,
-            inertia_kg_m2: [0.55, 0.55, 0.12],
-            centre_of_mass_m: [0.0, 0.0, -0.2],
-        }
+        Self { mass_kg: 27.0, inertia_kg_m2: [0.55, 0.55, 0.12], centre_of_mass_m: [0.0, 0.0, -0.2] }
     }
 }
 
@@ -69,10 +62,7 @@ pub struct GuideParameters {
 
 impl Default for GuideParameters {
     fn default() -> Self {
-        Self {
-            mass_kg: 1.0,
-            stiffness_n_per_m: 1e10,
-        }
+        Self { mass_kg: 1.0, stiffness_n_per_m: 1e10 }
     }
 }
 

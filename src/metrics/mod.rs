@@ -1,6 +1,11 @@
 //! Outputs of a run: blows, energies, frequencies, peaks.
 
+mod peak;
+mod recorder;
+
 use serde::Serialize;
+
+pub use recorder::Recorder;
 
 /// What one blow did. Times in s from the start of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,5 +1,7 @@
 //! Runs rows of a study: one row (pure), the batch.
 
 mod outcome;
+mod row;
 
 pub use outcome::{RowOutcome, RowStatus, SolverCounters};
+pub use row::run_row;

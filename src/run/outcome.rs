@@ -51,3 +51,19 @@ pub struct RowOutcome {
     /// Wall time of the row in s (the only figure that depends on the machine).
     pub wall_time_s: f64,
 }
+
+impl RowOutcome {
+    /// A row whose parameters describe no scene that can be simulated.
+    pub fn invalid(reason: String) -> Self {
+        Self {
+            status: RowStatus::Invalid,
+            reason,
+            time_reached_s: 0.0,
+            modes: 0,
+            states: 0,
+            metrics: None,
+            counters: SolverCounters::default(),
+            wall_time_s: 0.0,
+        }
+    }
+}

@@ -1,10 +1,14 @@
 //! A scene: all that one row of a study needs, as plain data in SI units. No files, no matrices, no defaults hidden.
 
+mod validate;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::hammer::HammerParameters;
 use crate::workpiece::Casting;
+
+pub use validate::{SceneProblem, SceneProblemKind};
 
 /// Gas, surroundings and gravity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -115,12 +119,7 @@ pub struct OutputSettings {
 
 impl Default for OutputSettings {
     fn default() -> Self {
-        Self {
-            blow_window_s: 0.005,
-            blow_closing_speed_m_s: 0.5,
-            blow_separation_s: 0.010,
-            settling_blows: 5,
-        }
+        Self { blow_window_s: 0.005, blow_closing_speed_m_s: 0.5, blow_separation_s: 0.010, settling_blows: 5 }
     }
 }
 

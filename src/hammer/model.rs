@@ -1,0 +1,316 @@
+//! Smooth forces and gas rates of one hammer: everything but its one-sided contacts.
+//!
+//! Positions run along the strike axis. Relative coordinates: `e = x_cb - x_Gh`, `p = x_p - x_cb`, `s = x_sv - x_cb`,
+//! `c = x_h - x_cb`.
+
+use crate::hammer::{FlowFunction, HammerParameters};
+
+/// Indices of the bodies within a hammer's state.
+pub mod body {
+    /// Housing guide (`Gh`).
+    pub const GUIDE: usize = 0;
+    /// Cylinder (`cb`).
+    pub const CYLINDER: usize = 1;
+    /// Spool valve (`sv`).
+    pub const SPOOL: usize = 2;
+    /// Piston (`p`).
+    pub const PISTON: usize = 3;
+    /// Chisel (`h`).
+    pub const CHISEL: usize = 4;
+    /// Number of bodies.
+    pub const COUNT: usize = 5;
+}
+
+/// Indices of the gas chambers within a hammer's state.
+pub mod chamber {
+    /// Telescope top (`P1`).
+    pub const TOP: usize = 0;
+    /// Telescope annulus (`P2`).
+    pub const ANNULUS: usize = 1;
+    /// Behind the piston (`P3`).
+    pub const REAR: usize = 2;
+    /// Before the piston (`P4`).
+    pub const FRONT: usize = 3;
+    /// Number of chambers.
+    pub const COUNT: usize = 4;
+}
+
+/// Constants of the gas.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gas {
+    /// `R T` in J/kg.
+    pub specific_energy_j_per_kg: f64,
+    /// Isentropic exponent `kappa`.
+    pub isentropic_exponent: f64,
+    /// Exponent of inflow `a_in`.
+    pub inflow_exponent: f64,
+    /// Exponent of outflow `a_out`.
+    pub outflow_exponent: f64,
+    /// Exponent of expansion `a`.
+    pub expansion_exponent: f64,
+    /// Ambient pressure `Pa` in Pa.
+    pub ambient_pressure_pa: f64,
+}
+
+/// State of one hammer as the model sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HammerState {
+    /// Positions of the bodies in m.
+    pub position: [f64; body::COUNT],
+    /// Velocities of the bodies in m/s.
+    pub velocity: [f64; body::COUNT],
+    /// Absolute chamber pressures in Pa.
+    pub pressure: [f64; chamber::COUNT],
+    /// Absolute supply pressure at this time in Pa (ambient before the start).
+    pub supply_pa: f64,
+    /// Whether the percussion gate is open.
+    pub gate_open: bool,
+}
+
+/// Forces and rates at one state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HammerRates {
+    /// Forces on the bodies in N, contacts excluded, gravity included.
+    pub force: [f64; body::COUNT],
+    /// Pressure rates in Pa/s.
+    pub pressure_rate: [f64; chamber::COUNT],
+    /// Power put in by gas and gravity in W.
+    pub power_in_w: f64,
+    /// Power dissipated by friction and damping in W.
+    pub dissipation_w: f64,
+    /// Mass flow drawn from the supply in kg/s.
+    pub supply_flow_kg_s: f64,
+}
+
+/// Constants of one hammer, prepared for evaluation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HammerModel {
+    parameters: HammerParameters,
+    gas: Gas,
+    flow: FlowFunction,
+    /// Areas `A1` to `A4` in m2.
+    area: [f64; chamber::COUNT],
+    /// Volumes `V10` to `V40` in m3.
+    volume: [f64; chamber::COUNT],
+    /// Weights of the bodies in N; the guide carries minus the sum of the others (its static reaction).
+    weight: [f64; body::COUNT],
+    mass: [f64; body::COUNT],
+}
+
+/// Smooth step `q^2 (3 - 2 q)`, `q` clamped to [0, 1].
+#[inline]
+fn smooth_step(x: f64) -> f64 {
+    let q = x.clamp(0.0, 1.0);
+    q * q * (3.0 - 2.0 * q)
+}
+
+/// Mass flows of one chamber: what comes from the supply and what goes to the surroundings, in kg/s.
+struct ChamberFlows {
+    supply: f64,
+    exhaust: f64,
+}
+
+impl HammerModel {
+    /// Prepares a hammer for gas `gas` under gravity `gravity_m_s2`.
+    pub fn new(parameters: &HammerParameters, gas: Gas, gravity_m_s2: f64) -> Self {
+        let (t, p) = (&parameters.telescope, &parameters.piston);
+        let circle = |d: f64| 0.25 * std::f64::consts::PI * d * d;
+        let (a1, a3) = (circle(t.bore_m), circle(p.bore_m));
+        let a2 = t.annulus_area_ratio * a1;
+        let mass = [
+            parameters.guide.mass_kg,
+            t.cylinder_mass_kg,
+            parameters.valve.mass_kg,
+            p.mass_kg,
+            parameters.chisel.mass_kg,
+        ];
+        let mut weight = mass.map(|m| m * gravity_m_s2);
+        weight[body::GUIDE] = -weight[body::CYLINDER..].iter().sum::<f64>();
+        Self {
+            parameters: parameters.clone(),
+            gas,
+            flow: FlowFunction::new(&gas),
+            area: [a1, a2, a3, p.front_area_ratio * a3],
+            volume: [
+                t.top_clearance_m * a1 + t.top_dead_volume_m3,
+                t.annulus_length_m * a2,
+                p.rear_clearance_m * a3,
+                p.front_clearance_m * a3,
+            ],
+            weight,
+            mass,
+        }
+    }
+
+    /// The parameters it was made from.
+    pub fn parameters(&self) -> &HammerParameters {
+        &self.parameters
+    }
+
+    /// Masses of the bodies in kg.
+    pub fn mass(&self) -> &[f64; body::COUNT] {
+        &self.mass
+    }
+
+    /// State of rest before the start: all chambers at ambient pressure, the cylinder held against the top stop.
+    ///
+    /// `e0 = -(F0 - W) / (k_u + k_l)`, `s = 0`, `c = c_ret`, `p = c_ret + stroke`.
+    pub fn rest(&self) -> HammerState {
+        let t = &self.parameters.telescope;
+        let cylinder = -(t.spring_preload_n + self.weight[body::GUIDE])
+            / (t.top_stop.stiffness_n_per_m + t.spring_stiffness_n_per_m);
+        let travel = self.parameters.chisel.travel_m;
+        HammerState {
+            position: [0.0, cylinder, cylinder, cylinder + travel + self.parameters.piston.stroke_m, cylinder + travel],
+            velocity: [0.0; body::COUNT],
+            pressure: [self.gas.ambient_pressure_pa; chamber::COUNT],
+            supply_pa: self.gas.ambient_pressure_pa,
+            gate_open: false,
+        }
+    }
+
+    /// Current chamber volumes in m3.
+    #[inline]
+    pub fn volumes(&self, position: &[f64; body::COUNT]) -> [f64; chamber::COUNT] {
+        let extension = position[body::CYLINDER] - position[body::GUIDE];
+        let piston = position[body::PISTON] - position[body::CYLINDER];
+        [
+            self.volume[0] + self.area[0] * extension,
+            self.volume[1] - self.area[1] * extension,
+            self.volume[2] + self.area[2] * piston,
+            self.volume[3] + self.area[3] * (self.parameters.piston.chamber_length_m - piston),
+        ]
+    }
+
+    /// Energy stored in the return spring at extension `extension_m`, in J: `F0 e + k_l e^2 / 2`.
+    pub fn return_spring_energy(&self, extension_m: f64) -> f64 {
+        let t = &self.parameters.telescope;
+        (t.spring_preload_n + 0.5 * t.spring_stiffness_n_per_m * extension_m) * extension_m
+    }
+
+    /// Forces, pressure rates, power and flows at a state.
+    #[inline]
+    pub fn evaluate(&self, state: &HammerState) -> HammerRates {
+        let mut rates = HammerRates {
+            force: self.weight,
+            pressure_rate: [0.0; chamber::COUNT],
+            power_in_w: 0.0,
+            dissipation_w: 0.0,
+            supply_flow_kg_s: 0.0,
+        };
+        for i in 0..body::COUNT {
+            rates.power_in_w += self.weight[i] * state.velocity[i];
+        }
+        self.telescope_forces(state, &mut rates);
+        self.cylinder_forces(state, &mut rates);
+        self.pressure_rates(state, &mut rates);
+        rates
+    }
+
+    /// Gas, return spring and friction of the telescope: acts on the cylinder, reacts on the guide.
+    #[inline]
+    fn telescope_forces(&self, state: &HammerState, rates: &mut HammerRates) {
+        let t = &self.parameters.telescope;
+        let e = state.position[body::CYLINDER] - state.position[body::GUIDE];
+        let rate = state.velocity[body::CYLINDER] - state.velocity[body::GUIDE];
+        let ambient = self.gas.ambient_pressure_pa;
+        let gas = (state.pressure[chamber::TOP] - ambient) * self.area[0]
+            - (state.pressure[chamber::ANNULUS] - ambient) * self.area[1];
+        let share = if rate <= 0.0 { t.retracting_share } else { t.extending_share };
+        let friction = t.friction_static_n * (rate / t.friction_velocity_m_s).tanh()
+            + (t.friction_viscous_n_s_per_m + t.friction_directional_n_s_per_m * share) * rate
+            + t.spring_damping_n_s_per_m * rate;
+        let force = gas - (t.spring_preload_n + t.spring_stiffness_n_per_m * e) - friction;
+        rates.force[body::CYLINDER] += force;
+        rates.force[body::GUIDE] -= force;
+        rates.power_in_w += gas * rate;
+        rates.dissipation_w += friction * rate;
+    }
+
+    /// Gas and viscous forces on piston, spool and chisel, with their reactions on the cylinder.
+    #[inline]
+    fn cylinder_forces(&self, state: &HammerState, rates: &mut HammerRates) {
+        let (p, v) = (&self.parameters.piston, &self.parameters.valve);
+        let ambient = self.gas.ambient_pressure_pa;
+        let rear = state.pressure[chamber::REAR] - ambient;
+        let gas_piston = rear * self.area[2] - (state.pressure[chamber::FRONT] - ambient) * self.area[3];
+        let gas_spool = v.area_m2 * (v.supply_share * (state.supply_pa - ambient) - rear);
+        let terms = [
+            (body::PISTON, gas_piston, p.friction_viscous_n_s_per_m),
+            (body::SPOOL, gas_spool, v.friction_viscous_n_s_per_m),
+            (body::CHISEL, 0.0, self.parameters.chisel.friction_viscous_n_s_per_m),
+        ];
+        for (index, gas, friction) in terms {
+            let rate = state.velocity[index] - state.velocity[body::CYLINDER];
+            let force = gas - friction * rate;
+            rates.force[index] += force;
+            rates.force[body::CYLINDER] -= force;
+            rates.power_in_w += gas * rate;
+            rates.dissipation_w += friction * rate * rate;
+        }
+    }
+
+    /// Pressure rates of the four chambers.
+    #[inline]
+    fn pressure_rates(&self, state: &HammerState, rates: &mut HammerRates) {
+        let t = &self.parameters.telescope;
+        let pressure = &state.pressure;
+        let ambient = self.gas.ambient_pressure_pa;
+        let none = 0.0;
+        let exhaust = |i: usize, area: f64| {
+            if area > 0.0 { self.flow.mass_flow(pressure[i], ambient, area) } else { none }
+        };
+        let feed = |i: usize, area: f64| {
+            if area > 0.0 { self.flow.mass_flow(state.supply_pa, pressure[i], area) } else { none }
+        };
+        let [rear_feed, front_feed, rear_exhaust, front_exhaust] = self.valve_areas(state);
+        let flows = [
+            ChamberFlows { supply: feed(chamber::TOP, t.inlet_area_m2), exhaust: none },
+            ChamberFlows { supply: none, exhaust: exhaust(chamber::ANNULUS, t.vent_area_m2) },
+            ChamberFlows { supply: feed(chamber::REAR, rear_feed), exhaust: exhaust(chamber::REAR, rear_exhaust) },
+            ChamberFlows { supply: feed(chamber::FRONT, front_feed), exhaust: exhaust(chamber::FRONT, front_exhaust) },
+        ];
+        let extension_rate = state.velocity[body::CYLINDER] - state.velocity[body::GUIDE];
+        let piston_rate = state.velocity[body::PISTON] - state.velocity[body::CYLINDER];
+        let volume_rate = [
+            self.area[0] * extension_rate,
+            -self.area[1] * extension_rate,
+            self.area[2] * piston_rate,
+            -self.area[3] * piston_rate,
+        ];
+        let volume = self.volumes(&state.position);
+        for i in 0..chamber::COUNT {
+            rates.pressure_rate[i] = self.pressure_rate(&flows[i], pressure[i] * volume_rate[i], volume[i]);
+            rates.supply_flow_kg_s += flows[i].supply;
+        }
+    }
+
+    /// Effective areas of the percussion: rear feed, front feed, rear exhaust, front exhaust, in m2.
+    #[inline]
+    fn valve_areas(&self, state: &HammerState) -> [f64; 4] {
+        let (p, v) = (&self.parameters.piston, &self.parameters.valve);
+        let piston = state.position[body::PISTON] - state.position[body::CYLINDER];
+        let rear_port = smooth_step((piston - p.rear_port_m) / p.port_width_m);
+        let front_port = smooth_step((p.front_port_m - piston) / p.port_width_m);
+        let (mut rear_feed, mut front_feed) = (0.0, 0.0);
+        if state.gate_open {
+            let spool = state.position[body::SPOOL] - state.position[body::CYLINDER];
+            let front_share = smooth_step(spool / v.travel_m);
+            rear_feed = v.rear_feed_area_m2 * (1.0 - front_share);
+            front_feed = v.front_feed_area_m2 * front_share;
+        }
+        [rear_feed, front_feed, p.rear_exhaust_area_m2 * rear_port, p.front_exhaust_area_m2 * front_port]
+    }
+
+    /// `P' = (R T (a_in m_in - a_out m_out) - a P V') / V`; a volume that is not positive gives NaN, which an
+    /// integrator rejects.
+    #[inline]
+    fn pressure_rate(&self, flows: &ChamberFlows, pressure_volume_rate: f64, volume: f64) -> f64 {
+        let weighted = |inward: f64| {
+            if inward >= 0.0 { self.gas.inflow_exponent * inward } else { self.gas.outflow_exponent * inward }
+        };
+        let energy_flow = self.gas.specific_energy_j_per_kg * (weighted(flows.supply) + weighted(-flows.exhaust));
+        let rate = (energy_flow - self.gas.expansion_exponent * pressure_volume_rate) / volume;
+        if volume > 0.0 { rate } else { f64::NAN }
+    }
+}

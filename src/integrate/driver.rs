@@ -1,0 +1,321 @@
+//! The step loop: error control, event location, scheduled stops, budgets.
+
+use std::time::Instant;
+
+use crate::integrate::locate::first_events;
+use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
+use crate::integrate::{Observer, Step, System};
+
+/// Steps between two looks at the clock.
+const CLOCK_INTERVAL: u64 = 256;
+/// Safety factor of step size control.
+const SAFETY: f64 = 0.9;
+/// Bounds of the change of the step size from one step to the next.
+const CHANGE: (f64, f64) = (0.2, 5.0);
+/// Exponents of proportional-integral step size control, before division by the order.
+const PROPORTIONAL_INTEGRAL: (f64, f64) = (0.7, 0.4);
+
+/// Accuracy and effort of an integration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest error of a step in any controlled component, in units of its scale.
+    pub tolerance: f64,
+    /// First step in s.
+    pub first_step_s: f64,
+    /// Longest step in s.
+    pub longest_step_s: f64,
+    /// Accepted and rejected steps after which the integration stops.
+    pub max_steps: u64,
+    /// Wall time in s after which the integration stops.
+    pub max_wall_time_s: f64,
+}
+
+/// Work done.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Right-hand sides.
+    pub rhs: u64,
+    /// Switches located.
+    pub events: u64,
+}
+
+/// Why an integration ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Stopped {
+    /// It reached its end.
+    AtEnd,
+    /// No step succeeds any more; the system's own words for the state.
+    Diverged(String),
+    /// The budget of steps is used up.
+    StepBudget,
+    /// The budget of wall time is used up.
+    TimeBudget,
+}
+
+/// Working memory of one integration: nothing is allocated once it exists.
+#[derive(Debug)]
+pub struct Integrator {
+    settings: Settings,
+    n: usize,
+    controlled: usize,
+    t: f64,
+    h: f64,
+    y: Vec<f64>,
+    y_new: Vec<f64>,
+    scratch: Vec<f64>,
+    stages: Vec<f64>,
+    /// Whether the first stage holds the rate at `(t, y)`.
+    rate_known: bool,
+    last_error: f64,
+    /// Guards that switched at the start of the present step.
+    fresh: Vec<bool>,
+    /// First accepted step after the last switch of each guard, for either parity of its switches.
+    step_after: Vec<[f64; 2]>,
+    parity: Vec<bool>,
+    /// The guard whose following step is to be remembered.
+    learning: Option<usize>,
+    /// Guards that end the present step.
+    hits: Vec<usize>,
+    inverse_scales: Vec<f64>,
+    counters: Counters,
+}
+
+impl Integrator {
+    /// Prepares an integration of `system` from `(t0, y0)`.
+    pub fn new<S: System>(system: &S, t0: f64, y0: &[f64], settings: Settings) -> Self {
+        let (n, guards) = (system.dimension(), system.guard_count());
+        Self {
+            settings,
+            n,
+            controlled: system.controlled(),
+            t: t0,
+            h: settings.first_step_s,
+            y: y0.to_vec(),
+            y_new: y0.to_vec(),
+            scratch: y0.to_vec(),
+            stages: vec![0.0; STAGES * n],
+            rate_known: false,
+            last_error: 1.0,
+            fresh: vec![false; guards],
+            step_after: vec![[f64::INFINITY; 2]; guards],
+            parity: vec![false; guards],
+            learning: None,
+            hits: Vec::with_capacity(guards),
+            inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
+            counters: Counters::default(),
+        }
+    }
+
+    /// Present time in s.
+    pub fn time(&self) -> f64 {
+        self.t
+    }
+
+    /// Present state.
+    pub fn state(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// Work done so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Integrates to `t_end` and shows every step and switch to `observer`.
+    pub fn run<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, t_end: f64) -> Stopped {
+        let begin = Instant::now();
+        while self.t < t_end {
+            let tried = self.counters.steps + self.counters.rejected;
+            if tried >= self.settings.max_steps {
+                return Stopped::StepBudget;
+            }
+            if tried % CLOCK_INTERVAL == CLOCK_INTERVAL - 1
+                && begin.elapsed().as_secs_f64() > self.settings.max_wall_time_s
+            {
+                return Stopped::TimeBudget;
+            }
+            let stop = self.pass_stops(system).min(t_end);
+            let remaining = stop - self.t;
+            if remaining <= 4.0 * f64::EPSILON * stop.abs() {
+                // An event fell on the stop to within rounding.
+                self.t = stop;
+                continue;
+            }
+            let planned = self.h.min(self.settings.longest_step_s);
+            let stop = (planned >= remaining).then_some(stop);
+            let h = planned.min(remaining);
+            // Too short to move the clock: the steps before have shrunk to nothing.
+            if self.t + 0.5 * h <= self.t {
+                return Stopped::Diverged(system.diagnose(self.t, &self.y));
+            }
+            let error = self.try_step(system, h);
+            let trial = Trial { h, stop, error };
+            if error <= 1.0 {
+                self.accept(system, observer, trial);
+            } else {
+                self.reject(&trial);
+            }
+        }
+        Stopped::AtEnd
+    }
+
+    /// Passes the scheduled stops that are due; returns the time of the next one.
+    fn pass_stops<S: System>(&mut self, system: &mut S) -> f64 {
+        while system.next_stop() <= self.t {
+            system.pass_stop();
+            self.rate_known = false;
+        }
+        system.next_stop()
+    }
+
+    /// Computes the stages of a step of length `h`; returns its error in units of the tolerance.
+    fn try_step<S: System>(&mut self, system: &mut S, h: f64) -> f64 {
+        let n = self.n;
+        if !self.rate_known {
+            system.rhs(self.t, &self.y, &mut self.stages[..n]);
+            self.rate_known = true;
+            self.counters.rhs += 1;
+        }
+        self.stage::<S, 1>(system, h);
+        self.stage::<S, 2>(system, h);
+        self.stage::<S, 3>(system, h);
+        self.stage::<S, 4>(system, h);
+        self.stage::<S, 5>(system, h);
+        let (done, last) = self.stages.split_at_mut((STAGES - 1) * n);
+        combine::<{ STAGES - 1 }>(&A[STAGES - 1], h, &self.y, done, &mut self.y_new);
+        system.rhs(self.t + h, &self.y_new, last);
+        self.counters.rhs += (STAGES - 1) as u64;
+        error_norm(&self.inverse_scales, h, &self.stages, n) / self.settings.tolerance
+    }
+
+    /// Computes stage `K` (counted from 0).
+    fn stage<S: System, const K: usize>(&mut self, system: &mut S, h: f64) {
+        let n = self.n;
+        let (done, rest) = self.stages.split_at_mut(K * n);
+        // Quadratures feed no right-hand side: their stage values are not needed.
+        let c = self.controlled;
+        combine::<K>(&A[K], h, &self.y, done, &mut self.scratch[..c]);
+        system.rhs(self.t + C[K] * h, &self.scratch, &mut rest[..n]);
+    }
+
+    /// Ends the step at its first event, shows it to the observer, switches the system, chooses the next step.
+    fn accept<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, trial: Trial) {
+        self.counters.steps += 1;
+        let mut step =
+            Step { t0: self.t, h: trial.h, theta_end: 1.0, y0: &self.y, y1: &self.y_new, stages: &self.stages };
+        let theta = first_events(system, &step, &self.fresh, &mut self.hits, &mut self.scratch);
+        if theta < 1.0 {
+            step.state(theta, &mut self.scratch);
+            step.theta_end = theta;
+            step.y1 = &self.scratch;
+        }
+        if theta > 0.0 {
+            observer.step(system, &step);
+        }
+        self.t = match trial.stop {
+            Some(stop) if theta == 1.0 => stop,
+            _ => step.t1(),
+        };
+        if theta < 1.0 {
+            self.y.copy_from_slice(&self.scratch);
+        } else {
+            std::mem::swap(&mut self.y, &mut self.y_new);
+            // The last stage is the first of the next step.
+            self.stages.copy_within((STAGES - 1) * self.n.., 0);
+        }
+        self.rate_known = theta == 1.0;
+        self.adapt(&trial);
+        self.fresh.fill(false);
+        self.switch_hits(system, observer);
+    }
+
+    /// Switches the system at every guard hit, all at the present time and state.
+    fn switch_hits<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O) {
+        for &guard in &self.hits {
+            system.switch(guard, self.t, &mut self.y);
+            observer.event(system, guard, self.t, &self.y);
+            self.fresh[guard] = true;
+            self.parity[guard] = !self.parity[guard];
+            let remembered = self.step_after[guard][usize::from(self.parity[guard])];
+            self.h = self.h.min(remembered);
+            self.learning = Some(guard);
+            self.rate_known = false;
+            self.counters.events += 1;
+        }
+    }
+
+    /// Chooses the next step after one that was accepted.
+    fn adapt(&mut self, trial: &Trial) {
+        let error = trial.error.max(1e-10);
+        if let Some(guard) = self.learning.take() {
+            let ideal = trial.h * (SAFETY * error.powf(-1.0 / CONTROL_ORDER)).min(CHANGE.1);
+            self.step_after[guard][usize::from(self.parity[guard])] = ideal;
+        }
+        let (proportional, integral) = PROPORTIONAL_INTEGRAL;
+        let change =
+            SAFETY * error.powf(-proportional / CONTROL_ORDER) * self.last_error.powf(integral / CONTROL_ORDER);
+        let next = trial.h * change.clamp(CHANGE.0, CHANGE.1);
+        // A step that a scheduled stop cut short says nothing against the step planned before.
+        self.h = if trial.h < self.h { next.max(self.h) } else { next };
+        self.last_error = error.max(1e-4);
+    }
+
+    /// Shortens the step after one that was rejected.
+    fn reject(&mut self, trial: &Trial) {
+        self.counters.rejected += 1;
+        let change = if trial.error.is_finite() {
+            (SAFETY * trial.error.powf(-1.0 / CONTROL_ORDER)).clamp(CHANGE.0, 1.0)
+        } else {
+            CHANGE.0
+        };
+        self.h = trial.h * change;
+    }
+}
+
+/// A step that was computed.
+struct Trial {
+    h: f64,
+    /// The stop that it ends at, if it reaches one.
+    stop: Option<f64>,
+    /// Error in units of the tolerance.
+    error: f64,
+}
+
+/// `out = y + h sum_j weights[j] k_j` over the leading `out.len()` components; stage `j` starts at `j * n`.
+#[inline]
+fn combine<const K: usize>(weights: &[f64], h: f64, y: &[f64], stages: &[f64], out: &mut [f64]) {
+    let n = stages.len() / K;
+    let len = out.len();
+    let w: [f64; K] = std::array::from_fn(|j| h * weights[j]);
+    let k: [&[f64]; K] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
+    let y = &y[..len];
+    for i in 0..len {
+        let mut sum = y[i];
+        for j in 0..K {
+            sum += w[j] * k[j][i];
+        }
+        out[i] = sum;
+    }
+}
+
+/// Largest error estimate over the controlled components, each in units of its scale; NaN if any is not finite.
+fn error_norm(inverse_scales: &[f64], h: f64, stages: &[f64], n: usize) -> f64 {
+    let len = inverse_scales.len();
+    let k: [&[f64]; STAGES] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
+    // A NaN anywhere must survive: a maximum alone would drop it.
+    let (mut largest, mut sum) = (0.0_f64, 0.0_f64);
+    for i in 0..len {
+        let mut estimate = 0.0;
+        for j in 0..STAGES {
+            estimate += ERROR[j] * k[j][i];
+        }
+        let scaled = (h * estimate * inverse_scales[i]).abs();
+        largest = largest.max(scaled);
+        sum += scaled;
+    }
+    if sum.is_finite() { largest } else { f64::NAN }
+}

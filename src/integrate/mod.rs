@@ -1,0 +1,95 @@
+//! Time integration of piecewise smooth systems with located events. Knows no hammers.
+//!
+//! A [`System`] is smooth between switches. Its guards are functions of the state that are negative while its present
+//! discrete state is right; the driver locates the first upward zero of a guard on the method's own dense output, ends
+//! the step there and lets the system switch. Times known beforehand (a valve that opens) are scheduled stops.
+
+mod driver;
+mod locate;
+mod step;
+mod tsit5;
+
+pub use driver::{Counters, Integrator, Settings, Stopped};
+pub use step::Step;
+
+/// A piecewise smooth initial value problem `y' = f(t, y)` with a discrete state of its own.
+///
+/// The first [`System::controlled`] components are under error control; the rest are quadratures, which no right-hand
+/// side depends on.
+pub trait System {
+    /// Number of components of `y`, quadratures included.
+    fn dimension(&self) -> usize;
+
+    /// Number of leading components under error control.
+    fn controlled(&self) -> usize;
+
+    /// Size of each controlled component at which an error counts as 1 / tolerance; all positive.
+    fn scales(&self) -> &[f64];
+
+    /// Writes `f(t, y)` into `rate`. A state outside the model's validity gives NaN, and the step is rejected.
+    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]);
+
+    /// Number of guards.
+    fn guard_count(&self) -> usize;
+
+    /// Components of `y` that guard `guard` depends on.
+    fn guard_support(&self, guard: usize) -> &[usize];
+
+    /// Value of a guard; only the components of its support are valid in `y`. Negative: nothing to do.
+    fn guard(&self, guard: usize, y: &[f64]) -> f64;
+
+    /// A fraction of the step at which `guard`, negative at both ends, may be positive; `None` if it cannot.
+    ///
+    /// `start` and `end` hold state and rate at the ends of a step of length `h`.
+    fn suspect(&self, guard: usize, start: End<'_>, end: End<'_>, h: f64) -> Option<f64>;
+
+    /// Changes the discrete state because `guard` has crossed zero at `(t, y)`; an impact law may change `y` too.
+    fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]);
+
+    /// Time of the first scheduled stop that is not yet passed, or infinity.
+    fn next_stop(&self) -> f64;
+
+    /// Changes the discrete state at the scheduled stop that was due first.
+    fn pass_stop(&mut self);
+
+    /// Words for a state at which no step succeeds.
+    fn diagnose(&self, t: f64, y: &[f64]) -> String;
+}
+
+/// State and rate at one end of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct End<'a> {
+    /// The state.
+    pub y: &'a [f64],
+    /// Its rate.
+    pub rate: &'a [f64],
+}
+
+/// Sees every accepted step and every switch, in order of time.
+pub trait Observer<S: System> {
+    /// A step was accepted. It may have been cut at an event: its end is [`Step::end`].
+    fn step(&mut self, system: &S, step: &Step<'_>);
+
+    /// `guard` has crossed zero at `(t, y)`; the system has switched already.
+    fn event(&mut self, system: &S, guard: usize, t: f64, y: &[f64]);
+}
+
+/// No observer at all.
+impl<S: System> Observer<S> for () {
+    fn step(&mut self, _system: &S, _step: &Step<'_>) {}
+
+    fn event(&mut self, _system: &S, _guard: usize, _t: f64, _y: &[f64]) {}
+}
+
+/// Two observers, shown the same.
+impl<S: System, A: Observer<S>, B: Observer<S>> Observer<S> for (A, B) {
+    fn step(&mut self, system: &S, step: &Step<'_>) {
+        self.0.step(system, step);
+        self.1.step(system, step);
+    }
+
+    fn event(&mut self, system: &S, guard: usize, t: f64, y: &[f64]) {
+        self.0.event(system, guard, t, y);
+        self.1.event(system, guard, t, y);
+    }
+}

@@ -1,0 +1,95 @@
+//! One accepted step with its dense output.
+
+use crate::integrate::tsit5::{self, STAGES};
+
+/// An accepted step: from `t0`, `theta_end * h` long, with dense output at any fraction of `h` up to `theta_end`.
+#[derive(Debug, Clone, Copy)]
+pub struct Step<'a> {
+    /// Time at the start in s.
+    pub t0: f64,
+    /// Length of the step as computed, in s; the accepted part may be shorter.
+    pub h: f64,
+    /// Fraction of `h` that was accepted: 1, or less where an event ended the step.
+    pub theta_end: f64,
+    pub(super) y0: &'a [f64],
+    pub(super) y1: &'a [f64],
+    /// Stage rates, stage after stage, each of the state's length.
+    pub(super) stages: &'a [f64],
+}
+
+impl<'a> Step<'a> {
+    /// Time at the end of the accepted part in s.
+    pub fn t1(&self) -> f64 {
+        self.time(self.theta_end)
+    }
+
+    /// Time at fraction `theta` in s.
+    pub fn time(&self, theta: f64) -> f64 {
+        self.t0 + theta * self.h
+    }
+
+    /// Fraction at time `t` within the accepted part.
+    pub fn fraction(&self, t: f64) -> f64 {
+        ((t - self.t0) / self.h).clamp(0.0, self.theta_end)
+    }
+
+    /// State at the start.
+    pub fn start(&self) -> &'a [f64] {
+        self.y0
+    }
+
+    /// State at the end of the accepted part.
+    pub fn end(&self) -> &'a [f64] {
+        self.y1
+    }
+
+    /// Rate at the start.
+    pub fn start_rate(&self) -> &'a [f64] {
+        &self.stages[..self.y0.len()]
+    }
+
+    /// Rate at the end of the step as computed (not of a cut one).
+    pub(super) fn end_rate(&self) -> &'a [f64] {
+        &self.stages[(STAGES - 1) * self.y0.len()..]
+    }
+
+    /// Rate of component `index` at stage `stage`; all lie near the rates met within the step.
+    fn stage_rate(&self, stage: usize, index: usize) -> f64 {
+        self.stages[stage * self.y0.len() + index]
+    }
+
+    /// Largest absolute stage rate of component `index`: a practical bound of its rate within the step.
+    pub fn largest_rate(&self, index: usize) -> f64 {
+        (0..STAGES).map(|stage| self.stage_rate(stage, index).abs()).fold(0.0, f64::max)
+    }
+
+    /// Component `index` of the state at fraction `theta`.
+    pub fn component(&self, index: usize, theta: f64) -> f64 {
+        self.component_with(index, &tsit5::interpolant(theta))
+    }
+
+    /// Writes the components `support` of the state at fraction `theta` into `y`; the others are left as they are.
+    pub fn components(&self, support: &[usize], theta: f64, y: &mut [f64]) {
+        let weights = tsit5::interpolant(theta);
+        for &index in support {
+            y[index] = self.component_with(index, &weights);
+        }
+    }
+
+    /// Writes the whole state at fraction `theta` into `y`.
+    pub fn state(&self, theta: f64, y: &mut [f64]) {
+        let weights = tsit5::interpolant(theta);
+        for (index, value) in y.iter_mut().enumerate() {
+            *value = self.component_with(index, &weights);
+        }
+    }
+
+    fn component_with(&self, index: usize, weights: &[f64; STAGES]) -> f64 {
+        let n = self.y0.len();
+        let mut sum = 0.0;
+        for (stage, weight) in weights.iter().enumerate() {
+            sum += weight * self.stages[stage * n + index];
+        }
+        self.y0[index] + self.h * sum
+    }
+}

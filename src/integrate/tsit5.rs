@@ -1,0 +1,62 @@
+//! The explicit Runge-Kutta pair of order 5(4) by Tsitouras (2011) with its free interpolant of order 4.
+//!
+//! Source of the coefficients: Ch. Tsitouras, Computers and Mathematics with Applications 62 (2011) 770-775. Seven stages,
+//! the last one being the first of the next step.
+
+/// Number of stages.
+pub const STAGES: usize = 7;
+/// Order of the error estimate plus one: the exponent of step size control.
+pub const CONTROL_ORDER: f64 = 5.0;
+
+/// Nodes.
+pub const C: [f64; STAGES] = [0.0, 0.161, 0.327, 0.9, 0.980_025_540_904_509_7, 1.0, 1.0];
+
+/// Rows of the Runge-Kutta matrix; the last row holds the weights of order 5.
+pub const A: [[f64; STAGES - 1]; STAGES] = [
+    [0.0; 6],
+    [0.161, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [-0.008_480_655_492_356_989, 0.335_480_655_492_357, 0.0, 0.0, 0.0, 0.0],
+    [2.897_153_057_105_493_5, -6.359_448_489_975_075, 4.362_295_432_869_581_5, 0.0, 0.0, 0.0],
+    [5.325_864_828_439_257, -11.748_883_564_062_828, 7.495_539_342_889_836_5, -0.092_495_066_361_755_25, 0.0, 0.0],
+    [
+        5.861_455_442_946_42,
+        -12.920_969_317_847_11,
+        8.159_367_898_576_159,
+        -0.071_584_973_281_401,
+        -0.028_269_050_394_068_383,
+        0.0,
+    ],
+    [
+        0.096_460_766_818_065_23,
+        0.01,
+        0.479_889_650_414_499_6,
+        1.379_008_574_103_742,
+        -3.290_069_515_436_081,
+        2.324_710_524_099_774,
+    ],
+];
+
+/// Weights of the error estimate (order 5 minus order 4).
+pub const ERROR: [f64; STAGES] = [
+    -0.001_780_011_052_225_777_14,
+    -0.000_816_434_459_656_746_9,
+    0.007_880_878_010_261_995,
+    -0.144_711_007_173_262_9,
+    0.582_357_165_452_555_2,
+    -0.458_082_105_929_186_97,
+    1.0 / 66.0,
+];
+
+/// Weights of the interpolant at fraction `theta` of the step: `y(t + theta h) = y + h sum b_i(theta) k_i`.
+pub fn interpolant(theta: f64) -> [f64; STAGES] {
+    let tail = |a: f64, b: f64, c: f64| theta * theta * (a + theta * (b + theta * c));
+    [
+        theta + tail(-2.763_706_197_274_826, 2.913_255_461_821_912_6, -1.053_088_497_729_021_6),
+        tail(0.131_7, -0.223_4, 0.101_7),
+        tail(3.930_296_236_894_751_6, -5.941_033_872_131_505, 2.490_627_285_651_252_793),
+        tail(-12.411_077_166_933_676, 30.338_188_630_282_32, -16.548_102_889_244_902),
+        tail(37.509_313_416_511_04, -88.178_904_894_766_4, 47.379_521_962_819_28),
+        tail(-27.896_526_289_197_286, 65.091_894_674_793_66, -34.870_657_861_496_61),
+        tail(1.5, -4.0, 2.5),
+    ]
+}

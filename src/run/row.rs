@@ -1,0 +1,82 @@
+//! One row: a scene and the structure's modes in, an outcome out. Pure: no files, no clocks in the results.
+
+use std::time::Instant;
+
+use crate::integrate::{Integrator, Observer, Settings, Stopped};
+use crate::metrics::Recorder;
+use crate::run::{RowOutcome, RowStatus, SolverCounters};
+use crate::scene::Scene;
+use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
+
+/// First step of a run in s; error control corrects it at once.
+const FIRST_STEP_S: f64 = 1e-6;
+/// Longest step in s: well below the width of any window or the period of the percussion.
+const LONGEST_STEP_S: f64 = 1e-3;
+
+/// Simulates a scene on the modes of its structure.
+///
+/// Never fails: a scene that cannot be built gives status `Invalid`, an integration that cannot go on `Diverged` or
+/// `BudgetExhausted`, each with the reason and the time reached. `extra` sees every step and event too.
+pub fn run_row<O>(scene: &Scene, modes: &InterfaceModes, extra: O) -> (RowOutcome, O)
+where
+    O: for<'a> Observer<Coupled<'a>>,
+{
+    let begin = Instant::now();
+    let (mut outcome, extra) = match build(scene, modes) {
+        Ok(model) => simulate(scene, &model, extra),
+        Err(error) => (RowOutcome::invalid(error.to_string()), extra),
+    };
+    outcome.wall_time_s = begin.elapsed().as_secs_f64();
+    (outcome, extra)
+}
+
+fn simulate<O>(scene: &Scene, model: &CoupledModel, extra: O) -> (RowOutcome, O)
+where
+    O: for<'a> Observer<Coupled<'a>>,
+{
+    let mut system = Coupled::new(model);
+    let settings = Settings {
+        tolerance: scene.solver.tolerance,
+        first_step_s: FIRST_STEP_S,
+        longest_step_s: LONGEST_STEP_S,
+        max_steps: scene.solver.max_steps,
+        max_wall_time_s: scene.solver.max_wall_time_s,
+    };
+    let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings);
+    let mut observers = (Recorder::new(model, &scene.outputs), extra);
+    let stopped = integrator.run(&mut system, &mut observers, scene.duration_s);
+    let (recorder, extra) = observers;
+    let (status, reason) = describe(&stopped, scene);
+    let work = integrator.counters();
+    let outcome = RowOutcome {
+        status,
+        reason,
+        time_reached_s: integrator.time(),
+        modes: model.layout().modes,
+        states: model.layout().states(),
+        metrics: (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, integrator.time(), integrator.state())),
+        counters: SolverCounters {
+            steps: work.steps,
+            rejected_steps: work.rejected,
+            rhs_evaluations: work.rhs,
+            located_events: work.events,
+        },
+        wall_time_s: 0.0,
+    };
+    (outcome, extra)
+}
+
+fn describe(stopped: &Stopped, scene: &Scene) -> (RowStatus, String) {
+    let solver = &scene.solver;
+    match stopped {
+        Stopped::AtEnd => (RowStatus::Done, String::new()),
+        Stopped::Diverged(message) => (RowStatus::Diverged, message.clone()),
+        Stopped::StepBudget => {
+            (RowStatus::BudgetExhausted, format!("more than {} steps (solver.max_steps)", solver.max_steps))
+        }
+        Stopped::TimeBudget => (
+            RowStatus::BudgetExhausted,
+            format!("more than {} s of wall time (solver.max_wall_time_s)", solver.max_wall_time_s),
+        ),
+    }
+}

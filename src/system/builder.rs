@@ -1,0 +1,366 @@
+//! From a scene and the structure's modes at its interface points to a coupled model. The only part that knows scenes.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::contact::ContactParameters;
+use crate::hammer::{Gas, HammerModel, body};
+use crate::scene::{Environment, Guide, HammerUnit, Scene};
+use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
+use crate::system::layout::Layout;
+use crate::system::model::{CastingSlot, CoupledModel, HammerSlot, TiedGuides};
+use crate::workpiece::WorkpieceError;
+
+/// Error scale of a body's position in m: at tolerance 1 a step may miss a contact force by about one per cent of its peak.
+const POSITION_SCALE_M: f64 = 1e-4;
+/// Error scale of a body's velocity in m/s.
+const VELOCITY_SCALE_M_S: f64 = 1.0;
+/// Error scale of a chamber's pressure in Pa.
+const PRESSURE_SCALE_PA: f64 = 1e5;
+/// Lever in m that turns a rotation into the displacement whose scale applies.
+const ROTATION_LEVER_M: f64 = 0.1;
+/// Modes whose shape at every interface point is below this share of the largest are not excited by the scene and move
+/// none of its points: leaving them out changes nothing beyond rounding.
+const EXCITED_SHARE: f64 = 1e-9;
+
+/// The structure's modes as the scene sees them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InterfaceModes {
+    /// Natural circular frequencies in rad/s.
+    pub omega_rad_s: Vec<f64>,
+    /// Damping ratio per mode.
+    pub damping_ratio: Vec<f64>,
+    /// Mode shapes along the strike axis at each hammer's mount: hammers x modes.
+    pub mounts: Vec<Vec<f64>>,
+    /// Mode shapes along the strike axis at each fixture: castings x fixtures x modes.
+    pub fixtures: Vec<Vec<Vec<f64>>>,
+}
+
+/// Why a scene cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BuildError {
+    /// A casting is not held or lacks its inertia.
+    #[error(transparent)]
+    Workpiece(#[from] WorkpieceError),
+    /// A hammer strikes a casting that is not in the scene.
+    #[error("hammer `{hammer}` strikes casting number {casting}, but the scene has {castings}")]
+    NoSuchCasting {
+        /// Name of the hammer.
+        hammer: String,
+        /// Index asked for.
+        casting: usize,
+        /// Castings in the scene.
+        castings: usize,
+    },
+    /// The structure's modes do not fit the scene.
+    #[error("mode shapes for {given} {what} were given, the scene has {expected}")]
+    Shapes {
+        /// Mounts, fixtures or modes.
+        what: &'static str,
+        /// Number given.
+        given: usize,
+        /// Number expected.
+        expected: usize,
+    },
+    /// The masses of the tied guides make no positive definite matrix.
+    #[error("guide masses must be positive to be tied to their mounts")]
+    GuideMass,
+}
+
+/// Sparse row over the points.
+type Row = Vec<(usize, f64)>;
+
+/// Numbers of bodies and points of a scene.
+struct Numbering {
+    tied: bool,
+    bodies: usize,
+    /// First body of each hammer, then of each casting.
+    first_hammer_body: Vec<usize>,
+    first_casting_body: Vec<usize>,
+    /// Active rotations of each casting.
+    rotations: Vec<[bool; 2]>,
+}
+
+impl Numbering {
+    fn new(scene: &Scene) -> Result<Self, BuildError> {
+        let tied = scene.solver.guide == Guide::Tied;
+        let per_hammer = if tied { body::COUNT - 1 } else { body::COUNT };
+        let first_hammer_body = (0..scene.hammers.len()).map(|h| h * per_hammer).collect();
+        let mut bodies = per_hammer * scene.hammers.len();
+        let (mut first_casting_body, mut rotations) = (Vec::new(), Vec::new());
+        for (index, casting) in scene.castings.iter().enumerate() {
+            let active = casting.active_rotations(&scene.strike_points(index));
+            casting.check_restraint(active)?;
+            first_casting_body.push(bodies);
+            rotations.push(active);
+            bodies += 1 + active.iter().filter(|active| **active).count();
+        }
+        Ok(Self { tied, bodies, first_hammer_body, first_casting_body, rotations })
+    }
+
+    /// Points of a hammer's bodies; `mount` is the interface point that carries it.
+    fn hammer_points(&self, hammer: usize, mount: usize) -> [usize; body::COUNT] {
+        let first = self.first_hammer_body[hammer];
+        if self.tied {
+            [self.bodies + mount, first, first + 1, first + 2, first + 3]
+        } else {
+            [first, first + 1, first + 2, first + 3, first + 4]
+        }
+    }
+
+    /// The row of the casting's motion at a point: `z + y tx - x ty`.
+    fn casting_point(&self, casting: usize, at_m: [f64; 2], sign: f64) -> Row {
+        let heave = self.first_casting_body[casting];
+        let mut row = vec![(heave, sign)];
+        let levers = [at_m[1], -at_m[0]];
+        let active = (0..2).filter(|&axis| self.rotations[casting][axis]);
+        row.extend(active.enumerate().map(|(k, axis)| (heave + 1 + k, sign * levers[axis])));
+        row
+    }
+}
+
+/// Builds the coupled model of a scene.
+///
+/// # Errors
+/// [`BuildError`] if a casting is not held, a hammer's casting does not exist, or the mode shapes do not fit the scene.
+pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, BuildError> {
+    check_shapes(scene, modes)?;
+    let numbering = Numbering::new(scene)?;
+    let (kept, phi) = excited_modes(modes);
+    let layout = Layout { modes: kept.len(), bodies: numbering.bodies, hammers: scene.hammers.len() };
+    let mut elements = ElementsBuilder::default();
+    let mut hammers = Vec::with_capacity(scene.hammers.len());
+    for (h, unit) in scene.hammers.iter().enumerate() {
+        hammers.push(add_hammer(&mut elements, &numbering, scene, (h, unit)));
+    }
+    add_fixtures(&mut elements, &numbering, scene);
+    let elements = elements.assemble(numbering.bodies + phi.ncols());
+    let tied = tied_guides(scene, &phi)?;
+    let omega = |k: &usize| modes.omega_rad_s[*k];
+    let mut model = CoupledModel {
+        layout,
+        omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
+        modal_damping: DVector::from_iterator(
+            kept.len(),
+            kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k)),
+        ),
+        scales: scales(&layout, &numbering, &phi),
+        phi,
+        supports: supports(&elements, &layout),
+        elements,
+        castings: castings(scene, &numbering),
+        body_mass: body_masses(scene, &numbering, &hammers),
+        hammers,
+        tied,
+        ambient_pressure_pa: scene.environment.ambient_pressure_pa,
+        initial: Vec::new(),
+    };
+    model.initial = rest(&model);
+    Ok(model)
+}
+
+fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
+    let expect = |what, given, expected| {
+        if given == expected { Ok(()) } else { Err(BuildError::Shapes { what, given, expected }) }
+    };
+    let count = modes.omega_rad_s.len();
+    expect("damping ratios", modes.damping_ratio.len(), count)?;
+    expect("mounts", modes.mounts.len(), scene.hammers.len())?;
+    expect("castings", modes.fixtures.len(), scene.castings.len())?;
+    for (rows, casting) in modes.fixtures.iter().zip(&scene.castings) {
+        expect("fixtures", rows.len(), casting.fixtures.len())?;
+    }
+    for row in modes.mounts.iter().chain(modes.fixtures.iter().flatten()) {
+        expect("modes", row.len(), count)?;
+    }
+    for unit in &scene.hammers {
+        if unit.casting >= scene.castings.len() {
+            return Err(BuildError::NoSuchCasting {
+                hammer: unit.name.clone(),
+                casting: unit.casting,
+                castings: scene.castings.len(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Indices of the modes that the scene excites and their shapes: modes x interface points, mounts before fixtures.
+fn excited_modes(modes: &InterfaceModes) -> (Vec<usize>, DMatrix<f64>) {
+    let rows: Vec<&Vec<f64>> = modes.mounts.iter().chain(modes.fixtures.iter().flatten()).collect();
+    let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
+    let count = modes.omega_rad_s.len();
+    let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
+    let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
+    let phi = DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]);
+    (kept, phi)
+}
+
+/// Adds the springs and contacts of one hammer.
+fn add_hammer(
+    elements: &mut ElementsBuilder,
+    numbering: &Numbering,
+    scene: &Scene,
+    (h, unit): (usize, &HammerUnit),
+) -> HammerSlot {
+    let model = HammerModel::new(&unit.parameters, gas(&scene.environment), scene.environment.gravity_m_s2);
+    let points = numbering.hammer_points(h, h);
+    if !numbering.tied {
+        elements.spring(
+            vec![(points[body::GUIDE], 1.0), (numbering.bodies + h, -1.0)],
+            Spring { stiffness_n_per_m: unit.parameters.guide.stiffness_n_per_m, damping_n_s_per_m: 0.0 },
+        );
+    }
+    let mut percussion = 0;
+    for (kind, [plus, minus], law, offset_m) in internal_contacts(unit) {
+        let row = vec![(points[plus], 1.0), (points[minus], -1.0)];
+        let index = elements.contact(row, Contact { hammer: h, kind, law, offset_m });
+        if kind == ContactKind::PistonChisel {
+            percussion = index;
+        }
+    }
+    // The tip of the resting chisel stands `standoff` off the casting.
+    let gap = model.rest().position[body::CHISEL] + unit.standoff_m;
+    let mut row = numbering.casting_point(unit.casting, unit.strike_point_m, -1.0);
+    row.push((points[body::CHISEL], 1.0));
+    let law = unit.parameters.chisel.casting_contact;
+    let kind = ContactKind::ChiselCasting;
+    let strike = elements.contact(row, Contact { hammer: h, kind, law, offset_m: gap });
+    HammerSlot {
+        model,
+        points,
+        mount: h,
+        strike,
+        percussion,
+        casting: unit.casting,
+        supply_pressure_pa: unit.supply_pressure_pa,
+        start_time_s: unit.start_time_s,
+        gate_delay_s: unit.gate_delay_s,
+    }
+}
+
+/// Contacts within a hammer: kind, the bodies with coefficients +1 and -1, law, offset.
+fn internal_contacts(unit: &HammerUnit) -> [(ContactKind, [usize; 2], ContactParameters, f64); 8] {
+    use ContactKind::{EndStop, Nose, PistonChisel, RearWall, Retainer, SpoolFront, SpoolRear, TopStop};
+    use body::{CHISEL, CYLINDER, GUIDE, PISTON, SPOOL};
+    let p = &unit.parameters;
+    let (nose, stop) = (p.chisel.cylinder_contact, p.valve.stop);
+    [
+        (TopStop, [GUIDE, CYLINDER], p.telescope.top_stop, 0.0),
+        (EndStop, [CYLINDER, GUIDE], p.telescope.end_stop, p.telescope.stroke_m),
+        (RearWall, [CYLINDER, PISTON], p.piston.rear_wall, 0.0),
+        (PistonChisel, [PISTON, CHISEL], p.piston.chisel_contact, p.piston.stroke_m),
+        (Nose, [CYLINDER, CHISEL], nose, 0.0),
+        (Retainer, [CHISEL, CYLINDER], nose, p.chisel.travel_m),
+        (SpoolRear, [CYLINDER, SPOOL], stop, 0.0),
+        (SpoolFront, [SPOOL, CYLINDER], stop, p.valve.travel_m),
+    ]
+}
+
+/// Adds the springs between castings and structure. Interface points of fixtures follow those of the mounts.
+fn add_fixtures(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &Scene) {
+    let mut point = numbering.bodies + scene.hammers.len();
+    for (c, casting) in scene.castings.iter().enumerate() {
+        for fixture in &casting.fixtures {
+            let mut row = numbering.casting_point(c, fixture.at_m, 1.0);
+            row.push((point, -1.0));
+            elements.spring(
+                row,
+                Spring { stiffness_n_per_m: fixture.stiffness_n_per_m, damping_n_s_per_m: fixture.damping_n_s_per_m },
+            );
+            point += 1;
+        }
+    }
+}
+
+fn tied_guides(scene: &Scene, phi: &DMatrix<f64>) -> Result<Option<TiedGuides>, BuildError> {
+    if scene.solver.guide == Guide::Spring || scene.hammers.is_empty() {
+        return Ok(None);
+    }
+    let mounts = (0..scene.hammers.len()).collect();
+    let mass = scene.hammers.iter().map(|unit| unit.parameters.guide.mass_kg).collect();
+    TiedGuides::new(phi, mounts, mass).map(Some).ok_or(BuildError::GuideMass)
+}
+
+fn castings(scene: &Scene, numbering: &Numbering) -> Vec<CastingSlot> {
+    let slot = |(c, casting): (usize, &crate::workpiece::Casting)| CastingSlot {
+        heave: numbering.first_casting_body[c],
+        measuring_point: casting.measuring_point_m.map_or_else(Vec::new, |at_m| numbering.casting_point(c, at_m, 1.0)),
+    };
+    scene.castings.iter().enumerate().map(slot).collect()
+}
+
+/// Mass or inertia of each body, in the order of the numbering.
+fn body_masses(scene: &Scene, numbering: &Numbering, hammers: &[HammerSlot]) -> Vec<f64> {
+    let mut masses = Vec::with_capacity(numbering.bodies);
+    for slot in hammers {
+        let first = usize::from(numbering.tied);
+        masses.extend_from_slice(&slot.model.mass()[first..]);
+    }
+    for (casting, active) in scene.castings.iter().zip(&numbering.rotations) {
+        masses.push(casting.mass_kg);
+        // `check_restraint` has made sure that a casting that rotates has its inertia.
+        let inertia = casting.inertia.map_or([0.0; 2], |j| [j.x_kg_m2, j.y_kg_m2]);
+        masses.extend((0..2).filter(|&axis| active[axis]).map(|axis| inertia[axis]));
+    }
+    masses
+}
+
+/// Error scales of the states.
+fn scales(layout: &Layout, numbering: &Numbering, phi: &DMatrix<f64>) -> Vec<f64> {
+    let mut bodies = vec![1.0; layout.bodies];
+    for (first, active) in numbering.first_casting_body.iter().zip(&numbering.rotations) {
+        let rotations = active.iter().filter(|active| **active).count();
+        bodies[first + 1..first + 1 + rotations].fill(1.0 / ROTATION_LEVER_M);
+    }
+    // A modal coordinate matters by what it moves the interface points.
+    let modal = phi.row_iter().map(|row| 1.0 / row.amax());
+    let unit: Vec<f64> = modal.chain(bodies).collect();
+    let mechanical = [POSITION_SCALE_M, VELOCITY_SCALE_M_S];
+    let mut scales: Vec<f64> = mechanical.iter().flat_map(|scale| unit.iter().map(move |u| u * scale)).collect();
+    scales.resize(layout.states(), PRESSURE_SCALE_PA);
+    scales
+}
+
+/// Components of the state that each contact's penetration and rate depend on.
+fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
+    let support = |contact: usize| {
+        let mut components = Vec::new();
+        for (point, _) in elements.row(elements.contact_row(contact)) {
+            if point < layout.bodies {
+                components.extend([layout.position(point), layout.velocity(point)]);
+            } else {
+                components.extend(layout.modal());
+                components.extend(layout.modal_velocity());
+            }
+        }
+        components
+    };
+    (0..elements.contacts().len()).map(support).collect()
+}
+
+/// State of rest.
+fn rest(model: &CoupledModel) -> Vec<f64> {
+    let layout = &model.layout;
+    let mut y = vec![0.0; layout.dimension()];
+    for (h, slot) in model.hammers.iter().enumerate() {
+        let rest = slot.model.rest();
+        for (&point, position) in slot.points.iter().zip(rest.position) {
+            if point < layout.bodies {
+                y[layout.position(point)] = position;
+            }
+        }
+        y[layout.pressures(h)].copy_from_slice(&rest.pressure);
+    }
+    y
+}
+
+fn gas(environment: &Environment) -> Gas {
+    Gas {
+        specific_energy_j_per_kg: environment.gas_constant_j_per_kg_k * environment.temperature_k,
+        isentropic_exponent: environment.isentropic_exponent,
+        inflow_exponent: environment.inflow_exponent,
+        outflow_exponent: environment.outflow_exponent,
+        expansion_exponent: environment.expansion_exponent,
+        ambient_pressure_pa: environment.ambient_pressure_pa,
+    }
+}

@@ -1,0 +1,100 @@
+//! Where each quantity lives in the state vector.
+//!
+//! `y = [x (m modes) | positions (b bodies) | x' (m) | velocities (b) | pressures (4 N) | quadratures]`. Hammers come first among
+//! the bodies, then castings. Quadratures: four per hammer, then work put in and energy dissipated.
+
+use std::ops::Range;
+
+use crate::hammer::chamber;
+
+/// Quadratures of one hammer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HammerQuadrature {
+    /// Work of the chisel-casting force on the casting, J.
+    Work = 0,
+    /// Impulse of the chisel-casting force, N s.
+    Impulse = 1,
+    /// Mass drawn from the supply, kg.
+    Air = 2,
+    /// Integral of the squared velocity of the mount, m2/s.
+    ArmVelocitySquared = 3,
+}
+
+impl HammerQuadrature {
+    /// Number of quadratures of one hammer.
+    pub const COUNT: usize = 4;
+}
+
+/// Sizes and offsets of the state vector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// Modes of the structure.
+    pub modes: usize,
+    /// Degrees of freedom of hammer bodies and castings.
+    pub bodies: usize,
+    /// Hammers.
+    pub hammers: usize,
+}
+
+impl Layout {
+    /// Modal displacements.
+    pub fn modal(&self) -> Range<usize> {
+        0..self.modes
+    }
+
+    /// Position of body `body`.
+    #[inline]
+    pub fn position(&self, body: usize) -> usize {
+        self.modes + body
+    }
+
+    /// Modal velocities.
+    pub fn modal_velocity(&self) -> Range<usize> {
+        let start = self.mechanical();
+        start..start + self.modes
+    }
+
+    /// Velocity of body `body`.
+    #[inline]
+    pub fn velocity(&self, body: usize) -> usize {
+        self.mechanical() + self.modes + body
+    }
+
+    /// Number of mechanical coordinates.
+    #[inline]
+    pub fn mechanical(&self) -> usize {
+        self.modes + self.bodies
+    }
+
+    /// Chamber pressures of hammer `hammer`.
+    #[inline]
+    pub fn pressures(&self, hammer: usize) -> Range<usize> {
+        let start = 2 * self.mechanical() + chamber::COUNT * hammer;
+        start..start + chamber::COUNT
+    }
+
+    /// Number of states of the coupled system (all that is under error control).
+    pub fn states(&self) -> usize {
+        2 * self.mechanical() + chamber::COUNT * self.hammers
+    }
+
+    /// A quadrature of hammer `hammer`.
+    pub fn quadrature(&self, hammer: usize, quantity: HammerQuadrature) -> usize {
+        self.states() + HammerQuadrature::COUNT * hammer + quantity as usize
+    }
+
+    /// Work put in by gas and gravity, J.
+    pub fn work_in(&self) -> usize {
+        self.states() + HammerQuadrature::COUNT * self.hammers
+    }
+
+    /// Energy dissipated, J.
+    pub fn dissipated(&self) -> usize {
+        self.work_in() + 1
+    }
+
+    /// Length of the state vector.
+    pub fn dimension(&self) -> usize {
+        self.dissipated() + 1
+    }
+}
