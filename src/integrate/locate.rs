@@ -1,6 +1,6 @@
 //! Location of a guard's upward zero on the dense output of a step.
 
-use crate::integrate::{End, Step, System};
+use crate::integrate::{GuardSample, Step, System};
 
 /// Interior fraction from which the guards that have just switched are watched: at the switch itself their value is a
 /// rounding error of either sign.
@@ -21,6 +21,16 @@ struct Watch {
     positive_at: f64,
 }
 
+/// Guards at both ends of a step.
+pub(super) struct Ends<'a> {
+    /// At the start.
+    pub start: &'a [GuardSample],
+    /// At the end.
+    pub end: &'a [GuardSample],
+    /// Guards that switched at the start.
+    pub fresh: &'a [bool],
+}
+
 /// Finds the first events of a step whose dense output is `step` (complete, not yet cut).
 ///
 /// Fills `hits` with the guards that cross zero first, all those of the same instant, and returns the fraction of the
@@ -28,18 +38,23 @@ struct Watch {
 pub(super) fn first_events<S: System>(
     system: &S,
     step: &Step<'_>,
-    fresh: &[bool],
-    hits: &mut Vec<usize>,
-    y: &mut [f64],
+    ends: &Ends<'_>,
+    (hits, y): (&mut Vec<usize>, &mut [f64]),
 ) -> f64 {
     hits.clear();
     let mut first = 1.0;
-    for (guard, &fresh) in fresh.iter().enumerate() {
-        let Some(positive_at) = positive_fraction(system, step, guard, y) else {
-            continue;
+    for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
+        let positive_at = if end.value >= 0.0 {
+            1.0
+        } else {
+            let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
+            step.components(system.guard_support(guard), theta, y);
+            if system.guard(guard, y) < 0.0 {
+                continue;
+            }
+            theta
         };
-        let watch = Watch { guard, fresh, positive_at };
-        let theta = upward_zero(system, step, &watch, y);
+        let theta = upward_zero(system, step, &Watch { guard, fresh: ends.fresh[guard], positive_at }, y);
         if hits.is_empty() || theta < first - SAME_INSTANT {
             hits.clear();
             hits.push(guard);
@@ -52,16 +67,22 @@ pub(super) fn first_events<S: System>(
     first
 }
 
-/// A fraction of the step at which the guard is positive: its end, or an interior point that the system suspects.
-fn positive_fraction<S: System>(system: &S, step: &Step<'_>, guard: usize, y: &mut [f64]) -> Option<f64> {
-    if system.guard(guard, step.end()) >= 0.0 {
-        return Some(1.0);
+/// Where the cubic through a smooth function's values and rates at both ends of a step of length `h` has a positive
+/// maximum in between.
+fn cubic_maximum(start: &GuardSample, end: &GuardSample, h: f64) -> Option<f64> {
+    let (f0, s0) = (start.smooth, start.smooth_rate * h);
+    let (f1, s1) = (end.smooth, end.smooth_rate * h);
+    if s0 <= 0.0 || s1 >= 0.0 {
+        return None;
     }
-    let start = End { y: step.start(), rate: step.start_rate() };
-    let end = End { y: step.end(), rate: step.end_rate() };
-    let theta = system.suspect(guard, start, end, step.h)?;
-    step.components(system.guard_support(guard), theta, y);
-    (system.guard(guard, y) >= 0.0).then_some(theta)
+    // f = f0 + s0 q + b q^2 + a q^3; its slope falls through zero between the ends.
+    let a = 2.0 * (f0 - f1) + s0 + s1;
+    let b = 3.0 * (f1 - f0) - 2.0 * s0 - s1;
+    let discriminant = (b * b - 3.0 * a * s0).max(0.0).sqrt();
+    // The form without cancellation of the root where the slope falls.
+    let q = if b <= 0.0 { s0 / (discriminant - b) } else { -(b + discriminant) / (3.0 * a) };
+    let value = f0 + q * (s0 + q * (b + q * a));
+    (q > 0.0 && q < 1.0 && value > 0.0).then_some(q)
 }
 
 /// Fraction of the step at which the watched guard first reaches zero from below, on the non-negative side.
