@@ -2,10 +2,12 @@
 
 mod peak;
 mod recorder;
+mod signals;
 
 use serde::Serialize;
 
 pub use recorder::Recorder;
+pub use signals::{Signal, SignalRecorder};
 
 /// What one blow did. Times in s from the start of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize)]

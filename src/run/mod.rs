@@ -4,4 +4,4 @@ mod outcome;
 mod row;
 
 pub use outcome::{RowOutcome, RowStatus, SolverCounters};
-pub use row::run_row;
+pub use row::{run_row, run_row_observed};

@@ -16,15 +16,28 @@ const LONGEST_STEP_S: f64 = 1e-3;
 /// Simulates a scene on the modes of its structure.
 ///
 /// Never fails: a scene that cannot be built gives status `Invalid`, an integration that cannot go on `Diverged` or
-/// `BudgetExhausted`, each with the reason and the time reached. `extra` sees every step and event too.
-pub fn run_row<O>(scene: &Scene, modes: &InterfaceModes, extra: O) -> (RowOutcome, O)
+/// `BudgetExhausted`, each with the reason and the time reached.
+pub fn run_row(scene: &Scene, modes: &InterfaceModes) -> RowOutcome {
+    run_row_observed(scene, modes, |_| ()).0
+}
+
+/// As [`run_row`], with an observer that is made for the coupled model and sees every step and event too; it comes back
+/// unless the scene could not be built.
+pub fn run_row_observed<O>(
+    scene: &Scene,
+    modes: &InterfaceModes,
+    observer: impl FnOnce(&CoupledModel) -> O,
+) -> (RowOutcome, Option<O>)
 where
     O: for<'a> Observer<Coupled<'a>>,
 {
     let begin = Instant::now();
     let (mut outcome, extra) = match build(scene, modes) {
-        Ok(model) => simulate(scene, &model, extra),
-        Err(error) => (RowOutcome::invalid(error.to_string()), extra),
+        Ok(model) => {
+            let (outcome, extra) = simulate(scene, &model, observer(&model));
+            (outcome, Some(extra))
+        }
+        Err(error) => (RowOutcome::invalid(error.to_string()), None),
     };
     outcome.wall_time_s = begin.elapsed().as_secs_f64();
     (outcome, extra)
