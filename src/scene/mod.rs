@@ -1,10 +1,14 @@
 //! A scene: all that one row of a study needs, as plain data in SI units. No files, no matrices, no defaults hidden.
 
+mod validate;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::hammer::HammerParameters;
 use crate::workpiece::Casting;
+
+pub use validate::{SceneProblem, SceneProblemKind};
 
 /// Gas, surroundings and gravity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
