@@ -418,8 +418,8 @@ mod tests {
             ..settings(3)
         };
         let work = |row| {
-            let in_flight =
-                1 + started.fetch_add(1, Ordering::SeqCst) - delivered.load(Ordering::SeqCst);
+            let started = 1 + started.fetch_add(1, Ordering::SeqCst);
+            let in_flight = started.saturating_sub(delivered.load(Ordering::SeqCst));
             most.fetch_max(in_flight, Ordering::SeqCst);
             if row % 20 == 0 {
                 sleep(Duration::from_millis(5));
@@ -432,7 +432,7 @@ mod tests {
         };
         run_batch(0..100, &narrow, work, sink).expect("the sink never fails");
         let most = most.into_inner();
-        // One more than the window: the sink counts before the runner moves the window, never after.
+        // The sink counts before the runner moves the window, so no row can be seen beyond it.
         assert!((2..=8).contains(&most), "{most} rows in flight");
     }
 
