@@ -1,9 +1,7 @@
 //! Checks of a scene's values: every quantity finite and in its physical range, castings held, no hammer beside its casting.
 
 use crate::contact::ContactParameters;
-use crate::hammer::{
-    ChiselParameters, HammerParameters, PistonParameters, TelescopeParameters, ValveParameters,
-};
+use crate::hammer::{ChiselParameters, HammerParameters, PistonParameters, TelescopeParameters, ValveParameters};
 use crate::workpiece::{Casting, OFFSET_TOLERANCE_M, WorkpieceError};
 
 use super::{Environment, HammerUnit, Scene};

@@ -101,7 +101,10 @@ impl Study {
     fn fixture_points(&self) -> Vec<Candidate> {
         let castings = self.base.casting.iter();
         let fixtures = castings.flat_map(|(casting, entry)| {
-            entry.fixture.keys().map(move |fixture| ["casting", casting, "fixture", fixture, "point"].map(str::to_string))
+            entry
+                .fixture
+                .keys()
+                .map(move |fixture| ["casting", casting, "fixture", fixture, "point"].map(str::to_string))
         });
         fixtures.flat_map(|at| self.candidates(&at)).collect()
     }

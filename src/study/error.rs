@@ -36,7 +36,9 @@ impl StudyError {
         if problems.is_empty() {
             return Ok(());
         }
-        problems.sort_by(|a, b| (&a.place.file, a.place.line, a.place.column).cmp(&(&b.place.file, b.place.line, b.place.column)));
+        problems.sort_by(|a, b| {
+            (&a.place.file, a.place.line, a.place.column).cmp(&(&b.place.file, b.place.line, b.place.column))
+        });
         problems.dedup();
         Err(Self::Invalid { problems })
     }

@@ -86,7 +86,12 @@ pub(super) struct Plan {
 
 impl Plan {
     /// Reads the design section. `tree` is the study's tree of values, for the names in it.
-    pub fn read(entry: &DesignEntry, document: &Document, shape: &Shape, tree: &toml::Table) -> Result<Self, Vec<Problem>> {
+    pub fn read(
+        entry: &DesignEntry,
+        document: &Document,
+        shape: &Shape,
+        tree: &toml::Table,
+    ) -> Result<Self, Vec<Problem>> {
         let mut reader = Reader { document, shape, tree, problems: Vec::new() };
         let mut factors = Vec::new();
         let mut paths: Vec<Vec<Vec<String>>> = Vec::new();
@@ -173,7 +178,8 @@ impl Reader<'_> {
             (DesignKind::FullFactorial, _) => Kind::FullFactorial,
             (DesignKind::LatinHypercube, Some(rows)) => Kind::LatinHypercube { rows: clamp_count(rows), placement },
             (DesignKind::LatinHypercube, None) => {
-                self.problem(&at("rows"), "missing key").expected = Some("the number of rows of the Latin hypercube".into());
+                self.problem(&at("rows"), "missing key").expected =
+                    Some("the number of rows of the Latin hypercube".into());
                 Kind::LatinHypercube { rows: 1, placement }
             }
         }
@@ -266,7 +272,9 @@ impl Reader<'_> {
             if let Err(message) = shape.accepts(&to_toml(value)) {
                 let at = self.at(name, &["values", &index.to_string()]);
                 let nearest = match (shape, value) {
-                    (Shape::Choice(choices), FactorValue::Text(text)) => nearest_name(text, choices.iter().map(String::as_str)),
+                    (Shape::Choice(choices), FactorValue::Text(text)) => {
+                        nearest_name(text, choices.iter().map(String::as_str))
+                    }
                     _ => None,
                 };
                 let problem = self.problem(&at, format!("{message}, but drives `{driven}`"));
@@ -347,7 +355,9 @@ impl Reader<'_> {
 
 fn same(a: &FactorValue, b: &FactorValue) -> bool {
     match (a, b) {
-        (FactorValue::Integer(a), FactorValue::Real(b)) | (FactorValue::Real(b), FactorValue::Integer(a)) => *a as f64 == *b,
+        (FactorValue::Integer(a), FactorValue::Real(b)) | (FactorValue::Real(b), FactorValue::Integer(a)) => {
+            *a as f64 == *b
+        }
         _ => a == b,
     }
 }

@@ -299,7 +299,8 @@ pub(super) fn shape_at<'a>(root: &'a Shape, tree: &toml::Table, at: &[String]) -
             Shape::Map(inner) => value.map(|_| inner.as_ref()),
             Shape::Array { item, .. } if value.is_some() => Some(item.as_ref()),
             Shape::Array { .. } => {
-                let message = format!("`{}` has no entry {segment} in the study: write the list there first", path::join(here));
+                let message =
+                    format!("`{}` has no entry {segment} in the study: write the list there first", path::join(here));
                 return Err(UnknownPath { message, nearest: None });
             }
             _ => None,

@@ -67,8 +67,8 @@ impl Study {
     /// # Errors
     /// [`StudyError::Read`] if the study cannot be read, [`StudyError::Invalid`] with all faults found.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+        let text =
+            std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
         let directory = path.parent().unwrap_or(Path::new(""));
         Self::parse(&text, directory, &path.display().to_string())
     }
@@ -127,7 +127,9 @@ impl Study {
             invalid(vec![Problem::new(place, key, message)])
         };
         let design = match tree.get("design") {
-            Some(section) => read_tree(section.clone()).map_err(|(key, message)| file_fault(format!("design.{key}"), message))?,
+            Some(section) => {
+                read_tree(section.clone()).map_err(|(key, message)| file_fault(format!("design.{key}"), message))?
+            }
             None => DesignEntry::default(),
         };
         let plan = Plan::read(&design, &document, &shape, &tree);
@@ -318,7 +320,8 @@ impl Study {
             }
         }
         for one in self.overrides.iter().filter(|one| one.reaches_rows()) {
-            path::set(&mut tree, &one.path, one.value.clone()).map_err(|message| fault(path::join(&one.path), message))?;
+            path::set(&mut tree, &one.path, one.value.clone())
+                .map_err(|message| fault(path::join(&one.path), message))?;
         }
         let file: StudyFile = read_tree(toml::Value::Table(tree)).map_err(|(key, message)| fault(key, message))?;
         let context = Context { rails: &self.structure.rails, library: &self.library, points };
@@ -370,7 +373,8 @@ impl Study {
     }
 
     fn place_of(&self, at: &[String]) -> Place {
-        if let Some(one) = self.overrides.iter().rev().find(|one| one.path.starts_with(at) || at.starts_with(&one.path)) {
+        if let Some(one) = self.overrides.iter().rev().find(|one| one.path.starts_with(at) || at.starts_with(&one.path))
+        {
             return one.place();
         }
         let drives = |paths: &Vec<Vec<String>>| paths.iter().any(|path| path.starts_with(at) || at.starts_with(path));

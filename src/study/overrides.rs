@@ -28,9 +28,7 @@ impl Override {
         let allowed = shape_at(shape, tree, &at)
             .map_err(|unknown| Box::new(fault(&key, unknown.message).nearest(unknown.nearest)))?;
         let value = read_value(right.trim(), allowed);
-        allowed
-            .accepts(&value)
-            .map_err(|message| Box::new(fault(&key, message).expected(allowed.words())))?;
+        allowed.accepts(&value).map_err(|message| Box::new(fault(&key, message).expected(allowed.words())))?;
         path::set(tree, &at, value.clone()).map_err(|message| fault(&key, message))?;
         Ok(Self { text: setting.to_string(), path: at, value })
     }

@@ -126,7 +126,8 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     }
     let centre = entry.centre_m.unwrap_or_else(|| mean(&places));
     let known = entry.fixture.iter().filter(|(_, fixture)| points.position(&fixture.point).is_some());
-    let fixtures = known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
+    let fixtures =
+        known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
     Casting {
         name: name.to_string(),
         mass_kg: entry.mass_kg,

@@ -156,7 +156,8 @@ impl Reader<'_> {
     fn rails(&mut self) -> Vec<Rail> {
         let mut rails: Vec<Rail> =
             self.entry.rails.iter().map(|(name, points)| Rail { name: name.clone(), points: points.clone() }).collect();
-        let short: Vec<String> = rails.iter().filter(|rail| rail.points.len() < 2).map(|rail| rail.name.clone()).collect();
+        let short: Vec<String> =
+            rails.iter().filter(|rail| rail.points.len() < 2).map(|rail| rail.name.clone()).collect();
         for name in short {
             self.problem(&["rails", &name], "a rail needs at least two interface points");
         }

@@ -140,10 +140,7 @@ mod tests {
     fn a_rotating_casting_needs_its_inertia() {
         let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
         let light = Casting { inertia: None, ..square };
-        assert!(matches!(
-            light.check_restraint([true, false]),
-            Err(WorkpieceError::MissingInertia { .. })
-        ));
+        assert!(matches!(light.check_restraint([true, false]), Err(WorkpieceError::MissingInertia { .. })));
         assert_eq!(light.check_restraint([false, false]), Ok(()));
     }
 }

@@ -36,9 +36,7 @@ impl Casting {
     /// [`WorkpieceError::Unrestrained`] if the fixtures leave a motion free.
     pub fn check_restraint(&self, active: [bool; 2]) -> Result<(), WorkpieceError> {
         if active != [false, false] && self.inertia.is_none() {
-            return Err(WorkpieceError::MissingInertia {
-                casting: self.name.clone(),
-            });
+            return Err(WorkpieceError::MissingInertia { casting: self.name.clone() });
         }
         match free_motion(&self.stiffness(), [true, active[0], active[1]]) {
             None => Ok(()),
