@@ -270,8 +270,8 @@ fn records_that_do_not_fit_are_refused() {
     wrong_type.factors[0] = FactorValue::Integer(4);
     assert!(refusal(&mut writer, wrong_type).contains("factor `hammer.left.supply_bar`: found Integer, expected Real"));
     let mut no_casting = good();
-    no_casting.casting_of_hammer[1] = 1;
-    assert!(refusal(&mut writer, no_casting).contains("casting struck: found 1, expected below 1"));
+    no_casting.outcome.metrics.as_mut().expect("done").blows[0].casting = 1;
+    assert!(refusal(&mut writer, no_casting).contains("index of a blow's casting: found 1, expected below 1"));
     let mut hammers = good();
     hammers.outcome.metrics.as_mut().expect("done").hammers.pop();
     assert!(refusal(&mut writer, hammers).contains("number of hammers: found 1, expected 2"));

@@ -71,6 +71,8 @@ pub enum ColumnGroup {
     Blow,
     /// Work and accuracy of the solver.
     Solver,
+    /// A time signal.
+    Signal,
 }
 
 /// A column without its getter: an entry of the data dictionary.
@@ -168,8 +170,6 @@ impl<T> Column<T> {
 pub struct BlowRecord {
     /// Index of the row in the design.
     pub row: u64,
-    /// Index of the casting struck.
-    pub casting: Option<usize>,
     /// The blow.
     pub blow: Blow,
 }
@@ -210,7 +210,11 @@ impl Columns {
     }
 }
 
-fn check_unique(columns: &[ColumnDescription]) -> Result<(), DatasetError> {
+/// Refuses two columns of one name, whatever their case.
+///
+/// # Errors
+/// [`DatasetError::DuplicateColumn`].
+pub fn check_unique(columns: &[ColumnDescription]) -> Result<(), DatasetError> {
     let mut seen: BTreeMap<String, &ColumnDescription> = BTreeMap::new();
     let words = |column: &ColumnDescription| match &column.subject {
         Some(subject) => format!("`{}` of `{subject}`", column.quantity),
@@ -229,7 +233,7 @@ fn check_unique(columns: &[ColumnDescription]) -> Result<(), DatasetError> {
 }
 
 /// A name of the study as the beginning of a column's name: letters, digits and underscores, no digit in front.
-fn identifier(name: &str, prefix_before_digit: &str) -> String {
+pub fn identifier(name: &str, prefix_before_digit: &str) -> String {
     let safe: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if safe.starts_with(|c: char| c.is_ascii_alphabetic()) { safe } else { format!("{prefix_before_digit}_{safe}") }
 }
@@ -405,7 +409,7 @@ fn blow_columns() -> Vec<Column<BlowRecord>> {
             name_cell(info.hammers.get(record.blow.hammer))
         }),
         Column::new(text("casting", "Name of the casting struck, as in the study."), |info, record: &BlowRecord| {
-            name_cell(record.casting.and_then(|index| info.castings.get(index)))
+            name_cell(info.castings.get(record.blow.casting))
         }),
         Column::new(
             describe(

@@ -173,3 +173,19 @@ fn nearest(known: &[String], name: &str) -> String {
         None => String::new(),
     }
 }
+
+impl DatasetError {
+    /// Whether it is the request that is wrong (a folder in use, names that clash, a column that is not there), not the
+    /// writing or reading that failed.
+    pub fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            Self::Exists { .. }
+                | Self::Occupied { .. }
+                | Self::Missing { .. }
+                | Self::DuplicateColumn { .. }
+                | Self::UnknownColumn { .. }
+                | Self::NotANumber { .. }
+        )
+    }
+}

@@ -93,9 +93,6 @@ pub struct RowRecord {
     pub row: u64,
     /// Values of the factors, in the order of [`DatasetInfo::factors`].
     pub factors: Vec<FactorValue>,
-    /// Index of the casting that each hammer strikes in this row; may be empty for a row without a scene (then the
-    /// row can have no blows).
-    pub casting_of_hammer: Vec<usize>,
     /// How it ended.
     pub outcome: RowOutcome,
 }

@@ -36,6 +36,7 @@ mod info;
 mod manifest;
 mod parquet_file;
 mod reader;
+mod signals;
 mod writer;
 
 pub use columns::{
@@ -45,4 +46,5 @@ pub use error::DatasetError;
 pub use info::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
 pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
 pub use reader::DatasetReader;
+pub use signals::write_signals;
 pub use writer::{DatasetWriter, Existing};

@@ -40,7 +40,8 @@ fn data_type(kind: ColumnKind) -> DataType {
     }
 }
 
-fn schema(columns: &[ColumnDescription]) -> Arc<Schema> {
+/// Arrow schema with unit and description in every field's metadata.
+pub fn schema(columns: &[ColumnDescription]) -> Arc<Schema> {
     let fields: Vec<Field> = columns
         .iter()
         .map(|column| {
@@ -56,7 +57,10 @@ fn schema(columns: &[ColumnDescription]) -> Arc<Schema> {
 }
 
 /// Settings of the writer: nothing of the machine or the clock enters the file.
-fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProperties, ParquetError> {
+///
+/// # Errors
+/// The Parquet library's.
+pub fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProperties, ParquetError> {
     let entry = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
     let entries = vec![
         entry("decore.study_name", info.study_name.clone()),
@@ -112,7 +116,11 @@ pub fn encode<T>(
     encode_batch(&batch, properties(info, dictionary_json(table, &descriptions))?)
 }
 
-fn encode_batch(batch: &RecordBatch, properties: WriterProperties) -> Result<Vec<u8>, ParquetError> {
+/// The Parquet file of one batch.
+///
+/// # Errors
+/// The Parquet library's.
+pub fn encode_batch(batch: &RecordBatch, properties: WriterProperties) -> Result<Vec<u8>, ParquetError> {
     let mut bytes = Vec::new();
     let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))?;
     writer.write(batch)?;

@@ -258,11 +258,7 @@ fn blow_records(records: &[RowRecord]) -> Vec<BlowRecord> {
     let mut blows = Vec::new();
     for record in records {
         let of_row = record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows);
-        blows.extend(of_row.map(|blow| BlowRecord {
-            row: record.row,
-            casting: record.casting_of_hammer.get(blow.hammer).copied(),
-            blow: blow.clone(),
-        }));
+        blows.extend(of_row.map(|blow| BlowRecord { row: record.row, blow: blow.clone() }));
     }
     blows
 }
@@ -288,12 +284,11 @@ fn check_record(info: &DatasetInfo, record: &RowRecord) -> Result<(), DatasetErr
     };
     count("number of hammers", metrics.hammers.len(), info.hammers.len())?;
     count("number of castings", metrics.castings.len(), info.castings.len())?;
-    count("castings struck, one per hammer", record.casting_of_hammer.len(), info.hammers.len())?;
-    if let Some(casting) = record.casting_of_hammer.iter().find(|&&index| index >= info.castings.len()) {
-        return misfit("index of a casting struck", casting.to_string(), format!("below {}", info.castings.len()));
-    }
     if let Some(blow) = metrics.blows.iter().find(|blow| blow.hammer >= info.hammers.len()) {
         return misfit("index of a blow's hammer", blow.hammer.to_string(), format!("below {}", info.hammers.len()));
+    }
+    if let Some(blow) = metrics.blows.iter().find(|blow| blow.casting >= info.castings.len()) {
+        return misfit("index of a blow's casting", blow.casting.to_string(), format!("below {}", info.castings.len()));
     }
     Ok(())
 }

@@ -17,6 +17,8 @@ pub use signals::{Signal, SignalRecorder};
 pub struct Blow {
     /// Index of the hammer.
     pub hammer: usize,
+    /// Index of the casting struck.
+    pub casting: usize,
     /// Counts from 0 (the first impact) for each hammer.
     pub number: usize,
     /// First impact, settling or periodic.

@@ -53,7 +53,7 @@ impl SourceModel {
                 Self::Matrices(FeModel::read(mass, stiffness, points)?)
             }
             StructureSource::ModalTable { table, points } => {
-                Self::ModalTable(ModalTable::read(table)?, InterfacePoints::read_coordinates(points)?)
+                Self::ModalTable(ModalTable::read(table)?, InterfacePoints::read(points)?)
             }
         })
     }
@@ -92,7 +92,7 @@ impl Machine {
             SourceModel::ModalTable(table, points) => ReducedStructure::from_modal_table(&table, points)?,
         };
         let damping = match &settings.damping_ratio {
-            DampingRatio::One(ratio) => Damping::Ratio(*ratio),
+            DampingRatio::Uniform(ratio) => Damping::Ratio(*ratio),
             DampingRatio::PerMode(ratios) => Damping::PerMode(ratios.clone()),
         };
         Ok(Self {

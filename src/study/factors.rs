@@ -41,6 +41,18 @@ pub struct FactorInfo {
 }
 
 impl FactorInfo {
+    /// What it varies over, in words: a range or its values.
+    pub fn domain(&self) -> String {
+        match &self.distribution {
+            Distribution::Uniform { low, high } => format!("{low} to {high}"),
+            Distribution::LogUniform { low, high } => format!("{low} to {high} (logarithmic)"),
+            Distribution::Integer { low, high } => format!("{low} to {high} (whole numbers)"),
+            Distribution::Categories { .. } => {
+                self.values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" | ")
+            }
+        }
+    }
+
     /// The value of a level.
     pub(super) fn value(&self, level: Level) -> FactorValue {
         match level {

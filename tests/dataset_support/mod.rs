@@ -74,6 +74,7 @@ fn metrics(row: u64) -> RunMetrics {
     let blow = |hammer, number, kind, work_j| Blow {
         hammer,
         number,
+        casting: 0,
         kind,
         start_time_s: 0.1 + number as f64 / 20.0,
         energy_j: energy,
@@ -108,7 +109,6 @@ pub fn record(row: u64, outcome: RowOutcome) -> RowRecord {
             FactorValue::Integer(row as i64 - 75),
             FactorValue::Text(if row.is_multiple_of(2) { "beam_1" } else { "beam_2" }.to_owned()),
         ],
-        casting_of_hammer: vec![0, 0],
         outcome,
     }
 }
