@@ -26,8 +26,9 @@ pub struct ReductionSettings {
     /// Interface DOFs: name of the point and direction 0 to 5 ([`DOF_NAMES`]). The order is the order of the rows; a DOF
     /// named twice, or two points on the same node, share a row.
     pub interface: Vec<(String, usize)>,
-    /// Fixed-interface modes below this frequency are kept, in Hz. About three times the highest frequency of interest
-    /// leaves errors of 1e-6 there.
+    /// Fixed-interface modes below this frequency are kept, in Hz. On the station with the whole rail and table as
+    /// interface, 3000 Hz leaves relative errors of 4e-6 in the frequencies below 300 Hz and 5e-4 below 1000 Hz; 1500 Hz
+    /// 7e-5 and 8e-3.
     pub fixed_interface_cutoff_hz: f64,
 }
 
