@@ -42,7 +42,12 @@ impl Permutation {
             width += 1;
         }
         let height = count.div_ceil(width);
-        Self { key, count, width, height }
+        Self {
+            key,
+            count,
+            width,
+            height,
+        }
     }
 
     /// Image of `index`, which must lie below the count; larger ones are taken modulo it.
@@ -95,10 +100,15 @@ mod tests {
         let mut counts = std::collections::BTreeMap::new();
         for key in 0..24_000 {
             let permutation = Permutation::new(hash(key, 0, 0), 4);
-            *counts.entry([0, 1, 2, 3].map(|i| permutation.at(i))).or_insert(0u32) += 1;
+            *counts
+                .entry([0, 1, 2, 3].map(|i| permutation.at(i)))
+                .or_insert(0u32) += 1;
         }
         assert_eq!(counts.len(), 24);
-        let chi: f64 = counts.values().map(|&n| (f64::from(n) - 1000.0).powi(2) / 1000.0).sum();
+        let chi: f64 = counts
+            .values()
+            .map(|&n| (f64::from(n) - 1000.0).powi(2) / 1000.0)
+            .sum();
         assert!(chi < 49.7, "chi squared {chi}");
     }
 

@@ -67,7 +67,11 @@ struct Checks {
 
 impl Checks {
     fn push(&mut self, kind: SceneProblemKind, path: String, message: String) {
-        self.problems.push(SceneProblem { kind, path, message });
+        self.problems.push(SceneProblem {
+            kind,
+            path,
+            message,
+        });
     }
 
     fn value(&mut self, path: String, value: f64, range: Range) {
@@ -85,8 +89,16 @@ impl Checks {
 
     fn contact(&mut self, prefix: &str, contact: &ContactParameters) {
         let entries = [
-            ("stiffness_n_per_m", contact.stiffness_n_per_m, Range::Positive),
-            ("damping_n_s_per_m", contact.damping_n_s_per_m, Range::NonNegative),
+            (
+                "stiffness_n_per_m",
+                contact.stiffness_n_per_m,
+                Range::Positive,
+            ),
+            (
+                "damping_n_s_per_m",
+                contact.damping_n_s_per_m,
+                Range::NonNegative,
+            ),
         ];
         self.values(prefix, &entries);
     }
@@ -103,7 +115,9 @@ impl Scene {
     ///
     /// Names of interface points are not checked here: only the structure knows them.
     pub fn validate(&self) -> Vec<SceneProblem> {
-        let mut checks = Checks { problems: Vec::new() };
+        let mut checks = Checks {
+            problems: Vec::new(),
+        };
         check_environment(&mut checks, &self.environment);
         for hammer in &self.hammers {
             self.check_hammer(&mut checks, hammer);
@@ -118,7 +132,11 @@ impl Scene {
     /// Strike points on the casting with this index, in m from its centre of mass.
     pub fn strike_points(&self, casting: usize) -> Vec<[f64; 2]> {
         let strikes = |hammer: &&HammerUnit| hammer.casting == casting;
-        self.hammers.iter().filter(strikes).map(|hammer| hammer.strike_point_m).collect()
+        self.hammers
+            .iter()
+            .filter(strikes)
+            .map(|hammer| hammer.strike_point_m)
+            .collect()
     }
 
     fn check_hammer(&self, checks: &mut Checks, hammer: &HammerUnit) {
@@ -135,10 +153,18 @@ impl Scene {
         checks.values(&prefix, &entries);
         let sum: f64 = hammer.mount.points.iter().map(|(_, weight)| weight).sum();
         let mount = !hammer.mount.points.is_empty() && (sum - 1.0).abs() < 1e-9;
-        checks.rule(mount, format!("{prefix}.mount"), "needs one or more points whose weights sum to 1");
+        checks.rule(
+            mount,
+            format!("{prefix}.mount"),
+            "needs one or more points whose weights sum to 1",
+        );
         check_parameters(checks, &format!("{prefix}.parameters"), &hammer.parameters);
         match self.castings.get(hammer.casting) {
-            None => checks.rule(false, format!("{prefix}.casting"), "names no casting of the scene"),
+            None => checks.rule(
+                false,
+                format!("{prefix}.casting"),
+                "names no casting of the scene",
+            ),
             Some(casting) => check_strike(checks, &prefix, hammer, casting),
         }
     }
@@ -161,18 +187,33 @@ impl Scene {
         entries.extend(points.map(|&offset| ("measuring_point_m", offset, Range::Any)));
         checks.values(&prefix, &entries);
         let held = !casting.fixtures.is_empty();
-        checks.rule(held, format!("{prefix}.fixture"), "a casting needs at least one fixture");
+        checks.rule(
+            held,
+            format!("{prefix}.fixture"),
+            "a casting needs at least one fixture",
+        );
         for fixture in &casting.fixtures {
             let entries = [
                 ("at_m", fixture.at_m[0], Range::Any),
                 ("at_m", fixture.at_m[1], Range::Any),
-                ("stiffness_n_per_m", fixture.stiffness_n_per_m, Range::Positive),
-                ("damping_n_s_per_m", fixture.damping_n_s_per_m, Range::NonNegative),
+                (
+                    "stiffness_n_per_m",
+                    fixture.stiffness_n_per_m,
+                    Range::Positive,
+                ),
+                (
+                    "damping_n_s_per_m",
+                    fixture.damping_n_s_per_m,
+                    Range::NonNegative,
+                ),
             ];
             checks.values(&format!("{prefix}.fixture.{}", fixture.name), &entries);
         }
         // Only a casting with sound values that every hammer hits says something about its restraint.
-        let missed = self.hammers.iter().any(|hammer| hammer.casting == index && misses(hammer, casting));
+        let missed = self
+            .hammers
+            .iter()
+            .any(|hammer| hammer.casting == index && misses(hammer, casting));
         if checks.problems.len() == before && !missed {
             let active = casting.active_rotations(&self.strike_points(index));
             if let Err(error) = casting.check_restraint(active) {
@@ -180,7 +221,11 @@ impl Scene {
                     WorkpieceError::MissingInertia { .. } => "inertia_kg_m2",
                     WorkpieceError::Unrestrained { .. } => "fixture",
                 };
-                checks.push(SceneProblemKind::Restraint, format!("{prefix}.{key}"), error.to_string());
+                checks.push(
+                    SceneProblemKind::Restraint,
+                    format!("{prefix}.{key}"),
+                    error.to_string(),
+                );
             }
         }
     }
@@ -189,14 +234,30 @@ impl Scene {
         checks.value("duration_s".to_string(), self.duration_s, Range::Positive);
         let tolerance = self.solver.tolerance;
         let bounded = tolerance > 0.0 && tolerance <= 0.1;
-        checks.rule(bounded, "solver.tolerance".to_string(), "must lie above 0 and not above 0.1");
+        checks.rule(
+            bounded,
+            "solver.tolerance".to_string(),
+            "must lie above 0 and not above 0.1",
+        );
         let steps = self.solver.max_steps > 0;
         checks.rule(steps, "solver.max_steps".to_string(), "must be at least 1");
-        checks.value("solver.max_wall_time_s".to_string(), self.solver.max_wall_time_s, Range::Positive);
+        checks.value(
+            "solver.max_wall_time_s".to_string(),
+            self.solver.max_wall_time_s,
+            Range::Positive,
+        );
         let outputs = [
             ("blow_window_s", self.outputs.blow_window_s, Range::Positive),
-            ("blow_closing_speed_m_s", self.outputs.blow_closing_speed_m_s, Range::NonNegative),
-            ("blow_separation_s", self.outputs.blow_separation_s, Range::NonNegative),
+            (
+                "blow_closing_speed_m_s",
+                self.outputs.blow_closing_speed_m_s,
+                Range::NonNegative,
+            ),
+            (
+                "blow_separation_s",
+                self.outputs.blow_separation_s,
+                Range::NonNegative,
+            ),
         ];
         checks.values("outputs", &outputs);
     }
@@ -205,7 +266,9 @@ impl Scene {
 /// Whether the strike point lies outside the casting's extent.
 fn misses(hammer: &HammerUnit, casting: &Casting) -> bool {
     let outside = |(offset, length): (f64, f64)| offset.abs() > 0.5 * length + OFFSET_TOLERANCE_M;
-    casting.size_m.is_some_and(|size| hammer.strike_point_m.into_iter().zip(size).any(outside))
+    casting
+        .size_m
+        .is_some_and(|size| hammer.strike_point_m.into_iter().zip(size).any(outside))
 }
 
 fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting: &Casting) {
@@ -218,20 +281,48 @@ fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting:
              {width} m by {depth} m",
             hammer.name, casting.name
         );
-        checks.push(SceneProblemKind::Miss, format!("{prefix}.strike_point_m"), message);
+        checks.push(
+            SceneProblemKind::Miss,
+            format!("{prefix}.strike_point_m"),
+            message,
+        );
     }
 }
 
 fn check_environment(checks: &mut Checks, environment: &Environment) {
     let entries = [
-        ("gas_constant_j_per_kg_k", environment.gas_constant_j_per_kg_k, Range::Positive),
+        (
+            "gas_constant_j_per_kg_k",
+            environment.gas_constant_j_per_kg_k,
+            Range::Positive,
+        ),
         ("temperature_k", environment.temperature_k, Range::Positive),
-        ("isentropic_exponent", environment.isentropic_exponent, Range::AboveOne),
-        ("ambient_pressure_pa", environment.ambient_pressure_pa, Range::Positive),
+        (
+            "isentropic_exponent",
+            environment.isentropic_exponent,
+            Range::AboveOne,
+        ),
+        (
+            "ambient_pressure_pa",
+            environment.ambient_pressure_pa,
+            Range::Positive,
+        ),
         ("gravity_m_s2", environment.gravity_m_s2, Range::NonNegative),
-        ("inflow_exponent", environment.inflow_exponent, Range::Positive),
-        ("outflow_exponent", environment.outflow_exponent, Range::Positive),
-        ("expansion_exponent", environment.expansion_exponent, Range::Positive),
+        (
+            "inflow_exponent",
+            environment.inflow_exponent,
+            Range::Positive,
+        ),
+        (
+            "outflow_exponent",
+            environment.outflow_exponent,
+            Range::Positive,
+        ),
+        (
+            "expansion_exponent",
+            environment.expansion_exponent,
+            Range::Positive,
+        ),
     ];
     checks.values("environment", &entries);
 }
@@ -239,40 +330,117 @@ fn check_environment(checks: &mut Checks, environment: &Environment) {
 fn check_parameters(checks: &mut Checks, prefix: &str, parameters: &HammerParameters) {
     let housing = &parameters.housing;
     let mut entries = vec![("mass_kg", housing.mass_kg, Range::NonNegative)];
-    entries.extend(housing.inertia_kg_m2.map(|value| ("inertia_kg_m2", value, Range::NonNegative)));
-    entries.extend(housing.centre_of_mass_m.map(|value| ("centre_of_mass_m", value, Range::Any)));
+    entries.extend(
+        housing
+            .inertia_kg_m2
+            .map(|value| ("inertia_kg_m2", value, Range::NonNegative)),
+    );
+    entries.extend(
+        housing
+            .centre_of_mass_m
+            .map(|value| ("centre_of_mass_m", value, Range::Any)),
+    );
     checks.values(&format!("{prefix}.housing"), &entries);
     let guide = [
         ("mass_kg", parameters.guide.mass_kg, Range::Positive),
-        ("stiffness_n_per_m", parameters.guide.stiffness_n_per_m, Range::Positive),
+        (
+            "stiffness_n_per_m",
+            parameters.guide.stiffness_n_per_m,
+            Range::Positive,
+        ),
     ];
     checks.values(&format!("{prefix}.guide"), &guide);
-    check_telescope(checks, &format!("{prefix}.telescope"), &parameters.telescope);
-    check_piston(checks, &format!("{prefix}.piston"), &parameters.piston, &parameters.chisel);
+    check_telescope(
+        checks,
+        &format!("{prefix}.telescope"),
+        &parameters.telescope,
+    );
+    check_piston(
+        checks,
+        &format!("{prefix}.piston"),
+        &parameters.piston,
+        &parameters.chisel,
+    );
     check_valve(checks, &format!("{prefix}.valve"), &parameters.valve);
     check_chisel(checks, &format!("{prefix}.chisel"), &parameters.chisel);
 }
 
 fn check_telescope(checks: &mut Checks, prefix: &str, telescope: &TelescopeParameters) {
     let entries = [
-        ("cylinder_mass_kg", telescope.cylinder_mass_kg, Range::Positive),
+        (
+            "cylinder_mass_kg",
+            telescope.cylinder_mass_kg,
+            Range::Positive,
+        ),
         ("bore_m", telescope.bore_m, Range::Positive),
-        ("annulus_area_ratio", telescope.annulus_area_ratio, Range::Positive),
-        ("top_clearance_m", telescope.top_clearance_m, Range::Positive),
-        ("top_dead_volume_m3", telescope.top_dead_volume_m3, Range::NonNegative),
-        ("annulus_length_m", telescope.annulus_length_m, Range::Positive),
+        (
+            "annulus_area_ratio",
+            telescope.annulus_area_ratio,
+            Range::Positive,
+        ),
+        (
+            "top_clearance_m",
+            telescope.top_clearance_m,
+            Range::Positive,
+        ),
+        (
+            "top_dead_volume_m3",
+            telescope.top_dead_volume_m3,
+            Range::NonNegative,
+        ),
+        (
+            "annulus_length_m",
+            telescope.annulus_length_m,
+            Range::Positive,
+        ),
         ("inlet_area_m2", telescope.inlet_area_m2, Range::Positive),
         ("vent_area_m2", telescope.vent_area_m2, Range::Positive),
         ("stroke_m", telescope.stroke_m, Range::Positive),
-        ("spring_stiffness_n_per_m", telescope.spring_stiffness_n_per_m, Range::Positive),
-        ("spring_damping_n_s_per_m", telescope.spring_damping_n_s_per_m, Range::NonNegative),
-        ("spring_preload_n", telescope.spring_preload_n, Range::NonNegative),
-        ("friction_static_n", telescope.friction_static_n, Range::NonNegative),
-        ("friction_velocity_m_s", telescope.friction_velocity_m_s, Range::Positive),
-        ("friction_viscous_n_s_per_m", telescope.friction_viscous_n_s_per_m, Range::NonNegative),
-        ("friction_directional_n_s_per_m", telescope.friction_directional_n_s_per_m, Range::NonNegative),
-        ("retracting_share", telescope.retracting_share, Range::NonNegative),
-        ("extending_share", telescope.extending_share, Range::NonNegative),
+        (
+            "spring_stiffness_n_per_m",
+            telescope.spring_stiffness_n_per_m,
+            Range::Positive,
+        ),
+        (
+            "spring_damping_n_s_per_m",
+            telescope.spring_damping_n_s_per_m,
+            Range::NonNegative,
+        ),
+        (
+            "spring_preload_n",
+            telescope.spring_preload_n,
+            Range::NonNegative,
+        ),
+        (
+            "friction_static_n",
+            telescope.friction_static_n,
+            Range::NonNegative,
+        ),
+        (
+            "friction_velocity_m_s",
+            telescope.friction_velocity_m_s,
+            Range::Positive,
+        ),
+        (
+            "friction_viscous_n_s_per_m",
+            telescope.friction_viscous_n_s_per_m,
+            Range::NonNegative,
+        ),
+        (
+            "friction_directional_n_s_per_m",
+            telescope.friction_directional_n_s_per_m,
+            Range::NonNegative,
+        ),
+        (
+            "retracting_share",
+            telescope.retracting_share,
+            Range::NonNegative,
+        ),
+        (
+            "extending_share",
+            telescope.extending_share,
+            Range::NonNegative,
+        ),
     ];
     checks.values(prefix, &entries);
     checks.contact(&format!("{prefix}.top_stop"), &telescope.top_stop);
@@ -283,7 +451,12 @@ fn check_telescope(checks: &mut Checks, prefix: &str, telescope: &TelescopeParam
     checks.rule(!empty, format!("{prefix}.annulus_length_m"), message);
 }
 
-fn check_piston(checks: &mut Checks, prefix: &str, piston: &PistonParameters, chisel: &ChiselParameters) {
+fn check_piston(
+    checks: &mut Checks,
+    prefix: &str,
+    piston: &PistonParameters,
+    chisel: &ChiselParameters,
+) {
     let entries = [
         ("mass_kg", piston.mass_kg, Range::Positive),
         ("bore_m", piston.bore_m, Range::Positive),
@@ -291,13 +464,29 @@ fn check_piston(checks: &mut Checks, prefix: &str, piston: &PistonParameters, ch
         ("stroke_m", piston.stroke_m, Range::Positive),
         ("chamber_length_m", piston.chamber_length_m, Range::Positive),
         ("rear_clearance_m", piston.rear_clearance_m, Range::Positive),
-        ("front_clearance_m", piston.front_clearance_m, Range::Positive),
+        (
+            "front_clearance_m",
+            piston.front_clearance_m,
+            Range::Positive,
+        ),
         ("rear_port_m", piston.rear_port_m, Range::NonNegative),
         ("front_port_m", piston.front_port_m, Range::NonNegative),
         ("port_width_m", piston.port_width_m, Range::Positive),
-        ("rear_exhaust_area_m2", piston.rear_exhaust_area_m2, Range::Positive),
-        ("front_exhaust_area_m2", piston.front_exhaust_area_m2, Range::Positive),
-        ("friction_viscous_n_s_per_m", piston.friction_viscous_n_s_per_m, Range::NonNegative),
+        (
+            "rear_exhaust_area_m2",
+            piston.rear_exhaust_area_m2,
+            Range::Positive,
+        ),
+        (
+            "front_exhaust_area_m2",
+            piston.front_exhaust_area_m2,
+            Range::Positive,
+        ),
+        (
+            "friction_viscous_n_s_per_m",
+            piston.friction_viscous_n_s_per_m,
+            Range::NonNegative,
+        ),
     ];
     checks.values(prefix, &entries);
     checks.contact(&format!("{prefix}.rear_wall"), &piston.rear_wall);
@@ -305,7 +494,8 @@ fn check_piston(checks: &mut Checks, prefix: &str, piston: &PistonParameters, ch
     // V40 = front_clearance A3, so the front chamber keeps a volume while p < L_p + (A3 / A4) front_clearance.
     let reach = piston.chamber_length_m + piston.front_clearance_m / piston.front_area_ratio;
     let empty = reach <= piston.stroke_m + chisel.travel_m;
-    let message = "must leave the front chamber a volume at the resting position, stroke_m + chisel.travel_m";
+    let message =
+        "must leave the front chamber a volume at the resting position, stroke_m + chisel.travel_m";
     checks.rule(!empty, format!("{prefix}.chamber_length_m"), message);
 }
 
@@ -315,9 +505,21 @@ fn check_valve(checks: &mut Checks, prefix: &str, valve: &ValveParameters) {
         ("area_m2", valve.area_m2, Range::Positive),
         ("travel_m", valve.travel_m, Range::Positive),
         ("supply_share", valve.supply_share, Range::Positive),
-        ("rear_feed_area_m2", valve.rear_feed_area_m2, Range::Positive),
-        ("front_feed_area_m2", valve.front_feed_area_m2, Range::Positive),
-        ("friction_viscous_n_s_per_m", valve.friction_viscous_n_s_per_m, Range::NonNegative),
+        (
+            "rear_feed_area_m2",
+            valve.rear_feed_area_m2,
+            Range::Positive,
+        ),
+        (
+            "front_feed_area_m2",
+            valve.front_feed_area_m2,
+            Range::Positive,
+        ),
+        (
+            "friction_viscous_n_s_per_m",
+            valve.friction_viscous_n_s_per_m,
+            Range::NonNegative,
+        ),
     ];
     checks.values(prefix, &entries);
     checks.contact(&format!("{prefix}.stop"), &valve.stop);
@@ -327,9 +529,19 @@ fn check_chisel(checks: &mut Checks, prefix: &str, chisel: &ChiselParameters) {
     let entries = [
         ("mass_kg", chisel.mass_kg, Range::Positive),
         ("travel_m", chisel.travel_m, Range::Positive),
-        ("friction_viscous_n_s_per_m", chisel.friction_viscous_n_s_per_m, Range::NonNegative),
+        (
+            "friction_viscous_n_s_per_m",
+            chisel.friction_viscous_n_s_per_m,
+            Range::NonNegative,
+        ),
     ];
     checks.values(prefix, &entries);
-    checks.contact(&format!("{prefix}.cylinder_contact"), &chisel.cylinder_contact);
-    checks.contact(&format!("{prefix}.casting_contact"), &chisel.casting_contact);
+    checks.contact(
+        &format!("{prefix}.cylinder_contact"),
+        &chisel.cylinder_contact,
+    );
+    checks.contact(
+        &format!("{prefix}.casting_contact"),
+        &chisel.casting_contact,
+    );
 }

@@ -32,7 +32,11 @@ impl Study {
             add(&mut demand.mounts, candidate.value);
         }
         for candidate in self.rails() {
-            let rail = self.structure.rails.iter().find(|rail| rail.name == candidate.value);
+            let rail = self
+                .structure
+                .rails
+                .iter()
+                .find(|rail| rail.name == candidate.value);
             for point in rail.into_iter().flat_map(|rail| &rail.points) {
                 add(&mut demand.mounts, point.clone());
             }
@@ -46,22 +50,42 @@ impl Study {
     /// All texts that some row can have at a path.
     pub(super) fn candidates(&self, at: &[String]) -> Vec<Candidate> {
         let overridden = self.overrides.iter().rev().find(|one| one.path == at);
-        let driver = self.plan.paths.iter().position(|paths| paths.iter().any(|path| path == at));
+        let driver = self
+            .plan
+            .paths
+            .iter()
+            .position(|paths| paths.iter().any(|path| path == at));
         let factor = driver.and_then(|index| self.plan.factors.get(index));
         match (overridden, factor) {
             (Some(one), _) => {
                 let text = one.value.as_str().map(str::to_string);
-                text.into_iter().map(|value| Candidate { value, place: one.place(), at: at.to_vec() }).collect()
+                text.into_iter()
+                    .map(|value| Candidate {
+                        value,
+                        place: one.place(),
+                        at: at.to_vec(),
+                    })
+                    .collect()
             }
             (None, Some(factor)) => {
                 let candidate = |(index, value)| {
                     let index: usize = index;
                     let entry = index.to_string();
-                    let key = ["design", "factor", &factor.name, "values", &entry].map(str::to_string);
+                    let key =
+                        ["design", "factor", &factor.name, "values", &entry].map(str::to_string);
                     let value = to_toml(value).as_str()?.to_string();
-                    Some(Candidate { value, place: self.document.locate(&key), at: key.to_vec() })
+                    Some(Candidate {
+                        value,
+                        place: self.document.locate(&key),
+                        at: key.to_vec(),
+                    })
                 };
-                factor.values.iter().enumerate().filter_map(candidate).collect()
+                factor
+                    .values
+                    .iter()
+                    .enumerate()
+                    .filter_map(candidate)
+                    .collect()
             }
             (None, None) => {
                 let value = path::get(&self.template, at).and_then(toml::Value::as_str);
@@ -77,7 +101,9 @@ impl Study {
 
     fn hammer_candidates(&self, key: &str) -> Vec<Candidate> {
         let names = self.base.hammer.keys();
-        names.flat_map(|name| self.candidates(&["hammer", name, key].map(str::to_string))).collect()
+        names
+            .flat_map(|name| self.candidates(&["hammer", name, key].map(str::to_string)))
+            .collect()
     }
 
     fn mounts(&self) -> Vec<Candidate> {
@@ -90,8 +116,14 @@ impl Study {
         if let [only] = self.structure.rails.as_slice() {
             for (name, entry) in &self.base.hammer {
                 if entry.rail.is_none() && entry.rail_position_m.is_some() {
-                    let at = ["hammer", name, "rail_position_m"].map(str::to_string).to_vec();
-                    rails.push(Candidate { value: only.name.clone(), place: self.document.locate(&at), at });
+                    let at = ["hammer", name, "rail_position_m"]
+                        .map(str::to_string)
+                        .to_vec();
+                    rails.push(Candidate {
+                        value: only.name.clone(),
+                        place: self.document.locate(&at),
+                        at,
+                    });
                 }
             }
         }
@@ -101,27 +133,31 @@ impl Study {
     fn fixture_points(&self) -> Vec<Candidate> {
         let castings = self.base.casting.iter();
         let fixtures = castings.flat_map(|(casting, entry)| {
-            entry.fixture.keys().map(move |fixture| ["casting", casting, "fixture", fixture, "point"].map(str::to_string))
+            entry.fixture.keys().map(move |fixture| {
+                ["casting", casting, "fixture", fixture, "point"].map(str::to_string)
+            })
         });
         fixtures.flat_map(|at| self.candidates(&at)).collect()
     }
 
-    /// Names of interface points and rails that some row can use but the machine does not have.
+    /// Names of interface points, in rails or where some row can use them, that the machine does not have.
     pub(super) fn check_names(&self, points: &PointTable) -> Vec<Problem> {
         let mut problems = Vec::new();
         for candidate in self.mounts().into_iter().chain(self.fixture_points()) {
             if points.position(&candidate.value).is_none() {
                 let message = format!("the machine has no interface point `{}`", candidate.value);
                 let nearest = points.nearest_name(&candidate.value);
-                problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
+                problems.push(
+                    Problem::new(candidate.place, path::join(&candidate.at), message)
+                        .nearest(nearest),
+                );
             }
         }
-        for candidate in self.rails() {
-            let rail = self.structure.rails.iter().find(|rail| rail.name == candidate.value);
-            for (index, point) in rail.into_iter().flat_map(|rail| &rail.points).enumerate() {
+        for rail in &self.structure.rails {
+            for (index, point) in rail.points.iter().enumerate() {
                 if points.position(point).is_none() {
                     let entry = index.to_string();
-                    let at = ["structure", "rails", &candidate.value, &entry].map(str::to_string);
+                    let at = ["structure", "rails", &rail.name, &entry].map(str::to_string);
                     let message = format!("the machine has no interface point `{point}`");
                     let problem = Problem::new(self.document.locate(&at), path::join(&at), message);
                     problems.push(problem.nearest(points.nearest_name(point)));

@@ -43,20 +43,34 @@ impl Document {
             .iter()
             .map(|error| {
                 let place = error.span().map(|span| Place::in_text(name, text, span));
-                Problem::new(place.unwrap_or_else(|| Place::in_file(name)), "", error.message())
+                Problem::new(
+                    place.unwrap_or_else(|| Place::in_file(name)),
+                    "",
+                    error.message(),
+                )
             })
             .collect();
+        // After its first fault the rest of a line says little.
+        problems.dedup_by_key(|problem| problem.place.line);
         let span = table.span();
         let mut document = Self {
             name: name.to_string(),
             text: text.to_string(),
-            root: Node { content: Content::Table(IndexMap::new()), key: span.clone(), span },
+            root: Node {
+                content: Content::Table(IndexMap::new()),
+                key: span.clone(),
+                span,
+            },
         };
         if problems.is_empty() {
             let content = document.table(table.get_ref(), &mut problems);
             document.root.content = content;
         }
-        if problems.is_empty() { Ok(document) } else { Err(problems) }
+        if problems.is_empty() {
+            Ok(document)
+        } else {
+            Err(problems)
+        }
     }
 
     fn table(&self, table: &DeTable<'_>, problems: &mut Vec<Problem>) -> Content {
@@ -71,7 +85,12 @@ impl Document {
         Content::Table(entries.collect())
     }
 
-    fn content(&self, value: &DeValue<'_>, span: &Range<usize>, problems: &mut Vec<Problem>) -> Content {
+    fn content(
+        &self,
+        value: &DeValue<'_>,
+        span: &Range<usize>,
+        problems: &mut Vec<Problem>,
+    ) -> Content {
         let fault = |message: String| Problem::new(self.place(span.clone()), "", message);
         Content::Leaf(match value {
             DeValue::Table(table) => return self.table(table, problems),
@@ -87,9 +106,13 @@ impl Document {
             DeValue::Boolean(flag) => toml::Value::Boolean(*flag),
             DeValue::Datetime(date) => toml::Value::Datetime(*date),
             DeValue::Integer(digits) => {
-                let parsed = i64::from_str_radix(digits.as_str(), digits.radix()).map_err(|error| {
-                    problems.push(fault(format!("{} is no 64-bit integer: {error}", digits.as_str())));
-                });
+                let parsed =
+                    i64::from_str_radix(digits.as_str(), digits.radix()).map_err(|error| {
+                        problems.push(fault(format!(
+                            "{} is no 64-bit integer: {error}",
+                            digits.as_str()
+                        )));
+                    });
                 toml::Value::Integer(parsed.unwrap_or(0))
             }
             DeValue::Float(digits) => {
@@ -144,10 +167,15 @@ impl Node {
     /// The value without places.
     pub fn value(&self) -> toml::Value {
         match &self.content {
-            Content::Table(entries) => {
-                toml::Value::Table(entries.iter().map(|(key, node)| (key.clone(), node.value())).collect())
+            Content::Table(entries) => toml::Value::Table(
+                entries
+                    .iter()
+                    .map(|(key, node)| (key.clone(), node.value()))
+                    .collect(),
+            ),
+            Content::Array(entries) => {
+                toml::Value::Array(entries.iter().map(Node::value).collect())
             }
-            Content::Array(entries) => toml::Value::Array(entries.iter().map(Node::value).collect()),
             Content::Leaf(value) => value.clone(),
         }
     }

@@ -36,7 +36,13 @@ impl StudyError {
         if problems.is_empty() {
             return Ok(());
         }
-        problems.sort_by(|a, b| (&a.place.file, a.place.line, a.place.column).cmp(&(&b.place.file, b.place.line, b.place.column)));
+        problems.sort_by(|a, b| {
+            (&a.place.file, a.place.line, a.place.column).cmp(&(
+                &b.place.file,
+                b.place.line,
+                b.place.column,
+            ))
+        });
         problems.dedup();
         Err(Self::Invalid { problems })
     }
@@ -68,21 +74,40 @@ pub struct Place {
 impl Place {
     /// A whole file.
     pub(super) fn in_file(file: &str) -> Self {
-        Self { file: file.to_string(), line: None, column: None, source_line: String::new(), width: 1 }
+        Self {
+            file: file.to_string(),
+            line: None,
+            column: None,
+            source_line: String::new(),
+            width: 1,
+        }
     }
 
     /// A byte range of a text; a range over several lines is cut at the end of its first.
     pub(super) fn in_text(file: &str, text: &str, span: Range<usize>) -> Self {
         let at = |offset: usize| {
             let bounded = offset.min(text.len());
-            (0..=bounded).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
+            (0..=bounded)
+                .rev()
+                .find(|&i| text.is_char_boundary(i))
+                .unwrap_or(0)
         };
         let (start, end) = (at(span.start), at(span.end.max(span.start)));
         let before = text.get(..start).unwrap_or("");
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        let line = text.get(line_start..).unwrap_or("").lines().next().unwrap_or("");
+        let line = text
+            .get(line_start..)
+            .unwrap_or("")
+            .lines()
+            .next()
+            .unwrap_or("");
         let column = before.get(line_start..).unwrap_or("").chars().count() + 1;
-        let covered = text.get(start..end).unwrap_or("").lines().next().unwrap_or("");
+        let covered = text
+            .get(start..end)
+            .unwrap_or("")
+            .lines()
+            .next()
+            .unwrap_or("");
         Self {
             file: file.to_string(),
             line: Some(before.matches('\n').count() + 1),
@@ -110,7 +135,13 @@ pub struct Problem {
 
 impl Problem {
     pub(super) fn new(place: Place, key: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { place, key: key.into(), message: message.into(), expected: None, nearest: None }
+        Self {
+            place,
+            key: key.into(),
+            message: message.into(),
+            expected: None,
+            nearest: None,
+        }
     }
 
     pub(super) fn expected(mut self, expected: impl Into<String>) -> Self {
@@ -139,10 +170,19 @@ impl fmt::Display for Problem {
             let number = line.to_string();
             let margin = " ".repeat(number.len());
             // Tabs are kept so that the caret stays below its column.
-            let indent: String =
-                self.place.source_line.chars().take(column - 1).map(|c| if c == '\t' { c } else { ' ' }).collect();
+            let indent: String = self
+                .place
+                .source_line
+                .chars()
+                .take(column - 1)
+                .map(|c| if c == '\t' { c } else { ' ' })
+                .collect();
             let carets = "^".repeat(self.place.width);
-            write!(formatter, "\n {margin} |\n {number} | {}\n {margin} | {indent}{carets}", self.place.source_line)?;
+            write!(
+                formatter,
+                "\n {margin} |\n {number} | {}\n {margin} | {indent}{carets}",
+                self.place.source_line
+            )?;
         }
         if let Some(expected) = &self.expected {
             write!(formatter, "\n  expected: {expected}")?;
@@ -168,10 +208,18 @@ impl fmt::Display for Listing<'_> {
 }
 
 /// The name nearest to `wanted`, if one is near enough to be meant.
-pub(super) fn nearest_name<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<String> {
+pub(super) fn nearest_name<'a>(
+    wanted: &str,
+    names: impl IntoIterator<Item = &'a str>,
+) -> Option<String> {
     names
         .into_iter()
-        .map(|name| (strsim::jaro_winkler(&wanted.to_lowercase(), &name.to_lowercase()), name))
+        .map(|name| {
+            (
+                strsim::jaro_winkler(&wanted.to_lowercase(), &name.to_lowercase()),
+                name,
+            )
+        })
         .filter(|(similarity, _)| *similarity > 0.6)
         .max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(a.1)))
         .map(|(_, name)| name.to_string())

@@ -10,7 +10,14 @@ use super::path;
 use crate::design::{Design, DesignError, Distribution, Factor, Kind, Level, Placement};
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
-const DRIVABLE: [&str; 6] = ["hammer", "casting", "solver", "outputs", "environment", "duration_s"];
+const DRIVABLE: [&str; 6] = [
+    "hammer",
+    "casting",
+    "solver",
+    "outputs",
+    "environment",
+    "duration_s",
+];
 
 /// Type of a factor's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +54,9 @@ impl FactorInfo {
             Level::Real(value) => FactorValue::Real(value),
             Level::Integer(value) => FactorValue::Integer(value),
             Level::Category(index) => match (self.values.get(index), self.kind) {
-                (Some(FactorValue::Integer(value)), FactorKind::Real) => FactorValue::Real(*value as f64),
+                (Some(FactorValue::Integer(value)), FactorKind::Real) => {
+                    FactorValue::Real(*value as f64)
+                }
                 (Some(value), _) => value.clone(),
                 (None, _) => FactorValue::Text(String::new()),
             },
@@ -60,8 +69,12 @@ impl FactorInfo {
             Distribution::Uniform { low, high } | Distribution::LogUniform { low, high } => {
                 vec![FactorValue::Real(low), FactorValue::Real(high)]
             }
-            Distribution::Integer { low, high } => vec![FactorValue::Integer(low), FactorValue::Integer(high)],
-            Distribution::Categories { count } => (0..count).map(|index| self.value(Level::Category(index))).collect(),
+            Distribution::Integer { low, high } => {
+                vec![FactorValue::Integer(low), FactorValue::Integer(high)]
+            }
+            Distribution::Categories { count } => (0..count)
+                .map(|index| self.value(Level::Category(index)))
+                .collect(),
         }
     }
 }
@@ -86,8 +99,18 @@ pub(super) struct Plan {
 
 impl Plan {
     /// Reads the design section. `tree` is the study's tree of values, for the names in it.
-    pub fn read(entry: &DesignEntry, document: &Document, shape: &Shape, tree: &toml::Table) -> Result<Self, Vec<Problem>> {
-        let mut reader = Reader { document, shape, tree, problems: Vec::new() };
+    pub fn read(
+        entry: &DesignEntry,
+        document: &Document,
+        shape: &Shape,
+        tree: &toml::Table,
+    ) -> Result<Self, Vec<Problem>> {
+        let mut reader = Reader {
+            document,
+            shape,
+            tree,
+            problems: Vec::new(),
+        };
         let mut factors = Vec::new();
         let mut paths: Vec<Vec<Vec<String>>> = Vec::new();
         let mut design_factors = Vec::new();
@@ -95,7 +118,10 @@ impl Plan {
             let values = reader.values(name, factor);
             let driven = reader.paths(name, factor, &values, &paths);
             let distribution = reader.distribution(name, factor, &values);
-            design_factors.push(Factor { distribution, levels: factor.levels.map(clamp_count) });
+            design_factors.push(Factor {
+                distribution,
+                levels: factor.levels.map(clamp_count),
+            });
             factors.push(FactorInfo {
                 name: name.clone(),
                 kind: kind_of(distribution, &values),
@@ -111,7 +137,11 @@ impl Plan {
             return Err(reader.problems);
         }
         match Design::new(kind, design_factors, entry.seed.unwrap_or(0)) {
-            Ok(design) => Ok(Self { design, factors, paths }),
+            Ok(design) => Ok(Self {
+                design,
+                factors,
+                paths,
+            }),
             Err(error) => Err(vec![reader.design_problem(&error, &factors)]),
         }
     }
@@ -126,9 +156,15 @@ fn kind_of(distribution: Distribution, values: &[FactorValue]) -> FactorKind {
         Distribution::Integer { .. } => FactorKind::Integer,
         Distribution::Uniform { .. } | Distribution::LogUniform { .. } => FactorKind::Real,
         Distribution::Categories { .. } => {
-            if values.iter().any(|value| matches!(value, FactorValue::Text(_))) {
+            if values
+                .iter()
+                .any(|value| matches!(value, FactorValue::Text(_)))
+            {
                 FactorKind::Text
-            } else if values.iter().all(|value| matches!(value, FactorValue::Integer(_))) {
+            } else if values
+                .iter()
+                .all(|value| matches!(value, FactorValue::Integer(_)))
+            {
                 FactorKind::Integer
             } else {
                 FactorKind::Real
@@ -146,7 +182,11 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn at(&self, name: &str, keys: &[&str]) -> Vec<String> {
-        ["design", "factor", name].into_iter().chain(keys.iter().copied()).map(str::to_string).collect()
+        ["design", "factor", name]
+            .into_iter()
+            .chain(keys.iter().copied())
+            .map(str::to_string)
+            .collect()
     }
 
     fn problem(&mut self, at: &[String], message: impl Into<String>) -> &mut Problem {
@@ -159,10 +199,17 @@ impl Reader<'_> {
 
     fn kind(&mut self, entry: &DesignEntry) -> Kind {
         let at = |key: &str| ["design".to_string(), key.to_string()];
-        let placement = if entry.centred == Some(true) { Placement::Centred } else { Placement::Random };
+        let placement = if entry.centred == Some(true) {
+            Placement::Centred
+        } else {
+            Placement::Random
+        };
         let kind = entry.kind.unwrap_or_default();
         if kind != DesignKind::LatinHypercube {
-            for (key, given) in [("rows", entry.rows.is_some()), ("centred", entry.centred.is_some())] {
+            for (key, given) in [
+                ("rows", entry.rows.is_some()),
+                ("centred", entry.centred.is_some()),
+            ] {
                 if given {
                     self.problem(&at(key), "belongs to `kind = \"latin_hypercube\"` only");
                 }
@@ -171,9 +218,13 @@ impl Reader<'_> {
         match (kind, entry.rows) {
             (DesignKind::None, _) => Kind::Single,
             (DesignKind::FullFactorial, _) => Kind::FullFactorial,
-            (DesignKind::LatinHypercube, Some(rows)) => Kind::LatinHypercube { rows: clamp_count(rows), placement },
+            (DesignKind::LatinHypercube, Some(rows)) => Kind::LatinHypercube {
+                rows: clamp_count(rows),
+                placement,
+            },
             (DesignKind::LatinHypercube, None) => {
-                self.problem(&at("rows"), "missing key").expected = Some("the number of rows of the Latin hypercube".into());
+                self.problem(&at("rows"), "missing key").expected =
+                    Some("the number of rows of the Latin hypercube".into());
                 Kind::LatinHypercube { rows: 1, placement }
             }
         }
@@ -187,7 +238,10 @@ impl Reader<'_> {
                 self.problem(&at, format!("the value {value} is given twice"));
             }
         }
-        let texts = values.iter().filter(|value| matches!(value, FactorValue::Text(_))).count();
+        let texts = values
+            .iter()
+            .filter(|value| matches!(value, FactorValue::Text(_)))
+            .count();
         if texts > 0 && texts < values.len() {
             let at = self.at(name, &["values"]);
             self.problem(&at, "mixes texts and numbers");
@@ -206,19 +260,31 @@ impl Reader<'_> {
             (Some(path), None) => vec![(self.at(name, &["path"]), path)],
             (None, Some(paths)) if !paths.is_empty() => {
                 let at = |index: usize| self.at(name, &["paths", &index.to_string()]);
-                paths.iter().enumerate().map(|(index, path)| (at(index), path)).collect()
+                paths
+                    .iter()
+                    .enumerate()
+                    .map(|(index, path)| (at(index), path))
+                    .collect()
             }
             _ => {
                 let at = self.at(name, &[]);
                 let expected = "either `path` or `paths`, the parameters that the factor drives";
-                self.problem(&at, "says not (or twice) what it drives").expected = Some(expected.into());
+                self.problem(&at, "says not (or twice) what it drives")
+                    .expected = Some(expected.into());
                 return Vec::new();
             }
         };
         let mut driven: Vec<Vec<String>> = Vec::new();
         for (at, text) in texts {
-            let Some(segments) = self.drivable(&at, text) else { continue };
-            if driven.contains(&segments) || taken.iter().flatten().any(|other| overlap(other, &segments)) {
+            let Some(segments) = self.drivable(&at, text) else {
+                continue;
+            };
+            if driven.contains(&segments)
+                || taken
+                    .iter()
+                    .flatten()
+                    .any(|other| overlap(other, &segments))
+            {
                 self.problem(&at, format!("`{text}` is driven twice"));
             }
             self.fits(name, factor, values, &segments);
@@ -240,33 +306,60 @@ impl Reader<'_> {
             Ok(shape) => shape,
             Err(unknown) => {
                 let problem = self.problem(at, unknown.message);
-                problem.expected = Some("the path of a parameter, e.g. hammer.left.supply_bar".into());
+                problem.expected =
+                    Some("the path of a parameter, e.g. hammer.left.supply_bar".into());
                 problem.nearest = unknown.nearest;
                 return None;
             }
         };
-        if matches!(shape, Shape::Table { .. } | Shape::Map(_) | Shape::Array { .. }) {
-            let problem = self.problem(at, format!("`{text}` is {}, no single value", shape.words()));
-            problem.expected = Some("the path of a single number or text (an entry of a list: `.0`, `.1`)".into());
+        if matches!(
+            shape,
+            Shape::Table { .. } | Shape::Map(_) | Shape::Array { .. }
+        ) {
+            let problem = self.problem(
+                at,
+                format!("`{text}` is {}, no single value", shape.words()),
+            );
+            problem.expected =
+                Some("the path of a single number or text (an entry of a list: `.0`, `.1`)".into());
             return None;
         }
-        if !segments.first().is_some_and(|first| DRIVABLE.contains(&first.as_str())) {
-            let problem = self.problem(at, format!("`{text}` is shared by all rows, so no factor can drive it"));
-            problem.expected = Some(format!("a path that starts with one of {}", DRIVABLE.join(", ")));
+        if !segments
+            .first()
+            .is_some_and(|first| DRIVABLE.contains(&first.as_str()))
+        {
+            let problem = self.problem(
+                at,
+                format!("`{text}` is shared by all rows, so no factor can drive it"),
+            );
+            problem.expected = Some(format!(
+                "a path that starts with one of {}",
+                DRIVABLE.join(", ")
+            ));
             return None;
         }
         Some(segments)
     }
 
     /// Holds the factor's values to the type of a parameter that it drives.
-    fn fits(&mut self, name: &str, factor: &FactorEntry, values: &[FactorValue], segments: &[String]) {
-        let Ok(shape) = shape_at(self.shape, self.tree, segments) else { return };
+    fn fits(
+        &mut self,
+        name: &str,
+        factor: &FactorEntry,
+        values: &[FactorValue],
+        segments: &[String],
+    ) {
+        let Ok(shape) = shape_at(self.shape, self.tree, segments) else {
+            return;
+        };
         let driven = path::join(segments);
         for (index, value) in values.iter().enumerate() {
             if let Err(message) = shape.accepts(&to_toml(value)) {
                 let at = self.at(name, &["values", &index.to_string()]);
                 let nearest = match (shape, value) {
-                    (Shape::Choice(choices), FactorValue::Text(text)) => nearest_name(text, choices.iter().map(String::as_str)),
+                    (Shape::Choice(choices), FactorValue::Text(text)) => {
+                        nearest_name(text, choices.iter().map(String::as_str))
+                    }
                     _ => None,
                 };
                 let problem = self.problem(&at, format!("{message}, but drives `{driven}`"));
@@ -275,23 +368,38 @@ impl Reader<'_> {
             }
         }
         let Some([low, _]) = factor.range else { return };
-        let probe = if factor.integer == Some(true) { Value::Integer(low as i64) } else { Value::Float(low) };
+        let probe = if factor.integer == Some(true) {
+            Value::Integer(low as i64)
+        } else {
+            Value::Float(low)
+        };
         if low.is_finite()
             && let Err(message) = shape.accepts(&probe)
         {
             let at = self.at(name, &["range"]);
-            let problem = self.problem(&at, format!("a value of this range {message}, but drives `{driven}`"));
+            let problem = self.problem(
+                &at,
+                format!("a value of this range {message}, but drives `{driven}`"),
+            );
             problem.expected = Some(shape.words());
         }
     }
 
-    fn distribution(&mut self, name: &str, factor: &FactorEntry, values: &[FactorValue]) -> Distribution {
-        let fallback = Distribution::Categories { count: values.len().max(1) };
+    fn distribution(
+        &mut self,
+        name: &str,
+        factor: &FactorEntry,
+        values: &[FactorValue],
+    ) -> Distribution {
+        let fallback = Distribution::Categories {
+            count: values.len().max(1),
+        };
         let (Some([low, high]), None) = (factor.range, &factor.values) else {
             if factor.values.is_none() || factor.range.is_some() {
                 let at = self.at(name, &[]);
                 let expected = "either `range = [low, high]` or `values = [...]`";
-                self.problem(&at, "says not (or twice) what it varies over").expected = Some(expected.into());
+                self.problem(&at, "says not (or twice) what it varies over")
+                    .expected = Some(expected.into());
                 return fallback;
             }
             for (key, given) in [
@@ -304,14 +412,20 @@ impl Reader<'_> {
                     self.problem(&at, "belongs to a `range`, not to `values`");
                 }
             }
-            return Distribution::Categories { count: values.len() };
+            return Distribution::Categories {
+                count: values.len(),
+            };
         };
-        match (factor.integer == Some(true), factor.scale.unwrap_or_default()) {
+        match (
+            factor.integer == Some(true),
+            factor.scale.unwrap_or_default(),
+        ) {
             (false, Scale::Linear) => Distribution::Uniform { low, high },
             (false, Scale::Log) => Distribution::LogUniform { low, high },
             (true, Scale::Log) => {
                 let at = self.at(name, &["scale"]);
-                self.problem(&at, "a range of integers has no logarithmic scale").expected =
+                self.problem(&at, "a range of integers has no logarithmic scale")
+                    .expected =
                     Some("`values = [...]` for integers that are not evenly spaced".into());
                 fallback
             }
@@ -323,31 +437,44 @@ impl Reader<'_> {
                     self.problem(&at, "the ends of a range of integers must be whole numbers");
                     return fallback;
                 }
-                Distribution::Integer { low: low as i64, high: high as i64 }
+                Distribution::Integer {
+                    low: low as i64,
+                    high: high as i64,
+                }
             }
         }
     }
 
     fn design_problem(&self, error: &DesignError, factors: &[FactorInfo]) -> Problem {
-        let name = error.factor().and_then(|index| factors.get(index)).map(|factor| factor.name.as_str());
+        let name = error
+            .factor()
+            .and_then(|index| factors.get(index))
+            .map(|factor| factor.name.as_str());
         let key = match error {
             DesignError::NoCategories { .. } => "values",
             DesignError::Levels { .. } | DesignError::LevelsNeeded { .. } => "levels",
             DesignError::NoRows => "rows",
             DesignError::Factors(_) | DesignError::TooManyRows => "kind",
-            DesignError::NotFinite { .. } | DesignError::EmptyRange { .. } | DesignError::NotPositive { .. } => "range",
+            DesignError::NotFinite { .. }
+            | DesignError::EmptyRange { .. }
+            | DesignError::NotPositive { .. } => "range",
         };
         let at = match name {
             Some(name) => self.at(name, &[key]),
             None => vec!["design".to_string(), key.to_string()],
         };
-        Problem::new(self.document.locate(&at), path::join(&at), error.to_string())
+        Problem::new(
+            self.document.locate(&at),
+            path::join(&at),
+            error.to_string(),
+        )
     }
 }
 
 fn same(a: &FactorValue, b: &FactorValue) -> bool {
     match (a, b) {
-        (FactorValue::Integer(a), FactorValue::Real(b)) | (FactorValue::Real(b), FactorValue::Integer(a)) => *a as f64 == *b,
+        (FactorValue::Integer(a), FactorValue::Real(b))
+        | (FactorValue::Real(b), FactorValue::Integer(a)) => *a as f64 == *b,
         _ => a == b,
     }
 }

@@ -11,11 +11,17 @@ use super::path;
 #[derive(Debug, Clone)]
 pub(super) enum Shape {
     /// Table with fixed keys, in the order of the schema.
-    Table { keys: Vec<(String, Shape)>, required: Vec<String> },
+    Table {
+        keys: Vec<(String, Shape)>,
+        required: Vec<String>,
+    },
     /// Table with names of the user's choice.
     Map(Box<Shape>),
     /// List; `length` if it is fixed.
-    Array { item: Box<Shape>, length: Option<u64> },
+    Array {
+        item: Box<Shape>,
+        length: Option<u64>,
+    },
     /// Number.
     Number,
     /// Whole number, not below the minimum.
@@ -38,7 +44,9 @@ impl Shape {
 
     fn read(schema: &Json, root: &Json) -> Self {
         if let Some(reference) = schema.get("$ref").and_then(Json::as_str) {
-            let target = reference.strip_prefix('#').and_then(|pointer| root.pointer(pointer));
+            let target = reference
+                .strip_prefix('#')
+                .and_then(|pointer| root.pointer(pointer));
             return target.map_or(Self::Text, |target| Self::read(target, root));
         }
         for key in ["anyOf", "oneOf"] {
@@ -47,25 +55,41 @@ impl Shape {
             }
         }
         if let Some(choices) = schema.get("enum").and_then(Json::as_array) {
-            return Self::Choice(choices.iter().filter_map(Json::as_str).map(str::to_string).collect());
+            return Self::Choice(
+                choices
+                    .iter()
+                    .filter_map(Json::as_str)
+                    .map(str::to_string)
+                    .collect(),
+            );
         }
         if let Some(choice) = schema.get("const").and_then(Json::as_str) {
             return Self::Choice(vec![choice.to_string()]);
         }
         let kind = match schema.get("type") {
-            Some(Json::Array(kinds)) => kinds.iter().filter_map(Json::as_str).find(|kind| *kind != "null"),
+            Some(Json::Array(kinds)) => kinds
+                .iter()
+                .filter_map(Json::as_str)
+                .find(|kind| *kind != "null"),
             Some(kind) => kind.as_str(),
             None => None,
         };
         match kind {
             Some("object") => Self::read_table(schema, root),
             Some("array") => Self::Array {
-                item: Box::new(schema.get("items").map_or(Self::Text, |item| Self::read(item, root))),
+                item: Box::new(
+                    schema
+                        .get("items")
+                        .map_or(Self::Text, |item| Self::read(item, root)),
+                ),
                 length: schema.get("maxItems").and_then(Json::as_u64),
             },
             Some("number") => Self::Number,
             Some("integer") => {
-                let minimum = schema.get("minimum").and_then(Json::as_i64).unwrap_or(i64::MIN);
+                let minimum = schema
+                    .get("minimum")
+                    .and_then(Json::as_i64)
+                    .unwrap_or(i64::MIN);
                 Self::Integer { minimum }
             }
             Some("boolean") => Self::Boolean,
@@ -79,10 +103,19 @@ impl Shape {
         }
         let properties = schema.get("properties").and_then(Json::as_object);
         let keys = properties.into_iter().flatten();
-        let required = schema.get("required").and_then(Json::as_array).into_iter().flatten();
+        let required = schema
+            .get("required")
+            .and_then(Json::as_array)
+            .into_iter()
+            .flatten();
         Self::Table {
-            keys: keys.map(|(key, value)| (key.clone(), Self::read(value, root))).collect(),
-            required: required.filter_map(Json::as_str).map(str::to_string).collect(),
+            keys: keys
+                .map(|(key, value)| (key.clone(), Self::read(value, root)))
+                .collect(),
+            required: required
+                .filter_map(Json::as_str)
+                .map(str::to_string)
+                .collect(),
         }
     }
 
@@ -114,7 +147,10 @@ impl Shape {
         match self {
             Self::Table { .. } => "a table".to_string(),
             Self::Map(_) => "a table of named entries".to_string(),
-            Self::Array { item, length: Some(length) } => format!("a list of {length} entries, each {}", item.words()),
+            Self::Array {
+                item,
+                length: Some(length),
+            } => format!("a list of {length} entries, each {}", item.words()),
             Self::Array { item, length: None } => format!("a list, each entry {}", item.words()),
             Self::Number => "a number".to_string(),
             Self::Integer { minimum: i64::MIN } => "a whole number".to_string(),
@@ -122,10 +158,17 @@ impl Shape {
             Self::Boolean => "true or false".to_string(),
             Self::Text => "a text in quotes".to_string(),
             Self::Choice(choices) => {
-                let quoted: Vec<String> = choices.iter().map(|choice| format!("\"{choice}\"")).collect();
+                let quoted: Vec<String> = choices
+                    .iter()
+                    .map(|choice| format!("\"{choice}\""))
+                    .collect();
                 format!("one of {}", quoted.join(", "))
             }
-            Self::Either(shapes) => shapes.iter().map(Self::words).collect::<Vec<_>>().join(", or "),
+            Self::Either(shapes) => shapes
+                .iter()
+                .map(Self::words)
+                .collect::<Vec<_>>()
+                .join(", or "),
         }
     }
 
@@ -141,7 +184,13 @@ impl Shape {
             (Self::Choice(choices), Value::String(text)) if !choices.contains(text) => {
                 return Err(format!("is \"{text}\""));
             }
-            (Self::Array { length: Some(length), .. }, Value::Array(entries)) if entries.len() as u64 != *length => {
+            (
+                Self::Array {
+                    length: Some(length),
+                    ..
+                },
+                Value::Array(entries),
+            ) if entries.len() as u64 != *length => {
                 return Err(format!("is a list of {} entries", entries.len()));
             }
             (Self::Array { item, .. }, Value::Array(entries)) => {
@@ -154,7 +203,11 @@ impl Shape {
             (Self::Table { .. } | Self::Map(_), Value::Table(_)) => true,
             _ => false,
         };
-        if fits { Ok(()) } else { Err(format!("is {}", type_words(value))) }
+        if fits {
+            Ok(())
+        } else {
+            Err(format!("is {}", type_words(value)))
+        }
     }
 }
 
@@ -186,8 +239,16 @@ fn type_words(value: &Value) -> String {
 /// Checks a document against its shape: unknown keys, wrong types, numbers that are not finite, missing keys.
 ///
 /// `provided` tells whether something outside the document gives a value for a path.
-pub(super) fn check(document: &Document, shape: &Shape, provided: &dyn Fn(&[String]) -> bool) -> Vec<Problem> {
-    let mut walk = Walk { document, provided, problems: Vec::new() };
+pub(super) fn check(
+    document: &Document,
+    shape: &Shape,
+    provided: &dyn Fn(&[String]) -> bool,
+) -> Vec<Problem> {
+    let mut walk = Walk {
+        document,
+        provided,
+        problems: Vec::new(),
+    };
     walk.node(&document.root, shape, &mut Vec::new());
     walk.problems
 }
@@ -211,7 +272,10 @@ impl Walk<'_> {
                     at.pop();
                 }
                 for key in required.iter().filter(|key| !entries.contains_key(*key)) {
-                    let inner = keys.iter().find(|(name, _)| name == key).map(|(_, inner)| inner);
+                    let inner = keys
+                        .iter()
+                        .find(|(name, _)| name == key)
+                        .map(|(_, inner)| inner);
                     self.missing(key, inner, at);
                 }
             }
@@ -245,7 +309,8 @@ impl Walk<'_> {
                     let span = if is_table { &node.key } else { &node.span };
                     let place = self.document.place(span.clone());
                     let problem = Problem::new(place, path::join(at), message);
-                    self.problems.push(problem.expected(shape.words()).nearest(nearest));
+                    self.problems
+                        .push(problem.expected(shape.words()).nearest(nearest));
                 }
             }
         }
@@ -256,8 +321,13 @@ impl Walk<'_> {
         let sound = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || !name.chars().all(sound) {
             let place = self.document.place(node.key.clone());
-            let problem = Problem::new(place, path::join(at), format!("\"{name}\" cannot be a name"));
-            self.problems.push(problem.expected("letters a to z, digits, _ and - only"));
+            let problem = Problem::new(
+                place,
+                path::join(at),
+                format!("\"{name}\" cannot be a name"),
+            );
+            self.problems
+                .push(problem.expected("letters a to z, digits, _ and - only"));
         }
     }
 
@@ -275,7 +345,8 @@ impl Walk<'_> {
         if !(self.provided)(at) {
             let place = self.document.locate(at);
             let problem = Problem::new(place, path::join(at), "missing key");
-            self.problems.push(problem.expected(shape.map_or_else(String::new, Shape::words)));
+            self.problems
+                .push(problem.expected(shape.map_or_else(String::new, Shape::words)));
         }
         at.pop();
     }
@@ -289,18 +360,31 @@ pub(super) struct UnknownPath {
 }
 
 /// Shape at a path. Names in maps must be in `tree`; entries of a list only where `tree` has the list.
-pub(super) fn shape_at<'a>(root: &'a Shape, tree: &toml::Table, at: &[String]) -> Result<&'a Shape, UnknownPath> {
+pub(super) fn shape_at<'a>(
+    root: &'a Shape,
+    tree: &toml::Table,
+    at: &[String],
+) -> Result<&'a Shape, UnknownPath> {
     let mut shape = root;
     for (depth, segment) in at.iter().enumerate() {
         let here = at.get(..depth).unwrap_or(&[]);
         let value = path::get(tree, at.get(..=depth).unwrap_or(&[]));
         let next = match shape {
-            Shape::Table { keys, .. } => keys.iter().find(|(name, _)| name == segment).map(|(_, inner)| inner),
+            Shape::Table { keys, .. } => keys
+                .iter()
+                .find(|(name, _)| name == segment)
+                .map(|(_, inner)| inner),
             Shape::Map(inner) => value.map(|_| inner.as_ref()),
             Shape::Array { item, .. } if value.is_some() => Some(item.as_ref()),
             Shape::Array { .. } => {
-                let message = format!("`{}` has no entry {segment} in the study: write the list there first", path::join(here));
-                return Err(UnknownPath { message, nearest: None });
+                let message = format!(
+                    "`{}` has no entry {segment} in the study: write the list there first",
+                    path::join(here)
+                );
+                return Err(UnknownPath {
+                    message,
+                    nearest: None,
+                });
             }
             _ => None,
         };
@@ -318,16 +402,29 @@ fn nearest_path(root: &Shape, tree: &toml::Table, wanted: &[String]) -> Option<S
     collect(root, Some(tree), &mut Vec::new(), &mut known);
     let wanted = path::join(wanted);
     let alike = |candidate: &String| strsim::normalized_damerau_levenshtein(&wanted, candidate);
-    let best = known.iter().max_by(|a, b| alike(a).total_cmp(&alike(b)).then_with(|| b.cmp(a)))?;
+    let best = known
+        .iter()
+        .max_by(|a, b| alike(a).total_cmp(&alike(b)).then_with(|| b.cmp(a)))?;
     let last = format!(".{}", wanted.rsplit('.').next().unwrap_or(&wanted));
     if alike(best) > 0.6 {
         return Some(best.clone());
     }
-    known.iter().find(|candidate| candidate.ends_with(&last)).cloned()
+    known
+        .iter()
+        .find(|candidate| candidate.ends_with(&last))
+        .cloned()
 }
 
-fn collect(shape: &Shape, tree: Option<&toml::Table>, at: &mut Vec<String>, known: &mut Vec<String>) {
-    let inner_tree = |key: &str| tree.and_then(|tree| tree.get(key)).and_then(Value::as_table);
+fn collect(
+    shape: &Shape,
+    tree: Option<&toml::Table>,
+    at: &mut Vec<String>,
+    known: &mut Vec<String>,
+) {
+    let inner_tree = |key: &str| {
+        tree.and_then(|tree| tree.get(key))
+            .and_then(Value::as_table)
+    };
     match shape {
         Shape::Table { keys, .. } => {
             for (key, inner) in keys {

@@ -33,8 +33,9 @@ pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    CastingEntry, DampingRatio, DesignEntry, DesignKind, FactorEntry, FactorValue, Fidelity, FixtureEntry, HammerEntry,
-    Housings, ParameterOverrides, Scale, SolverEntry, SourceName, StructureEntry, StudyFile,
+    CastingEntry, DampingRatio, DesignEntry, DesignKind, FactorEntry, FactorValue, Fidelity,
+    FixtureEntry, HammerEntry, Housings, ParameterOverrides, Scale, SolverEntry, SourceName,
+    StructureEntry, StudyFile,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};
@@ -67,8 +68,10 @@ impl Study {
     /// # Errors
     /// [`StudyError::Read`] if the study cannot be read, [`StudyError::Invalid`] with all faults found.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+        let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read {
+            path: path.to_path_buf(),
+            source,
+        })?;
         let directory = path.parent().unwrap_or(Path::new(""));
         Self::parse(&text, directory, &path.display().to_string())
     }
@@ -78,7 +81,8 @@ impl Study {
     /// # Errors
     /// [`StudyError::Invalid`] with all faults found.
     pub fn parse(text: &str, directory: &Path, name: &str) -> Result<Self, StudyError> {
-        let document = Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })?;
+        let document =
+            Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })?;
         Self::build(document, directory.to_path_buf(), Vec::new())
     }
 
@@ -108,26 +112,42 @@ impl Study {
         Self::build(self.document.clone(), self.directory.clone(), overrides)
     }
 
-    fn build(document: Document, directory: PathBuf, overrides: Vec<Override>) -> Result<Self, StudyError> {
+    fn build(
+        document: Document,
+        directory: PathBuf,
+        overrides: Vec<Override>,
+    ) -> Result<Self, StudyError> {
         let invalid = |problems| StudyError::Invalid { problems };
         let shape = Shape::from_schema(&study_schema());
         let mut tree = document.root.table();
         let driven = overrides::driven_paths(&tree);
         let provided = |at: &[String]| {
             // A value inside a missing table provides the table too.
-            driven.iter().chain(overrides.iter().map(|one| &one.path)).any(|path| path.starts_with(at))
+            driven
+                .iter()
+                .chain(overrides.iter().map(|one| &one.path))
+                .any(|path| path.starts_with(at))
         };
         StudyError::from_problems(keys::check(&document, &shape, &provided))?;
         for one in &overrides {
-            path::set(&mut tree, &one.path, one.value.clone())
-                .map_err(|message| invalid(vec![Problem::new(one.place(), path::join(&one.path), message)]))?;
+            path::set(&mut tree, &one.path, one.value.clone()).map_err(|message| {
+                invalid(vec![Problem::new(
+                    one.place(),
+                    path::join(&one.path),
+                    message,
+                )])
+            })?;
         }
         let file_fault = |key: String, message: String| {
-            let place = path::split(&key).map_or_else(|_| Place::in_file(&document.name), |at| document.locate(&at));
+            let place = path::split(&key).map_or_else(
+                |_| Place::in_file(&document.name),
+                |at| document.locate(&at),
+            );
             invalid(vec![Problem::new(place, key, message)])
         };
         let design = match tree.get("design") {
-            Some(section) => read_tree(section.clone()).map_err(|(key, message)| file_fault(format!("design.{key}"), message))?,
+            Some(section) => read_tree(section.clone())
+                .map_err(|(key, message)| file_fault(format!("design.{key}"), message))?,
             None => DesignEntry::default(),
         };
         let plan = Plan::read(&design, &document, &shape, &tree);
@@ -135,13 +155,17 @@ impl Study {
         // Where only factors give a value, the first row's stands in.
         let first = plan.design.row(0).unwrap_or_default();
         for ((factor, level), paths) in plan.factors.iter().zip(first).zip(&plan.paths) {
-            for at in paths.iter().filter(|at| path::get(&tree, at).is_none()).collect::<Vec<_>>() {
+            for at in paths
+                .iter()
+                .filter(|at| path::get(&tree, at).is_none())
+                .collect::<Vec<_>>()
+            {
                 path::set(&mut tree, at, to_toml(&factor.value(level)))
                     .map_err(|message| file_fault(path::join(at), message))?;
             }
         }
-        let base: StudyFile =
-            read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| file_fault(key, message))?;
+        let base: StudyFile = read_tree(toml::Value::Table(tree.clone()))
+            .map_err(|(key, message)| file_fault(key, message))?;
         let structure = StructureSettings::read(&base.structure, &document, &directory);
         let library = Library::new().map_err(|message| file_fault(String::new(), message))?;
         for key in ["title", "structure", "design"] {
@@ -149,7 +173,9 @@ impl Study {
         }
         let mut problems = Vec::new();
         let structure = structure.map_err(|more| problems.extend(more)).ok();
-        let Some(structure) = structure else { return Err(sorted(problems)) };
+        let Some(structure) = structure else {
+            return Err(sorted(problems));
+        };
         let mut study = Self {
             document,
             directory,
@@ -174,7 +200,9 @@ impl Study {
             let at = ["hammer", name.as_str(), "file"].map(str::to_string);
             for candidate in self.candidates(&at) {
                 let key = path::join(&candidate.at);
-                let read = self.library.read(&self.directory, &candidate.value, candidate.place, &key);
+                let read =
+                    self.library
+                        .read(&self.directory, &candidate.value, candidate.place, &key);
                 problems.extend(read.err().into_iter().flatten());
             }
         }
@@ -190,7 +218,10 @@ impl Study {
                 hasher.update(part);
             }
         };
-        let typed = StudyFile { title: None, ..self.base.clone() };
+        let typed = StudyFile {
+            title: None,
+            ..self.base.clone()
+        };
         // Both are trees of finite numbers and texts, which JSON can always hold.
         add("study", serde_json::to_string(&typed).unwrap_or_default());
         for one in &self.overrides {
@@ -232,7 +263,11 @@ impl Study {
 
     /// Title; without one, the file's name without its extension.
     pub fn title(&self) -> &str {
-        let stem = || Path::new(&self.document.name).file_stem().and_then(|stem| stem.to_str());
+        let stem = || {
+            Path::new(&self.document.name)
+                .file_stem()
+                .and_then(|stem| stem.to_str())
+        };
         self.base.title.as_deref().or_else(stem).unwrap_or("study")
     }
 
@@ -259,7 +294,8 @@ impl Study {
         let drawn = self.plan.factors.iter().zip(levels).zip(&self.plan.paths);
         drawn
             .map(|((factor, level), paths)| {
-                let overridden: Option<Vec<FactorValue>> = paths.iter().map(|at| self.overridden(at)).collect();
+                let overridden: Option<Vec<FactorValue>> =
+                    paths.iter().map(|at| self.overridden(at)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
                 first.unwrap_or_else(|| factor.value(level))
             })
@@ -296,32 +332,64 @@ impl Study {
     /// for rows past the last one.
     pub fn scene(&self, row: usize, points: &PointTable) -> Result<Scene, InvalidRow> {
         let levels = self.plan.design.row(row).ok_or_else(|| InvalidRow {
-            reason: format!("row {row} does not exist: the study has the rows 0 to {}", self.row_count() - 1),
+            reason: format!(
+                "row {row} does not exist: the study has the rows 0 to {}",
+                self.row_count() - 1
+            ),
         })?;
-        let values = self.plan.factors.iter().zip(levels).map(|(factor, level)| factor.value(level));
-        self.resolve_with(&values.collect::<Vec<_>>(), points).map_err(|issues| {
-            let words = issues.iter().map(|issue| match &issue.nearest {
-                Some(nearest) => format!("`{}`: {} (did you mean `{nearest}`?)", issue.path, issue.message),
-                None => format!("`{}`: {}", issue.path, issue.message),
-            });
-            InvalidRow { reason: words.collect::<Vec<_>>().join("; ") }
-        })
+        let values = self
+            .plan
+            .factors
+            .iter()
+            .zip(levels)
+            .map(|(factor, level)| factor.value(level));
+        self.resolve_with(&values.collect::<Vec<_>>(), points)
+            .map_err(|issues| {
+                let words = issues.iter().map(|issue| match &issue.nearest {
+                    Some(nearest) => format!(
+                        "`{}`: {} (did you mean `{nearest}`?)",
+                        issue.path, issue.message
+                    ),
+                    None => format!("`{}`: {}", issue.path, issue.message),
+                });
+                InvalidRow {
+                    reason: words.collect::<Vec<_>>().join("; "),
+                }
+            })
     }
 
     /// Applies the factors' values, then the overrides, and resolves.
-    fn resolve_with(&self, values: &[FactorValue], points: &PointTable) -> Result<Scene, Vec<Issue>> {
-        let fault = |path: String, message: String| vec![Issue { path, message, nearest: None, row_only: false }];
+    fn resolve_with(
+        &self,
+        values: &[FactorValue],
+        points: &PointTable,
+    ) -> Result<Scene, Vec<Issue>> {
+        let fault = |path: String, message: String| {
+            vec![Issue {
+                path,
+                message,
+                nearest: None,
+                row_only: false,
+            }]
+        };
         let mut tree = self.template.clone();
         for (paths, value) in self.plan.paths.iter().zip(values) {
             for at in paths {
-                path::set(&mut tree, at, to_toml(value)).map_err(|message| fault(path::join(at), message))?;
+                path::set(&mut tree, at, to_toml(value))
+                    .map_err(|message| fault(path::join(at), message))?;
             }
         }
         for one in self.overrides.iter().filter(|one| one.reaches_rows()) {
-            path::set(&mut tree, &one.path, one.value.clone()).map_err(|message| fault(path::join(&one.path), message))?;
+            path::set(&mut tree, &one.path, one.value.clone())
+                .map_err(|message| fault(path::join(&one.path), message))?;
         }
-        let file: StudyFile = read_tree(toml::Value::Table(tree)).map_err(|(key, message)| fault(key, message))?;
-        let context = Context { rails: &self.structure.rails, library: &self.library, points };
+        let file: StudyFile =
+            read_tree(toml::Value::Table(tree)).map_err(|(key, message)| fault(key, message))?;
+        let context = Context {
+            rails: &self.structure.rails,
+            library: &self.library,
+            points,
+        };
         resolve(&file, &context)
     }
 
@@ -335,8 +403,13 @@ impl Study {
     pub fn check(&self, points: &PointTable) -> Result<(), StudyError> {
         let mut problems = self.check_names(points);
         let first = self.plan.design.row(0).unwrap_or_default();
-        let drawn: Vec<FactorValue> =
-            self.plan.factors.iter().zip(first).map(|(factor, level)| factor.value(level)).collect();
+        let drawn: Vec<FactorValue> = self
+            .plan
+            .factors
+            .iter()
+            .zip(first)
+            .map(|(factor, level)| factor.value(level))
+            .collect();
         self.collect_issues(&drawn, points, &mut problems);
         for (index, factor) in self.plan.factors.iter().enumerate() {
             for extreme in factor.extremes() {
@@ -351,12 +424,22 @@ impl Study {
         let mut seen = std::collections::BTreeSet::new();
         problems.retain(|problem| {
             let place = &problem.place;
-            seen.insert((place.file.clone(), place.line, place.column, problem.key.clone()))
+            seen.insert((
+                place.file.clone(),
+                place.line,
+                place.column,
+                problem.key.clone(),
+            ))
         });
         StudyError::from_problems(problems)
     }
 
-    fn collect_issues(&self, values: &[FactorValue], points: &PointTable, problems: &mut Vec<Problem>) {
+    fn collect_issues(
+        &self,
+        values: &[FactorValue],
+        points: &PointTable,
+        problems: &mut Vec<Problem>,
+    ) {
         let issues = self.resolve_with(values, points).err().unwrap_or_default();
         let studies = issues.into_iter().filter(|issue| !issue.row_only);
         problems.extend(studies.map(|issue| self.problem(issue)));
@@ -370,14 +453,27 @@ impl Study {
     }
 
     fn place_of(&self, at: &[String]) -> Place {
-        if let Some(one) = self.overrides.iter().rev().find(|one| one.path.starts_with(at) || at.starts_with(&one.path)) {
+        if let Some(one) = self
+            .overrides
+            .iter()
+            .rev()
+            .find(|one| one.path.starts_with(at) || at.starts_with(&one.path))
+        {
             return one.place();
         }
-        let drives = |paths: &Vec<Vec<String>>| paths.iter().any(|path| path.starts_with(at) || at.starts_with(path));
+        let drives = |paths: &Vec<Vec<String>>| {
+            paths
+                .iter()
+                .any(|path| path.starts_with(at) || at.starts_with(path))
+        };
         if let Some(index) = self.plan.paths.iter().position(drives)
             && let Some(factor) = self.plan.factors.get(index)
         {
-            let key = if factor.values.is_empty() { "range" } else { "values" };
+            let key = if factor.values.is_empty() {
+                "range"
+            } else {
+                "values"
+            };
             let section = ["design", "factor", factor.name.as_str(), key].map(str::to_string);
             return self.document.locate(&section);
         }
@@ -385,7 +481,11 @@ impl Study {
             && hammer == "hammer"
             && parameters == "parameters"
             && self.document.nearest(at).1 < at.len()
-            && let Some(file) = self.base.hammer.get(name).and_then(|entry| entry.file.as_deref())
+            && let Some(file) = self
+                .base
+                .hammer
+                .get(name)
+                .and_then(|entry| entry.file.as_deref())
             && let Some(place) = self.library.locate(file, rest)
         {
             return place;
@@ -397,7 +497,9 @@ impl Study {
 fn sorted(problems: Vec<Problem>) -> StudyError {
     match StudyError::from_problems(problems) {
         Err(error) => error,
-        Ok(()) => StudyError::Invalid { problems: Vec::new() },
+        Ok(()) => StudyError::Invalid {
+            problems: Vec::new(),
+        },
     }
 }
 

@@ -11,19 +11,30 @@ pub(super) fn split(path: &str) -> Result<Vec<String>, String> {
         let (segment, tail) = match quote {
             Some(quote) => {
                 let inner = rest.get(1..).unwrap_or("");
-                let end = inner.find(quote).ok_or_else(|| format!("the path `{path}` has an unclosed quote"))?;
-                (inner.get(..end).unwrap_or(""), inner.get(end + 1..).unwrap_or(""))
+                let end = inner
+                    .find(quote)
+                    .ok_or_else(|| format!("the path `{path}` has an unclosed quote"))?;
+                (
+                    inner.get(..end).unwrap_or(""),
+                    inner.get(end + 1..).unwrap_or(""),
+                )
             }
             None => rest.split_at(rest.find('.').unwrap_or(rest.len())),
         };
         if segment.is_empty() {
-            return Err(format!("the path `{path}` has an empty part; expected names separated by dots"));
+            return Err(format!(
+                "the path `{path}` has an empty part; expected names separated by dots"
+            ));
         }
         segments.push(segment.to_string());
         rest = match tail.strip_prefix('.') {
             Some(more) => more,
             None if tail.is_empty() => return Ok(segments),
-            None => return Err(format!("the path `{path}` needs a dot after the quoted `{segment}`")),
+            None => {
+                return Err(format!(
+                    "the path `{path}` needs a dot after the quoted `{segment}`"
+                ));
+            }
         };
     }
 }
@@ -31,7 +42,11 @@ pub(super) fn split(path: &str) -> Result<Vec<String>, String> {
 /// Joins segments; the inverse of [`split`].
 pub(super) fn join(segments: &[String]) -> String {
     let quoted = |segment: &String| {
-        if segment.contains('.') { format!("\"{segment}\"") } else { segment.clone() }
+        if segment.contains('.') {
+            format!("\"{segment}\"")
+        } else {
+            segment.clone()
+        }
     };
     segments.iter().map(quoted).collect::<Vec<_>>().join(".")
 }
@@ -45,7 +60,9 @@ pub(super) fn set(table: &mut toml::Table, path: &[String], value: Value) -> Res
         table.insert(first.clone(), value);
         return Ok(());
     }
-    let entry = table.entry(first.as_str()).or_insert_with(|| Value::Table(toml::Table::new()));
+    let entry = table
+        .entry(first.as_str())
+        .or_insert_with(|| Value::Table(toml::Table::new()));
     match entry {
         Value::Table(inner) => set(inner, rest, value),
         Value::Array(entries) => set_entry(entries, first, rest, value),
@@ -53,15 +70,25 @@ pub(super) fn set(table: &mut toml::Table, path: &[String], value: Value) -> Res
     }
 }
 
-fn set_entry(entries: &mut [Value], name: &str, rest: &[String], value: Value) -> Result<(), String> {
+fn set_entry(
+    entries: &mut [Value],
+    name: &str,
+    rest: &[String],
+    value: Value,
+) -> Result<(), String> {
     let count = entries.len();
-    let index = rest.first().and_then(|segment| segment.parse::<usize>().ok());
+    let index = rest
+        .first()
+        .and_then(|segment| segment.parse::<usize>().ok());
     match (index.and_then(|index| entries.get_mut(index)), rest.len()) {
         (Some(entry), 1) => {
             *entry = value;
             Ok(())
         }
-        _ => Err(format!("`{name}` has the entries 0 to {}", count.saturating_sub(1))),
+        _ => Err(format!(
+            "`{name}` has the entries 0 to {}",
+            count.saturating_sub(1)
+        )),
     }
 }
 
@@ -110,8 +137,14 @@ mod tests {
         let mut table: toml::Table = toml::from_str("a.b = 1\nc = [1.0, 2.0]").unwrap();
         set(&mut table, &split("a.d.e").unwrap(), Value::Boolean(true)).unwrap();
         set(&mut table, &split("c.1").unwrap(), Value::Float(3.0)).unwrap();
-        assert_eq!(get(&table, &split("a.d.e").unwrap()), Some(&Value::Boolean(true)));
-        assert_eq!(get(&table, &split("c.1").unwrap()), Some(&Value::Float(3.0)));
+        assert_eq!(
+            get(&table, &split("a.d.e").unwrap()),
+            Some(&Value::Boolean(true))
+        );
+        assert_eq!(
+            get(&table, &split("c.1").unwrap()),
+            Some(&Value::Float(3.0))
+        );
         assert!(set(&mut table, &split("c.2").unwrap(), Value::Float(3.0)).is_err());
         assert!(set(&mut table, &split("a.b.x").unwrap(), Value::Float(3.0)).is_err());
     }

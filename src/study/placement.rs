@@ -16,7 +16,9 @@ pub struct PointTable {
 
 impl FromIterator<(String, [f64; 3])> for PointTable {
     fn from_iter<I: IntoIterator<Item = (String, [f64; 3])>>(points: I) -> Self {
-        Self { positions: points.into_iter().collect() }
+        Self {
+            positions: points.into_iter().collect(),
+        }
     }
 }
 
@@ -49,7 +51,11 @@ pub(super) enum PlacementError {
     #[error("rail `{0}` needs at least two points at different places")]
     ShortRail(String),
     #[error("is {position} m, which lies off rail `{rail}`: its positions run from {} m to {half} m", -half)]
-    OffRail { rail: String, position: f64, half: f64 },
+    OffRail {
+        rail: String,
+        position: f64,
+        half: f64,
+    },
 }
 
 /// A mount with its position.
@@ -62,20 +68,33 @@ pub(super) struct Placed {
 
 /// Places a hammer at an interface point.
 pub(super) fn at_point(point: &str, points: &PointTable) -> Result<Placed, PlacementError> {
-    let position = points.position(point).ok_or_else(|| PlacementError::UnknownPoint(point.to_string()))?;
-    Ok(Placed { mount: Mount { points: vec![(point.to_string(), 1.0)] }, position })
+    let position = points
+        .position(point)
+        .ok_or_else(|| PlacementError::UnknownPoint(point.to_string()))?;
+    Ok(Placed {
+        mount: Mount {
+            points: vec![(point.to_string(), 1.0)],
+        },
+        position,
+    })
 }
 
 /// Places a hammer on a rail.
 ///
 /// The position is the arc length in m from the rail's middle, positive towards the last point. Between two points their
 /// rows are interpolated linearly; within [`LENGTH_TOLERANCE_M`] of a point the mount is that point alone.
-pub(super) fn on_rail(rail: &Rail, position_m: f64, points: &PointTable) -> Result<Placed, PlacementError> {
+pub(super) fn on_rail(
+    rail: &Rail,
+    position_m: f64,
+    points: &PointTable,
+) -> Result<Placed, PlacementError> {
     let mut stations = Vec::with_capacity(rail.points.len());
     let mut length = 0.0;
     let mut last: Option<[f64; 3]> = None;
     for name in &rail.points {
-        let place = points.position(name).ok_or_else(|| PlacementError::UnknownPoint(name.clone()))?;
+        let place = points
+            .position(name)
+            .ok_or_else(|| PlacementError::UnknownPoint(name.clone()))?;
         length += last.map_or(0.0, |last| distance(last, place));
         last = Some(place);
         stations.push((name, place, length));
@@ -90,9 +109,16 @@ pub(super) fn on_rail(rail: &Rail, position_m: f64, points: &PointTable) -> Resu
     if !on {
         // Rounded: summed lengths carry noise in their last digits.
         let half = (half * 1e9).round() / 1e9;
-        return Err(PlacementError::OffRail { rail: rail.name.clone(), position: position_m, half });
+        return Err(PlacementError::OffRail {
+            rail: rail.name.clone(),
+            position: position_m,
+            half,
+        });
     }
-    if let Some((name, _, _)) = stations.iter().find(|(_, _, at)| (at - along).abs() <= LENGTH_TOLERANCE_M) {
+    if let Some((name, _, _)) = stations
+        .iter()
+        .find(|(_, _, at)| (at - along).abs() <= LENGTH_TOLERANCE_M)
+    {
         return at_point(name, points);
     }
     let between = |pair: &[(&String, [f64; 3], f64)]| match pair {
@@ -103,7 +129,10 @@ pub(super) fn on_rail(rail: &Rail, position_m: f64, points: &PointTable) -> Resu
                 *value += share * (target - *value);
             }
             let points = vec![((*first).clone(), 1.0 - share), ((*second).clone(), share)];
-            Some(Placed { mount: Mount { points }, position })
+            Some(Placed {
+                mount: Mount { points },
+                position,
+            })
         }
         _ => None,
     };
@@ -112,7 +141,11 @@ pub(super) fn on_rail(rail: &Rail, position_m: f64, points: &PointTable) -> Resu
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b) * (a - b))
+        .sum::<f64>()
+        .sqrt()
 }
 
 #[cfg(test)]
@@ -120,9 +153,19 @@ mod tests {
     use super::*;
 
     fn bent() -> (Rail, PointTable) {
-        let places = [("A", [0.0, 0.0, 1.0]), ("B", [0.3, 0.0, 1.0]), ("C", [0.3, 0.5, 1.0])];
-        let points = places.map(|(name, place)| (name.to_string(), place)).into_iter().collect();
-        let rail = Rail { name: "bent".into(), points: ["A", "B", "C"].map(String::from).to_vec() };
+        let places = [
+            ("A", [0.0, 0.0, 1.0]),
+            ("B", [0.3, 0.0, 1.0]),
+            ("C", [0.3, 0.5, 1.0]),
+        ];
+        let points = places
+            .map(|(name, place)| (name.to_string(), place))
+            .into_iter()
+            .collect();
+        let rail = Rail {
+            name: "bent".into(),
+            points: ["A", "B", "C"].map(String::from).to_vec(),
+        };
         (rail, points)
     }
 
@@ -131,7 +174,9 @@ mod tests {
         let (rail, points) = bent();
         // Length 0.8: the middle lies 0.1 behind B.
         let middle = on_rail(&rail, 0.0, &points).unwrap();
-        assert!((middle.position[0] - 0.3).abs() < 1e-15 && (middle.position[1] - 0.1).abs() < 1e-15);
+        assert!(
+            (middle.position[0] - 0.3).abs() < 1e-15 && (middle.position[1] - 0.1).abs() < 1e-15
+        );
         assert_eq!(middle.mount.points[0].0, "B");
         assert!((middle.mount.points[1].1 - 0.2).abs() < 1e-12);
         let first = on_rail(&rail, -0.25, &points).unwrap();
@@ -154,9 +199,18 @@ mod tests {
         let (rail, points) = bent();
         for position in [0.41, -0.5, f64::NAN, f64::INFINITY] {
             let error = on_rail(&rail, position, &points).unwrap_err();
-            assert!(error.to_string().contains("from -0.4 m to 0.4 m"), "{error}");
+            assert!(
+                error.to_string().contains("from -0.4 m to 0.4 m"),
+                "{error}"
+            );
         }
-        let short = Rail { name: "short".into(), points: vec!["A".into(), "A".into()] };
-        assert_eq!(on_rail(&short, 0.0, &points), Err(PlacementError::ShortRail("short".into())));
+        let short = Rail {
+            name: "short".into(),
+            points: vec!["A".into(), "A".into()],
+        };
+        assert_eq!(
+            on_rail(&short, 0.0, &points),
+            Err(PlacementError::ShortRail("short".into()))
+        );
     }
 }

@@ -50,7 +50,12 @@ pub(super) struct Issue {
 
 impl Issue {
     fn new(path: String, message: impl Into<String>) -> Self {
-        Self { path, message: message.into(), nearest: None, row_only: false }
+        Self {
+            path,
+            message: message.into(),
+            nearest: None,
+            row_only: false,
+        }
     }
 }
 
@@ -65,10 +70,16 @@ pub(super) struct Context<'a> {
 pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, Vec<Issue>> {
     let mut issues = Vec::new();
     if file.hammer.is_empty() {
-        issues.push(Issue::new("hammer".into(), "a study needs at least one hammer: [hammer.NAME]"));
+        issues.push(Issue::new(
+            "hammer".into(),
+            "a study needs at least one hammer: [hammer.NAME]",
+        ));
     }
     if file.casting.is_empty() {
-        issues.push(Issue::new("casting".into(), "a study needs at least one casting: [casting.NAME]"));
+        issues.push(Issue::new(
+            "casting".into(),
+            "a study needs at least one casting: [casting.NAME]",
+        ));
     }
     let mut castings = Vec::new();
     for (name, entry) in &file.casting {
@@ -76,7 +87,13 @@ pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, 
     }
     let mut hammers = Vec::new();
     for (name, entry) in &file.hammer {
-        let resolver = HammerResolver { name, entry, file, context, castings: &castings };
+        let resolver = HammerResolver {
+            name,
+            entry,
+            file,
+            context,
+            castings: &castings,
+        };
         hammers.extend(resolver.resolve(&mut issues));
     }
     if !issues.is_empty() {
@@ -113,7 +130,12 @@ fn solver(entry: &SolverEntry) -> SolverSettings {
     }
 }
 
-fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut Vec<Issue>) -> Casting {
+fn casting(
+    name: &str,
+    entry: &CastingEntry,
+    points: &PointTable,
+    issues: &mut Vec<Issue>,
+) -> Casting {
     let mut places = Vec::new();
     for (fixture, fixture_entry) in &entry.fixture {
         match points.position(&fixture_entry.point) {
@@ -125,12 +147,19 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
         }
     }
     let centre = entry.centre_m.unwrap_or_else(|| mean(&places));
-    let known = entry.fixture.iter().filter(|(_, fixture)| points.position(&fixture.point).is_some());
-    let fixtures = known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
+    let known = entry
+        .fixture
+        .iter()
+        .filter(|(_, fixture)| points.position(&fixture.point).is_some());
+    let fixtures = known.zip(&places).map(|((fixture, fixture_entry), place)| {
+        fixture_of(fixture, fixture_entry, *place, centre)
+    });
     Casting {
         name: name.to_string(),
         mass_kg: entry.mass_kg,
-        inertia: entry.inertia_kg_m2.map(|[x_kg_m2, y_kg_m2]| Inertia { x_kg_m2, y_kg_m2 }),
+        inertia: entry
+            .inertia_kg_m2
+            .map(|[x_kg_m2, y_kg_m2]| Inertia { x_kg_m2, y_kg_m2 }),
         centre_m: centre,
         size_m: entry.size_m,
         measuring_point_m: entry.measuring_point_m,
@@ -142,7 +171,9 @@ fn fixture_of(name: &str, entry: &FixtureEntry, place: [f64; 2], centre: [f64; 2
     Fixture {
         name: name.to_string(),
         point: entry.point.clone(),
-        at_m: entry.at_m.unwrap_or([place[0] - centre[0], place[1] - centre[1]]),
+        at_m: entry
+            .at_m
+            .unwrap_or([place[0] - centre[0], place[1] - centre[1]]),
         stiffness_n_per_m: entry.stiffness_n_per_m.unwrap_or(FIXTURE_STIFFNESS_N_PER_M),
         damping_n_s_per_m: entry.damping_n_s_per_m.unwrap_or(FIXTURE_DAMPING_N_S_PER_M),
     }
@@ -155,7 +186,10 @@ fn mean(places: &[[f64; 2]]) -> [f64; 2] {
 
 fn unknown_point(path: String, point: &str, points: &PointTable) -> Issue {
     let message = PlacementError::UnknownPoint(point.to_string()).to_string();
-    Issue { nearest: points.nearest_name(point), ..Issue::new(path, message) }
+    Issue {
+        nearest: points.nearest_name(point),
+        ..Issue::new(path, message)
+    }
 }
 
 struct HammerResolver<'a> {
@@ -175,13 +209,24 @@ impl HammerResolver<'_> {
         let entry = self.entry;
         let placed = self.place().map_err(|issue| issues.push(issue)).ok();
         let casting = self.casting().map_err(|issue| issues.push(issue)).ok();
-        let parameters = self.context.library.parameters(entry.file.as_deref(), &entry.parameters.0);
-        let parameters = parameters.map_err(|message| issues.push(Issue::new(self.path("parameters"), message))).ok();
+        let parameters = self
+            .context
+            .library
+            .parameters(entry.file.as_deref(), &entry.parameters.0);
+        let parameters = parameters
+            .map_err(|message| issues.push(Issue::new(self.path("parameters"), message)))
+            .ok();
         let (Some(placed), Some(casting), Some(parameters)) = (placed, casting, parameters) else {
             return None;
         };
-        let centre = self.castings.get(casting).map_or([0.0; 2], |casting| casting.centre_m);
-        let below = [placed.position[0] - centre[0], placed.position[1] - centre[1]];
+        let centre = self
+            .castings
+            .get(casting)
+            .map_or([0.0; 2], |casting| casting.centre_m);
+        let below = [
+            placed.position[0] - centre[0],
+            placed.position[1] - centre[1],
+        ];
         let supply = BAR_PA * entry.supply_bar.unwrap_or(SUPPLY_BAR);
         Some(HammerUnit {
             name: self.name.to_string(),
@@ -199,13 +244,16 @@ impl HammerResolver<'_> {
     fn place(&self) -> Result<Placed, Issue> {
         let points = self.context.points;
         match (&self.entry.mount, self.entry.rail_position_m) {
-            (Some(mount), None) if self.entry.rail.is_none() => {
-                at_point(mount, points).map_err(|_| unknown_point(self.path("mount"), mount, points))
-            }
+            (Some(mount), None) if self.entry.rail.is_none() => at_point(mount, points)
+                .map_err(|_| unknown_point(self.path("mount"), mount, points)),
             (None, Some(position)) => {
                 let rail = self.rail()?;
                 on_rail(rail, position, points).map_err(|error| {
-                    let key = if matches!(error, PlacementError::OffRail { .. }) { "rail_position_m" } else { "rail" };
+                    let key = if matches!(error, PlacementError::OffRail { .. }) {
+                        "rail_position_m"
+                    } else {
+                        "rail"
+                    };
                     Issue::new(self.path(key), error.to_string())
                 })
             }
@@ -224,14 +272,22 @@ impl HammerResolver<'_> {
         let rails = self.context.rails;
         let names = || rails.iter().map(|rail| rail.name.as_str());
         match (&self.entry.rail, rails) {
-            (Some(name), _) => rails.iter().find(|rail| rail.name == *name).ok_or_else(|| Issue {
-                nearest: nearest_name(name, names()),
-                ..Issue::new(self.path("rail"), format!("the structure has no rail `{name}`"))
-            }),
+            (Some(name), _) => rails
+                .iter()
+                .find(|rail| rail.name == *name)
+                .ok_or_else(|| Issue {
+                    nearest: nearest_name(name, names()),
+                    ..Issue::new(
+                        self.path("rail"),
+                        format!("the structure has no rail `{name}`"),
+                    )
+                }),
             (None, [only]) => Ok(only),
             (None, _) => {
                 let known = names().collect::<Vec<_>>().join(", ");
-                let message = format!("`rail_position_m` needs the name of a rail; the structure has: {known}");
+                let message = format!(
+                    "`rail_position_m` needs the name of a rail; the structure has: {known}"
+                );
                 Err(Issue::new(self.path("rail"), message))
             }
         }
@@ -240,10 +296,15 @@ impl HammerResolver<'_> {
     fn casting(&self) -> Result<usize, Issue> {
         let names = || self.castings.iter().map(|casting| casting.name.as_str());
         match &self.entry.casting {
-            Some(wanted) => names().position(|name| name == wanted).ok_or_else(|| Issue {
-                nearest: nearest_name(wanted, names()),
-                ..Issue::new(self.path("casting"), format!("the study has no casting `{wanted}`"))
-            }),
+            Some(wanted) => names()
+                .position(|name| name == wanted)
+                .ok_or_else(|| Issue {
+                    nearest: nearest_name(wanted, names()),
+                    ..Issue::new(
+                        self.path("casting"),
+                        format!("the study has no casting `{wanted}`"),
+                    )
+                }),
             None if self.castings.len() <= 1 => Ok(0),
             None => {
                 let known = names().collect::<Vec<_>>().join(", ");

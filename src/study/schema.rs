@@ -21,7 +21,10 @@ fn published<T: schemars::JsonSchema>(title: &str) -> Value {
         object.insert("title".to_string(), Value::from(title));
     }
     // A hammer file and its overrides may give one half of a contact: the other keeps its value.
-    if let Some(contact) = schema.pointer_mut("/$defs/ContactParameters").and_then(Value::as_object_mut) {
+    if let Some(contact) = schema
+        .pointer_mut("/$defs/ContactParameters")
+        .and_then(Value::as_object_mut)
+    {
         contact.remove("required");
     }
     schema

@@ -14,7 +14,10 @@ const FIXED_INTERFACE_CUTOFF_HZ: f64 = 3000.0;
 /// Modal damping ratio.
 const DAMPING_RATIO: f64 = 0.02;
 /// The rail of the built-in station.
-const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);
+const STATION_RAIL: (&str, [&str; 9]) = (
+    "rail",
+    ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"],
+);
 
 /// Where the machine comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,8 +61,17 @@ pub struct StructureSettings {
 
 impl StructureSettings {
     /// Fills in defaults and resolves paths against the study's directory.
-    pub(super) fn read(entry: &StructureEntry, document: &Document, directory: &Path) -> Result<Self, Vec<Problem>> {
-        let mut reader = Reader { entry, document, directory, problems: Vec::new() };
+    pub(super) fn read(
+        entry: &StructureEntry,
+        document: &Document,
+        directory: &Path,
+    ) -> Result<Self, Vec<Problem>> {
+        let mut reader = Reader {
+            entry,
+            document,
+            directory,
+            problems: Vec::new(),
+        };
         let source = reader.source();
         let settings = Self {
             source,
@@ -73,7 +85,11 @@ impl StructureSettings {
             housings: entry.housings.unwrap_or_default(),
             rails: reader.rails(),
         };
-        if reader.problems.is_empty() { Ok(settings) } else { Err(reader.problems) }
+        if reader.problems.is_empty() {
+            Ok(settings)
+        } else {
+            Err(reader.problems)
+        }
     }
 }
 
@@ -86,7 +102,10 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn problem(&mut self, keys: &[&str], message: impl Into<String>) {
-        let at: Vec<String> = std::iter::once("structure").chain(keys.iter().copied()).map(str::to_string).collect();
+        let at: Vec<String> = std::iter::once("structure")
+            .chain(keys.iter().copied())
+            .map(str::to_string)
+            .collect();
         let problem = Problem::new(self.document.locate(&at), super::path::join(&at), message);
         self.problems.push(problem);
     }
@@ -106,10 +125,18 @@ impl Reader<'_> {
         ];
         for (key, file) in given {
             match (wanted.contains(&key), file) {
-                (true, None) => self.problem(&[key], format!("missing key: `source = \"{words}\"` needs this file")),
-                (false, Some(_)) => self.problem(&[key], format!("does not belong to `source = \"{words}\"`")),
+                (true, None) => self.problem(
+                    &[key],
+                    format!("missing key: `source = \"{words}\"` needs this file"),
+                ),
+                (false, Some(_)) => {
+                    self.problem(&[key], format!("does not belong to `source = \"{words}\"`"))
+                }
                 (true, Some(file)) if !self.directory.join(file).is_file() => {
-                    self.problem(&[key], format!("there is no file {}", self.directory.join(file).display()));
+                    self.problem(
+                        &[key],
+                        format!("there is no file {}", self.directory.join(file).display()),
+                    );
                 }
                 _ => {}
             }
@@ -138,32 +165,62 @@ impl Reader<'_> {
     }
 
     fn damping(&mut self) -> DampingRatio {
-        let ratio = self.entry.damping_ratio.clone().unwrap_or(DampingRatio::Uniform(DAMPING_RATIO));
+        let ratio = self
+            .entry
+            .damping_ratio
+            .clone()
+            .unwrap_or(DampingRatio::Uniform(DAMPING_RATIO));
         let sound = |ratio: &f64| (0.0..1.0).contains(ratio);
         let bad = match &ratio {
             DampingRatio::Uniform(one) => (!sound(one)).then_some(*one),
             DampingRatio::PerMode(list) => list.iter().copied().find(|one| !sound(one)),
         };
         if let Some(bad) = bad {
-            self.problem(&["damping_ratio"], format!("is {bad}, expected 0 or more and below 1"));
+            self.problem(
+                &["damping_ratio"],
+                format!("is {bad}, expected 0 or more and below 1"),
+            );
         }
         if matches!(&ratio, DampingRatio::PerMode(list) if list.is_empty()) {
-            self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
+            self.problem(
+                &["damping_ratio"],
+                "is an empty list, expected one ratio per mode",
+            );
         }
         ratio
     }
 
     fn rails(&mut self) -> Vec<Rail> {
-        let mut rails: Vec<Rail> =
-            self.entry.rails.iter().map(|(name, points)| Rail { name: name.clone(), points: points.clone() }).collect();
-        let short: Vec<String> = rails.iter().filter(|rail| rail.points.len() < 2).map(|rail| rail.name.clone()).collect();
+        let mut rails: Vec<Rail> = self
+            .entry
+            .rails
+            .iter()
+            .map(|(name, points)| Rail {
+                name: name.clone(),
+                points: points.clone(),
+            })
+            .collect();
+        let short: Vec<String> = rails
+            .iter()
+            .filter(|rail| rail.points.len() < 2)
+            .map(|rail| rail.name.clone())
+            .collect();
         for name in short {
-            self.problem(&["rails", &name], "a rail needs at least two interface points");
+            self.problem(
+                &["rails", &name],
+                "a rail needs at least two interface points",
+            );
         }
         let (name, points) = STATION_RAIL;
         let station = self.entry.source.unwrap_or_default() == SourceName::Station;
         if station && rails.iter().all(|rail| rail.name != name) {
-            rails.insert(0, Rail { name: name.to_string(), points: points.map(str::to_string).to_vec() });
+            rails.insert(
+                0,
+                Rail {
+                    name: name.to_string(),
+                    points: points.map(str::to_string).to_vec(),
+                },
+            );
         }
         rails
     }

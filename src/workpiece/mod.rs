@@ -89,7 +89,10 @@ mod tests {
         Casting {
             name: "part".into(),
             mass_kg: 1.0,
-            inertia: Some(Inertia { x_kg_m2: 0.01, y_kg_m2: 0.02 }),
+            inertia: Some(Inertia {
+                x_kg_m2: 0.01,
+                y_kg_m2: 0.02,
+            }),
             centre_m: [0.0; 2],
             size_m: None,
             measuring_point_m: None,
@@ -105,7 +108,10 @@ mod tests {
         assert_eq!(centred.active_rotations(&[[0.0, 0.01]]), [true, false]);
         assert_eq!(centred.active_rotations(&[[0.01, 0.0]]), [false, true]);
         assert_eq!(casting(&[[0.1, 0.1]]).active_rotations(&[]), [true, true]);
-        let measured = Casting { measuring_point_m: Some([0.0, 0.05]), ..centred };
+        let measured = Casting {
+            measuring_point_m: Some([0.0, 0.05]),
+            ..centred
+        };
         assert_eq!(measured.active_rotations(&[]), [true, false]);
     }
 
@@ -115,11 +121,17 @@ mod tests {
         assert_eq!(single.check_restraint([false, false]), Ok(()));
         assert!(matches!(
             single.check_restraint([true, false]),
-            Err(WorkpieceError::Unrestrained { motion: "rotation tx about x", .. })
+            Err(WorkpieceError::Unrestrained {
+                motion: "rotation tx about x",
+                ..
+            })
         ));
         assert!(matches!(
             single.check_restraint([false, true]),
-            Err(WorkpieceError::Unrestrained { motion: "rotation ty about y", .. })
+            Err(WorkpieceError::Unrestrained {
+                motion: "rotation ty about y",
+                ..
+            })
         ));
     }
 
@@ -139,7 +151,10 @@ mod tests {
     #[test]
     fn a_rotating_casting_needs_its_inertia() {
         let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
-        let light = Casting { inertia: None, ..square };
+        let light = Casting {
+            inertia: None,
+            ..square
+        };
         assert!(matches!(
             light.check_restraint([true, false]),
             Err(WorkpieceError::MissingInertia { .. })

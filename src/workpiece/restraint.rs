@@ -55,7 +55,9 @@ impl Casting {
             .fixtures
             .iter()
             .flat_map(|fixture| fixture.at_m)
-            .fold(OFFSET_TOLERANCE_M, |longest, offset| longest.max(offset.abs()));
+            .fold(OFFSET_TOLERANCE_M, |longest, offset| {
+                longest.max(offset.abs())
+            });
         let mut matrix = [[0.0; 3]; 3];
         for fixture in &self.fixtures {
             let row = [1.0, fixture.at_m[1] / length, -fixture.at_m[0] / length];
