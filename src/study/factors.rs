@@ -72,7 +72,9 @@ impl FactorInfo {
             Distribution::Uniform { low, high } | Distribution::LogUniform { low, high } => {
                 vec![FactorValue::Real(low), FactorValue::Real(high)]
             }
-            Distribution::Integer { low, high } => vec![FactorValue::Integer(low), FactorValue::Integer(high)],
+            Distribution::Integer { low, high } => {
+                vec![FactorValue::Integer(low), FactorValue::Integer(high)]
+            }
             Distribution::Categories { count } => (0..count).map(|index| self.value(Level::Category(index))).collect(),
         }
     }
@@ -235,7 +237,9 @@ impl Reader<'_> {
         };
         let mut driven: Vec<Vec<String>> = Vec::new();
         for (at, text) in texts {
-            let Some(segments) = self.drivable(&at, text) else { continue };
+            let Some(segments) = self.drivable(&at, text) else {
+                continue;
+            };
             if driven.contains(&segments) || taken.iter().flatten().any(|other| overlap(other, &segments)) {
                 self.problem(&at, format!("`{text}` is driven twice"));
             }
@@ -278,7 +282,9 @@ impl Reader<'_> {
 
     /// Holds the factor's values to the type of a parameter that it drives.
     fn fits(&mut self, name: &str, factor: &FactorEntry, values: &[FactorValue], segments: &[String]) {
-        let Ok(shape) = shape_at(self.shape, self.tree, segments) else { return };
+        let Ok(shape) = shape_at(self.shape, self.tree, segments) else {
+            return;
+        };
         let driven = path::join(segments);
         for (index, value) in values.iter().enumerate() {
             if let Err(message) = shape.accepts(&to_toml(value)) {

@@ -151,7 +151,9 @@ impl Study {
         }
         let mut problems = Vec::new();
         let structure = structure.map_err(|more| problems.extend(more)).ok();
-        let Some(structure) = structure else { return Err(sorted(problems)) };
+        let Some(structure) = structure else {
+            return Err(sorted(problems));
+        };
         let mut study = Self {
             document,
             directory,
