@@ -93,8 +93,9 @@ impl ReducedStructure {
     /// From a table of mass-normalised modes: `M_zz = I`, `K_zz = diag(omega^2)`, B the table's columns.
     ///
     /// # Errors
-    /// A column for a point that `points` does not know.
+    /// A column for a point that `points` does not know, a table whose parts do not fit together.
     pub fn from_modal_table(table: &ModalTable, points: InterfacePoints) -> Result<Self, StructureError> {
+        table.validate()?;
         for dof in &table.dofs {
             points.get(&dof.point)?;
         }
