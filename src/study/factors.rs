@@ -99,6 +99,20 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// Where the tree has no value at a path that a factor drives, puts the first row's there.
+    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
+        let first = self.design.row(0).unwrap_or_default();
+        for ((factor, level), paths) in self.factors.iter().zip(first).zip(&self.paths) {
+            for at in paths {
+                if path::get(tree, at).is_none() {
+                    let value = to_toml(&factor.value(level));
+                    path::set(tree, at, value).map_err(|message| (path::join(at), message))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Reads the design section. `tree` is the study's tree of values, for the names in it.
     pub fn read(
         entry: &DesignEntry,
