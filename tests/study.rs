@@ -232,9 +232,7 @@ fn the_grid_runs_through_every_combination() {
 fn an_overridden_factor_shows_the_override() {
     let study = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4.25".into()]).unwrap();
     assert_eq!(study.row_values(5)[1], FactorValue::Real(4.25));
-    let whole = shipped("placement.toml")
-        .with_overrides(&["hammer.hammer.supply_bar=4".into()])
-        .unwrap();
+    let whole = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4".into()]).unwrap();
     assert_eq!(whole.row_values(5)[1], FactorValue::Real(4.0));
     let scene = study.scene(5, &station_points()).unwrap();
     assert_eq!(scene.hammers[0].supply_pressure_pa, 101_325.0 + 425_000.0);

@@ -111,11 +111,7 @@ impl Study {
         Self::build(self.document.clone(), self.directory.clone(), overrides)
     }
 
-    fn build(
-        document: Document,
-        directory: PathBuf,
-        overrides: Vec<Override>,
-    ) -> Result<Self, StudyError> {
+    fn build(document: Document, directory: PathBuf, overrides: Vec<Override>) -> Result<Self, StudyError> {
         let shape = Shape::from_schema(&study_schema());
         let mut tree = check_keys(&document, &shape, &overrides)?;
         let fault = |key: String, message: String| {
@@ -123,19 +119,15 @@ impl Study {
             StudyError::one(Problem::new(document.locate(&at), key, message))
         };
         let design = tree.get("design").cloned().map(read_tree::<DesignEntry>);
-        let design = design
-            .transpose()
-            .map_err(|(key, message)| fault(format!("design.{key}"), message))?
-            .unwrap_or_default();
+        let design =
+            design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
         let plan = Plan::read(&design, &document, &shape, &tree);
         let plan = plan.map_err(StudyError::several)?;
-        plan.fill_gaps(&mut tree)
-            .map_err(|(key, message)| fault(key, message))?;
-        let base: StudyFile = read_tree(toml::Value::Table(tree.clone()))
-            .map_err(|(key, message)| fault(key, message))?;
+        plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
+        let base: StudyFile =
+            read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
-        let structure = StructureSettings::read(&base.structure, &document, &directory)
-            .map_err(StudyError::several)?;
+        let structure = StructureSettings::read(&base.structure, &document, &directory).map_err(StudyError::several)?;
         for key in SHARED_KEYS {
             tree.remove(key);
         }
@@ -251,9 +243,7 @@ impl Study {
                 let overridden: Option<Vec<FactorValue>> = paths.iter().map(|at| self.overridden(at)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
                 match (first, factor.kind) {
-                    (Some(FactorValue::Integer(value)), FactorKind::Real) => {
-                        FactorValue::Real(value as f64)
-                    }
+                    (Some(FactorValue::Integer(value)), FactorKind::Real) => FactorValue::Real(value as f64),
                     (Some(value), _) => value,
                     (None, _) => factor.value(level),
                 }
@@ -369,11 +359,7 @@ impl Study {
         if at.is_empty() {
             return self.document.locate(at);
         }
-        if let Some(one) = self
-            .overrides
-            .iter()
-            .rev()
-            .find(|one| one.path.starts_with(at) || at.starts_with(&one.path))
+        if let Some(one) = self.overrides.iter().rev().find(|one| one.path.starts_with(at) || at.starts_with(&one.path))
         {
             return one.place();
         }
@@ -399,11 +385,7 @@ impl Study {
 }
 
 /// Holds the document to its shape and returns its values, overrides applied.
-fn check_keys(
-    document: &Document,
-    shape: &Shape,
-    overrides: &[Override],
-) -> Result<toml::Table, StudyError> {
+fn check_keys(document: &Document, shape: &Shape, overrides: &[Override]) -> Result<toml::Table, StudyError> {
     let mut tree = document.root.table();
     let driven = overrides::driven_paths(&tree);
     let provided = |at: &[String]| {
@@ -413,9 +395,8 @@ fn check_keys(
     };
     StudyError::from_problems(keys::check(document, shape, &provided))?;
     for one in overrides {
-        path::set(&mut tree, &one.path, one.value.clone()).map_err(|message| {
-            StudyError::one(Problem::new(one.place(), path::join(&one.path), message))
-        })?;
+        path::set(&mut tree, &one.path, one.value.clone())
+            .map_err(|message| StudyError::one(Problem::new(one.place(), path::join(&one.path), message)))?;
     }
     Ok(tree)
 }

@@ -30,9 +30,7 @@ range = [4.0, 6.0]
 /// Faults of a text, from loading or checking.
 pub fn faults(text: &str) -> Vec<Problem> {
     let error = match Study::parse(text, Path::new(env!("CARGO_MANIFEST_DIR")), "s.toml") {
-        Ok(study) => study
-            .check(&station_points())
-            .expect_err("the study has no fault"),
+        Ok(study) => study.check(&station_points()).expect_err("the study has no fault"),
         Err(error) => error,
     };
     assert!(matches!(error, StudyError::Invalid { .. }));
@@ -51,16 +49,9 @@ pub fn fault(from: &str, to: &str) -> Problem {
 /// Holds a fault to its place, its key and a part of its text.
 #[track_caller]
 pub fn holds(problem: &Problem, line: usize, column: usize, key: &str, words: &str) {
-    assert_eq!(
-        (problem.place.line, problem.place.column),
-        (Some(line), Some(column)),
-        "{problem}"
-    );
+    assert_eq!((problem.place.line, problem.place.column), (Some(line), Some(column)), "{problem}");
     assert_eq!(problem.key, key, "{problem}");
     let text = problem.to_string();
     assert!(text.contains(words), "{text}");
-    assert!(
-        text.starts_with(&format!("s.toml:{line}:{column}: ")),
-        "{text}"
-    );
+    assert!(text.starts_with(&format!("s.toml:{line}:{column}: ")), "{text}");
 }
