@@ -245,7 +245,10 @@ impl Integrator {
         self.rate_known = theta == 1.0;
         self.samples_known = theta == 1.0;
         self.adapt(&trial);
-        self.fresh.fill(false);
+        // A switch at the very start of a step happens together with the one before.
+        if theta > 0.0 {
+            self.fresh.fill(false);
+        }
         self.switch_hits(system, observer);
     }
 

@@ -44,12 +44,13 @@ pub(super) fn first_events<S: System>(
     hits.clear();
     let mut first = 1.0;
     for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
-        let positive_at = if end.value >= 0.0 {
+        // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
+        let positive_at = if end.value > 0.0 {
             1.0
         } else {
             let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
             step.components(system.guard_support(guard), theta, y);
-            if system.guard(guard, y) < 0.0 {
+            if system.guard(guard, y) <= 0.0 {
                 continue;
             }
             theta
