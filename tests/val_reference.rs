@@ -51,7 +51,10 @@ fn simulate(study: &str, settings: &[&str]) -> RowOutcome {
 fn close(what: &str, value: &Value, expected: &Value, bound: f64) {
     let (value, expected) = (value.as_f64().unwrap_or(f64::NAN), expected.as_f64().unwrap_or(f64::NAN));
     let difference = (value / expected - 1.0).abs();
-    assert!(difference <= bound, "{what}: {value} against {expected}, relative difference {difference:.1e} > {bound:.0e}");
+    assert!(
+        difference <= bound,
+        "{what}: {value} against {expected}, relative difference {difference:.1e} > {bound:.0e}"
+    );
 }
 
 /// Holds a scene to the fixed-step program's figures.
@@ -99,17 +102,14 @@ const R3_60MM: [&str; 3] =
 
 #[test]
 fn val_single_hammer_scenes() {
-    let scenes: [(&str, &[&str]); 3] = [
-        ("paper_rig", &[]),
-        ("paper_rig_4bar", &["hammer.hammer.supply_bar=4.0"]),
-        ("paper_rig_r3_60mm", &R3_60MM),
-    ];
+    let scenes: [(&str, &[&str]); 3] =
+        [("paper_rig", &[]), ("paper_rig_4bar", &["hammer.hammer.supply_bar=4.0"]), ("paper_rig_r3_60mm", &R3_60MM)];
     for (scene, settings) in scenes {
         let outcome = simulate("paper_rig.toml", settings);
         matches(&outcome, scene, 1e-2);
-        // Measured: 3e-7, 3e-6, 4e-5; the reference itself is good to about 1e-6 (peak velocity 1e-5), and the
+        // Measured at worst: 2e-7, 3e-6, 5e-6. The reference itself is good to about 1e-6 (peak velocity 1e-5), and the
         // machine's modes come from a Craig-Bampton basis here, from the full model there.
-        converges(&outcome, scene, [1e-6, 1e-5, 1.5e-4]);
+        converges(&outcome, scene, [1e-6, 1e-5, 3e-5]);
     }
 }
 
