@@ -229,7 +229,9 @@ impl Integrator {
         }
         self.rate_known = theta == 1.0;
         self.adapt(&trial);
-        self.fresh.fill(false);
+        if theta > 0.0 {
+            self.fresh.fill(false);
+        }
         self.switch_hits(system, observer);
     }
 
