@@ -54,14 +54,15 @@ pub(super) fn first_events<S: System>(
 
 /// A fraction of the step at which the guard is positive: its end, or an interior point that the system suspects.
 fn positive_fraction<S: System>(system: &S, step: &Step<'_>, guard: usize, y: &mut [f64]) -> Option<f64> {
-    if system.guard(guard, step.end()) >= 0.0 {
+    // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
+    if system.guard(guard, step.end()) > 0.0 {
         return Some(1.0);
     }
     let start = End { y: step.start(), rate: step.start_rate() };
     let end = End { y: step.end(), rate: step.end_rate() };
     let theta = system.suspect(guard, start, end, step.h)?;
     step.components(system.guard_support(guard), theta, y);
-    (system.guard(guard, y) >= 0.0).then_some(theta)
+    (system.guard(guard, y) > 0.0).then_some(theta)
 }
 
 /// Fraction of the step at which the watched guard first reaches zero from below, on the non-negative side.
