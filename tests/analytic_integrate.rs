@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use common::harness::{
     Event, Harness, Piecewise, Run, Samples, assert_close, distance, fixed_step, observe, run, settings, slope,
 };
-use common::smooth::{Cliff, Explosion, Kepler, Oscillator, Polyline};
+use common::smooth::{Cliff, Explosion, Kepler, Manufactured, Oscillator, Polyline};
 use decore::integrate::{End, Stopped};
 
 const ORBIT: Kepler = Kepler { eccentricity: 0.3 };
@@ -17,39 +17,44 @@ fn at_end(run: Run) -> Run {
     run
 }
 
-/// Over one revolution the error at the end falls with the fifth power of the step. 0.1 either way: what the next power
-/// still contributes at these steps.
+/// The error at the end of an arc falls with the fifth power of the step. 0.2: the method's leading error term is very
+/// small, so the next power is still felt at steps whose errors stand clear of rounding (5.16, 5.10 from pair to pair).
 #[test]
 fn analytic_order_five() {
-    let errors: Vec<(f64, f64)> = [128, 192, 256, 384, 512]
+    let errors: Vec<(f64, f64)> = [40, 56, 80, 113, 160]
         .map(|steps| {
-            let h = 2.0 * PI / f64::from(steps);
-            let run = at_end(run(&mut Harness::new(ORBIT), &ORBIT.solution(0.0), fixed_step(h), 2.0 * PI));
-            (h, distance(&run.y, &ORBIT.solution(2.0 * PI)))
+            let h = 2.0 / f64::from(steps);
+            let run = at_end(run(&mut Harness::new(ORBIT), &ORBIT.solution(0.0), fixed_step(h), 2.0));
+            (h, distance(&run.y, &ORBIT.solution(2.0)))
         })
         .to_vec();
     let order = slope(&errors);
     println!("order {order:.3}, errors {errors:?}");
-    assert!((order - 5.0).abs() < 0.1, "observed order {order}");
+    assert!((order - 5.0).abs() < 0.2, "observed order {order}");
 }
 
-/// From the exact solution, one step: the end is off by h^6 (order 5), the worst point of the interpolant by h^5 (order
-/// 4). Steps from 0.2 down to 0.05: below, rounding; above, the next power.
+/// One step of length `h` from the exact solution: error at its end, worst error of its dense output.
+fn local_errors<P: Piecewise>(problem: P, solution: impl Fn(f64) -> Vec<f64>, h: f64) -> [f64; 2] {
+    let mut samples = Samples::new(40);
+    let run = observe(&mut Harness::new(problem), &solution(0.0), fixed_step(h), h, &mut samples);
+    assert_eq!(run.counters.steps, 1);
+    let worst = samples.points.iter().map(|(t, y)| distance(y, &solution(*t)));
+    [distance(&run.y, &solution(h)), worst.fold(0.0, f64::max)]
+}
+
+/// The end of one step is off by h^6 (order 5), the worst point of the interpolant by h^5 (order 4). Each on the problem
+/// where that power shows: elsewhere the method's small leading term hides behind the next one at steps whose errors
+/// stand clear of rounding. 0.3: what the next power contributes here (6.17 at the shortest steps).
 #[test]
 fn analytic_local_errors_of_step_and_dense_output() {
-    let (mut ends, mut insides) = (Vec::new(), Vec::new());
-    for h in [0.2, 0.1414, 0.1, 0.0707, 0.05] {
-        let mut samples = Samples::new(40);
-        let run = observe(&mut Harness::new(ORBIT), &ORBIT.solution(0.0), fixed_step(h), h, &mut samples);
-        assert_eq!(run.counters.steps, 1);
-        ends.push((h, distance(&run.y, &ORBIT.solution(h))));
-        let worst = samples.points.iter().map(|(t, y)| distance(y, &ORBIT.solution(*t)));
-        insides.push((h, worst.fold(0.0, f64::max)));
-    }
+    let steps = [0.06, 0.048, 0.038, 0.03, 0.024];
+    let ends = steps.map(|h| (h, local_errors(Manufactured, |t| Manufactured.solution(t), h)[0]));
+    let steps = [0.2, 0.14, 0.1, 0.07, 0.05];
+    let insides = steps.map(|h| (h, local_errors(ORBIT, |t| ORBIT.solution(t), h)[1]));
     let (step, dense) = (slope(&ends), slope(&insides));
     println!("step {step:.3}, dense output {dense:.3}");
     assert!((step - 6.0).abs() < 0.3, "local error of the step: order {step}");
-    assert!((dense - 5.0).abs() < 0.2, "local error of the dense output: order {dense}");
+    assert!((dense - 5.0).abs() < 0.1, "local error of the dense output: order {dense}");
 }
 
 /// The dense output meets both ends of its step to rounding, so that what is read off it is continuous.
@@ -67,9 +72,11 @@ fn analytic_dense_output_meets_the_ends() {
 fn analytic_error_follows_the_tolerance() {
     let (mut errors, mut steps) = (Vec::new(), Vec::new());
     for tolerance in [1e-5, 1e-6, 1e-7, 1e-8, 1e-9] {
-        let mut system = Harness::new(ORBIT);
-        let run = at_end(run(&mut system, &ORBIT.solution(0.0), settings(tolerance, 1.0), 20.0 * PI));
-        let error = distance(&run.y, &ORBIT.solution(20.0 * PI));
+        let mut samples = Samples::new(1);
+        let mut system = Harness::new(Manufactured);
+        let start = Manufactured.solution(0.0);
+        let run = at_end(observe(&mut system, &start, settings(tolerance, 1.0), 20.0, &mut samples));
+        let error = samples.points.iter().map(|(t, y)| distance(y, &Manufactured.solution(*t))).fold(0.0, f64::max);
         println!("{tolerance:e}: {error:.2e} in {} steps, {} rejected", run.counters.steps, run.counters.rejected);
         errors.push((tolerance, error));
         steps.push((tolerance, run.counters.steps as f64));
@@ -99,24 +106,25 @@ fn analytic_every_crossing_is_found_once() {
     assert_eq!(run.counters.events as usize, run.events.len());
 }
 
-/// A level just below the peak is crossed up and down within a small part of a step. Long steps (the tolerance is off)
-/// see negative values at both ends; the contact in between must not be missed.
+/// A level just below a peak within a step: the guard is negative at both ends, and what happens in between must not be
+/// missed, down to a share of 1e-5 of the amplitude. The dense output errs by 2e-8 at this step, which moves a crossing
+/// of slope `sin(half)` by 2e-8 / sin(half).
 #[test]
 fn analytic_contact_that_opens_and_closes_within_a_step() {
-    for depth in [1e-2, 1e-3, 1e-4] {
-        let level = 1.0 - depth;
-        let mut problem = Oscillator::new(&[level]);
-        problem.direction = vec![1.0];
-        // Starts in the trough: the first peak lies at t = pi, in the middle of a step.
-        let run = at_end(run(&mut Harness::new(problem), &[-1.0, 0.0], fixed_step(2.0 * PI / 9.0), 2.0 * PI));
-        let times: Vec<f64> = run.events.iter().map(|event| event.t).collect();
-        println!("depth {depth}: {times:?}");
-        assert_eq!(times.len(), 2, "depth {depth}");
-        let half = level.acos();
-        // These steps make an amplitude error of 6e-5, which moves the crossing by 6e-5 / sin(half).
-        let bound = 6e-5 / half.sin() + 1e-4;
-        assert_close("up", times[0], PI - half, bound);
-        assert_close("down", times[1], PI + half, bound);
+    let h: f64 = 0.2;
+    for depth in [1e-3, 1e-4, 1e-5] {
+        for start in [0.3, 0.45, 0.5, 0.62, 0.7] {
+            let mut problem = Oscillator::new(&[1.0 - depth]);
+            problem.direction = vec![1.0];
+            let peak = start * h;
+            let run = at_end(run(&mut Harness::new(problem), &[peak.cos(), peak.sin()], fixed_step(h), h));
+            let times: Vec<f64> = run.events.iter().map(|event| event.t).collect();
+            assert_eq!(times.len(), 2, "depth {depth}, start {start}");
+            let half = (1.0 - depth).acos();
+            let bound = 2e-8 / half.sin();
+            assert_close("up", times[0], peak - half, bound);
+            assert_close("down", times[1], peak + half, bound);
+        }
     }
 }
 
@@ -203,7 +211,7 @@ fn analytic_events_of_the_same_instant() {
 /// A switch that makes another guard positive at once: the other follows at the same time, and the first, whose value
 /// there is a rounding error of either sign, is not switched back.
 #[test]
-fn analytic_switch_that_triggers_another() {
+fn regress_switch_that_triggers_another() {
     for offset in 0..200 {
         // Different roots, so that the rounding differs.
         let height = 1.3 + 1e-3 * f64::from(offset);
@@ -287,8 +295,8 @@ fn analytic_divergence_is_diagnosed() {
     assert_close("explosion", explosion.t, 1.0, 1e-5);
     let cliff = run(&mut Harness::new(Cliff { limit: 0.6 }), &[0.0], settings(1e-6, 1.0), 2.0);
     assert!(matches!(cliff.stopped, Stopped::Diverged(_)));
-    // Up to the last bits of the clock.
-    assert_close("cliff", cliff.t, 0.6, 1e-15);
+    // Up to the last bits of the clock: a rejected step is retried with a fifth of its length.
+    assert_close("cliff", cliff.t, 0.6, 2e-15);
     let nothing = run(&mut Harness::new(ORBIT), &[f64::NAN; 4], settings(1e-6, 1.0), 2.0);
     assert!(matches!(nothing.stopped, Stopped::Diverged(_)));
     assert_eq!(nothing.t, 0.0);

@@ -88,7 +88,8 @@ impl ImpactOscillator {
         let velocity = g.abs() / across.hypot(along);
         let phase = (-along * velocity / g).atan2(across * velocity / g);
         let acceleration = self.b * phase.cos() - self.s;
-        let trace = 2.0 * self.r * period.cos() + (1.0 + self.r) * acceleration / velocity * period.sin();
+        // Free flight over one period times the jump at the impact, `[[-r, 0], [(1 + r) a / V, -r]]`.
+        let trace = -2.0 * self.r * period.cos() + (1.0 + self.r) * acceleration / velocity * period.sin();
         Orbit { velocity, phase, trace }
     }
 }
