@@ -133,8 +133,7 @@ fn analytic_subsonic_filling() {
     for exponent in [1.0, 1.4] {
         let start = filling_time(exponent, 6.0 * CRITICAL);
         for ratio in [0.6, 0.8, 0.95, 0.999] {
-            let expected =
-                7.0 * (c1 / c2) * tau() / exponent * ((1.0 - u(CRITICAL)).sqrt() - (1.0 - u(ratio)).sqrt());
+            let expected = 7.0 * (c1 / c2) * tau() / exponent * ((1.0 - u(CRITICAL)).sqrt() - (1.0 - u(ratio)).sqrt());
             let found = filling_time(exponent, 6.0 * ratio) - start;
             println!("ratio {ratio}: off by {:.1e}", found / expected - 1.0);
             assert_relative("subsonic phase", found, expected, 1e-8);
