@@ -107,8 +107,8 @@ fn collide(pair: &Pair, change: impl Fn(&mut ContactParameters)) -> Collision {
 /// Moves the whole hammer on by a distance and gives it a velocity.
 fn shift(model: &CoupledModel, y: &mut [f64], (distance, velocity): (f64, f64)) {
     let at = model.hammer_state(0, y).position;
-    for index in body::CYLINDER..body::COUNT {
-        place(model, y, index, (at[index] + distance, velocity));
+    for (index, position) in at.into_iter().enumerate().skip(body::CYLINDER) {
+        place(model, y, index, (position + distance, velocity));
     }
 }
 
