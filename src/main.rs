@@ -1,1 +1,7 @@
-fn main() {}
+//! The `decore` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    decore::cli::run()
+}

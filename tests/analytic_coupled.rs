@@ -223,7 +223,7 @@ fn analytic_stiff_guide_tends_to_the_tied_one() {
         scene.solver.tolerance = 1e-7;
         scene.hammers[0].parameters.guide.stiffness_n_per_m = stiffness;
         scene.duration_s = 0.06;
-        let metrics = run_row(&scene, &modes, ()).0.metrics.expect("done");
+        let metrics = run_row(&scene, &modes).metrics.expect("done");
         let hammer = &metrics.hammers[0];
         [hammer.first_impact_energy_j.expect("an impact"), hammer.first_impact_time_s.expect("an impact")]
     };
@@ -264,7 +264,7 @@ fn energy_is_accounted_for_in_random_scenes() {
             unit.parameters.telescope.cylinder_mass_kg *= scale;
             unit.parameters.piston.mass_kg *= scale;
         }
-        let (outcome, ()) = run_row(&scene, &modes, ());
+        let outcome = run_row(&scene, &modes);
         assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
         let metrics = outcome.metrics.expect("done");
         let residual = metrics.energy_residual.abs();
@@ -284,7 +284,7 @@ fn energy_residual_falls_with_the_tolerance() {
         let (mut scene, modes) = rig(1);
         scene.solver.tolerance = tolerance;
         scene.duration_s = 0.15;
-        run_row(&scene, &modes, ()).0.metrics.expect("done").energy_residual.abs()
+        run_row(&scene, &modes).metrics.expect("done").energy_residual.abs()
     };
     let residuals = [1e-4, 1e-5, 1e-6, 1e-7].map(residual);
     println!("{residuals:?}");
@@ -299,7 +299,7 @@ fn a_structure_without_modes() {
     scene.hammers = vec![hammer("left", HammerParameters::default())];
     scene.castings = vec![casting("part", &[(3e7, 4000.0)])];
     scene.duration_s = 0.08;
-    let (outcome, ()) = run_row(&scene, &modes, ());
+    let outcome = run_row(&scene, &modes);
     assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
     assert_eq!(outcome.modes, 0);
     let metrics = outcome.metrics.expect("done");
@@ -330,8 +330,8 @@ fn analytic_uncoupled_hammers() {
         mounts: vec![before(&modes.mounts[0]), behind(&modes.mounts[0])],
         fixtures: vec![vec![before(&modes.fixtures[0][0])], vec![behind(&modes.fixtures[0][0])]],
     };
-    let one = run_row(&alone, &modes, ()).0.metrics.expect("done");
-    let two = run_row(&both, &double, ()).0.metrics.expect("done");
+    let one = run_row(&alone, &modes).metrics.expect("done");
+    let two = run_row(&both, &double).metrics.expect("done");
     let energy =
         |metrics: &decore::metrics::RunMetrics, h: usize| metrics.hammers[h].first_impact_energy_j.expect("impact");
     let time =

@@ -8,7 +8,7 @@ use common::harness::{
     Event, Harness, Piecewise, Run, Samples, assert_close, distance, fixed_step, observe, run, settings, slope,
 };
 use common::smooth::{Cliff, Explosion, Kepler, Manufactured, Oscillator, Polyline};
-use decore::integrate::{End, Stopped};
+use decore::integrate::Stopped;
 
 const ORBIT: Kepler = Kepler { eccentricity: 0.3 };
 
@@ -166,8 +166,8 @@ impl Piecewise for Parabola {
         if self.above[guard] { -height } else { height }
     }
 
-    fn guard_rate(&self, guard: usize, end: End<'_>) -> Option<f64> {
-        Some(if self.above[guard] { -end.y[1] } else { end.y[1] })
+    fn guard_rate(&self, guard: usize, rate: &[f64]) -> f64 {
+        if self.above[guard] { -rate[0] } else { rate[0] }
     }
 
     fn switch(&mut self, guard: usize, _t: f64, _y: &mut [f64]) {

@@ -7,7 +7,7 @@ use common::scenes::rig;
 use decore::hammer::body;
 use decore::integrate::{Observer, Step, System};
 use decore::metrics::{BlowKind, RunMetrics};
-use decore::run::run_row;
+use decore::run::{run_row, run_row_observed};
 use decore::scene::{OutputSettings, Scene};
 use decore::system::{ContactKind, Coupled, InterfaceModes};
 
@@ -18,6 +18,8 @@ struct Trace {
     contacts: Vec<(usize, f64)>,
     /// Onsets of piston-chisel contacts: hammer, time, closing speed, whether the gate is open, kinetic energy.
     strikes: Vec<(usize, f64, f64, bool, f64)>,
+    /// Parts of a step at whose ends samples are taken; 0: none.
+    parts: usize,
     /// Per hammer: time, chisel-casting force, casting's velocity, mount's velocity.
     samples: Vec<Vec<[f64; 4]>>,
 }
@@ -27,11 +29,14 @@ const PARTS: usize = 24;
 
 impl Observer<Coupled<'_>> for Trace {
     fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+        if self.parts == 0 {
+            return;
+        }
         let model = system.model();
         self.samples.resize(model.hammers().len(), Vec::new());
         let mut y = vec![0.0; system.dimension()];
-        for part in 0..=PARTS {
-            let theta = step.theta_end * part as f64 / PARTS as f64;
+        for part in 0..=self.parts {
+            let theta = step.theta_end * part as f64 / self.parts as f64;
             step.state(theta, &mut y);
             for (h, slot) in model.hammers().iter().enumerate() {
                 let force = system.contact_force(slot.strike, &y);
@@ -60,9 +65,9 @@ impl Observer<Coupled<'_>> for Trace {
     }
 }
 
-fn traced(scene: &Scene, modes: &InterfaceModes) -> (RunMetrics, Trace) {
-    let (outcome, trace) = run_row(scene, modes, Trace::default());
-    (outcome.metrics.expect("done"), trace)
+fn traced(scene: &Scene, modes: &InterfaceModes, parts: usize) -> (RunMetrics, Trace) {
+    let (outcome, trace) = run_row_observed(scene, modes, |_| Trace { parts, ..Trace::default() });
+    (outcome.metrics.expect("done"), trace.expect("built"))
 }
 
 fn long_rig(hammers: usize) -> (Scene, InterfaceModes) {
@@ -102,7 +107,7 @@ fn blows_follow_their_definition() {
         for settings in altered {
             let (mut scene, modes) = long_rig(hammers);
             scene.outputs = settings;
-            let (metrics, trace) = traced(&scene, &modes);
+            let (metrics, trace) = traced(&scene, &modes, 0);
             for h in 0..hammers {
                 let own = || metrics.blows.iter().filter(|blow| blow.hammer == h);
                 let found: Vec<f64> = own().map(|blow| blow.start_time_s).collect();
@@ -131,7 +136,7 @@ fn blows_follow_their_definition() {
 #[test]
 fn quantities_follow_their_definition() {
     let (scene, modes) = long_rig(1);
-    let (metrics, trace) = traced(&scene, &modes);
+    let (metrics, trace) = traced(&scene, &modes, PARTS);
     let samples = &trace.samples[0];
     let integral = |from: f64, to: f64, f: &dyn Fn(&[f64; 4]) -> f64| -> f64 {
         let inside = samples.windows(2).filter(|pair| pair[0][0] >= from - 1e-12 && pair[1][0] <= to);
@@ -198,17 +203,17 @@ fn check_sums(metrics: &RunMetrics, scene: &Scene) {
 fn a_window_beyond_the_end_does_not_count() {
     let (mut scene, modes) = rig(1);
     scene.duration_s = 0.1;
-    let start = run_row(&scene, &modes, ()).0.metrics.expect("done").hammers[0].first_impact_time_s.expect("an impact");
+    let start = run_row(&scene, &modes).metrics.expect("done").hammers[0].first_impact_time_s.expect("an impact");
     for (duration, counts) in [(start + 0.0049, false), (start + 0.0051, true)] {
         scene.duration_s = duration;
-        let metrics = run_row(&scene, &modes, ()).0.metrics.expect("done");
+        let metrics = run_row(&scene, &modes).metrics.expect("done");
         assert_eq!(metrics.blows.len(), usize::from(counts));
         assert_eq!(metrics.hammers[0].first_impact_time_s.is_some(), counts);
         assert!(metrics.hammers[0].contact_count > 0);
     }
     // Without any contact: nothing, and the arm's figure covers the whole run.
     scene.duration_s = 0.5 * start;
-    let metrics = run_row(&scene, &modes, ()).0.metrics.expect("done");
+    let metrics = run_row(&scene, &modes).metrics.expect("done");
     assert_eq!(metrics.hammers[0].contact_count, 0);
     assert_eq!(metrics.hammers[0].arm_rms_hammering_m_s, None);
     assert!(metrics.hammers[0].arm_rms_extension_m_s.expect("moved") > 0.0);
@@ -221,7 +226,7 @@ fn air_follows_the_supply() {
         let (mut scene, modes) = rig(1);
         scene.duration_s = 0.2;
         scene.hammers[0].supply_pressure_pa = 101_325.0 + 1e5 * bar;
-        run_row(&scene, &modes, ()).0.metrics.expect("done").hammers[0].air_used_nl
+        run_row(&scene, &modes).metrics.expect("done").hammers[0].air_used_nl
     };
     let used = [0.0, 3.0, 5.0, 7.0].map(air);
     println!("{used:?} standard litres");

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use crate::integrate::locate::first_events;
+use crate::integrate::locate::{Ends, first_events};
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
-use crate::integrate::{Observer, Step, System};
+use crate::integrate::{GuardSample, Observer, Step, System};
 
 /// Steps between two looks at the clock.
 const CLOCK_INTERVAL: u64 = 256;
@@ -80,6 +80,10 @@ pub struct Integrator {
     learning: Option<usize>,
     /// Guards that end the present step.
     hits: Vec<usize>,
+    /// Guards at the start of the step, if known, and at its end.
+    samples: Vec<GuardSample>,
+    samples_known: bool,
+    samples_new: Vec<GuardSample>,
     inverse_scales: Vec<f64>,
     counters: Counters,
 }
@@ -105,6 +109,9 @@ impl Integrator {
             parity: vec![false; guards],
             learning: None,
             hits: Vec::with_capacity(guards),
+            samples: vec![GuardSample::default(); guards],
+            samples_known: false,
+            samples_new: vec![GuardSample::default(); guards],
             inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
             counters: Counters::default(),
         }
@@ -168,6 +175,7 @@ impl Integrator {
         while system.next_stop() <= self.t {
             system.pass_stop();
             self.rate_known = false;
+            self.samples_known = false;
         }
         system.next_stop()
     }
@@ -207,7 +215,13 @@ impl Integrator {
         self.counters.steps += 1;
         let mut step =
             Step { t0: self.t, h: trial.h, theta_end: 1.0, y0: &self.y, y1: &self.y_new, stages: &self.stages };
-        let theta = first_events(system, &step, &self.fresh, &mut self.hits, &mut self.scratch);
+        let n = self.n;
+        if !self.samples_known {
+            system.sample_guards(&self.y, &self.stages[..n], &mut self.samples);
+        }
+        system.sample_guards(&self.y_new, &self.stages[(STAGES - 1) * n..], &mut self.samples_new);
+        let ends = Ends { start: &self.samples, end: &self.samples_new, fresh: &self.fresh };
+        let theta = first_events(system, &step, &ends, (&mut self.hits, &mut self.scratch));
         if theta < 1.0 {
             step.state(theta, &mut self.scratch);
             step.theta_end = theta;
@@ -225,10 +239,13 @@ impl Integrator {
         } else {
             std::mem::swap(&mut self.y, &mut self.y_new);
             // The last stage is the first of the next step.
-            self.stages.copy_within((STAGES - 1) * self.n.., 0);
+            self.stages.copy_within((STAGES - 1) * n.., 0);
+            std::mem::swap(&mut self.samples, &mut self.samples_new);
         }
         self.rate_known = theta == 1.0;
+        self.samples_known = theta == 1.0;
         self.adapt(&trial);
+        // A switch at the very start of a step happens together with the one before.
         if theta > 0.0 {
             self.fresh.fill(false);
         }
@@ -246,6 +263,7 @@ impl Integrator {
             self.h = self.h.min(remembered);
             self.learning = Some(guard);
             self.rate_known = false;
+            self.samples_known = false;
             self.counters.events += 1;
         }
     }
@@ -304,22 +322,36 @@ fn combine<const K: usize>(weights: &[f64], h: f64, y: &[f64], stages: &[f64], o
     }
 }
 
+/// Components treated together: independent chains that the compiler can put into vector registers.
+const LANES: usize = 4;
+
 /// Largest error estimate over the controlled components, each in units of its scale; NaN if any is not finite.
 fn error_norm(inverse_scales: &[f64], h: f64, stages: &[f64], n: usize) -> f64 {
     let len = inverse_scales.len();
     let k: [&[f64]; STAGES] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
-    // A NaN anywhere must survive: a maximum alone would drop it.
-    let (mut largest, mut sum) = (0.0_f64, 0.0_f64);
-    for i in 0..len {
-        let mut estimate = 0.0;
-        for j in 0..STAGES {
+    let scaled = |i: usize| {
+        let mut estimate = ERROR[0] * k[0][i];
+        for j in 1..STAGES {
             estimate += ERROR[j] * k[j][i];
         }
-        let scaled = (h * estimate * inverse_scales[i]).abs();
-        largest = largest.max(scaled);
-        sum += scaled;
+        (h * estimate * inverse_scales[i]).abs()
+    };
+    // A NaN must survive: a maximum alone would drop it, a sum keeps it.
+    let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+    let blocks = len / LANES;
+    for block in 0..blocks {
+        for lane in 0..LANES {
+            let value = scaled(block * LANES + lane);
+            largest[lane] = if value > largest[lane] { value } else { largest[lane] };
+            sum[lane] += value;
+        }
     }
-    if sum.is_finite() { largest } else { f64::NAN }
+    for i in blocks * LANES..len {
+        let value = scaled(i);
+        largest[0] = largest[0].max(value);
+        sum[0] += value;
+    }
+    if sum.iter().sum::<f64>().is_finite() { largest.into_iter().fold(0.0, f64::max) } else { f64::NAN }
 }
 
 #[cfg(test)]

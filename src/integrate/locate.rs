@@ -1,6 +1,6 @@
 //! Location of a guard's upward zero on the dense output of a step.
 
-use crate::integrate::{End, Step, System};
+use crate::integrate::{GuardSample, Step, System};
 
 /// Interior fraction from which the guards that have just switched are watched: at the switch itself their value is a
 /// rounding error of either sign.
@@ -21,6 +21,16 @@ struct Watch {
     positive_at: f64,
 }
 
+/// Guards at both ends of a step.
+pub(super) struct Ends<'a> {
+    /// At the start.
+    pub start: &'a [GuardSample],
+    /// At the end.
+    pub end: &'a [GuardSample],
+    /// Guards that switched at the start.
+    pub fresh: &'a [bool],
+}
+
 /// Finds the first events of a step whose dense output is `step` (complete, not yet cut).
 ///
 /// Fills `hits` with the guards that cross zero first, all those of the same instant, and returns the fraction of the
@@ -28,18 +38,24 @@ struct Watch {
 pub(super) fn first_events<S: System>(
     system: &S,
     step: &Step<'_>,
-    fresh: &[bool],
-    hits: &mut Vec<usize>,
-    y: &mut [f64],
+    ends: &Ends<'_>,
+    (hits, y): (&mut Vec<usize>, &mut [f64]),
 ) -> f64 {
     hits.clear();
     let mut first = 1.0;
-    for (guard, &fresh) in fresh.iter().enumerate() {
-        let Some(positive_at) = positive_fraction(system, step, guard, y) else {
-            continue;
+    for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
+        // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
+        let positive_at = if end.value > 0.0 {
+            1.0
+        } else {
+            let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
+            step.components(system.guard_support(guard), theta, y);
+            if system.guard(guard, y) <= 0.0 {
+                continue;
+            }
+            theta
         };
-        let watch = Watch { guard, fresh, positive_at };
-        let theta = upward_zero(system, step, &watch, y);
+        let theta = upward_zero(system, step, &Watch { guard, fresh: ends.fresh[guard], positive_at }, y);
         if hits.is_empty() || theta < first - SAME_INSTANT {
             hits.clear();
             hits.push(guard);
@@ -52,17 +68,22 @@ pub(super) fn first_events<S: System>(
     first
 }
 
-/// A fraction of the step at which the guard is positive: its end, or an interior point that the system suspects.
-fn positive_fraction<S: System>(system: &S, step: &Step<'_>, guard: usize, y: &mut [f64]) -> Option<f64> {
-    // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
-    if system.guard(guard, step.end()) > 0.0 {
-        return Some(1.0);
+/// Where the cubic through a smooth function's values and rates at both ends of a step of length `h` has a positive
+/// maximum in between.
+fn cubic_maximum(start: &GuardSample, end: &GuardSample, h: f64) -> Option<f64> {
+    let (f0, s0) = (start.smooth, start.smooth_rate * h);
+    let (f1, s1) = (end.smooth, end.smooth_rate * h);
+    if s0 <= 0.0 || s1 >= 0.0 {
+        return None;
     }
-    let start = End { y: step.start(), rate: step.start_rate() };
-    let end = End { y: step.end(), rate: step.end_rate() };
-    let theta = system.suspect(guard, start, end, step.h)?;
-    step.components(system.guard_support(guard), theta, y);
-    (system.guard(guard, y) > 0.0).then_some(theta)
+    // f = f0 + s0 q + b q^2 + a q^3; its slope falls through zero between the ends.
+    let a = 2.0 * (f0 - f1) + s0 + s1;
+    let b = 3.0 * (f1 - f0) - 2.0 * s0 - s1;
+    let discriminant = (b * b - 3.0 * a * s0).max(0.0).sqrt();
+    // The form without cancellation of the root where the slope falls.
+    let q = if b <= 0.0 { s0 / (discriminant - b) } else { -(b + discriminant) / (3.0 * a) };
+    let value = f0 + q * (s0 + q * (b + q * a));
+    (q > 0.0 && q < 1.0 && value > 0.0).then_some(q)
 }
 
 /// Fraction of the step at which the watched guard first reaches zero from below, on the non-negative side.
@@ -110,4 +131,44 @@ fn upward_zero<S: System>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f
         }
     }
     high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Over a step of length 0.1: value, slope per step, both twice.
+    fn maximum([f0, s0, f1, s1]: [f64; 4]) -> Option<f64> {
+        let sample = |smooth: f64, slope: f64| GuardSample { value: -1.0, smooth, smooth_rate: slope / 0.1 };
+        cubic_maximum(&sample(f0, s0), &sample(f1, s1), 0.1)
+    }
+
+    /// A cubic that rises at its start and falls at its end: the maximum found is the one that a fine sampling finds.
+    #[test]
+    fn analytic_cubic_maximum() {
+        let mut found = 0;
+        for i in 0..2000_u32 {
+            // Values spread over the ranges by multiples of irrational numbers.
+            let part = |step: f64| (f64::from(i) * step).fract();
+            let [f0, s0, f1, s1] = [-part(0.618_034), 5.0 * part(0.414_214), -part(0.732_051), -5.0 * part(0.236_068)];
+            let (a, b) = (2.0 * (f0 - f1) + s0 + s1, 3.0 * (f1 - f0) - 2.0 * s0 - s1);
+            let cubic = |q: f64| f0 + q * (s0 + q * (b + q * a));
+            let largest = (1..1000).map(|k| cubic(f64::from(k) / 1000.0)).fold(f64::NEG_INFINITY, f64::max);
+            match maximum([f0, s0, f1, s1]) {
+                Some(q) => {
+                    found += 1;
+                    assert!(q > 0.0 && q < 1.0 && cubic(q) > 0.0);
+                    assert!(
+                        cubic(q) >= largest - 1e-12 && cubic(q) < largest + 1e-5,
+                        "{q}: {} and {largest}",
+                        cubic(q)
+                    );
+                }
+                None => assert!(largest <= 0.0, "missed {largest} of {:?}", [f0, s0, f1, s1]),
+            }
+        }
+        assert!(found > 100, "{found}");
+        assert_eq!(maximum([-1.0, 0.0, -1.0, -1.0]), None);
+        assert_eq!(maximum([f64::NAN; 4]), None);
+    }
 }

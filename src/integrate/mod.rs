@@ -38,10 +38,8 @@ pub trait System {
     /// Value of a guard; only the components of its support are valid in `y`. Negative: nothing to do.
     fn guard(&self, guard: usize, y: &[f64]) -> f64;
 
-    /// A fraction of the step at which `guard`, negative at both ends, may be positive; `None` if it cannot.
-    ///
-    /// `start` and `end` hold state and rate at the ends of a step of length `h`.
-    fn suspect(&self, guard: usize, start: End<'_>, end: End<'_>, h: f64) -> Option<f64>;
+    /// Samples every guard at a state and its rate: see [`GuardSample`].
+    fn sample_guards(&self, y: &[f64], rate: &[f64], samples: &mut [GuardSample]);
 
     /// Changes the discrete state because `guard` has crossed zero at `(t, y)`; an impact law may change `y` too.
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]);
@@ -56,13 +54,18 @@ pub trait System {
     fn diagnose(&self, t: f64, y: &[f64]) -> String;
 }
 
-/// State and rate at one end of a step.
-#[derive(Debug, Clone, Copy)]
-pub struct End<'a> {
-    /// The state.
-    pub y: &'a [f64],
-    /// Its rate.
-    pub rate: &'a [f64],
+/// A guard at one end of a step.
+///
+/// A guard that is negative at both ends may still be positive in between: the step has passed over a short contact. To
+/// see that, the system gives besides the guard's value a smooth function that is positive only if the guard is.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct GuardSample {
+    /// Value of the guard.
+    pub value: f64,
+    /// The smooth function.
+    pub smooth: f64,
+    /// Its rate along the solution.
+    pub smooth_rate: f64,
 }
 
 /// Sees every accepted step and every switch, in order of time.

@@ -43,16 +43,6 @@ impl<'a> Step<'a> {
         self.y1
     }
 
-    /// Rate at the start.
-    pub fn start_rate(&self) -> &'a [f64] {
-        &self.stages[..self.y0.len()]
-    }
-
-    /// Rate at the end of the step as computed (not of a cut one).
-    pub(super) fn end_rate(&self) -> &'a [f64] {
-        &self.stages[(STAGES - 1) * self.y0.len()..]
-    }
-
     /// Rate of component `index` at stage `stage`; all lie near the rates met within the step.
     fn stage_rate(&self, stage: usize, index: usize) -> f64 {
         self.stages[stage * self.y0.len() + index]

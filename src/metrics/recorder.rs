@@ -141,6 +141,7 @@ impl Recorder {
         track.open.push(Window {
             blow: Blow {
                 hammer: h,
+                casting: slot.casting,
                 number: track.blows,
                 kind,
                 start_time_s: t,

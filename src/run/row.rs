@@ -13,18 +13,34 @@ const FIRST_STEP_S: f64 = 1e-6;
 /// Longest step in s: well below the width of any window or the period of the percussion.
 const LONGEST_STEP_S: f64 = 1e-3;
 
+/// Energy residual above which a row says that its outputs are doubtful.
+const DOUBTFUL_RESIDUAL: f64 = 1e-3;
+
 /// Simulates a scene on the modes of its structure.
 ///
 /// Never fails: a scene that cannot be built gives status `Invalid`, an integration that cannot go on `Diverged` or
-/// `BudgetExhausted`, each with the reason and the time reached. `extra` sees every step and event too.
-pub fn run_row<O>(scene: &Scene, modes: &InterfaceModes, extra: O) -> (RowOutcome, O)
+/// `BudgetExhausted`, each with the reason and the time reached.
+pub fn run_row(scene: &Scene, modes: &InterfaceModes) -> RowOutcome {
+    run_row_observed(scene, modes, |_| ()).0
+}
+
+/// As [`run_row`], with an observer that is made for the coupled model and sees every step and event too; it comes back
+/// unless the scene could not be built.
+pub fn run_row_observed<O>(
+    scene: &Scene,
+    modes: &InterfaceModes,
+    observer: impl FnOnce(&CoupledModel) -> O,
+) -> (RowOutcome, Option<O>)
 where
     O: for<'a> Observer<Coupled<'a>>,
 {
     let begin = Instant::now();
     let (mut outcome, extra) = match build(scene, modes) {
-        Ok(model) => simulate(scene, &model, extra),
-        Err(error) => (RowOutcome::invalid(error.to_string()), extra),
+        Ok(model) => {
+            let (outcome, extra) = simulate(scene, &model, observer(&model));
+            (outcome, Some(extra))
+        }
+        Err(error) => (RowOutcome::invalid(error.to_string()), None),
     };
     outcome.wall_time_s = begin.elapsed().as_secs_f64();
     (outcome, extra)
@@ -46,7 +62,13 @@ where
     let mut observers = (Recorder::new(model, &scene.outputs), extra);
     let stopped = integrator.run(&mut system, &mut observers, scene.duration_s);
     let (recorder, extra) = observers;
-    let (status, reason) = describe(&stopped, scene);
+    let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, integrator.time(), integrator.state()));
+    let (status, mut reason) = describe(&stopped, scene);
+    if let Some(residual) = metrics.as_ref().map(|metrics| metrics.energy_residual)
+        && !(residual.abs() <= DOUBTFUL_RESIDUAL)
+    {
+        reason = format!("energy residual {residual:.1e}: outputs are doubtful (a smaller solver.tolerance may help)");
+    }
     let work = integrator.counters();
     let outcome = RowOutcome {
         status,
@@ -54,7 +76,7 @@ where
         time_reached_s: integrator.time(),
         modes: model.layout().modes,
         states: model.layout().states(),
-        metrics: (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, integrator.time(), integrator.state())),
+        metrics,
         counters: SolverCounters {
             steps: work.steps,
             rejected_steps: work.rejected,

@@ -149,7 +149,7 @@ impl Scene {
             ("centre_m", casting.centre_m[0], Range::Any),
             ("centre_m", casting.centre_m[1], Range::Any),
         ];
-        for inertia in &casting.inertia {
+        if let Some(inertia) = &casting.inertia {
             entries.push(("inertia_kg_m2", inertia.x_kg_m2, Range::Positive));
             entries.push(("inertia_kg_m2", inertia.y_kg_m2, Range::Positive));
         }
@@ -169,8 +169,9 @@ impl Scene {
             ];
             checks.values(&format!("{prefix}.fixture.{}", fixture.name), &entries);
         }
-        // Only a casting with sound values says something about its restraint.
-        if checks.problems.len() == before {
+        // Only a casting with sound values that every hammer hits says something about its restraint.
+        let missed = self.hammers.iter().any(|hammer| hammer.casting == index && misses(hammer, casting));
+        if checks.problems.len() == before && !missed {
             let active = casting.active_rotations(&self.strike_points(index));
             if let Err(error) = casting.check_restraint(active) {
                 let key = match error {
@@ -199,15 +200,21 @@ impl Scene {
     }
 }
 
+/// Whether the strike point lies outside the casting's extent.
+fn misses(hammer: &HammerUnit, casting: &Casting) -> bool {
+    let outside = |(offset, length): (f64, f64)| offset.abs() > 0.5 * length + OFFSET_TOLERANCE_M;
+    casting.size_m.is_some_and(|size| hammer.strike_point_m.into_iter().zip(size).any(outside))
+}
+
 fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting: &Casting) {
-    let Some(size) = casting.size_m else { return };
-    let outside = |axis: usize| hammer.strike_point_m[axis].abs() > 0.5 * size[axis] + OFFSET_TOLERANCE_M;
-    if outside(0) || outside(1) {
+    if let Some([width, depth]) = casting.size_m
+        && misses(hammer, casting)
+    {
         let [x, y] = hammer.strike_point_m;
         let message = format!(
             "hammer `{}` would miss casting `{}`: it strikes at ({x:.4}, {y:.4}) m from the centre, the casting measures \
-             {} m by {} m",
-            hammer.name, casting.name, size[0], size[1]
+             {width} m by {depth} m",
+            hammer.name, casting.name
         );
         checks.push(SceneProblemKind::Miss, format!("{prefix}.strike_point_m"), message);
     }

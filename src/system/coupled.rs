@@ -3,7 +3,7 @@
 use nalgebra::{DVector, DVectorView, DVectorViewMut};
 
 use crate::hammer::{HammerState, body};
-use crate::integrate::{End, System};
+use crate::integrate::{GuardSample, System};
 use crate::system::elements::ContactKind;
 use crate::system::layout::HammerQuadrature;
 use crate::system::model::CoupledModel;
@@ -262,24 +262,19 @@ impl System for Coupled<'_> {
         if self.closed[guard] { -law.closed_force(d, rate) } else { law.onset_indicator(d, rate) }
     }
 
-    fn suspect(&self, guard: usize, start: End<'_>, end: End<'_>, h: f64) -> Option<f64> {
-        let law = &self.model.elements.contacts()[guard].law;
-        let (d0, v0) = self.model.penetration(guard, start.y);
-        let (d1, v1) = self.model.penetration(guard, end.y);
-        if !self.closed[guard] {
-            return cubic_maximum([d0, v0 * h, d1, v1 * h]);
+    fn sample_guards(&self, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
+        let elements = &self.model.elements;
+        for (guard, sample) in samples.iter_mut().enumerate() {
+            let law = &elements.contacts()[guard].law;
+            let (d, speed) = self.model.penetration(guard, y);
+            *sample = if self.closed[guard] {
+                let (_, acceleration) = self.model.relative_motion(elements.contact_row(guard), rate);
+                let value = -law.closed_force(d, speed);
+                GuardSample { value, smooth: value, smooth_rate: -law.closed_force(speed, acceleration) }
+            } else {
+                GuardSample { value: law.onset_indicator(d, speed), smooth: d, smooth_rate: speed }
+            };
         }
-        let row = self.model.elements.contact_row(guard);
-        let force_rate = |v: f64, rate: &[f64]| {
-            let (_, acceleration) = self.model.relative_motion(row, rate);
-            -law.closed_force(v, acceleration) * h
-        };
-        cubic_maximum([
-            -law.closed_force(d0, v0),
-            force_rate(v0, start.rate),
-            -law.closed_force(d1, v1),
-            force_rate(v1, end.rate),
-        ])
     }
 
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
@@ -323,54 +318,5 @@ impl System for Coupled<'_> {
             }
         }
         format!("the step size fell below the resolution of time at t = {t:.6} s")
-    }
-}
-
-/// Where a cubic with `[value, slope, value, slope]` at 0 and 1 (both values negative) has a positive maximum in between.
-fn cubic_maximum([f0, s0, f1, s1]: [f64; 4]) -> Option<f64> {
-    if s0 <= 0.0 || s1 >= 0.0 {
-        return None;
-    }
-    // f = f0 + s0 q + b q^2 + a q^3; its slope falls through zero between the ends.
-    let a = 2.0 * (f0 - f1) + s0 + s1;
-    let b = 3.0 * (f1 - f0) - 2.0 * s0 - s1;
-    let discriminant = (b * b - 3.0 * a * s0).max(0.0).sqrt();
-    // The form without cancellation of the root where the slope falls.
-    let q = if b <= 0.0 { s0 / (discriminant - b) } else { -(b + discriminant) / (3.0 * a) };
-    let value = f0 + q * (s0 + q * (b + q * a));
-    (q > 0.0 && q < 1.0 && value > 0.0).then_some(q)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A cubic that rises at its start and falls at its end: the maximum found is the one that a fine sampling finds.
-    #[test]
-    fn analytic_cubic_maximum() {
-        let mut found = 0;
-        for i in 0..2000_u32 {
-            // Values spread over the ranges by multiples of irrational numbers.
-            let part = |step: f64| (f64::from(i) * step).fract();
-            let [f0, s0, f1, s1] = [-part(0.618_034), 5.0 * part(0.414_214), -part(0.732_051), -5.0 * part(0.236_068)];
-            let (a, b) = (2.0 * (f0 - f1) + s0 + s1, 3.0 * (f1 - f0) - 2.0 * s0 - s1);
-            let cubic = |q: f64| f0 + q * (s0 + q * (b + q * a));
-            let largest = (1..1000).map(|k| cubic(f64::from(k) / 1000.0)).fold(f64::NEG_INFINITY, f64::max);
-            match cubic_maximum([f0, s0, f1, s1]) {
-                Some(q) => {
-                    found += 1;
-                    assert!(q > 0.0 && q < 1.0 && cubic(q) > 0.0);
-                    assert!(
-                        cubic(q) >= largest - 1e-12 && cubic(q) < largest + 1e-5,
-                        "{q}: {} and {largest}",
-                        cubic(q)
-                    );
-                }
-                None => assert!(largest <= 0.0, "missed {largest} of {:?}", [f0, s0, f1, s1]),
-            }
-        }
-        assert!(found > 100, "{found}");
-        assert_eq!(cubic_maximum([-1.0, 0.0, -1.0, -1.0]), None);
-        assert_eq!(cubic_maximum([f64::NAN; 4]), None);
     }
 }

@@ -1,6 +1,6 @@
 //! Piecewise smooth problems as the integrator sees them, logs of a run, observed orders.
 
-use decore::integrate::{Counters, End, Integrator, Observer, Settings, Step, Stopped, System};
+use decore::integrate::{Counters, GuardSample, Integrator, Observer, Settings, Step, Stopped, System};
 
 /// A piecewise smooth problem; what a problem does not need has a default.
 pub trait Piecewise {
@@ -25,9 +25,9 @@ pub trait Piecewise {
         -1.0
     }
 
-    /// Rate of a guard along the solution, for guards that may rise and fall within a step.
-    fn guard_rate(&self, _guard: usize, _end: End<'_>) -> Option<f64> {
-        None
+    /// Rate of a guard along the solution, for guards that may rise and fall within a step; `rate` is the state's.
+    fn guard_rate(&self, _guard: usize, _rate: &[f64]) -> f64 {
+        0.0
     }
 
     /// The switch.
@@ -86,9 +86,11 @@ impl<P: Piecewise> System for Harness<P> {
         self.problem.guard(guard, y)
     }
 
-    fn suspect(&self, guard: usize, start: End<'_>, end: End<'_>, h: f64) -> Option<f64> {
-        let slopes = [self.problem.guard_rate(guard, start)? * h, self.problem.guard_rate(guard, end)? * h];
-        hermite_maximum([self.guard(guard, start.y), self.guard(guard, end.y)], slopes)
+    fn sample_guards(&self, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
+        for (guard, sample) in samples.iter_mut().enumerate() {
+            let value = self.problem.guard(guard, y);
+            *sample = GuardSample { value, smooth: value, smooth_rate: self.problem.guard_rate(guard, rate) };
+        }
     }
 
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
@@ -107,17 +109,6 @@ impl<P: Piecewise> System for Harness<P> {
     fn diagnose(&self, t: f64, _y: &[f64]) -> String {
         format!("no step succeeds at {t}")
     }
-}
-
-/// Where the cubic with these values and slopes at 0 and 1 is largest, if it is positive there. By sampling: nothing
-/// here is worth the algebra.
-fn hermite_maximum([f0, f1]: [f64; 2], [s0, s1]: [f64; 2]) -> Option<f64> {
-    let cubic = |q: f64| {
-        let (b, a) = (3.0 * (f1 - f0) - 2.0 * s0 - s1, 2.0 * (f0 - f1) + s0 + s1);
-        f0 + q * (s0 + q * (b + q * a))
-    };
-    let samples = (1..64).map(|i| f64::from(i) / 64.0);
-    samples.max_by(|p, q| cubic(*p).total_cmp(&cubic(*q))).filter(|q| cubic(*q) > 0.0)
 }
 
 /// A switch as it was seen: guard, time, state after the switch.

@@ -1,7 +1,5 @@
 //! Problems with an impact law: at the stop the velocity turns round at once.
 
-use decore::integrate::End;
-
 use super::harness::Piecewise;
 
 /// `x'' = force`, `x <= stop`, `v -> -restitution v` there. States x, v. With restitution 0 the body stays at the stop.
@@ -47,8 +45,8 @@ impl Piecewise for Bouncer {
         if self.at_rest { -1.0 } else { y[0] - self.stop }
     }
 
-    fn guard_rate(&self, _guard: usize, end: End<'_>) -> Option<f64> {
-        Some(end.y[1])
+    fn guard_rate(&self, _guard: usize, rate: &[f64]) -> f64 {
+        rate[0]
     }
 
     fn switch(&mut self, _guard: usize, _t: f64, y: &mut [f64]) {
@@ -111,8 +109,8 @@ impl Piecewise for ImpactOscillator {
         y[0] - self.s
     }
 
-    fn guard_rate(&self, _guard: usize, end: End<'_>) -> Option<f64> {
-        Some(end.y[1])
+    fn guard_rate(&self, _guard: usize, rate: &[f64]) -> f64 {
+        rate[0]
     }
 
     fn switch(&mut self, _guard: usize, _t: f64, y: &mut [f64]) {
@@ -143,8 +141,8 @@ impl Piecewise for ReliefValve {
         -y[0]
     }
 
-    fn guard_rate(&self, _guard: usize, end: End<'_>) -> Option<f64> {
-        Some(-end.y[1])
+    fn guard_rate(&self, _guard: usize, rate: &[f64]) -> f64 {
+        -rate[0]
     }
 
     fn switch(&mut self, _guard: usize, _t: f64, y: &mut [f64]) {

@@ -1,7 +1,5 @@
 //! Problems with a known solution between their switches.
 
-use decore::integrate::End;
-
 use super::harness::Piecewise;
 
 /// Motion on an ellipse of semi-axis 1 and period `2 pi`; states x, y, x', y'. It starts one unit of time after the
@@ -111,8 +109,8 @@ impl Piecewise for Oscillator {
         self.direction[guard] * (y[0] - self.levels[guard])
     }
 
-    fn guard_rate(&self, guard: usize, end: End<'_>) -> Option<f64> {
-        Some(self.direction[guard] * end.rate[0])
+    fn guard_rate(&self, guard: usize, rate: &[f64]) -> f64 {
+        self.direction[guard] * rate[0]
     }
 
     fn switch(&mut self, guard: usize, _t: f64, _y: &mut [f64]) {

@@ -1,0 +1,94 @@
+//! `decore check`: is the study sound, how large is it, how long will it take?
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::exit::{Exit, Failure};
+use super::prepare::{Prepared, prepare};
+use super::text::say;
+use crate::dataset::{Columns, TableName};
+use crate::run::{RowOutcome, RowStatus, run_row};
+
+/// Wall time in s spent at most on the row that tells the time of the others.
+const PROBE_WALL_TIME_S: f64 = 10.0;
+/// Rows looked at for one that can be simulated.
+const PROBED_ROWS: usize = 100;
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArguments {
+    /// Study file (TOML).
+    study: PathBuf,
+    /// Threads for which the time is estimated; 0: as many as the machine has.
+    #[arg(short, long, default_value_t = 0)]
+    threads: usize,
+    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+}
+
+pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
+    let prepared = prepare(&arguments.study, &arguments.overrides)?;
+    let columns = Columns::new(&prepared.info())?;
+    let study = &prepared.study;
+    say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));
+    say(&format_args!("design         {} rows, seed {}", study.row_count(), study.seed()));
+    for factor in study.factors() {
+        let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
+        let paths = factor.paths.join(", ");
+        say(&format_args!("  factor       {}: {}{unit} -> {paths}", factor.name, factor.domain()));
+    }
+    say(&format_args!("hammers        {}", study.hammer_names().join(", ")));
+    say(&format_args!("castings       {}", study.casting_names().join(", ")));
+    say(&format_args!(
+        "columns        {} per run, {} per blow",
+        columns.describe(TableName::Runs).len(),
+        columns.describe(TableName::Blows).len()
+    ));
+    probe(&prepared, arguments.threads);
+    Ok(Exit::Done)
+}
+
+/// Simulates the first row that describes a scene and tells what it took.
+fn probe(prepared: &Prepared, threads: usize) {
+    let rows = prepared.study.row_count();
+    let mut invalid = 0;
+    for row in 0..rows.min(PROBED_ROWS) {
+        let Ok((mut scene, modes)) = prepared.scene(row) else {
+            invalid += 1;
+            continue;
+        };
+        scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
+        let outcome = run_row(&scene, &modes);
+        say(&format_args!("modes          {} kept (row {row})", outcome.modes));
+        say(&format_args!("states         {}", outcome.states));
+        say(&estimate(&outcome, scene.duration_s, (rows, threads)));
+        if invalid > 0 {
+            say(&format_args!("note           the first {invalid} rows describe no scene that can be simulated"));
+        }
+        return;
+    }
+    say(&format_args!("note           none of the first {invalid} rows describes a scene that can be simulated"));
+}
+
+fn estimate(outcome: &RowOutcome, duration_s: f64, (rows, threads): (usize, usize)) -> String {
+    if outcome.time_reached_s <= 0.0 {
+        return format!("time           unknown: the first row ended at once ({})", outcome.reason);
+    }
+    let row_s = outcome.wall_time_s * duration_s / outcome.time_reached_s;
+    let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
+    let total_s = row_s * rows as f64 / threads.min(rows.max(1)) as f64;
+    let note = match outcome.status {
+        RowStatus::Diverged => format!("; the first row diverges ({})", outcome.reason),
+        _ => String::new(),
+    };
+    format!("time           {row_s:.2} s per row, about {} with {threads} threads{note}", duration(total_s))
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}

@@ -1,0 +1,58 @@
+//! Exit codes and the errors behind them.
+
+use std::process::ExitCode;
+
+use crate::dataset::DatasetError;
+use crate::run::BatchError;
+use crate::structure::StructureError;
+use crate::study::StudyError;
+
+/// How a command ended; the numbers are part of the interface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// All rows are done.
+    Done = 0,
+    /// The command line, the study or the machine is wrong.
+    BadInput = 2,
+    /// Results could not be written.
+    NotWritten = 3,
+    /// Finished, but some rows are not done.
+    RowsFailed = 4,
+    /// Interrupted.
+    Interrupted = 5,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit as u8)
+    }
+}
+
+/// Why a command failed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Failure {
+    #[error("{0}")]
+    Study(#[from] StudyError),
+    #[error("failed to prepare the machine: {0}")]
+    Structure(#[from] StructureError),
+    #[error("{0}")]
+    Dataset(#[from] DatasetError),
+    #[error("{0}")]
+    Batch(#[from] BatchError<DatasetError>),
+    #[error("{0}")]
+    Argument(String),
+    #[error("failed to write {path}: {source} (check free space and permissions)")]
+    Write { path: String, source: std::io::Error },
+}
+
+impl Failure {
+    /// The exit code that stands for it.
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::Study(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
+            Self::Dataset(error) if error.is_usage() => Exit::BadInput,
+            Self::Batch(BatchError::Threads { .. }) => Exit::BadInput,
+            Self::Dataset(_) | Self::Batch(BatchError::Sink { .. }) | Self::Write { .. } => Exit::NotWritten,
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! `decore init`: a commented study to start from.
+
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::exit::{Exit, Failure};
+use super::text::say;
+use crate::study::TEMPLATE;
+
+#[derive(Debug, Args)]
+pub(super) struct InitArguments {
+    /// File to write; `-` for standard output.
+    #[arg(default_value = "study.toml")]
+    file: PathBuf,
+}
+
+pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
+    if arguments.file.as_os_str() == "-" {
+        say(&TEMPLATE.trim_end());
+        return Ok(Exit::Done);
+    }
+    let path = arguments.file.display().to_string();
+    let written = OpenOptions::new().write(true).create_new(true).open(&arguments.file).and_then(|mut file| {
+        file.write_all(TEMPLATE.as_bytes())?;
+        file.sync_all()
+    });
+    match written {
+        Ok(()) => {
+            say(&format_args!("wrote {path}; next: decore check {path}, decore run {path}"));
+            Ok(Exit::Done)
+        }
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            Err(Failure::Argument(format!("{path} is there already and was not touched: choose another name")))
+        }
+        Err(source) => Err(Failure::Write { path, source }),
+    }
+}

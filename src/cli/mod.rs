@@ -1,0 +1,60 @@
+//! The command line: one file per command.
+
+mod check;
+mod exit;
+mod init;
+mod prepare;
+mod run;
+mod scene;
+mod text;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub use exit::Exit;
+
+/// What the exit codes mean, as `--help` shows it.
+const EXIT_CODES: &str = "Exit codes:
+  0  all rows are done
+  2  the command line, the study or the machine is wrong; nothing was run or written
+  3  results could not be written; what is on disk is whole
+  4  finished, but some rows are not done (invalid, diverged, budget exhausted); the table says why
+  5  interrupted; the rows that had started are finished and written";
+
+/// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
+#[derive(Debug, Parser)]
+#[command(name = "decore", version, about, after_help = EXIT_CODES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run all rows of a study and write its tables.
+    Run(run::RunArguments),
+    /// Validate a study; print its size, the machine's modes, and the time it will take.
+    Check(check::CheckArguments),
+    /// Simulate one row of a study and print all its outputs.
+    Scene(scene::SceneArguments),
+    /// Write a commented study to start from.
+    Init(init::InitArguments),
+}
+
+/// Runs the command line of this process.
+pub fn run() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Scene(arguments) => scene::scene(&arguments),
+        Command::Init(arguments) => init::init(&arguments),
+    };
+    match result {
+        Ok(exit) => exit.into(),
+        Err(failure) => {
+            eprintln!("decore: {failure}");
+            failure.exit().into()
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! What every command needs first: the study, checked against its machine, and the machine, reduced.
+
+use std::path::Path;
+
+use super::exit::Failure;
+use crate::dataset::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
+use crate::run::{Machine, RowOutcome, SourceModel, run_row};
+use crate::scene::Scene;
+use crate::study::{self, PointTable, Study};
+use crate::system::InterfaceModes;
+
+/// A study ready to run.
+pub(super) struct Prepared {
+    pub study: Study,
+    pub points: PointTable,
+    pub machine: Machine,
+}
+
+/// Loads a study with the overrides `path=value`, checks it, reads and reduces its machine.
+pub(super) fn prepare(path: &Path, overrides: &[String]) -> Result<Prepared, Failure> {
+    let mut study = Study::load(path)?;
+    if !overrides.is_empty() {
+        study = study.with_overrides(overrides)?;
+    }
+    let model = SourceModel::read(study.structure())?;
+    let points = model.points();
+    study.check(&points)?;
+    let machine = Machine::new(model, study.structure(), &study.interface_demand())?;
+    Ok(Prepared { study, points, machine })
+}
+
+impl Prepared {
+    /// The scene of a row and the machine's modes for it; the reason if the row describes none.
+    pub fn scene(&self, row: usize) -> Result<(Scene, InterfaceModes), String> {
+        let scene = self.study.scene(row, &self.points).map_err(|invalid| invalid.reason)?;
+        let modes = self.machine.modes(&scene).map_err(|error| error.to_string())?;
+        Ok((scene, modes))
+    }
+
+    /// Simulates a row. Pure: depends on the study and the row alone.
+    pub fn run(&self, row: usize) -> RowOutcome {
+        match self.scene(row) {
+            Ok((scene, modes)) => run_row(&scene, &modes),
+            Err(reason) => RowOutcome::invalid(reason),
+        }
+    }
+
+    /// What the tables must know of the study.
+    pub fn info(&self) -> DatasetInfo {
+        let study = &self.study;
+        let rows = study.row_count() as u64;
+        let names = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
+        DatasetInfo {
+            study_name: study.title().to_owned(),
+            study_text: study.text().to_owned(),
+            study_hash: study.hash().to_owned(),
+            seed: study.seed(),
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            rows,
+            rows_per_part: rows_per_part(rows),
+            factors: study.factors().iter().map(factor).collect(),
+            hammers: names(study.hammer_names()),
+            castings: names(study.casting_names()),
+        }
+    }
+
+    /// A row as the tables take it.
+    pub fn record(&self, row: u64, outcome: RowOutcome) -> RowRecord {
+        let factors = self.study.row_values(row as usize).into_iter().map(value).collect();
+        RowRecord { row, factors, outcome }
+    }
+}
+
+fn factor(info: &study::FactorInfo) -> Factor {
+    let (kind, unit) = match info.kind {
+        study::FactorKind::Real => (FactorKind::Real, "1"),
+        study::FactorKind::Integer => (FactorKind::Integer, "1"),
+        study::FactorKind::Text => (FactorKind::Text, ""),
+    };
+    Factor {
+        name: info.name.clone(),
+        kind,
+        unit: info.unit.clone().unwrap_or_else(|| unit.to_owned()),
+        description: format!("Factor of the design; drives {}.", info.paths.join(", ")),
+    }
+}
+
+fn value(value: study::FactorValue) -> FactorValue {
+    match value {
+        study::FactorValue::Real(value) => FactorValue::Real(value),
+        study::FactorValue::Integer(value) => FactorValue::Integer(value),
+        study::FactorValue::Text(value) => FactorValue::Text(value),
+    }
+}

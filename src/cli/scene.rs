@@ -1,0 +1,175 @@
+//! `decore scene`: one row, all outputs.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use super::exit::{Exit, Failure};
+use super::prepare::{Prepared, prepare};
+use super::text::{say, tell};
+use crate::dataset::write_signals;
+use crate::metrics::{BlowKind, CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics, SignalRecorder};
+use crate::run::{RowOutcome, RowStatus, run_row, run_row_observed};
+
+#[derive(Debug, Args)]
+pub(super) struct SceneArguments {
+    /// Study file (TOML).
+    study: PathBuf,
+    /// Row of the design.
+    #[arg(short, long, default_value_t = 0)]
+    row: usize,
+    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Print the outcome as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Also write time signals to this Parquet file.
+    #[arg(long, value_name = "FILE")]
+    signals: Option<PathBuf>,
+    /// Interval of the time signals in s.
+    #[arg(long, default_value_t = 1e-4, value_name = "SECONDS")]
+    signal_interval_s: f64,
+}
+
+pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
+    let interval = arguments.signal_interval_s;
+    if !(interval > 0.0 && interval.is_finite()) {
+        return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
+    }
+    let prepared = prepare(&arguments.study, &arguments.overrides)?;
+    if arguments.row >= prepared.study.row_count() {
+        return Err(Failure::Argument(format!(
+            "--row is {}, but the study has the rows 0 to {}",
+            arguments.row,
+            prepared.study.row_count() - 1
+        )));
+    }
+    let outcome = simulate(&prepared, arguments)?;
+    if arguments.json {
+        say(&json_text(&prepared, arguments.row, &outcome));
+    } else {
+        say(&readable(&prepared, arguments.row, &outcome).trim_end());
+    }
+    Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
+}
+
+fn simulate(prepared: &Prepared, arguments: &SceneArguments) -> Result<RowOutcome, Failure> {
+    let (scene, modes) = match prepared.scene(arguments.row) {
+        Ok(found) => found,
+        Err(reason) => return Ok(RowOutcome::invalid(reason)),
+    };
+    let Some(path) = &arguments.signals else {
+        return Ok(run_row(&scene, &modes));
+    };
+    let names = (prepared.study.hammer_names(), prepared.study.casting_names());
+    let (outcome, recorder) = run_row_observed(&scene, &modes, |model| {
+        SignalRecorder::new(model, (&names.0, &names.1), arguments.signal_interval_s)
+    });
+    if let Some(recorder) = recorder {
+        write_signals(path, &prepared.info(), &recorder.into_signals())?;
+        tell(&format_args!("signals are in {}", path.display()));
+    }
+    Ok(outcome)
+}
+
+fn json_text(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
+    let study = &prepared.study;
+    let factors: serde_json::Map<String, serde_json::Value> = study
+        .factors()
+        .iter()
+        .zip(study.row_values(row))
+        .map(|(factor, value)| (factor.name.clone(), json!(value)))
+        .collect();
+    let text = json!({
+        "study": study.title(),
+        "study_hash": study.hash(),
+        "row": row,
+        "overrides": study.overrides(),
+        "factors": factors,
+        "hammers": study.hammer_names(),
+        "castings": study.casting_names(),
+        "outcome": outcome,
+    });
+    format!("{text:#}")
+}
+
+/// The outcome as text; writing to a string cannot fail.
+fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
+    let study = &prepared.study;
+    let mut text = format!("{}, row {row}: {}\n", study.title(), crate::dataset::status_text(outcome.status));
+    if !outcome.reason.is_empty() {
+        let _ = writeln!(text, "  {} (time reached: {} s)", outcome.reason, outcome.time_reached_s);
+    }
+    for setting in study.overrides() {
+        let _ = writeln!(text, "  set {setting}");
+    }
+    for (factor, value) in study.factors().iter().zip(study.row_values(row)) {
+        let _ = writeln!(text, "  {} = {value} {}", factor.name, factor.unit.as_deref().unwrap_or(""));
+    }
+    if let Some(metrics) = &outcome.metrics {
+        for (name, hammer) in study.hammer_names().iter().zip(&metrics.hammers) {
+            section(&mut text, &format!("hammer {name}"), HammerMetrics::QUANTITIES, hammer);
+        }
+        for (name, casting) in study.casting_names().iter().zip(&metrics.castings) {
+            section(&mut text, &format!("casting {name}"), CastingMetrics::QUANTITIES, casting);
+        }
+        blows(&mut text, study.hammer_names().as_slice(), metrics);
+        let _ = writeln!(text, "\nenergy residual {:.2e}", metrics.energy_residual);
+    }
+    let work = &outcome.counters;
+    let _ = writeln!(
+        text,
+        "{} modes, {} states, {} steps ({} rejected), {} right-hand sides, {} contact switches, {:.2} s",
+        outcome.modes,
+        outcome.states,
+        work.steps,
+        work.rejected_steps,
+        work.rhs_evaluations,
+        work.located_events,
+        outcome.wall_time_s
+    );
+    text
+}
+
+fn section<T>(text: &mut String, title: &str, quantities: &[Quantity<T>], metrics: &T) {
+    let _ = writeln!(text, "\n{title}");
+    for quantity in quantities {
+        let value = match (quantity.value)(metrics) {
+            None => "-".to_owned(),
+            Some(QuantityValue::Real(value)) => format!("{value:.6}"),
+            Some(QuantityValue::Count(value)) => value.to_string(),
+        };
+        let unit = if quantity.unit == "1" { "" } else { quantity.unit };
+        let _ = writeln!(text, "  {:<42} {value:>14} {unit}", quantity.name);
+    }
+}
+
+fn blows(text: &mut String, hammers: &[&str], metrics: &RunMetrics) {
+    let _ = writeln!(
+        text,
+        "\nblows\n  {:<14} {:>4} {:<12} {:>10} {:>10} {:>10} {:>10} {:>12} {:>10}",
+        "hammer", "no.", "kind", "start s", "energy J", "work J", "impulse Ns", "peak force N", "peak m/s"
+    );
+    for blow in &metrics.blows {
+        let kind = match blow.kind {
+            BlowKind::FirstImpact => "first impact",
+            BlowKind::Settling => "settling",
+            BlowKind::Periodic => "periodic",
+        };
+        let _ = writeln!(
+            text,
+            "  {:<14} {:>4} {kind:<12} {:>10.6} {:>10.4} {:>10.4} {:>10.4} {:>12.1} {:>10.4}",
+            hammers.get(blow.hammer).copied().unwrap_or(""),
+            blow.number,
+            blow.start_time_s,
+            blow.energy_j,
+            blow.work_j,
+            blow.impulse_n_s,
+            blow.peak_force_n,
+            blow.casting_peak_velocity_m_s
+        );
+    }
+}

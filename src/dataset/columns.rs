@@ -1,0 +1,473 @@
+//! The one table of columns: name, type, unit, description and getter of everything that a dataset holds.
+//!
+//! The writer, the reader, the data dictionary and the documents derive from what is listed here.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Quantity, QuantityKind, QuantityValue};
+use crate::run::RowStatus;
+
+use super::aggregates::AGGREGATES;
+use super::info::{FactorKind, FactorValue};
+use super::{DatasetError, DatasetInfo, RowRecord};
+
+/// The tables of a dataset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TableName {
+    /// Wide: one row per run.
+    Runs,
+    /// Long: one row per blow.
+    Blows,
+    /// Wall times, the only figures that depend on the machine: one row per run.
+    Timings,
+}
+
+impl TableName {
+    /// All tables.
+    pub const ALL: [Self; 3] = [Self::Runs, Self::Blows, Self::Timings];
+
+    /// Name of the table, of its folder, and the beginning of its parts' names.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Self::Runs => "runs",
+            Self::Blows => "blows",
+            Self::Timings => "timings",
+        }
+    }
+}
+
+/// Type of a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ColumnKind {
+    /// 64-bit floating point.
+    Real,
+    /// 64-bit unsigned.
+    Count,
+    /// 64-bit signed.
+    Integer,
+    /// UTF-8.
+    Text,
+}
+
+/// What a column is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ColumnGroup {
+    /// The row itself: index, status.
+    Row,
+    /// A factor of the design.
+    Factor,
+    /// An output of one hammer.
+    Hammer,
+    /// An output of one casting.
+    Casting,
+    /// An output over all hammers or castings.
+    Aggregate,
+    /// One blow.
+    Blow,
+    /// Work and accuracy of the solver.
+    Solver,
+    /// A time signal.
+    Signal,
+}
+
+/// A column without its getter: an entry of the data dictionary.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ColumnDescription {
+    /// Name: letters, digits and underscores; unique in its table even without regard to case.
+    pub name: String,
+    /// Type.
+    #[serde(rename = "type")]
+    pub kind: ColumnKind,
+    /// Unit; `1` for numbers without one, empty for text.
+    pub unit: String,
+    /// What it is, in words.
+    pub description: String,
+    /// What it is about.
+    pub group: ColumnGroup,
+    /// The factor, hammer or casting, named as in the study.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub subject: Option<String>,
+    /// Name of the quantity, without hammer or casting.
+    pub quantity: String,
+}
+
+/// One value of a table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cell<'a> {
+    /// Not available.
+    Null,
+    /// Of a [`ColumnKind::Real`] column.
+    Real(f64),
+    /// Of a [`ColumnKind::Count`] column.
+    Count(u64),
+    /// Of a [`ColumnKind::Integer`] column.
+    Integer(i64),
+    /// Of a [`ColumnKind::Text`] column.
+    Text(&'a str),
+}
+
+impl Cell<'_> {
+    /// The value as a floating-point number; `None` for nulls and text.
+    pub fn number(self) -> Option<f64> {
+        match self {
+            Self::Real(value) => Some(value),
+            Self::Count(value) => Some(value as f64),
+            Self::Integer(value) => Some(value as f64),
+            Self::Null | Self::Text(_) => None,
+        }
+    }
+}
+
+impl From<Option<QuantityValue>> for Cell<'_> {
+    fn from(value: Option<QuantityValue>) -> Self {
+        match value {
+            None => Self::Null,
+            Some(QuantityValue::Real(value)) => Self::Real(value),
+            Some(QuantityValue::Count(value)) => Self::Count(value),
+        }
+    }
+}
+
+impl<'a> From<&'a FactorValue> for Cell<'a> {
+    fn from(value: &'a FactorValue) -> Self {
+        match value {
+            FactorValue::Real(value) => Self::Real(*value),
+            FactorValue::Integer(value) => Self::Integer(*value),
+            FactorValue::Text(value) => Self::Text(value),
+        }
+    }
+}
+
+type Getter<T> = Box<dyn for<'a> Fn(&'a DatasetInfo, &'a T) -> Cell<'a> + Send + Sync>;
+
+/// A column of a table whose rows are made from items of type `T`.
+pub struct Column<T> {
+    /// Everything but the getter.
+    pub description: ColumnDescription,
+    get: Getter<T>,
+}
+
+impl<T> Column<T> {
+    fn new(
+        description: ColumnDescription,
+        get: impl for<'a> Fn(&'a DatasetInfo, &'a T) -> Cell<'a> + Send + Sync + 'static,
+    ) -> Self {
+        Self { description, get: Box::new(get) }
+    }
+
+    /// The column's value for one item.
+    pub fn cell<'a>(&self, info: &'a DatasetInfo, item: &'a T) -> Cell<'a> {
+        (self.get)(info, item)
+    }
+}
+
+/// A blow as the table of blows takes it.
+pub struct BlowRecord {
+    /// Index of the row in the design.
+    pub row: u64,
+    /// The blow.
+    pub blow: Blow,
+}
+
+/// The columns of all tables of one dataset.
+pub struct Columns {
+    /// Of `runs`.
+    pub runs: Vec<Column<RowRecord>>,
+    /// Of `blows`.
+    pub blows: Vec<Column<BlowRecord>>,
+    /// Of `timings`.
+    pub timings: Vec<Column<RowRecord>>,
+}
+
+impl Columns {
+    /// Lists the columns of a dataset.
+    ///
+    /// # Errors
+    /// [`DatasetError::DuplicateColumn`] if two names of the study give the same column.
+    pub fn new(info: &DatasetInfo) -> Result<Self, DatasetError> {
+        let columns = Self { runs: run_columns(info), blows: blow_columns(), timings: timing_columns() };
+        for table in TableName::ALL {
+            check_unique(&columns.describe(table))?;
+        }
+        Ok(columns)
+    }
+
+    /// The columns of a table, in order.
+    pub fn describe(&self, table: TableName) -> Vec<ColumnDescription> {
+        fn descriptions<T>(columns: &[Column<T>]) -> Vec<ColumnDescription> {
+            columns.iter().map(|column| column.description.clone()).collect()
+        }
+        match table {
+            TableName::Runs => descriptions(&self.runs),
+            TableName::Blows => descriptions(&self.blows),
+            TableName::Timings => descriptions(&self.timings),
+        }
+    }
+}
+
+/// Refuses two columns of one name, whatever their case.
+///
+/// # Errors
+/// [`DatasetError::DuplicateColumn`].
+pub fn check_unique(columns: &[ColumnDescription]) -> Result<(), DatasetError> {
+    let mut seen: BTreeMap<String, &ColumnDescription> = BTreeMap::new();
+    let words = |column: &ColumnDescription| match &column.subject {
+        Some(subject) => format!("`{}` of `{subject}`", column.quantity),
+        None => format!("`{}`", column.quantity),
+    };
+    for column in columns {
+        if let Some(first) = seen.insert(column.name.to_ascii_lowercase(), column) {
+            return Err(DatasetError::DuplicateColumn {
+                column: column.name.clone(),
+                first: words(first),
+                second: words(column),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A name of the study as the beginning of a column's name: letters, digits and underscores, no digit in front.
+pub fn identifier(name: &str, prefix_before_digit: &str) -> String {
+    let safe: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if safe.starts_with(|c: char| c.is_ascii_alphabetic()) { safe } else { format!("{prefix_before_digit}_{safe}") }
+}
+
+/// Text of a row's status in tables; the same words as in JSON.
+pub fn status_text(status: RowStatus) -> &'static str {
+    match status {
+        RowStatus::Done => "done",
+        RowStatus::Invalid => "invalid",
+        RowStatus::Diverged => "diverged",
+        RowStatus::BudgetExhausted => "budget_exhausted",
+    }
+}
+
+fn blow_kind_text(kind: BlowKind) -> &'static str {
+    match kind {
+        BlowKind::FirstImpact => "first_impact",
+        BlowKind::Settling => "settling",
+        BlowKind::Periodic => "periodic",
+    }
+}
+
+/// A description without subject.
+fn describe(group: ColumnGroup, kind: ColumnKind, (name, unit): (&str, &str), description: &str) -> ColumnDescription {
+    ColumnDescription {
+        name: name.to_owned(),
+        kind,
+        unit: unit.to_owned(),
+        description: description.to_owned(),
+        group,
+        subject: None,
+        quantity: name.to_owned(),
+    }
+}
+
+fn run_columns(info: &DatasetInfo) -> Vec<Column<RowRecord>> {
+    let mut columns = row_columns();
+    columns.extend(factor_columns(info));
+    columns.extend(AGGREGATES.iter().map(|aggregate| {
+        let description =
+            describe(ColumnGroup::Aggregate, aggregate.kind, (aggregate.name, aggregate.unit), aggregate.description);
+        Column::new(description, move |_, record: &RowRecord| {
+            (record.outcome.metrics.as_ref()).map_or(Cell::Null, aggregate.value)
+        })
+    }));
+    for (index, hammer) in info.hammers.iter().enumerate() {
+        columns.extend(HammerMetrics::QUANTITIES.iter().map(|quantity| {
+            let description = subject_column(quantity, ColumnGroup::Hammer, hammer);
+            Column::new(description, move |_, record: &RowRecord| {
+                let metrics = record.outcome.metrics.as_ref();
+                let hammer = metrics.and_then(|metrics| metrics.hammers.get(index));
+                hammer.and_then(quantity.value).into()
+            })
+        }));
+    }
+    for (index, casting) in info.castings.iter().enumerate() {
+        columns.extend(CastingMetrics::QUANTITIES.iter().map(|quantity| {
+            let description = subject_column(quantity, ColumnGroup::Casting, casting);
+            Column::new(description, move |_, record: &RowRecord| {
+                let metrics = record.outcome.metrics.as_ref();
+                let casting = metrics.and_then(|metrics| metrics.castings.get(index));
+                casting.and_then(quantity.value).into()
+            })
+        }));
+    }
+    columns.extend(solver_columns());
+    columns
+}
+
+/// Description of a hammer's or a casting's output: `<subject>_<quantity>`.
+fn subject_column<T>(quantity: &Quantity<T>, group: ColumnGroup, subject: &str) -> ColumnDescription {
+    let (prefix, word) = match group {
+        ColumnGroup::Casting => ("casting", "Casting"),
+        _ => ("hammer", "Hammer"),
+    };
+    ColumnDescription {
+        name: format!("{}_{}", identifier(subject, prefix), quantity.name),
+        kind: match quantity.kind {
+            QuantityKind::Real => ColumnKind::Real,
+            QuantityKind::Count => ColumnKind::Count,
+        },
+        unit: quantity.unit.to_owned(),
+        description: format!("{word} `{subject}`: {}", quantity.description()),
+        group,
+        subject: Some(subject.to_owned()),
+        quantity: quantity.name.to_owned(),
+    }
+}
+
+fn row_columns() -> Vec<Column<RowRecord>> {
+    use ColumnGroup::Row;
+    vec![
+        Column::new(
+            describe(Row, ColumnKind::Count, ("row", "1"), "Index of the row in the design, from 0."),
+            |_, record: &RowRecord| Cell::Count(record.row),
+        ),
+        Column::new(
+            describe(
+                Row,
+                ColumnKind::Text,
+                ("status", ""),
+                "How the row ended: done, invalid, diverged or budget_exhausted.",
+            ),
+            |_, record: &RowRecord| Cell::Text(status_text(record.outcome.status)),
+        ),
+        Column::new(
+            describe(Row, ColumnKind::Text, ("reason", ""), "Why the row is not done, in words; empty if it is."),
+            |_, record: &RowRecord| Cell::Text(&record.outcome.reason),
+        ),
+        Column::new(
+            describe(Row, ColumnKind::Real, ("time_reached_s", "s"), "Simulated time reached."),
+            |_, record: &RowRecord| Cell::Real(record.outcome.time_reached_s),
+        ),
+    ]
+}
+
+fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column<RowRecord>> {
+    info.factors.iter().enumerate().map(|(index, factor)| {
+        let description = ColumnDescription {
+            name: format!("factor_{}", identifier(&factor.name, "n")),
+            kind: match factor.kind {
+                FactorKind::Real => ColumnKind::Real,
+                FactorKind::Integer => ColumnKind::Integer,
+                FactorKind::Text => ColumnKind::Text,
+            },
+            unit: factor.unit.clone(),
+            description: format!("Factor `{}`: {}", factor.name, factor.description),
+            group: ColumnGroup::Factor,
+            subject: Some(factor.name.clone()),
+            quantity: "factor".to_owned(),
+        };
+        Column::new(description, move |_, record: &RowRecord| record.factors.get(index).map_or(Cell::Null, Cell::from))
+    })
+}
+
+fn solver_columns() -> Vec<Column<RowRecord>> {
+    type Count = (&'static str, &'static str, fn(&RowRecord) -> u64);
+    let counts: [Count; 6] = [
+        ("modes", "Modes of the structure that were kept.", |r| r.outcome.modes as u64),
+        ("states", "States of the coupled system.", |r| r.outcome.states as u64),
+        ("solver_steps", "Accepted steps.", |r| r.outcome.counters.steps),
+        ("solver_rejected_steps", "Rejected steps.", |r| r.outcome.counters.rejected_steps),
+        ("solver_rhs_evaluations", "Right-hand sides evaluated.", |r| r.outcome.counters.rhs_evaluations),
+        ("solver_located_events", "Contact onsets and releases located.", |r| r.outcome.counters.located_events),
+    ];
+    let mut columns: Vec<Column<RowRecord>> = counts
+        .into_iter()
+        .map(|(name, text, value)| {
+            let description = describe(ColumnGroup::Solver, ColumnKind::Count, (name, "1"), text);
+            Column::new(description, move |_, record: &RowRecord| Cell::Count(value(record)))
+        })
+        .collect();
+    columns.push(Column::new(
+        describe(
+            ColumnGroup::Solver,
+            ColumnKind::Real,
+            ("energy_residual", "1"),
+            "Audit of the run: (work put in by gas and gravity - stored - dissipated) / work put in.",
+        ),
+        |_, record: &RowRecord| (record.outcome.metrics.as_ref()).map_or(Cell::Null, |m| Cell::Real(m.energy_residual)),
+    ));
+    columns
+}
+
+fn blow_columns() -> Vec<Column<BlowRecord>> {
+    let text = |name, text| describe(ColumnGroup::Blow, ColumnKind::Text, (name, ""), text);
+    let mut columns: Vec<Column<BlowRecord>> = vec![
+        Column::new(
+            describe(ColumnGroup::Row, ColumnKind::Count, ("row", "1"), "Index of the row in the design, from 0."),
+            |_, record: &BlowRecord| Cell::Count(record.row),
+        ),
+        Column::new(text("hammer", "Name of the hammer, as in the study."), |info, record: &BlowRecord| {
+            name_cell(info.hammers.get(record.blow.hammer))
+        }),
+        Column::new(text("casting", "Name of the casting struck, as in the study."), |info, record: &BlowRecord| {
+            name_cell(info.castings.get(record.blow.casting))
+        }),
+        Column::new(
+            describe(
+                ColumnGroup::Blow,
+                ColumnKind::Count,
+                ("number", "1"),
+                "Number of the blow for this hammer, from 0 (the first impact).",
+            ),
+            |_, record: &BlowRecord| Cell::Count(record.blow.number as u64),
+        ),
+        Column::new(text("kind", "Kind of blow: first_impact, settling or periodic."), |_, record: &BlowRecord| {
+            Cell::Text(blow_kind_text(record.blow.kind))
+        }),
+    ];
+    columns.extend(blow_figures());
+    columns
+}
+
+fn name_cell(name: Option<&String>) -> Cell<'_> {
+    name.map_or(Cell::Null, |name| Cell::Text(name))
+}
+
+fn blow_figures() -> impl Iterator<Item = Column<BlowRecord>> {
+    type Figure = (&'static str, &'static str, &'static str, fn(&Blow) -> f64);
+    let figures: [Figure; 7] = [
+        ("start_time_s", "s", "Start of the blow, from the start of the simulation.", |b| b.start_time_s),
+        ("energy_j", "J", "Kinetic energy of cylinder, spool, piston and chisel at the start.", |b| b.energy_j),
+        ("chisel_velocity_m_s", "m/s", "Chisel velocity at the start.", |b| b.chisel_velocity_m_s),
+        ("work_j", "J", "Work delivered to the casting within the blow's window.", |b| b.work_j),
+        ("impulse_n_s", "N s", "Impulse of the chisel-casting force within the blow's window.", |b| b.impulse_n_s),
+        ("peak_force_n", "N", "Largest chisel-casting force within the blow's window.", |b| b.peak_force_n),
+        (
+            "casting_peak_velocity_m_s",
+            "m/s",
+            "Largest absolute velocity of the casting at the strike point within the blow's window.",
+            |b| b.casting_peak_velocity_m_s,
+        ),
+    ];
+    figures.into_iter().map(|(name, unit, text, value)| {
+        let description = describe(ColumnGroup::Blow, ColumnKind::Real, (name, unit), text);
+        Column::new(description, move |_, record: &BlowRecord| Cell::Real(value(&record.blow)))
+    })
+}
+
+fn timing_columns() -> Vec<Column<RowRecord>> {
+    vec![
+        Column::new(
+            describe(ColumnGroup::Row, ColumnKind::Count, ("row", "1"), "Index of the row in the design, from 0."),
+            |_, record: &RowRecord| Cell::Count(record.row),
+        ),
+        Column::new(
+            describe(
+                ColumnGroup::Solver,
+                ColumnKind::Real,
+                ("wall_time_s", "s"),
+                "Wall time that the row took; depends on the machine and its load.",
+            ),
+            |_, record: &RowRecord| Cell::Real(record.outcome.wall_time_s),
+        ),
+    ]
+}

@@ -1,0 +1,57 @@
+//! Files that are either whole or not there.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::DatasetError;
+
+/// Adds what was tried, and on what, to an error of the system.
+pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
+    let path = path.to_owned();
+    move |source| DatasetError::Io { action, path, source }
+}
+
+/// A file that is complete and synced in the staging folder, not yet in place.
+pub struct StagedFile {
+    staged: PathBuf,
+    target: PathBuf,
+}
+
+impl StagedFile {
+    /// Writes and syncs `bytes` to a file of the staging folder.
+    ///
+    /// # Errors
+    /// The system's, such as a full disk; nothing is in place then.
+    pub fn write(staging: &Path, target: &Path, bytes: &[u8]) -> Result<Self, DatasetError> {
+        let mut name = target.file_name().unwrap_or_default().to_owned();
+        // A suffix that no glob for `*.parquet` matches, should somebody look into the staging folder.
+        name.push(".partial");
+        let staged = staging.join(name);
+        let mut file = File::create(&staged).map_err(failed_to("create", &staged))?;
+        file.write_all(bytes).map_err(failed_to("write", &staged))?;
+        file.sync_all().map_err(failed_to("sync", &staged))?;
+        Ok(Self { staged, target: target.to_owned() })
+    }
+
+    /// Renames the file into place; the folder must still be synced.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn put_in_place(self) -> Result<(), DatasetError> {
+        fs::rename(&self.staged, &self.target).map_err(failed_to("rename into place", &self.target))
+    }
+}
+
+/// Makes the names in a folder survive a power failure.
+///
+/// # Errors
+/// The system's.
+pub fn sync_folder(folder: &Path) -> Result<(), DatasetError> {
+    // Elsewhere folders cannot be opened as files and renames are journalled by the file system.
+    if cfg!(unix) {
+        let file = File::open(folder).map_err(failed_to("open", folder))?;
+        file.sync_all().map_err(failed_to("sync", folder))?;
+    }
+    Ok(())
+}

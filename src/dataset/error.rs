@@ -1,0 +1,191 @@
+//! What can go wrong with a dataset, and what to do about it.
+
+use std::io;
+use std::path::PathBuf;
+
+use parquet::errors::ParquetError;
+
+/// Why a dataset could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// The operating system refused.
+    #[error("failed to {action} {}: {source} (check free space, permissions and that the path is right)", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which file or folder.
+        path: PathBuf,
+        /// The system's words.
+        #[source]
+        source: io::Error,
+    },
+    /// The folder already holds a dataset.
+    #[error(
+        "{} already holds a dataset: study `{study}`, {rows_done} of {rows} rows; \
+         choose another folder, or ask for it to be replaced",
+        path.display()
+    )]
+    Exists {
+        /// The dataset's folder.
+        path: PathBuf,
+        /// Name of its study.
+        study: String,
+        /// Rows that it holds.
+        rows_done: u64,
+        /// Rows of its design.
+        rows: u64,
+    },
+    /// The folder holds something else.
+    #[error(
+        "{} is neither empty nor a dataset (it has no readable manifest.json), so nothing in it was touched; \
+         choose another folder",
+        path.display()
+    )]
+    Occupied {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// No dataset there.
+    #[error("{} holds no dataset (no manifest.json); give the folder that a run wrote", path.display())]
+    Missing {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The manifest is not what this program writes.
+    #[error(
+        "{}, line {}, column {}: {source}; the manifest is damaged or not of this program: write the dataset anew",
+        path.display(), source.line(), source.column()
+    )]
+    Manifest {
+        /// The manifest's path.
+        path: PathBuf,
+        /// Where it is wrong, and how.
+        #[source]
+        source: serde_json::Error,
+    },
+    /// The dataset is of another format version.
+    #[error(
+        "{}: key `format_version` is {found}, expected {expected}; read it with the version that wrote it, \
+         or write the dataset anew",
+        path.display()
+    )]
+    Version {
+        /// The manifest's path.
+        path: PathBuf,
+        /// Version in the file.
+        found: u32,
+        /// Version that this program knows.
+        expected: u32,
+    },
+    /// Two names of the study give the same column.
+    #[error(
+        "column `{column}` would hold both {first} and {second} (column names keep letters, digits and \
+         underscores, upper and lower case count as equal); rename one of the two in the study"
+    )]
+    DuplicateColumn {
+        /// The column's name.
+        column: String,
+        /// What the first of them is.
+        first: String,
+        /// What the second of them is.
+        second: String,
+    },
+    /// A setting of the dataset is outside its range.
+    #[error("key `{key}` of the dataset is {found}, expected {expected}")]
+    Setting {
+        /// The setting.
+        key: &'static str,
+        /// Its value.
+        found: u64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A record does not have the shape that the dataset was created with.
+    #[error(
+        "row {row}: {what}: found {found}, expected {expected}; create the dataset from the study that the row is of"
+    )]
+    Record {
+        /// The row.
+        row: u64,
+        /// What does not fit.
+        what: String,
+        /// What the record has.
+        found: String,
+        /// What the dataset needs.
+        expected: String,
+    },
+    /// A row came twice, too late, or is not of the design.
+    #[error(
+        "row {row} came out of order: expected a row from {expected_from} up to, not including, {expected_end}; write rows in ascending order, each once"
+    )]
+    RowOrder {
+        /// The row.
+        row: u64,
+        /// Least row that can come now.
+        expected_from: u64,
+        /// One past the last row of the design.
+        expected_end: u64,
+    },
+    /// The Parquet library refused a part.
+    #[error("{}: {source}; if the file is damaged, write the dataset anew", path.display())]
+    Parquet {
+        /// The part.
+        path: PathBuf,
+        /// The library's words.
+        #[source]
+        source: ParquetError,
+    },
+    /// A part is not the one that was written.
+    #[error("{}: {found}, expected {expected}; the file was changed or damaged: write the dataset anew", path.display())]
+    Damaged {
+        /// The part.
+        path: PathBuf,
+        /// What the file has.
+        found: String,
+        /// What the manifest says.
+        expected: String,
+    },
+    /// A column that is not there.
+    #[error("table `{table}` has no column `{column}`{}", nearest(.known, .column))]
+    UnknownColumn {
+        /// The table.
+        table: &'static str,
+        /// The column asked for.
+        column: String,
+        /// The columns that it has.
+        known: Vec<String>,
+    },
+    /// A column that is no number where a number is needed.
+    #[error("table `{table}`, column `{column}` holds text, expected numbers; choose a column with a unit")]
+    NotANumber {
+        /// The table.
+        table: &'static str,
+        /// The column asked for.
+        column: String,
+    },
+}
+
+/// The known name that resembles `name` most, as a hint.
+fn nearest(known: &[String], name: &str) -> String {
+    let similarity = |other: &&String| strsim::jaro_winkler(other, name);
+    match known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b))) {
+        Some(best) => format!("; did you mean `{best}`?"),
+        None => String::new(),
+    }
+}
+
+impl DatasetError {
+    /// Whether it is the request that is wrong (a folder in use, names that clash, a column that is not there), not the
+    /// writing or reading that failed.
+    pub fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            Self::Exists { .. }
+                | Self::Occupied { .. }
+                | Self::Missing { .. }
+                | Self::DuplicateColumn { .. }
+                | Self::UnknownColumn { .. }
+                | Self::NotANumber { .. }
+        )
+    }
+}

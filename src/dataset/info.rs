@@ -1,0 +1,98 @@
+//! What a dataset must know of its study, and what it takes for each row: plain data, no study types.
+
+use serde::{Deserialize, Serialize};
+
+use crate::run::RowOutcome;
+
+/// Type of a factor's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FactorKind {
+    /// Floating-point numbers.
+    Real,
+    /// Whole numbers.
+    Integer,
+    /// Names (categories).
+    Text,
+}
+
+/// One factor of the design.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Factor {
+    /// Name as in the study.
+    pub name: String,
+    /// Type of its values.
+    pub kind: FactorKind,
+    /// Unit of its values; `1` for numbers without one, empty for names.
+    pub unit: String,
+    /// What it is, in words: the paths of the study that it drives.
+    pub description: String,
+}
+
+/// Value of a factor in one row.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum FactorValue {
+    /// A floating-point number.
+    Real(f64),
+    /// A whole number.
+    Integer(i64),
+    /// A name.
+    Text(String),
+}
+
+impl FactorValue {
+    /// The value's type.
+    pub fn kind(&self) -> FactorKind {
+        match self {
+            Self::Real(_) => FactorKind::Real,
+            Self::Integer(_) => FactorKind::Integer,
+            Self::Text(_) => FactorKind::Text,
+        }
+    }
+}
+
+/// All that a dataset must know of its study. Fixed for the whole dataset, kept in its manifest.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DatasetInfo {
+    /// Name of the study.
+    pub study_name: String,
+    /// The study file's text, as typed.
+    pub study_text: String,
+    /// Hash that stands for the study and all files that it uses, in hexadecimal.
+    pub study_hash: String,
+    /// Seed of the design.
+    pub seed: u64,
+    /// Version of the program.
+    pub program_version: String,
+    /// Rows of the design.
+    pub rows: u64,
+    /// Rows per part file; `rows_per_part(rows)` unless there is a reason for another number.
+    pub rows_per_part: u64,
+    /// Factors of the design, in the study's order.
+    pub factors: Vec<Factor>,
+    /// Names of the hammers, in the scene's order.
+    pub hammers: Vec<String>,
+    /// Names of the castings, in the scene's order.
+    pub castings: Vec<String>,
+}
+
+/// Rows per part for a design of `rows` rows: about 256 parts, each a power of two from 64 to 1024 rows.
+///
+/// Small parts let readers see results early and lose little when a sweep is killed; large ones keep a long sweep's
+/// folder to about a thousand files. The number depends on the design only, never on timing.
+pub fn rows_per_part(rows: u64) -> u64 {
+    // Clamped before rounding up: `next_power_of_two` overflows near the end of u64.
+    (rows / 256).clamp(64, 1024).next_power_of_two()
+}
+
+/// One row as the dataset takes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RowRecord {
+    /// Index of the row in the design.
+    pub row: u64,
+    /// Values of the factors, in the order of [`DatasetInfo::factors`].
+    pub factors: Vec<FactorValue>,
+    /// How it ended.
+    pub outcome: RowOutcome,
+}

@@ -1,0 +1,53 @@
+//! Linear algebra that the rest needs, as a thin adapter: `faer` does the work, `nalgebra` and `sprs` matrices go in and
+//! out. Nothing else in the crate calls `faer`.
+//!
+//! Every routine runs on the calling thread, so results do not depend on the number of threads. Studies gain more by
+//! running rows side by side.
+
+mod dense;
+mod sparse;
+
+pub use dense::{
+    SymmetricEigen, cholesky, multiply, multiply_transposed, solve_lower, solve_lower_transposed, symmetric_eigen,
+    symmetric_eigenvalues,
+};
+pub use sparse::SparseCholesky;
+
+use thiserror::Error;
+
+/// A factorisation or an eigensolution that could not be completed.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum LinalgError {
+    /// Cholesky met a pivot that is not positive.
+    #[error("the matrix of order {order} is not positive definite")]
+    NotPositiveDefinite {
+        /// Number of rows.
+        order: usize,
+    },
+    /// The matrix is not square, or the sizes of two operands differ.
+    #[error("sizes do not match: {left:?} and {right:?} (rows, columns)")]
+    Shape {
+        /// Rows and columns of the first operand.
+        left: (usize, usize),
+        /// Rows and columns of the second operand.
+        right: (usize, usize),
+    },
+    /// The eigenvalue iteration did not converge.
+    #[error("the eigenvalues of the matrix of order {order} did not converge")]
+    NoConvergence {
+        /// Number of rows.
+        order: usize,
+    },
+    /// A NaN or an infinite entry.
+    #[error("the matrix of order {order} has an entry that is not finite")]
+    NotFinite {
+        /// Number of rows.
+        order: usize,
+    },
+    /// The factor does not fit into memory, or its size overflows the index type.
+    #[error("not enough memory for the factor of the matrix of order {order}")]
+    OutOfMemory {
+        /// Number of rows.
+        order: usize,
+    },
+}

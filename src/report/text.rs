@@ -1,0 +1,156 @@
+//! The report's text.
+
+use std::cmp::Reverse;
+use std::fmt;
+
+use crate::dataset::TableName;
+
+use super::{BestRow, Figure, RESIDUAL_LIMIT, Range, Report, Value};
+
+/// Number of different reasons that are shown.
+const REASONS: usize = 5;
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let hash: String = self.study_hash.chars().take(12).collect();
+        writeln!(f, "Study `{}` (hash {hash}, seed {}, decore {})", self.study_name, self.seed, self.program_version)?;
+        self.write_rows(f)?;
+        self.write_best(f)?;
+        self.write_ranges(f)?;
+        self.write_residual(f)?;
+        for damage in &self.damage {
+            writeln!(f, "\nDAMAGED: {damage}")?;
+        }
+        writeln!(f, "\nTables")?;
+        for table in TableName::ALL {
+            let table = table.folder();
+            let glob = self.folder.join(table).join("*.parquet");
+            writeln!(f, "  {table:<8} {}", glob.display())?;
+        }
+        Ok(())
+    }
+}
+
+impl Report {
+    fn write_rows(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let there: u64 = self.statuses.values().sum();
+        let statuses: Vec<String> = self.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
+        write!(f, "Rows: {there} of {}", self.rows)?;
+        if !statuses.is_empty() {
+            write!(f, " ({})", statuses.join(", "))?;
+        }
+        writeln!(f, ", {} blows", self.blows)?;
+        let mut reasons: Vec<(&String, &u64)> = self.reasons.iter().collect();
+        reasons.sort_by_key(|(reason, count)| (Reverse(**count), *reason));
+        for (reason, count) in reasons.iter().take(REASONS) {
+            writeln!(f, "  {count} x {reason}")?;
+        }
+        if reasons.len() > REASONS {
+            writeln!(f, "  and {} other reasons: see column `reason`", reasons.len() - REASONS)?;
+        }
+        Ok(())
+    }
+
+    fn write_best(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.best.is_empty() {
+            return writeln!(f, "\nNo row has a `{}` to rank it by.", self.ranking.name);
+        }
+        writeln!(f, "\nBest rows by `{}`: {}", self.ranking.name, self.ranking.description)?;
+        for (index, best) in self.best.iter().enumerate() {
+            self.write_best_row(f, index + 1, best)?;
+        }
+        Ok(())
+    }
+
+    fn write_best_row(&self, f: &mut fmt::Formatter<'_>, place: usize, best: &BestRow) -> fmt::Result {
+        let rank = with_unit(&significant(best.rank), &self.ranking.unit);
+        writeln!(f, "  {place}. row {}: {rank}", best.row)?;
+        for (title, figures) in [("factors", &best.factors), ("outputs", &best.outputs)] {
+            if !figures.is_empty() {
+                let figures: Vec<String> = figures.iter().map(figure_text).collect();
+                writeln!(f, "     {title}: {}", figures.join(", "))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write_ranges(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.ranges.is_empty() {
+            return Ok(());
+        }
+        let width = self.ranges.iter().map(|range| range.title.chars().count()).max().unwrap_or(0);
+        writeln!(f, "\n{:<width$}  {:>10} {:>10} {:>10}", "Ranges (rows done)", "least", "mean", "largest")?;
+        for Range { title, unit, min, mean, max, .. } in &self.ranges {
+            let [min, mean, max] = [*min, *mean, *max].map(significant);
+            writeln!(f, "{title:<width$}  {min:>10} {mean:>10} {max:>10} {unit}")?;
+        }
+        Ok(())
+    }
+
+    fn write_residual(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some((row, residual)) = self.worst_residual else {
+            return Ok(());
+        };
+        write!(f, "\nEnergy residual: at worst {} % (row {row})", significant(100.0 * residual))?;
+        let limit = 100.0 * RESIDUAL_LIMIT;
+        write!(f, ", rows above {limit} %: {}", self.rows_above_residual_limit)?;
+        if self.rows_above_residual_limit > 0 {
+            write!(f, " (see column `energy_residual`)")?;
+        }
+        writeln!(f)
+    }
+}
+
+fn figure_text(figure: &Figure) -> String {
+    let value = match &figure.value {
+        Value::None => "none".to_owned(),
+        Value::Text(text) => text.clone(),
+        Value::Whole(number) => with_unit(&number.to_string(), &figure.unit),
+        Value::Number(number) => with_unit(&significant(*number), &figure.unit),
+    };
+    format!("{} = {value}", figure.name)
+}
+
+fn with_unit(value: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => value.to_owned(),
+        unit => format!("{value} {unit}"),
+    }
+}
+
+/// A number to four significant digits; with an exponent only where it would be long.
+fn significant(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    if !(1e-3..1e7).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    // Digits before the point after rounding to four: 9.9999 has two.
+    let rounded: f64 = format!("{size:.3e}").parse().unwrap_or(size);
+    let decimals = (3 - rounded.log10().floor() as i32).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let cases = [
+            (0.0, "0"),
+            (12.3456, "12.35"),
+            (9.99996, "10.00"),
+            (-0.012_345, "-0.01235"),
+            (123_456.0, "123456"),
+            (2.5e-5, "2.500e-5"),
+            (3.2e8, "3.200e8"),
+            (f64::NAN, "NaN"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(significant(value), text);
+        }
+    }
+}

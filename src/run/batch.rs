@@ -1,0 +1,457 @@
+//! Runs the rows of a study on several threads and hands the outcomes over in row order.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use rayon::ThreadPoolBuilder;
+
+use super::{RowOutcome, RowStatus, SolverCounters};
+
+/// Default of [`BatchSettings::window`].
+pub const DEFAULT_WINDOW: u64 = 1024;
+/// Longest time between two calls of [`BatchProgress::tick`].
+const TICK: Duration = Duration::from_millis(500);
+
+/// Told about rows as they end, in the order of their ends. Called from several threads.
+pub trait BatchProgress: Sync {
+    /// A row ended.
+    fn row_ended(&self, status: RowStatus);
+    /// Time passed: at least every half second while the runner waits for rows.
+    fn tick(&self);
+}
+
+/// How to run a batch.
+#[derive(Clone, Copy)]
+pub struct BatchSettings<'a> {
+    /// Number of threads that run rows; 0: as many as the machine has. The outcomes do not depend on it.
+    pub threads: usize,
+    /// Reorder window: at most this many rows are started beyond the oldest one that is not yet handed over (at least 1).
+    ///
+    /// It bounds the memory (outcomes held) and the time for which a single long row can go on without the other
+    /// threads running dry: `window` times a usual row's time, divided by the other threads. Default
+    /// [`DEFAULT_WINDOW`]: some ten megabytes of outcomes.
+    pub window: u64,
+    /// Set from outside (another thread, a signal handler) to start no more rows.
+    pub stop: &'a AtomicBool,
+    /// Told about rows as they end.
+    pub progress: &'a dyn BatchProgress,
+}
+
+/// What a batch did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BatchSummary {
+    /// Rows handed to the sink.
+    pub rows: u64,
+    /// Of these, rows with another status than done.
+    pub failed: u64,
+    /// Whether the stop flag left rows that were not started.
+    pub stopped: bool,
+}
+
+/// Why a batch ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum BatchError<E: std::error::Error + 'static> {
+    /// The threads could not be started.
+    #[error("failed to start {threads} threads: {source} (ask for fewer)")]
+    Threads {
+        /// Number asked for.
+        threads: usize,
+        /// Why.
+        #[source]
+        source: rayon::ThreadPoolBuildError,
+    },
+    /// The sink refused a row; rows that were running have ended, their outcomes are dropped.
+    #[error("failed to store row {row}: {source}")]
+    Sink {
+        /// The row.
+        row: u64,
+        /// Why.
+        #[source]
+        source: E,
+    },
+}
+
+/// Runs `work` for every row and hands the outcomes to `sink` in the order of `rows`.
+///
+/// Rows are given out one at a time, so long ones hold up no others (within the window). `work` must be pure: then the
+/// outcomes (wall times apart) are the same for any number of threads. `sink` runs on the calling thread. A panic in
+/// `work` becomes a row with status `diverged` and the panic's message as reason.
+///
+/// On stop no more rows are started; the running ones end and are handed over. As rows are started in order, what the
+/// sink gets is always a beginning of `rows` without gap.
+///
+/// # Errors
+/// [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are started.
+pub fn run_batch<E: std::error::Error + 'static>(
+    rows: impl Iterator<Item = u64> + Send,
+    settings: &BatchSettings<'_>,
+    work: impl Fn(u64) -> RowOutcome + Sync,
+    sink: impl FnMut(u64, RowOutcome) -> Result<(), E>,
+) -> Result<BatchSummary, BatchError<E>> {
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .thread_name(|index| format!("row-{index}"))
+        .build()
+        .map_err(|source| BatchError::Threads { threads: settings.threads, source })?;
+    let queue = Queue::new(rows, pool.current_num_threads(), settings);
+    let result = pool.in_place_scope(|scope| {
+        // Closes the queue on every way out, a panic of the sink included; otherwise the threads would wait for ever.
+        let _closed = CloseOnDrop(&queue);
+        // A broadcast, because a row that waits for nested parallel work could else pick up another thread's loop.
+        scope.spawn_broadcast(|_, _| queue.run_rows(&work, settings.progress));
+        queue.deliver(sink, settings.progress)
+    });
+    let (rows, failed) = result?;
+    Ok(BatchSummary { rows, failed, stopped: queue.has_rows_left() })
+}
+
+/// Rows to start and outcomes to hand over, shared by the threads.
+struct Queue<'a, I> {
+    state: Mutex<State<I>>,
+    /// An outcome arrived or a thread ended.
+    arrived: Condvar,
+    /// The window moved or the queue was closed.
+    moved: Condvar,
+    window: u64,
+    stop: &'a AtomicBool,
+}
+
+struct State<I> {
+    rows: I,
+    /// Rows started so far; a row's number in this order is its ticket.
+    started: u64,
+    /// Outcomes that the sink has taken.
+    delivered: u64,
+    /// Outcomes by ticket.
+    ready: BTreeMap<u64, (u64, RowOutcome)>,
+    /// Threads that have not ended.
+    threads: usize,
+    closed: bool,
+}
+
+impl<'a, I: Iterator<Item = u64>> Queue<'a, I> {
+    fn new(rows: I, threads: usize, settings: &BatchSettings<'a>) -> Self {
+        Self {
+            state: Mutex::new(State { rows, started: 0, delivered: 0, ready: BTreeMap::new(), threads, closed: false }),
+            arrived: Condvar::new(),
+            moved: Condvar::new(),
+            window: settings.window.max(1),
+            stop: settings.stop,
+        }
+    }
+
+    /// The state stays consistent even if a thread panicked with the lock: every change is a single assignment.
+    fn lock(&self) -> MutexGuard<'_, State<I>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// One thread's loop.
+    fn run_rows(&self, work: &(impl Fn(u64) -> RowOutcome + Sync), progress: &dyn BatchProgress) {
+        let _ended = EndThreadOnDrop(self);
+        while let Some((ticket, row)) = self.next_row() {
+            let outcome = run_row(work, row);
+            progress.row_ended(outcome.status);
+            self.lock().ready.insert(ticket, (row, outcome));
+            self.arrived.notify_one();
+        }
+    }
+
+    /// The next row and its ticket; waits while the window is full.
+    fn next_row(&self) -> Option<(u64, u64)> {
+        let mut state = self.lock();
+        loop {
+            if state.closed || self.stop.load(Ordering::Relaxed) {
+                return None;
+            }
+            if state.started - state.delivered < self.window {
+                break;
+            }
+            state = self.moved.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        let row = state.rows.next()?;
+        let ticket = state.started;
+        state.started += 1;
+        Some((ticket, row))
+    }
+
+    /// Hands the outcomes to the sink until all threads have ended; returns rows and failed rows.
+    fn deliver<E: std::error::Error + 'static>(
+        &self,
+        mut sink: impl FnMut(u64, RowOutcome) -> Result<(), E>,
+        progress: &dyn BatchProgress,
+    ) -> Result<(u64, u64), BatchError<E>> {
+        let (mut rows, mut failed) = (0, 0);
+        while let Some((row, outcome)) = self.next_outcome(rows, progress) {
+            failed += u64::from(outcome.status != RowStatus::Done);
+            sink(row, outcome).map_err(|source| BatchError::Sink { row, source })?;
+            rows += 1;
+            self.lock().delivered = rows;
+            self.moved.notify_all();
+        }
+        Ok((rows, failed))
+    }
+
+    /// Waits for the outcome with this ticket; `None` when all threads have ended without it.
+    fn next_outcome(&self, ticket: u64, progress: &dyn BatchProgress) -> Option<(u64, RowOutcome)> {
+        let mut state = self.lock();
+        loop {
+            if let Some(outcome) = state.ready.remove(&ticket) {
+                return Some(outcome);
+            }
+            if state.threads == 0 {
+                return None;
+            }
+            let waited = self.arrived.wait_timeout(state, TICK);
+            let (woken, timeout) = waited.unwrap_or_else(PoisonError::into_inner);
+            state = woken;
+            if timeout.timed_out() {
+                drop(state);
+                progress.tick();
+                state = self.lock();
+            }
+        }
+    }
+
+    /// Whether the stop flag left rows; asks for the next one, so only for when the batch is over.
+    fn has_rows_left(&self) -> bool {
+        self.lock().rows.next().is_some()
+    }
+}
+
+struct CloseOnDrop<'q, 'a, I: Iterator<Item = u64>>(&'q Queue<'a, I>);
+
+impl<I: Iterator<Item = u64>> Drop for CloseOnDrop<'_, '_, I> {
+    fn drop(&mut self) {
+        self.0.lock().closed = true;
+        self.0.moved.notify_all();
+    }
+}
+
+struct EndThreadOnDrop<'q, 'a, I: Iterator<Item = u64>>(&'q Queue<'a, I>);
+
+impl<I: Iterator<Item = u64>> Drop for EndThreadOnDrop<'_, '_, I> {
+    fn drop(&mut self) {
+        self.0.lock().threads -= 1;
+        self.0.arrived.notify_one();
+    }
+}
+
+/// Runs one row; a panic becomes a failed row.
+fn run_row(work: &impl Fn(u64) -> RowOutcome, row: u64) -> RowOutcome {
+    let start = Instant::now();
+    // A pure function leaves nothing behind that a panic could have broken.
+    catch_unwind(AssertUnwindSafe(|| work(row))).unwrap_or_else(|payload| RowOutcome {
+        status: RowStatus::Diverged,
+        reason: format!(
+            "the program panicked in this row: {} (a defect of the program: please report it with the study)",
+            panic_message(payload.as_ref())
+        ),
+        time_reached_s: 0.0,
+        modes: 0,
+        states: 0,
+        metrics: None,
+        counters: SolverCounters::default(),
+        wall_time_s: start.elapsed().as_secs_f64(),
+    })
+}
+
+fn panic_message(payload: &(dyn Any + Send)) -> &str {
+    if let Some(message) = payload.downcast_ref::<&str>() {
+        message
+    } else if let Some(message) = payload.downcast_ref::<String>() {
+        message
+    } else {
+        "no message"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::sync::Barrier;
+    use std::sync::atomic::AtomicU64;
+    use std::thread::sleep;
+
+    use super::*;
+
+    struct Silent;
+
+    impl BatchProgress for Silent {
+        fn row_ended(&self, _: RowStatus) {}
+        fn tick(&self) {}
+    }
+
+    static NEVER: AtomicBool = AtomicBool::new(false);
+
+    fn settings(threads: usize) -> BatchSettings<'static> {
+        BatchSettings { threads, window: DEFAULT_WINDOW, stop: &NEVER, progress: &Silent }
+    }
+
+    fn outcome(row: u64) -> RowOutcome {
+        RowOutcome {
+            status: if row % 10 == 3 { RowStatus::Invalid } else { RowStatus::Done },
+            reason: format!("row {row}"),
+            time_reached_s: (row as f64).sqrt(),
+            modes: 0,
+            states: 0,
+            metrics: None,
+            counters: SolverCounters::default(),
+            wall_time_s: 0.0,
+        }
+    }
+
+    type Delivered = Vec<(u64, RowOutcome)>;
+
+    fn collect(
+        rows: impl Iterator<Item = u64> + Send,
+        settings: &BatchSettings<'_>,
+        work: impl Fn(u64) -> RowOutcome + Sync,
+    ) -> (BatchSummary, Delivered) {
+        let mut delivered = Vec::new();
+        let summary = run_batch(rows, settings, work, |row, outcome| {
+            delivered.push((row, outcome));
+            Ok::<(), io::Error>(())
+        });
+        (summary.expect("the sink never fails"), delivered)
+    }
+
+    #[test]
+    fn rows_arrive_in_order_whatever_their_durations() {
+        let uneven = |row: u64| {
+            sleep(Duration::from_micros(row * 7919 % 1500));
+            outcome(row)
+        };
+        let (summary, delivered) = collect(5..205, &settings(4), uneven);
+        assert_eq!((summary.rows, summary.failed, summary.stopped), (200, 20, false));
+        let rows: Vec<u64> = delivered.iter().map(|(row, _)| *row).collect();
+        assert_eq!(rows, (5..205).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn one_and_two_threads_deliver_the_same() {
+        let one = collect(0..100, &settings(1), outcome);
+        let two = collect(0..100, &settings(2), outcome);
+        assert_eq!(one, two);
+    }
+
+    #[test]
+    fn no_rows_are_no_problem() {
+        let (summary, delivered) = collect(std::iter::empty(), &settings(2), outcome);
+        assert_eq!((summary.rows, summary.stopped, delivered.len()), (0, false, 0));
+    }
+
+    #[test]
+    fn a_panic_is_a_failed_row() {
+        let work = |row| {
+            assert!(row != 4, "no luck with row {row}");
+            outcome(row)
+        };
+        let (summary, delivered) = collect(0..10, &settings(2), work);
+        assert_eq!((summary.rows, summary.failed), (10, 2));
+        let (_, panicked) = &delivered[4];
+        assert_eq!(panicked.status, RowStatus::Diverged);
+        assert!(panicked.reason.contains("no luck with row 4"), "{}", panicked.reason);
+        assert_eq!(delivered[5].1, outcome(5));
+    }
+
+    #[test]
+    fn a_long_row_does_not_stall_the_others() {
+        // Row 0 ends only when row 99 has been run: with two threads this needs the others to pass it.
+        let passed = Barrier::new(2);
+        let work = |row| {
+            if row == 0 || row == 99 {
+                passed.wait();
+            }
+            outcome(row)
+        };
+        let (summary, delivered) = collect(0..200, &settings(2), work);
+        assert_eq!((summary.rows, delivered[0].0), (200, 0));
+    }
+
+    #[test]
+    fn the_window_bounds_the_rows_in_flight() {
+        let started = AtomicU64::new(0);
+        let delivered = AtomicU64::new(0);
+        let most = AtomicU64::new(0);
+        let narrow = BatchSettings { window: 8, ..settings(3) };
+        let work = |row| {
+            let started = 1 + started.fetch_add(1, Ordering::SeqCst);
+            let in_flight = started.saturating_sub(delivered.load(Ordering::SeqCst));
+            most.fetch_max(in_flight, Ordering::SeqCst);
+            if row % 20 == 0 {
+                sleep(Duration::from_millis(5));
+            }
+            outcome(row)
+        };
+        let sink = |_, _| {
+            delivered.fetch_add(1, Ordering::SeqCst);
+            Ok::<(), io::Error>(())
+        };
+        run_batch(0..100, &narrow, work, sink).expect("the sink never fails");
+        let most = most.into_inner();
+        // The sink counts before the runner moves the window, so no row can be seen beyond it.
+        assert!((2..=8).contains(&most), "{most} rows in flight");
+    }
+
+    #[test]
+    fn an_error_of_the_sink_stops_cleanly() {
+        let run = AtomicU64::new(0);
+        let work = |row| {
+            run.fetch_add(1, Ordering::SeqCst);
+            sleep(Duration::from_micros(200));
+            outcome(row)
+        };
+        let mut taken = Vec::new();
+        let result = run_batch(0..1_000_000, &settings(2), work, |row, _| {
+            if row == 20 {
+                return Err(io::Error::other("disk full"));
+            }
+            taken.push(row);
+            Ok(())
+        });
+        match result {
+            Err(BatchError::Sink { row: 20, source }) => {
+                assert_eq!(source.to_string(), "disk full")
+            }
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(taken, (0..20).collect::<Vec<_>>());
+        assert!(run.into_inner() < 20 + 2 * DEFAULT_WINDOW);
+    }
+
+    #[test]
+    fn a_panic_of_the_sink_does_not_hang() {
+        let result = catch_unwind(|| {
+            run_batch(0..1_000_000, &settings(2), outcome, |row, _| {
+                assert!(row < 5, "sink broke");
+                Ok::<(), io::Error>(())
+            })
+        });
+        assert!(result.is_err());
+    }
+
+    #[test]
+    fn stop_delivers_a_beginning_without_gap() {
+        let stop = AtomicBool::new(false);
+        let stoppable = BatchSettings { stop: &stop, ..settings(3) };
+        let run = AtomicU64::new(0);
+        let work = |row| {
+            if row == 30 {
+                stop.store(true, Ordering::Relaxed);
+            }
+            sleep(Duration::from_micros(300));
+            run.fetch_add(1, Ordering::SeqCst);
+            outcome(row)
+        };
+        let (summary, delivered) = collect(0..1_000_000, &stoppable, work);
+        assert!(summary.stopped);
+        assert!((31..100).contains(&summary.rows), "{} rows", summary.rows);
+        assert_eq!(summary.rows, run.into_inner(), "every row that was started is delivered");
+        let rows: Vec<u64> = delivered.iter().map(|(row, _)| *row).collect();
+        assert_eq!(rows, (0..summary.rows).collect::<Vec<_>>());
+    }
+}

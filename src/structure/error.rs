@@ -1,0 +1,129 @@
+//! What can go wrong between a file and its modes.
+
+use thiserror::Error;
+
+use crate::linalg::LinalgError;
+
+/// A fault at one place of a file.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{file}, line {line}: {reason}")]
+pub struct FileFault {
+    /// The file as it was named.
+    pub file: String,
+    /// Line, counted from 1.
+    pub line: usize,
+    /// What was found and what was expected.
+    pub reason: String,
+}
+
+/// Errors of this module.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum StructureError {
+    /// A file that cannot be opened or read.
+    #[error("{file}: cannot be read: {reason}")]
+    Read {
+        /// The file as it was named.
+        file: String,
+        /// The system's reason.
+        reason: String,
+    },
+    /// A line that does not say what it should, or is missing.
+    #[error(transparent)]
+    Line(#[from] FileFault),
+    /// A matrix as a whole that cannot be a mass or stiffness.
+    #[error("{file}: {reason}")]
+    Matrix {
+        /// The file as it was named, or `mass`/`stiffness` of a model built in memory.
+        file: String,
+        /// What is wrong and what was expected.
+        reason: String,
+    },
+    /// A name that the table of interface points does not have.
+    #[error("unknown interface point \"{name}\"{}", suggestion(nearest))]
+    UnknownPoint {
+        /// The name asked for.
+        name: String,
+        /// The nearest known name.
+        nearest: Option<String>,
+    },
+    /// A point that the reduction did not keep in this direction.
+    #[error(
+        "interface point \"{point}\": direction {dof} is not in the reduced structure (kept: {kept}); add it to the interface"
+    )]
+    DofNotKept {
+        /// The point asked for.
+        point: String,
+        /// The direction asked for.
+        dof: String,
+        /// The directions that are kept, separated by blanks.
+        kept: String,
+    },
+    /// An argument that is out of its range.
+    #[error("{name}: expected {expected}, found {found}")]
+    Argument {
+        /// Name of the argument.
+        name: String,
+        /// What it must be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
+    /// A step of linear algebra that failed.
+    #[error("{step}: {source}; {advice}")]
+    Linalg {
+        /// What was computed.
+        step: &'static str,
+        /// Why it failed.
+        source: LinalgError,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A model too large for the solver.
+    #[error(
+        "{inner} inner degrees of freedom: fixed-interface modes are computed with a dense solver for at most {limit}; \
+         reduce the model in the finite element program first, or give a modal table"
+    )]
+    TooLarge {
+        /// DOFs that are not interface DOFs.
+        inner: usize,
+        /// The most that can be handled.
+        limit: usize,
+    },
+    /// No mode lies below the cut-off.
+    #[error("no mode below {cutoff_hz} Hz; the lowest lies at {lowest_hz:.4} Hz: raise the cut-off frequency")]
+    NoModes {
+        /// The cut-off asked for, in Hz.
+        cutoff_hz: f64,
+        /// The lowest natural frequency, in Hz.
+        lowest_hz: f64,
+    },
+    /// A negative squared frequency: the stiffness is not positive semidefinite.
+    #[error(
+        "the stiffness is not positive semidefinite: smallest eigenvalue omega^2 = {omega_squared:.3e} 1/s2; check signs and units of the stiffness matrix"
+    )]
+    Indefinite {
+        /// The smallest eigenvalue, in 1/s2.
+        omega_squared: f64,
+    },
+}
+
+fn suggestion(nearest: &Option<String>) -> String {
+    nearest.as_ref().map(|name| format!("; the nearest known name is \"{name}\"")).unwrap_or_default()
+}
+
+impl StructureError {
+    pub(super) fn argument(name: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
+        Self::Argument { name: name.into(), expected: expected.into(), found: found.to_string() }
+    }
+}
+
+/// Names the step that failed and what to do about it.
+pub(super) trait Step<T> {
+    fn step(self, step: &'static str, advice: &'static str) -> Result<T, StructureError>;
+}
+
+impl<T> Step<T> for Result<T, LinalgError> {
+    fn step(self, step: &'static str, advice: &'static str) -> Result<T, StructureError> {
+        self.map_err(|source| StructureError::Linalg { step, source, advice })
+    }
+}

@@ -1,0 +1,38 @@
+//! The machine structure: finite element matrices in, modes of the interface points out.
+//!
+//! ```text
+//! K, M (Matrix Market) + points (CSV) -> FeModel -> reduce() -+
+//!                                                             +-> ReducedStructure -> modes(housings) -> StructureModes
+//! modal table (CSV) + points (CSV) -> ModalTable -------------+
+//! ```
+//!
+//! 1. [`reduce`] is the Craig-Bampton reduction (Craig and Bampton 1968): interface DOFs b, all others o, constraint modes
+//!    `G = -K_oo^-1 K_ob`, fixed-interface modes `Psi` of `(K_oo, M_oo)` below a cut-off,
+//!    `T = [Psi G; 0 I]`, `M_zz = T' M T`, `K_zz = T' K T`. Done once per study.
+//! 2. [`ReducedStructure::modes`] adds the rigid housings to `M_zz` and solves the second eigenproblem
+//!    `K_zz phi = omega^2 M_zz phi`. Done once per placement.
+//! 3. [`StructureModes::row`] gives `phi_n = d' R_n T Phi` of a point n and a direction d: force and displacement use the same
+//!    row, so receptances are symmetric.
+//!
+//! SI units, rotations in rad. All results are independent of the number of threads.
+
+mod attached;
+mod csv;
+mod error;
+mod matrix_market;
+mod modal_table;
+mod model;
+mod modes;
+mod points;
+mod reduced;
+mod reduction;
+
+pub use attached::RigidMass;
+pub use error::{FileFault, StructureError};
+pub use matrix_market::{parse_matrix_market, read_matrix_market};
+pub use modal_table::ModalTable;
+pub use model::FeModel;
+pub use modes::StructureModes;
+pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints};
+pub use reduced::{Damping, ModalOptions, ReducedStructure};
+pub use reduction::{ReductionSettings, reduce};

@@ -1,0 +1,340 @@
+//! The study file as typed: keys and types of the TOML, defaults not yet filled in. The schema derives from it.
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::scene::{Environment, Guide, OutputSettings};
+
+/// A study: a machine, hammers over castings, and the design of the runs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StudyFile {
+    /// Title for tables and reports. Default: the file's name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// Simulated time in s. Default 1.5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// The machine.
+    #[serde(default)]
+    pub structure: StructureEntry,
+    /// Hammers by name; their order is the order of the columns.
+    pub hammer: IndexMap<String, HammerEntry>,
+    /// Castings by name; their order is the order of the columns.
+    pub casting: IndexMap<String, CastingEntry>,
+    /// Accuracy and effort.
+    #[serde(default)]
+    pub solver: SolverEntry,
+    /// Windows and thresholds of the outputs.
+    #[serde(default)]
+    pub outputs: OutputSettings,
+    /// Gas, surroundings and gravity.
+    #[serde(default)]
+    pub environment: Environment,
+    /// The design of the runs; without it the study has one row.
+    #[serde(default)]
+    pub design: DesignEntry,
+}
+
+/// Where the machine comes from and how it is reduced.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StructureEntry {
+    /// Source of the machine. Default `station`, the built-in one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<SourceName>,
+    /// Stiffness matrix (Matrix Market, may be gzipped), relative to the study; for `matrices`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_file: Option<String>,
+    /// Mass matrix without housings (Matrix Market, may be gzipped), relative to the study; for `matrices`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_file: Option<String>,
+    /// Modal table, relative to the study; for `modal_table`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modal_file: Option<String>,
+    /// Table of named interface points with coordinates (CSV), relative to the study; for `matrices` and `modal_table`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points_file: Option<String>,
+    /// Modes of the coupled machine are kept up to this frequency in Hz. Default 1000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cutoff_hz: Option<f64>,
+    /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz. Default 3000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixed_interface_cutoff_hz: Option<f64>,
+    /// Modal damping ratio: one for all modes or a list, one per mode. Default 0.02.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_ratio: Option<DampingRatio>,
+    /// Whether the hammers' housings are added to the machine or already part of it. Default `add`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub housings: Option<Housings>,
+    /// Rails by name: interface points in order along a straight line or polyline. The built-in station has the rail
+    /// `rail` with the points R1 to R9.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub rails: IndexMap<String, Vec<String>>,
+}
+
+/// Source of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SourceName {
+    /// The built-in hammer station.
+    #[default]
+    Station,
+    /// Finite element matrices: `stiffness_file`, `mass_file`, `points_file`.
+    Matrices,
+    /// A modal table: `modal_file`, `points_file`.
+    ModalTable,
+}
+
+/// Modal damping.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum DampingRatio {
+    /// One ratio for all modes.
+    Uniform(f64),
+    /// One ratio per mode, in the order of the modes.
+    PerMode(Vec<f64>),
+}
+
+/// Treatment of the hammers' housings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Housings {
+    /// Rigid masses are added to the machine at the mounts.
+    #[default]
+    Add,
+    /// The machine as given already contains them.
+    Included,
+}
+
+/// One hammer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HammerEntry {
+    /// Hammer file (TOML), relative to the study. Default: the built-in hammer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Interface point that carries the hammer; or give `rail` and `rail_position_m`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mount: Option<String>,
+    /// Rail that carries the hammer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rail: Option<String>,
+    /// Position along the rail in m: arc length from the rail's middle, positive towards its last point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rail_position_m: Option<f64>,
+    /// Casting that the hammer strikes. Default: the only one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub casting: Option<String>,
+    /// Supply pressure above ambient in bar (gauge). Default 5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supply_bar: Option<f64>,
+    /// Distance of the chisel's tip from the casting at rest in m. Default 0.085.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standoff_m: Option<f64>,
+    /// Time at which the supply is switched on in s. Default 0.002.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_time_s: Option<f64>,
+    /// Time from the first contact of chisel and casting to the percussion in s. Default 0.020.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gate_delay_s: Option<f64>,
+    /// Strike point, x and y from the casting's centre in m. Default: below the mount.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strike_point_m: Option<[f64; 2]>,
+    /// Values that differ from the hammer file's, in the same layout.
+    #[serde(default, skip_serializing_if = "ParameterOverrides::is_empty")]
+    pub parameters: ParameterOverrides,
+}
+
+/// Part of a hammer file: a tree of values laid over it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ParameterOverrides(pub toml::Table);
+
+impl ParameterOverrides {
+    /// Whether nothing is overridden.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl JsonSchema for ParameterOverrides {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        crate::hammer::HammerParameters::schema_name()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        crate::hammer::HammerParameters::json_schema(generator)
+    }
+}
+
+/// One rigid casting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CastingEntry {
+    /// Mass in kg.
+    pub mass_kg: f64,
+    /// Centre of mass in the machine's plane, x and y in m. Default: the mean of its fixtures' points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centre_m: Option<[f64; 2]>,
+    /// Extent in x and y in m, centred. Default: unlimited, no hammer can miss it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size_m: Option<[f64; 2]>,
+    /// Moments of inertia about x and y in kg m2; needed only where it can rotate (struck, held or measured off its centre).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inertia_kg_m2: Option<[f64; 2]>,
+    /// Where its velocity is also reported, x and y from the centre in m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measuring_point_m: Option<[f64; 2]>,
+    /// Fixtures by name; at least one.
+    pub fixture: IndexMap<String, FixtureEntry>,
+}
+
+/// Spring and damper between a casting and the machine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixtureEntry {
+    /// Interface point that carries it.
+    pub point: String,
+    /// Where it holds the casting, x and y from the casting's centre in m. Default: above its interface point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_m: Option<[f64; 2]>,
+    /// Stiffness in N/m. Default 3e7.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_n_per_m: Option<f64>,
+    /// Damping in N s/m. Default 4000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_n_s_per_m: Option<f64>,
+}
+
+/// Accuracy and effort.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolverEntry {
+    /// Preset that the other keys override. Default `standard`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
+    /// Error tolerance of one step, relative to each state's scale. Default: the preset's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Model of the housing guide. Default: the preset's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guide: Option<Guide>,
+    /// Steps after which a row is given up. Default 20 million.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_steps: Option<u64>,
+    /// Wall time in s after which a row is given up. Default 600.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_wall_time_s: Option<f64>,
+}
+
+/// Preset of accuracy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fidelity {
+    /// Fast, for a first look.
+    Draft,
+    /// For studies.
+    #[default]
+    Standard,
+    /// For reference figures.
+    Reference,
+}
+
+/// The design of the runs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DesignEntry {
+    /// Kind of design. Default `none`: one row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<DesignKind>,
+    /// Number of rows of a Latin hypercube.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows: Option<u64>,
+    /// Seed of the design's random numbers. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centred: Option<bool>,
+    /// Factors by name; their order is the order of the columns and belongs to the design.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub factor: IndexMap<String, FactorEntry>,
+}
+
+/// Kind of design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DesignKind {
+    /// One row.
+    #[default]
+    None,
+    /// Every combination of the factors' levels.
+    FullFactorial,
+    /// Latin hypercube.
+    LatinHypercube,
+}
+
+/// One factor: what it drives and what it varies over, either `range` or `values`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FactorEntry {
+    /// Path of the parameter that it drives, e.g. `hammer.left.supply_bar`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+    /// Paths of several parameters that it drives with the same value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paths: Option<Vec<String>>,
+    /// Lower and upper end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// Spacing within the range. Default `linear`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<Scale>,
+    /// Whether the range holds integers only. Default false.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integer: Option<bool>,
+    /// Number of levels of the range in a full factorial, ends included.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<u64>,
+    /// Values to choose from: texts or numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<FactorValue>>,
+    /// Unit, stored with the tables.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+/// Spacing of a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// Uniform.
+    #[default]
+    Linear,
+    /// Uniform in the logarithm.
+    Log,
+}
+
+/// Value of a factor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum FactorValue {
+    /// A whole number.
+    Integer(i64),
+    /// A real number.
+    Real(f64),
+    /// A text, e.g. the name of an interface point.
+    Text(String),
+}
+
+impl std::fmt::Display for FactorValue {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Integer(value) => write!(formatter, "{value}"),
+            Self::Real(value) => write!(formatter, "{value}"),
+            Self::Text(value) => write!(formatter, "{value}"),
+        }
+    }
+}

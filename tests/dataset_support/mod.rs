@@ -1,0 +1,143 @@
+//! A synthetic study and its dataset.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use decore::dataset::{DatasetInfo, DatasetWriter, Existing, Factor, FactorKind, FactorValue, Manifest, RowRecord};
+use decore::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics};
+use decore::run::{BatchProgress, BatchSettings, RowOutcome, RowStatus, SolverCounters, run_batch};
+use tempfile::TempDir;
+
+/// Rows of the synthetic study.
+pub const ROWS: u64 = 150;
+
+fn factor(name: &str, kind: FactorKind, unit: &str) -> Factor {
+    Factor { name: name.to_owned(), kind, unit: unit.to_owned(), description: format!("drives {name}") }
+}
+
+/// The synthetic study.
+pub fn info() -> DatasetInfo {
+    DatasetInfo {
+        study_name: "synthetic".to_owned(),
+        study_text: "[study]\nname = \"synthetic\"  # Gußteil\n".to_owned(),
+        study_hash: "0123456789abcdef".to_owned(),
+        seed: 18_446_744_073_709_551_615,
+        program_version: "0.1.0".to_owned(),
+        rows: ROWS,
+        rows_per_part: 64,
+        factors: vec![
+            factor("hammer.left.supply_bar", FactorKind::Real, "bar"),
+            factor("modes", FactorKind::Integer, "1"),
+            factor("2nd mount", FactorKind::Text, ""),
+        ],
+        hammers: vec!["left".to_owned(), "right-hand".to_owned()],
+        castings: vec!["1st".to_owned()],
+    }
+}
+
+/// Every seventh row is invalid; the right-hand hammer of every fifth row misses its first impact.
+pub fn outcome(row: u64) -> RowOutcome {
+    let invalid = row % 7 == 3;
+    let metrics = (!invalid).then(|| metrics(row));
+    RowOutcome {
+        status: if invalid { RowStatus::Invalid } else { RowStatus::Done },
+        reason: if invalid { "hammer `left` misses its casting".to_owned() } else { String::new() },
+        time_reached_s: if invalid { 0.0 } else { 1.0 },
+        modes: 12,
+        states: 70,
+        metrics,
+        counters: SolverCounters {
+            steps: 1000 + row,
+            rejected_steps: row,
+            rhs_evaluations: 7000 + row,
+            located_events: 50,
+        },
+        wall_time_s: 0.25,
+    }
+}
+
+fn metrics(row: u64) -> RunMetrics {
+    let energy = 60.0 + (row as f64).sin();
+    let struck = |yes: bool| yes.then_some(energy);
+    let hammer = |strikes: bool| HammerMetrics {
+        first_impact_time_s: strikes.then_some(0.1),
+        first_impact_energy_j: struck(strikes),
+        first_impact_work_j: strikes.then_some(0.1 * energy),
+        periodic_blow_count: 9,
+        periodic_energy_mean_j: Some(12.0),
+        periodic_work_mean_j: Some(2.0),
+        hit_frequency_hz: Some(20.0),
+        contact_count: 31,
+        air_used_nl: 5.0,
+        ..HammerMetrics::default()
+    };
+    let blow = |hammer, number, kind, work_j| Blow {
+        hammer,
+        number,
+        casting: 0,
+        kind,
+        start_time_s: 0.1 + number as f64 / 20.0,
+        energy_j: energy,
+        chisel_velocity_m_s: 4.0,
+        work_j,
+        impulse_n_s: 3.0,
+        peak_force_n: 1e5,
+        casting_peak_velocity_m_s: 0.2,
+    };
+    RunMetrics {
+        hammers: vec![hammer(true), hammer(!row.is_multiple_of(5))],
+        castings: vec![CastingMetrics {
+            peak_velocity_m_s: 0.5,
+            peak_velocity_time_s: 0.11,
+            measuring_point_peak_velocity_m_s: None,
+        }],
+        blows: vec![
+            blow(0, 0, BlowKind::FirstImpact, 0.1 * energy),
+            blow(0, 1, BlowKind::Settling, 2.0),
+            blow(1, 6, BlowKind::Periodic, row as f64),
+        ],
+        energy_residual: if row == 20 { -2e-3 } else { 1e-5 },
+    }
+}
+
+/// A row as the writer takes it.
+pub fn record(row: u64, outcome: RowOutcome) -> RowRecord {
+    RowRecord {
+        row,
+        factors: vec![
+            FactorValue::Real(4.0 + row as f64 / 100.0),
+            FactorValue::Integer(row as i64 - 75),
+            FactorValue::Text(if row.is_multiple_of(2) { "beam_1" } else { "beam_2" }.to_owned()),
+        ],
+        outcome,
+    }
+}
+
+struct Silent;
+
+impl BatchProgress for Silent {
+    fn row_ended(&self, _: RowStatus) {}
+    fn tick(&self) {}
+}
+
+/// Writes the synthetic dataset through the batch runner.
+pub fn write(folder: &Path, threads: usize) -> Manifest {
+    let stop = AtomicBool::new(false);
+    let settings = BatchSettings { threads, window: 32, stop: &stop, progress: &Silent };
+    let mut writer = DatasetWriter::create(folder, &info(), Existing::Refuse).expect("created");
+    run_batch(0..ROWS, &settings, outcome, |row, outcome| {
+        // Wall times differ between runs; the rest must not.
+        let wall_time_s = outcome.wall_time_s + threads as f64;
+        writer.write(record(row, RowOutcome { wall_time_s, ..outcome }))
+    })
+    .expect("all rows taken");
+    writer.finish().expect("finished")
+}
+
+/// The synthetic dataset in a scratch folder.
+pub fn dataset() -> (TempDir, PathBuf) {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    write(&folder, 2);
+    (scratch, folder)
+}
