@@ -187,8 +187,12 @@ impl Design {
         }
         let rows = match kind {
             Kind::Single if factors.is_empty() => 1,
-            Kind::Single => return Err(DesignError::Factors("factors are given, but no kind of design")),
-            _ if factors.is_empty() => return Err(DesignError::Factors("a design needs at least one factor")),
+            Kind::Single => {
+                return Err(DesignError::Factors("factors are given, but no kind of design"));
+            }
+            _ if factors.is_empty() => {
+                return Err(DesignError::Factors("a design needs at least one factor"));
+            }
             Kind::FullFactorial => count_combinations(&factors)?,
             Kind::LatinHypercube { rows: 0, .. } => return Err(DesignError::NoRows),
             Kind::LatinHypercube { rows, .. } => rows,
@@ -349,13 +353,14 @@ impl Distribution {
             Self::Uniform { low, high } => Level::Real(Self::real(low, high, probability)),
             Self::LogUniform { low, high } => Level::Real(geometric(low, high, probability)),
             Self::Integer { .. } | Self::Categories { .. } => {
-                let count = u128::from(self.value_count().unwrap_or(1));
-                if count <= u128::from(strata) {
-                    // Whole strata go to values, so that counts differ by one at most.
-                    return self.discrete((u128::from(stratum) * count / u128::from(strata)) as u64);
-                }
-                let index = (probability * count as f64) as u128;
-                self.discrete(index.min(count - 1) as u64)
+                let (count, strata) = (u128::from(self.value_count().unwrap_or(1)), u128::from(strata));
+                let first = |stratum: u128| (stratum * count / strata) as u64;
+                // Fewer values than strata: whole strata go to values, so that counts differ by one at most. More values:
+                // each stratum chooses among its own, so that no value comes twice.
+                let start = first(u128::from(stratum));
+                let own = first(u128::from(stratum) + 1).saturating_sub(start).max(1);
+                let chosen = ((place * own as f64) as u64).min(own - 1);
+                self.discrete(start + chosen)
             }
         }
     }

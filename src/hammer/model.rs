@@ -314,3 +314,79 @@ impl HammerModel {
         if volume > 0.0 { rate } else { f64::NAN }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(gravity: f64) -> HammerModel {
+        let gas = Gas {
+            specific_energy_j_per_kg: 287.05 * 293.15,
+            isentropic_exponent: 1.4,
+            inflow_exponent: 1.4,
+            outflow_exponent: 1.0,
+            expansion_exponent: 1.2,
+            ambient_pressure_pa: 101_325.0,
+        };
+        HammerModel::new(&HammerParameters::default(), gas, gravity)
+    }
+
+    /// At rest the top stop's force balances spring and weight, on the guide as on all that hangs below it, and no pressure
+    /// changes.
+    #[test]
+    fn analytic_rest_is_an_equilibrium() {
+        let model = model(9.80665);
+        let rest = model.rest();
+        let rates = model.evaluate(&rest);
+        let stop = -model.parameters.telescope.top_stop.stiffness_n_per_m * rest.position[body::CYLINDER];
+        assert!(stop > 0.0);
+        let hanging: f64 = rates.force[body::CYLINDER..].iter().sum();
+        assert!((hanging + stop).abs() < 1e-9, "{hanging} and {stop}");
+        assert!((rates.force[body::GUIDE] - stop).abs() < 1e-9);
+        assert_eq!(rates.pressure_rate, [0.0; chamber::COUNT]);
+        assert_eq!((rates.power_in_w, rates.dissipation_w, rates.supply_flow_kg_s), (0.0, 0.0, 0.0));
+    }
+
+    /// The step is smooth: 0, 1/2, 1 with zero slope at both ends.
+    #[test]
+    fn analytic_smooth_step() {
+        assert_eq!([-3.0, 0.0, 0.5, 1.0, 7.0].map(smooth_step), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert!(smooth_step(1e-4) < 3.1e-8 && 1.0 - smooth_step(1.0 - 1e-4) < 3.1e-8);
+    }
+
+    /// Ports and feeds at both ends of spool and piston; the gate shuts both feeds and no exhaust.
+    #[test]
+    fn analytic_valve_areas() {
+        let model = model(9.80665);
+        let at = |piston: f64, spool: f64, gate_open: bool| {
+            let state = HammerState { position: [0.0, 0.0, spool, piston, 0.0], gate_open, ..model.rest() };
+            model.valve_areas(&state)
+        };
+        assert_eq!(at(0.0, 0.0, true), [8.35e-6, 0.0, 0.0, 6e-5]);
+        assert_eq!(at(0.1, 0.004, true), [0.0, 2.8e-6, 6e-5, 0.0]);
+        assert_eq!(at(0.1, 0.004, false), [0.0, 0.0, 6e-5, 0.0]);
+        let half = at(0.078 + 0.002, 0.002, true);
+        assert!((half[0] - 0.5 * 8.35e-6).abs() < 1e-18 && (half[2] - 3e-5).abs() < 1e-15);
+    }
+
+    /// Power is force times velocity for every term: the bodies' forces take from the gas what friction does not.
+    #[test]
+    fn analytic_power_balance() {
+        let model = model(9.80665);
+        let mut state = model.rest();
+        state.position = [0.001, 0.03, 0.032, 0.10, 0.036];
+        state.velocity = [0.1, 1.3, 1.1, -4.0, 1.9];
+        state.pressure = [4e5, 1.2e5, 3e5, 2.2e5];
+        let rates = model.evaluate(&state);
+        let power: f64 = (0..body::COUNT).map(|i| rates.force[i] * state.velocity[i]).sum();
+        let t = &model.parameters.telescope;
+        let (extension, rate) = (0.03 - 0.001, 1.3 - 0.1);
+        let spring = (t.spring_preload_n + t.spring_stiffness_n_per_m * extension) * rate;
+        let balance = rates.power_in_w - rates.dissipation_w - spring;
+        assert!((power - balance).abs() < 1e-9 * power.abs(), "{power} and {balance}");
+        // The spring's power is the rate of its energy.
+        let energy = |e: f64| model.return_spring_energy(e);
+        let slope = (energy(extension + 1e-6) - energy(extension - 1e-6)) / 2e-6;
+        assert!((slope * rate / spring - 1.0).abs() < 1e-8);
+    }
+}

@@ -245,7 +245,10 @@ impl Integrator {
         self.rate_known = theta == 1.0;
         self.samples_known = theta == 1.0;
         self.adapt(&trial);
-        self.fresh.fill(false);
+        // A switch at the very start of a step happens together with the one before.
+        if theta > 0.0 {
+            self.fresh.fill(false);
+        }
         self.switch_hits(system, observer);
     }
 
@@ -349,4 +352,28 @@ fn error_norm(inverse_scales: &[f64], h: f64, stages: &[f64], n: usize) -> f64 {
         sum[0] += value;
     }
     if sum.iter().sum::<f64>().is_finite() { largest.into_iter().fold(0.0, f64::max) } else { f64::NAN }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The norm is the largest scaled estimate, and anything not finite in any stage of any component survives.
+    #[test]
+    fn error_norm_keeps_what_is_not_finite() {
+        let n = 3;
+        let mut stages = vec![0.0; STAGES * n];
+        stages[(STAGES - 1) * n] = 66.0;
+        stages[(STAGES - 1) * n + 1] = -660.0;
+        // The third component is a quadrature: not controlled.
+        stages[(STAGES - 1) * n + 2] = 1e9;
+        assert!((error_norm(&[1.0, 0.5], 0.1, &stages, n) - 0.5).abs() < 1e-15);
+        for bad in [f64::NAN, f64::INFINITY] {
+            for stage in 0..STAGES {
+                let mut spoilt = stages.clone();
+                spoilt[stage * n] = bad;
+                assert!(error_norm(&[1.0, 0.5], 0.1, &spoilt, n).is_nan(), "{bad} in stage {stage}");
+            }
+        }
+    }
 }

@@ -44,12 +44,13 @@ pub(super) fn first_events<S: System>(
     hits.clear();
     let mut first = 1.0;
     for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
-        let positive_at = if end.value >= 0.0 {
+        // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
+        let positive_at = if end.value > 0.0 {
             1.0
         } else {
             let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
             step.components(system.guard_support(guard), theta, y);
-            if system.guard(guard, y) < 0.0 {
+            if system.guard(guard, y) <= 0.0 {
                 continue;
             }
             theta
@@ -130,4 +131,44 @@ fn upward_zero<S: System>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f
         }
     }
     high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Over a step of length 0.1: value, slope per step, both twice.
+    fn maximum([f0, s0, f1, s1]: [f64; 4]) -> Option<f64> {
+        let sample = |smooth: f64, slope: f64| GuardSample { value: -1.0, smooth, smooth_rate: slope / 0.1 };
+        cubic_maximum(&sample(f0, s0), &sample(f1, s1), 0.1)
+    }
+
+    /// A cubic that rises at its start and falls at its end: the maximum found is the one that a fine sampling finds.
+    #[test]
+    fn analytic_cubic_maximum() {
+        let mut found = 0;
+        for i in 0..2000_u32 {
+            // Values spread over the ranges by multiples of irrational numbers.
+            let part = |step: f64| (f64::from(i) * step).fract();
+            let [f0, s0, f1, s1] = [-part(0.618_034), 5.0 * part(0.414_214), -part(0.732_051), -5.0 * part(0.236_068)];
+            let (a, b) = (2.0 * (f0 - f1) + s0 + s1, 3.0 * (f1 - f0) - 2.0 * s0 - s1);
+            let cubic = |q: f64| f0 + q * (s0 + q * (b + q * a));
+            let largest = (1..1000).map(|k| cubic(f64::from(k) / 1000.0)).fold(f64::NEG_INFINITY, f64::max);
+            match maximum([f0, s0, f1, s1]) {
+                Some(q) => {
+                    found += 1;
+                    assert!(q > 0.0 && q < 1.0 && cubic(q) > 0.0);
+                    assert!(
+                        cubic(q) >= largest - 1e-12 && cubic(q) < largest + 1e-5,
+                        "{q}: {} and {largest}",
+                        cubic(q)
+                    );
+                }
+                None => assert!(largest <= 0.0, "missed {largest} of {:?}", [f0, s0, f1, s1]),
+            }
+        }
+        assert!(found > 100, "{found}");
+        assert_eq!(maximum([-1.0, 0.0, -1.0, -1.0]), None);
+        assert_eq!(maximum([f64::NAN; 4]), None);
+    }
 }

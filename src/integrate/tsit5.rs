@@ -60,3 +60,90 @@ pub fn interpolant(theta: f64) -> [f64; STAGES] {
         tail(1.5, -4.0, 2.5),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Vector = [f64; STAGES];
+
+    /// `A v`.
+    fn product(v: &Vector) -> Vector {
+        std::array::from_fn(|i| A[i].iter().zip(v).map(|(a, v)| a * v).sum())
+    }
+
+    fn times(a: &Vector, b: &Vector) -> Vector {
+        std::array::from_fn(|i| a[i] * b[i])
+    }
+
+    /// Elementary weights of all trees up to order 5 and what `sum b w` must be for each.
+    fn trees() -> Vec<(u32, Vector, f64)> {
+        let one = [1.0; STAGES];
+        let c = C;
+        let c2 = times(&c, &c);
+        let c3 = times(&c2, &c);
+        let (ac, ac2, ac3) = (product(&c), product(&c2), product(&c3));
+        let aac = product(&ac);
+        vec![
+            (1, one, 1.0),
+            (2, c, 1.0 / 2.0),
+            (3, c2, 1.0 / 3.0),
+            (3, ac, 1.0 / 6.0),
+            (4, c3, 1.0 / 4.0),
+            (4, times(&c, &ac), 1.0 / 8.0),
+            (4, ac2, 1.0 / 12.0),
+            (4, aac, 1.0 / 24.0),
+            (5, times(&c2, &c2), 1.0 / 5.0),
+            (5, times(&c2, &ac), 1.0 / 10.0),
+            (5, times(&ac, &ac), 1.0 / 20.0),
+            (5, times(&c, &ac2), 1.0 / 15.0),
+            (5, times(&c, &aac), 1.0 / 30.0),
+            (5, ac3, 1.0 / 20.0),
+            (5, product(&times(&c, &ac)), 1.0 / 40.0),
+            (5, product(&ac2), 1.0 / 60.0),
+            (5, product(&aac), 1.0 / 120.0),
+        ]
+    }
+
+    fn sum(weights: &[f64], values: &Vector) -> f64 {
+        weights.iter().zip(values).map(|(w, v)| w * v).sum()
+    }
+
+    /// All seventeen conditions of order 5; the coefficients are published to sixteen digits.
+    #[test]
+    fn analytic_order_conditions() {
+        for (row, node) in A.iter().zip(C) {
+            assert!((row.iter().sum::<f64>() - node).abs() < 5e-15, "row of node {node}");
+        }
+        for (order, weight, expected) in trees() {
+            let found = sum(&A[STAGES - 1], &weight);
+            assert!((found - expected).abs() < 1e-14, "order {order}: {found} instead of {expected}");
+        }
+    }
+
+    /// The error weights vanish on all trees up to order 4 and on none of order 5 together: an estimate of order 4.
+    #[test]
+    fn analytic_error_weights() {
+        let (low, high): (Vec<_>, Vec<_>) = trees().into_iter().partition(|tree| tree.0 <= 4);
+        assert!(low.iter().all(|(_, weight, _)| sum(&ERROR, weight).abs() < 1e-14));
+        assert!(high.iter().any(|(_, weight, _)| sum(&ERROR, weight).abs() > 1e-5));
+    }
+
+    /// The interpolant satisfies the conditions of order 4 at every fraction, `sum b_i(theta) w_i = theta^order expected`, and
+    /// ends in the step's own weights.
+    #[test]
+    fn analytic_interpolant() {
+        for theta in [0.1, 0.37, 0.5, 0.81, 1.0] {
+            let weights = interpolant(theta);
+            for (order, weight, expected) in trees().into_iter().filter(|tree| tree.0 <= 4) {
+                let found = sum(&weights, &weight);
+                let wanted = theta.powi(order as i32) * expected;
+                assert!((found - wanted).abs() < 1e-13, "theta {theta}, order {order}: {found} instead of {wanted}");
+            }
+        }
+        assert_eq!(interpolant(0.0), [0.0; STAGES]);
+        let end = interpolant(1.0);
+        assert!(end.iter().zip(A[STAGES - 1]).all(|(found, weight)| (found - weight).abs() < 1e-13));
+        assert!(end[STAGES - 1].abs() < 1e-13);
+    }
+}

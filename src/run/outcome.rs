@@ -36,7 +36,7 @@ pub struct SolverCounters {
 pub struct RowOutcome {
     /// How it ended.
     pub status: RowStatus,
-    /// Why, in words; empty for `Done`.
+    /// Why, in words; empty for `Done`, unless the energy audit makes the outputs doubtful.
     pub reason: String,
     /// Simulated time reached in s.
     pub time_reached_s: f64,

@@ -13,6 +13,9 @@ const FIRST_STEP_S: f64 = 1e-6;
 /// Longest step in s: well below the width of any window or the period of the percussion.
 const LONGEST_STEP_S: f64 = 1e-3;
 
+/// Energy residual above which a row says that its outputs are doubtful.
+const DOUBTFUL_RESIDUAL: f64 = 1e-3;
+
 /// Simulates a scene on the modes of its structure.
 ///
 /// Never fails: a scene that cannot be built gives status `Invalid`, an integration that cannot go on `Diverged` or
@@ -59,7 +62,13 @@ where
     let mut observers = (Recorder::new(model, &scene.outputs), extra);
     let stopped = integrator.run(&mut system, &mut observers, scene.duration_s);
     let (recorder, extra) = observers;
-    let (status, reason) = describe(&stopped, scene);
+    let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, integrator.time(), integrator.state()));
+    let (status, mut reason) = describe(&stopped, scene);
+    if let Some(residual) = metrics.as_ref().map(|metrics| metrics.energy_residual)
+        && !(residual.abs() <= DOUBTFUL_RESIDUAL)
+    {
+        reason = format!("energy residual {residual:.1e}: outputs are doubtful (a smaller solver.tolerance may help)");
+    }
     let work = integrator.counters();
     let outcome = RowOutcome {
         status,
@@ -67,7 +76,7 @@ where
         time_reached_s: integrator.time(),
         modes: model.layout().modes,
         states: model.layout().states(),
-        metrics: (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, integrator.time(), integrator.state())),
+        metrics,
         counters: SolverCounters {
             steps: work.steps,
             rejected_steps: work.rejected,

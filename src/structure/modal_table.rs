@@ -78,6 +78,28 @@ impl ModalTable {
         }
         Ok(out)
     }
+
+    /// Holds for every table that was read; a table built in memory may break it.
+    pub(super) fn validate(&self) -> Result<(), StructureError> {
+        let (dofs, modes) = (self.dofs.len(), self.frequency_hz.len());
+        if dofs == 0 || modes == 0 || self.damping_ratio.len() != modes || self.shapes.shape() != (dofs, modes) {
+            let expected = format!("{modes} damping ratios, shapes of {dofs} x {modes}, at least one DOF and mode");
+            let found = format!("{} and {:?}", self.damping_ratio.len(), self.shapes.shape());
+            return Err(StructureError::argument("modal table", expected, found));
+        }
+        let valid = |values: &[f64]| values.iter().all(|value| value.is_finite() && *value >= 0.0);
+        if !valid(&self.frequency_hz) || !valid(&self.damping_ratio) || !self.frequency_hz.is_sorted() {
+            let expected = "frequencies that rise and damping ratios, all >= 0";
+            return Err(StructureError::argument("modal table", expected, "another value"));
+        }
+        if self.shapes.iter().any(|value| !value.is_finite()) {
+            return Err(StructureError::argument("modal table", "finite modal displacements", "NaN or infinity"));
+        }
+        match self.dofs.iter().find(|dof| dof.dof >= DOF_NAMES.len()) {
+            Some(dof) => Err(StructureError::argument(format!("direction of {}", dof.point), "0 to 5", dof.dof)),
+            None => Ok(()),
+        }
+    }
 }
 
 /// `R5.rx` is point R5, direction 3; the point's name may contain dots.

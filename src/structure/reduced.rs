@@ -10,7 +10,7 @@ use super::error::{Step, StructureError};
 use super::modal_table::ModalTable;
 use super::modes::StructureModes;
 use super::points::{Interface, InterfacePoints};
-use super::reduction::congruence;
+use super::symmetric::congruence;
 use crate::linalg::{cholesky, multiply, multiply_transposed, solve_lower, symmetric_eigen, symmetric_eigenvalues};
 
 /// Spectral shift in 1/s2, (2 pi 1 Hz)^2: makes `K_zz + shift M_zz` positive definite for machines that float. The result does
@@ -93,8 +93,9 @@ impl ReducedStructure {
     /// From a table of mass-normalised modes: `M_zz = I`, `K_zz = diag(omega^2)`, B the table's columns.
     ///
     /// # Errors
-    /// A column for a point that `points` does not know.
+    /// A column for a point that `points` does not know, a table whose parts do not fit together.
     pub fn from_modal_table(table: &ModalTable, points: InterfacePoints) -> Result<Self, StructureError> {
+        table.validate()?;
         for dof in &table.dofs {
             points.get(&dof.point)?;
         }

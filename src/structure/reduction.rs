@@ -10,9 +10,8 @@ use super::matrix_market::assemble;
 use super::model::FeModel;
 use super::points::{DOF_NAMES, Interface, InterfaceDof};
 use super::reduced::ReducedStructure;
-use crate::linalg::{
-    SparseCholesky, cholesky, multiply, multiply_transposed, solve_lower, solve_lower_transposed, symmetric_eigen,
-};
+use super::symmetric::{congruence, symmetric_part};
+use crate::linalg::{SparseCholesky, cholesky, multiply, multiply_transposed, solve_lower_transposed, symmetric_eigen};
 
 /// Most inner DOFs for the dense solver of the fixed-interface modes: about 10 s and 150 MB.
 const DENSE_LIMIT: usize = 2000;
@@ -26,8 +25,9 @@ pub struct ReductionSettings {
     /// Interface DOFs: name of the point and direction 0 to 5 ([`DOF_NAMES`]). The order is the order of the rows; a DOF
     /// named twice, or two points on the same node, share a row.
     pub interface: Vec<(String, usize)>,
-    /// Fixed-interface modes below this frequency are kept, in Hz. About three times the highest frequency of interest
-    /// leaves errors of 1e-6 there.
+    /// Fixed-interface modes below this frequency are kept, in Hz. On the station with the whole rail and table as
+    /// interface, 3000 Hz leaves relative errors of 4e-6 in the frequencies below 300 Hz and 5e-4 below 1000 Hz; 1500 Hz
+    /// 7e-5 and 8e-3.
     pub fixed_interface_cutoff_hz: f64,
 }
 
@@ -169,20 +169,6 @@ fn fixed_interface_modes(parts: &Partition, cutoff_rad_s: f64) -> Result<(Vec<f6
     }
     solve_lower_transposed(&l, &mut psi).step(STEP, SINGULAR_INNER)?;
     Ok((kept.iter().map(|&i| eigen.values[i].recip()).collect(), psi))
-}
-
-/// `L^-1 A L^-T` of a symmetric A.
-pub(super) fn congruence(l: &DMatrix<f64>, mut a: DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
-    const STEP: &str = "congruence transformation";
-    const ADVICE: &str = "check the sizes of mass and stiffness";
-    solve_lower(l, &mut a).step(STEP, ADVICE)?;
-    a.transpose_mut();
-    solve_lower(l, &mut a).step(STEP, ADVICE)?;
-    Ok(symmetric_part(a))
-}
-
-pub(super) fn symmetric_part(a: DMatrix<f64>) -> DMatrix<f64> {
-    (&a + a.transpose()) * 0.5
 }
 
 /// `M_zz` and `K_zz`. `K_qb = 0` because constraint modes are static solutions; `M_qq = I` by normalisation.

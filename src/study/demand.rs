@@ -109,7 +109,7 @@ impl Study {
         fixtures.flat_map(|at| self.candidates(&at)).collect()
     }
 
-    /// Names of interface points and rails that some row can use but the machine does not have.
+    /// Names of interface points, in rails or where some row can use them, that the machine does not have.
     pub(super) fn check_names(&self, points: &PointTable) -> Vec<Problem> {
         let mut problems = Vec::new();
         for candidate in self.mounts().into_iter().chain(self.fixture_points()) {
@@ -119,12 +119,11 @@ impl Study {
                 problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
             }
         }
-        for candidate in self.rails() {
-            let rail = self.structure.rails.iter().find(|rail| rail.name == candidate.value);
-            for (index, point) in rail.into_iter().flat_map(|rail| &rail.points).enumerate() {
+        for rail in &self.structure.rails {
+            for (index, point) in rail.points.iter().enumerate() {
                 if points.position(point).is_none() {
                     let entry = index.to_string();
-                    let at = ["structure", "rails", &candidate.value, &entry].map(str::to_string);
+                    let at = ["structure", "rails", &rail.name, &entry].map(str::to_string);
                     let message = format!("the machine has no interface point `{point}`");
                     let problem = Problem::new(self.document.locate(&at), path::join(&at), message);
                     problems.push(problem.nearest(points.nearest_name(point)));

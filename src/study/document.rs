@@ -46,6 +46,8 @@ impl Document {
                 Problem::new(place.unwrap_or_else(|| Place::in_file(name)), "", error.message())
             })
             .collect();
+        // After its first fault the rest of a line says little.
+        problems.dedup_by_key(|problem| problem.place.line);
         let span = table.span();
         let mut document = Self {
             name: name.to_string(),

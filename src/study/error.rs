@@ -32,15 +32,28 @@ impl StudyError {
         }
     }
 
-    pub(super) fn from_problems(mut problems: Vec<Problem>) -> Result<(), Self> {
+    /// An error if there are problems.
+    pub(super) fn from_problems(problems: Vec<Problem>) -> Result<(), Self> {
         if problems.is_empty() {
             return Ok(());
         }
+        Err(Self::several(problems))
+    }
+
+    /// The error of at least one problem, sorted by place.
+    pub(super) fn several(mut problems: Vec<Problem>) -> Self {
         problems.sort_by(|a, b| {
-            (&a.place.file, a.place.line, a.place.column).cmp(&(&b.place.file, b.place.line, b.place.column))
+            let order = |problem: &Problem| (problem.place.line, problem.place.column);
+            let files = a.place.file.cmp(&b.place.file);
+            files.then_with(|| order(a).cmp(&order(b)))
         });
         problems.dedup();
-        Err(Self::Invalid { problems })
+        Self::Invalid { problems }
+    }
+
+    /// The error of one problem.
+    pub(super) fn one(problem: Problem) -> Self {
+        Self::several(vec![problem])
     }
 }
 

@@ -72,7 +72,9 @@ impl FactorInfo {
             Distribution::Uniform { low, high } | Distribution::LogUniform { low, high } => {
                 vec![FactorValue::Real(low), FactorValue::Real(high)]
             }
-            Distribution::Integer { low, high } => vec![FactorValue::Integer(low), FactorValue::Integer(high)],
+            Distribution::Integer { low, high } => {
+                vec![FactorValue::Integer(low), FactorValue::Integer(high)]
+            }
             Distribution::Categories { count } => (0..count).map(|index| self.value(Level::Category(index))).collect(),
         }
     }
@@ -97,6 +99,20 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// Where the tree has no value at a path that a factor drives, puts the first row's there.
+    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
+        let first = self.design.row(0).unwrap_or_default();
+        for ((factor, level), paths) in self.factors.iter().zip(first).zip(&self.paths) {
+            for at in paths {
+                if path::get(tree, at).is_none() {
+                    let value = to_toml(&factor.value(level));
+                    path::set(tree, at, value).map_err(|message| (path::join(at), message))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Reads the design section. `tree` is the study's tree of values, for the names in it.
     pub fn read(
         entry: &DesignEntry,
@@ -235,7 +251,9 @@ impl Reader<'_> {
         };
         let mut driven: Vec<Vec<String>> = Vec::new();
         for (at, text) in texts {
-            let Some(segments) = self.drivable(&at, text) else { continue };
+            let Some(segments) = self.drivable(&at, text) else {
+                continue;
+            };
             if driven.contains(&segments) || taken.iter().flatten().any(|other| overlap(other, &segments)) {
                 self.problem(&at, format!("`{text}` is driven twice"));
             }
@@ -278,7 +296,9 @@ impl Reader<'_> {
 
     /// Holds the factor's values to the type of a parameter that it drives.
     fn fits(&mut self, name: &str, factor: &FactorEntry, values: &[FactorValue], segments: &[String]) {
-        let Ok(shape) = shape_at(self.shape, self.tree, segments) else { return };
+        let Ok(shape) = shape_at(self.shape, self.tree, segments) else {
+            return;
+        };
         let driven = path::join(segments);
         for (index, value) in values.iter().enumerate() {
             if let Err(message) = shape.accepts(&to_toml(value)) {

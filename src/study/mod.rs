@@ -45,6 +45,9 @@ use crate::scene::Scene;
 /// A commented study that shows every key: what `init` writes.
 pub const TEMPLATE: &str = include_str!("template.toml");
 
+/// Top-level keys that all rows share.
+const SHARED_KEYS: [&str; 3] = ["title", "structure", "design"];
+
 /// A loaded study.
 #[derive(Debug, Clone)]
 pub struct Study {
@@ -109,49 +112,25 @@ impl Study {
     }
 
     fn build(document: Document, directory: PathBuf, overrides: Vec<Override>) -> Result<Self, StudyError> {
-        let invalid = |problems| StudyError::Invalid { problems };
         let shape = Shape::from_schema(&study_schema());
-        let mut tree = document.root.table();
-        let driven = overrides::driven_paths(&tree);
-        let provided = |at: &[String]| {
-            // A value inside a missing table provides the table too.
-            driven.iter().chain(overrides.iter().map(|one| &one.path)).any(|path| path.starts_with(at))
+        let mut tree = check_keys(&document, &shape, &overrides)?;
+        let fault = |key: String, message: String| {
+            let at = path::split(&key).unwrap_or_default();
+            StudyError::one(Problem::new(document.locate(&at), key, message))
         };
-        StudyError::from_problems(keys::check(&document, &shape, &provided))?;
-        for one in &overrides {
-            path::set(&mut tree, &one.path, one.value.clone())
-                .map_err(|message| invalid(vec![Problem::new(one.place(), path::join(&one.path), message)]))?;
-        }
-        let file_fault = |key: String, message: String| {
-            let place = path::split(&key).map_or_else(|_| Place::in_file(&document.name), |at| document.locate(&at));
-            invalid(vec![Problem::new(place, key, message)])
-        };
-        let design = match tree.get("design") {
-            Some(section) => {
-                read_tree(section.clone()).map_err(|(key, message)| file_fault(format!("design.{key}"), message))?
-            }
-            None => DesignEntry::default(),
-        };
+        let design = tree.get("design").cloned().map(read_tree::<DesignEntry>);
+        let design =
+            design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
         let plan = Plan::read(&design, &document, &shape, &tree);
-        let plan = plan.map_err(|problems| sorted(problems))?;
-        // Where only factors give a value, the first row's stands in.
-        let first = plan.design.row(0).unwrap_or_default();
-        for ((factor, level), paths) in plan.factors.iter().zip(first).zip(&plan.paths) {
-            for at in paths.iter().filter(|at| path::get(&tree, at).is_none()).collect::<Vec<_>>() {
-                path::set(&mut tree, at, to_toml(&factor.value(level)))
-                    .map_err(|message| file_fault(path::join(at), message))?;
-            }
-        }
+        let plan = plan.map_err(StudyError::several)?;
+        plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
         let base: StudyFile =
-            read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| file_fault(key, message))?;
-        let structure = StructureSettings::read(&base.structure, &document, &directory);
-        let library = Library::new().map_err(|message| file_fault(String::new(), message))?;
-        for key in ["title", "structure", "design"] {
+            read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
+        let library = Library::new().map_err(|message| fault(String::new(), message))?;
+        let structure = StructureSettings::read(&base.structure, &document, &directory).map_err(StudyError::several)?;
+        for key in SHARED_KEYS {
             tree.remove(key);
         }
-        let mut problems = Vec::new();
-        let structure = structure.map_err(|more| problems.extend(more)).ok();
-        let Some(structure) = structure else { return Err(sorted(problems)) };
         let mut study = Self {
             document,
             directory,
@@ -263,7 +242,11 @@ impl Study {
             .map(|((factor, level), paths)| {
                 let overridden: Option<Vec<FactorValue>> = paths.iter().map(|at| self.overridden(at)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
-                first.unwrap_or_else(|| factor.value(level))
+                match (first, factor.kind) {
+                    (Some(FactorValue::Integer(value)), FactorKind::Real) => FactorValue::Real(value as f64),
+                    (Some(value), _) => value,
+                    (None, _) => factor.value(level),
+                }
             })
             .collect()
     }
@@ -373,6 +356,9 @@ impl Study {
     }
 
     fn place_of(&self, at: &[String]) -> Place {
+        if at.is_empty() {
+            return self.document.locate(at);
+        }
         if let Some(one) = self.overrides.iter().rev().find(|one| one.path.starts_with(at) || at.starts_with(&one.path))
         {
             return one.place();
@@ -398,11 +384,21 @@ impl Study {
     }
 }
 
-fn sorted(problems: Vec<Problem>) -> StudyError {
-    match StudyError::from_problems(problems) {
-        Err(error) => error,
-        Ok(()) => StudyError::Invalid { problems: Vec::new() },
+/// Holds the document to its shape and returns its values, overrides applied.
+fn check_keys(document: &Document, shape: &Shape, overrides: &[Override]) -> Result<toml::Table, StudyError> {
+    let mut tree = document.root.table();
+    let driven = overrides::driven_paths(&tree);
+    let provided = |at: &[String]| {
+        // A value inside a missing table provides the table too.
+        let set = overrides.iter().map(|one| &one.path);
+        driven.iter().chain(set).any(|path| path.starts_with(at))
+    };
+    StudyError::from_problems(keys::check(document, shape, &provided))?;
+    for one in overrides {
+        path::set(&mut tree, &one.path, one.value.clone())
+            .map_err(|message| StudyError::one(Problem::new(one.place(), path::join(&one.path), message)))?;
     }
+    Ok(tree)
 }
 
 /// Reads a tree of values; the error is the key's path and the message.

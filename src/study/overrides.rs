@@ -40,7 +40,7 @@ impl Override {
 
     /// Whether it concerns the rows' scenes rather than what all rows share.
     pub fn reaches_rows(&self) -> bool {
-        !matches!(self.path.first().map(String::as_str), Some("title" | "structure" | "design"))
+        !self.path.first().is_some_and(|first| super::SHARED_KEYS.contains(&first.as_str()))
     }
 }
 

@@ -23,7 +23,9 @@ pub(super) fn split(path: &str) -> Result<Vec<String>, String> {
         rest = match tail.strip_prefix('.') {
             Some(more) => more,
             None if tail.is_empty() => return Ok(segments),
-            None => return Err(format!("the path `{path}` needs a dot after the quoted `{segment}`")),
+            None => {
+                return Err(format!("the path `{path}` needs a dot after the quoted `{segment}`"));
+            }
         };
     }
 }

@@ -364,3 +364,104 @@ fn gas(environment: &Environment) -> Gas {
         ambient_pressure_pa: environment.ambient_pressure_pa,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hammer::HammerParameters;
+    use crate::scene::{Mount, OutputSettings, SolverSettings};
+    use crate::workpiece::{Casting, Fixture, Inertia};
+
+    /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
+    fn scene() -> (Scene, InterfaceModes) {
+        let fixture = |at_m| Fixture {
+            name: "f".into(),
+            point: "T".into(),
+            at_m,
+            stiffness_n_per_m: 3e7,
+            damping_n_s_per_m: 4000.0,
+        };
+        let casting = Casting {
+            name: "part".into(),
+            mass_kg: 2.0,
+            inertia: Some(Inertia { x_kg_m2: 0.01, y_kg_m2: 0.02 }),
+            centre_m: [0.0; 2],
+            size_m: None,
+            measuring_point_m: Some([0.05, -0.02]),
+            fixtures: [[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]].map(fixture).to_vec(),
+        };
+        let unit = HammerUnit {
+            name: "left".into(),
+            parameters: HammerParameters::default(),
+            supply_pressure_pa: 6e5,
+            start_time_s: 0.002,
+            gate_delay_s: 0.02,
+            standoff_m: 0.085,
+            mount: Mount { points: vec![("R".into(), 1.0)] },
+            casting: 0,
+            strike_point_m: [0.03, 0.07],
+        };
+        let solver = SolverSettings { tolerance: 1e-5, guide: Guide::Spring, max_steps: 10, max_wall_time_s: 1.0 };
+        let scene = Scene {
+            environment: Environment::default(),
+            hammers: vec![unit],
+            castings: vec![casting],
+            duration_s: 0.1,
+            solver,
+            outputs: OutputSettings::default(),
+        };
+        let modes = InterfaceModes {
+            omega_rad_s: vec![100.0, 200.0, 300.0],
+            damping_ratio: vec![0.02; 3],
+            mounts: vec![vec![0.1, 0.2, 0.0]],
+            fixtures: vec![vec![vec![0.3, -0.1, 1e-13]; 4]],
+        };
+        (scene, modes)
+    }
+
+    /// A casting's point moves by `z + y tx - x ty`: at the strike point, the fixtures and the measuring point.
+    #[test]
+    fn points_of_a_casting_that_rotates() {
+        let (scene, modes) = scene();
+        let model = build(&scene, &modes).unwrap();
+        assert_eq!(model.layout().bodies, body::COUNT + 3);
+        let heave = model.castings()[0].heave;
+        let strike: Vec<_> = model.elements().row(model.elements().contact_row(model.hammers()[0].strike)).collect();
+        let chisel = model.hammers()[0].points[body::CHISEL];
+        assert_eq!(strike, [(chisel, 1.0), (heave, -1.0), (heave + 1, -0.07), (heave + 2, 0.03)]);
+        assert_eq!(model.castings()[0].measuring_point, [(heave, 1.0), (heave + 1, -0.02), (heave + 2, -0.05)]);
+        // Row 0 is the guide's spring; the first fixture follows.
+        let fixture: Vec<_> = model.elements().row(1).collect();
+        let node = model.layout().bodies + 1;
+        assert_eq!(fixture, [(heave, 1.0), (heave + 1, -0.1), (heave + 2, 0.1), (node, -1.0)]);
+        assert_eq!(model.body_mass[heave..], [2.0, 0.01, 0.02]);
+    }
+
+    /// Modes that move no point of the scene are left out.
+    #[test]
+    fn modes_that_are_not_excited() {
+        let (scene, modes) = scene();
+        let model = build(&scene, &modes).unwrap();
+        assert_eq!(model.layout().modes, 2);
+        assert_eq!(model.omega_squared.as_slice(), [1e4, 4e4]);
+        assert!(model.scales.iter().all(|scale| scale.is_finite() && *scale > 0.0));
+    }
+
+    /// What does not fit is an error that says what.
+    #[test]
+    fn scenes_that_cannot_be_built() {
+        let (scene, modes) = scene();
+        let fails = |change: &dyn Fn(&mut Scene, &mut InterfaceModes)| {
+            let (mut scene, mut modes) = (scene.clone(), modes.clone());
+            change(&mut scene, &mut modes);
+            build(&scene, &modes).map(|_| ()).unwrap_err().to_string()
+        };
+        assert!(fails(&|scene, _| scene.hammers[0].casting = 3).contains("casting number 3, but the scene has 1"));
+        assert!(fails(&|_, modes| modes.mounts.clear()).contains("0 mounts"));
+        assert!(fails(&|_, modes| modes.fixtures[0].truncate(2)).contains("2 fixtures"));
+        assert!(fails(&|_, modes| modes.fixtures.clear()).contains("0 castings"));
+        assert!(fails(&|_, modes| modes.damping_ratio.push(0.0)).contains("4 damping ratios"));
+        assert!(fails(&|_, modes| modes.mounts[0].truncate(1)).contains("1 modes"));
+        assert!(fails(&|scene, _| scene.castings[0].inertia = None).contains("inertia"));
+    }
+}

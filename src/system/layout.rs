@@ -98,3 +98,33 @@ impl Layout {
         self.dissipated() + 1
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every component of the state has exactly one meaning.
+    #[test]
+    fn the_layout_is_a_partition() {
+        for (modes, hammers, castings) in [(0, 0, 1), (0, 1, 1), (12, 3, 4)] {
+            let layout = Layout { modes, bodies: 4 * hammers + castings, hammers };
+            let mut uses = vec![0; layout.dimension()];
+            layout.modal().chain(layout.modal_velocity()).for_each(|at| uses[at] += 1);
+            for body in 0..layout.bodies {
+                uses[layout.position(body)] += 1;
+                uses[layout.velocity(body)] += 1;
+            }
+            for hammer in 0..hammers {
+                layout.pressures(hammer).for_each(|at| uses[at] += 1);
+                use HammerQuadrature::{Air, ArmVelocitySquared, Impulse, Work};
+                for quantity in [Work, Impulse, Air, ArmVelocitySquared] {
+                    uses[layout.quadrature(hammer, quantity)] += 1;
+                }
+            }
+            uses[layout.work_in()] += 1;
+            uses[layout.dissipated()] += 1;
+            assert!(uses.iter().all(|count| *count == 1), "{uses:?}");
+            assert_eq!(layout.states(), layout.quadrature(0, HammerQuadrature::Work));
+        }
+    }
+}

@@ -199,3 +199,28 @@ impl CoupledModel {
         energy
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The low-rank update gives what the full matrix gives: `(I + sum m phi phi')^-1 a`.
+    #[test]
+    fn analytic_low_rank_update() {
+        let phi = DMatrix::from_fn(5, 4, |i, j| ((3 * i + 7 * j) as f64 * 0.37).sin());
+        let (mounts, mass) = (vec![0, 2, 3], vec![1.0, 0.3, 40.0]);
+        let mut full = DMatrix::identity(5, 5);
+        for (&mount, mass) in mounts.iter().zip(&mass) {
+            full += *mass * phi.column(mount) * phi.column(mount).transpose();
+        }
+        let tied = TiedGuides::new(&phi, mounts.clone(), mass).unwrap();
+        let load = DVector::from_fn(5, |i, _| 1.0 - 0.7 * i as f64);
+        let expected = full.lu().solve(&load).unwrap();
+        let columns = phi.select_columns(&mounts);
+        let found = &load - &columns * (&tied.update * columns.tr_mul(&load));
+        assert!((found - expected).amax() < 1e-13);
+        // A mount that no mode moves is still positive definite; a negative mass is not.
+        assert!(TiedGuides::new(&DMatrix::zeros(2, 1), vec![0], vec![1.0]).is_some());
+        assert!(TiedGuides::new(&DMatrix::zeros(2, 1), vec![0], vec![-1.0]).is_none());
+    }
+}

@@ -1,0 +1,77 @@
+//! Nothing is allocated in the step loop: the number of allocations does not grow with the simulated time.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System as Heap};
+use std::cell::Cell;
+
+use common::harness::settings;
+use common::scenes::rig;
+use decore::integrate::{Integrator, Stopped};
+use decore::metrics::Recorder;
+use decore::system::{Coupled, build};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The system's allocator with a counter per thread (the test runner has threads of its own).
+struct Counting;
+
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // A thread that is being torn down has no counter any more.
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        unsafe { Heap.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { Heap.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        unsafe { Heap.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn counted<T>(work: impl FnOnce() -> T) -> (T, u64) {
+    let before = ALLOCATIONS.with(Cell::get);
+    let result = work();
+    (result, ALLOCATIONS.with(Cell::get) - before)
+}
+
+/// The counter counts.
+#[test]
+fn the_counter_sees_an_allocation() {
+    let (kept, count) = counted(|| vec![1.0; 10]);
+    assert_eq!((kept.len(), count), (10, 1));
+}
+
+/// Two whole hammers through 0.3 s: first impacts, percussion, some thousand contacts. None but the growth of the list of
+/// blows, which a step knows nothing of.
+#[test]
+fn a_step_allocates_nothing() {
+    let (scene, modes) = rig(2);
+    let model = build(&scene, &modes).expect("sound");
+    let mut system = Coupled::new(&model);
+    let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings(1e-5, 1e-3));
+    let (stopped, count) = counted(|| integrator.run(&mut system, &mut (), 0.3));
+    assert_eq!(stopped, Stopped::AtEnd);
+    println!("{} steps, {} events, {count} allocations", integrator.counters().steps, integrator.counters().events);
+    assert!(integrator.counters().events > 100);
+    assert_eq!(count, 0);
+    let mut system = Coupled::new(&model);
+    let mut recorder = Recorder::new(&model, &scene.outputs);
+    let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings(1e-5, 1e-3));
+    let (stopped, count) = counted(|| integrator.run(&mut system, &mut recorder, 0.3));
+    assert_eq!(stopped, Stopped::AtEnd);
+    let blows = recorder.finish(&system, integrator.time(), integrator.state()).blows.len();
+    println!("{blows} blows, {count} allocations");
+    // A list of n entries doubles log2(n) times.
+    assert!(blows > 4);
+    assert!(count <= u64::from(blows.ilog2()) + 1, "{count} allocations for {blows} blows");
+}

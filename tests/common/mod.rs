@@ -1,0 +1,14 @@
+//! Named reference problems and what the tests share. Every problem is a value that any test can reuse.
+//!
+//! - `harness`: piecewise smooth problems as an integrator sees them, logs of a run, observed orders
+//! - `smooth`: problems with a known smooth solution
+//! - `impact`: problems with an impact law
+//! - `scenes`: scenes for the coupled system, from a bare bench of rigid bodies to a whole rig
+
+// Every test binary uses a part of this.
+#![allow(dead_code)]
+
+pub mod harness;
+pub mod impact;
+pub mod scenes;
+pub mod smooth;
