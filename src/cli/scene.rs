@@ -123,7 +123,7 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
             section(&mut text, &format!("casting {name}"), CastingMetrics::QUANTITIES, casting);
         }
         blows(&mut text, study.hammer_names().as_slice(), metrics);
-        let _ = writeln!(text, "\nenergy_residual {:.2e}", metrics.energy_residual);
+        let _ = writeln!(text, "\nenergy residual {:.2e}", metrics.energy_residual);
     }
     if outcome.states == 0 {
         return text;
