@@ -96,7 +96,8 @@ fn main() {
     let median = |index: usize| times[index][REPEATS / 2];
     for (index, case) in CASES.iter().enumerate() {
         let Some(RowOutcome { metrics: Some(metrics), modes, counters, .. }) = &outcomes[index] else { continue };
-        let errors = figures(metrics).into_iter().zip(figures(&exact)).map(|(a, b)| format!("{:.0e}", (a / b - 1.0).abs()));
+        let errors =
+            figures(metrics).into_iter().zip(figures(&exact)).map(|(a, b)| format!("{:.0e}", (a / b - 1.0).abs()));
         let _ = writeln!(
             text,
             "| {} | {modes} | {:.2} | {} | {} | {} | {:.0e} |",
