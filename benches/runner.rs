@@ -48,7 +48,7 @@ fn main() {
 /// Time in which DuckDB opens all parts, counts the rows and averages an output; `None` without DuckDB.
 fn open_with_duckdb(folder: &Path) -> Option<f64> {
     const SCRIPT: &str = "import duckdb, sys, time; begin = time.time(); \
-        print(duckdb.sql(f\"select count(*), avg(total_delivered_work_j) from '{sys.argv[1]}/runs/*.parquet'\").fetchone(), \
+        print(duckdb.sql(f\"select count(*), avg(total_delivered_work_j) from '{sys.argv[1]}/runs/*.parquet'\").fetchall(), \
         file=sys.stderr); print(time.time() - begin)";
     let output = Command::new("python3").args(["-c", SCRIPT]).arg(folder).output().ok()?;
     if !output.status.success() {

@@ -114,7 +114,10 @@ impl Slurm {
         let requeued = self.command("scontrol").args(["requeue", task]).status();
         assert!(requeued.expect("scontrol runs").success());
         wait_for("the task to be queued again", || {
-            self.queue().lines().any(|line| line.starts_with(&format!("{task} ")) && line.contains("BeginTime")).then_some(())
+            self.queue()
+                .lines()
+                .any(|line| line.starts_with(&format!("{task} ")) && line.contains("BeginTime"))
+                .then_some(())
         });
         let released = self.command("scontrol").args(["update", &format!("JobId={task}"), "StartTime=now"]).status();
         assert!(released.expect("scontrol runs").success());
@@ -189,9 +192,15 @@ fn hyperqueue_with_a_killed_task_gives_the_same_bytes() {
     expect_code(cluster("hyperqueue", &merged, "5"), 0);
     let folder = merged.with_file_name("merged.cluster");
     let mut script = Command::new(python);
-    script.arg(folder.join("hyperqueue.py")).arg("--local").current_dir(scratch.path());
-    let child = script.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("Python starts");
-    let third = wait_for("rows of task 3", || working_process(&shard(&merged, 3)));
+    script.arg(folder.join("sweep_on_hyperqueue.py")).arg("--local").current_dir(scratch.path());
+    let mut child = script.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("Python starts");
+    let third = wait_for("rows of task 3, or the script's end", || {
+        let ended = child.try_wait().expect("known").is_some();
+        working_process(&shard(&merged, 3)).map(Some).or(ended.then_some(None))
+    });
+    let Some(third) = third else {
+        panic!("{}", errors(&child.wait_with_output().expect("ended")));
+    };
     signal("KILL", third);
     let ended = child.wait_with_output().expect("ended");
     assert!(ended.status.success(), "{}", errors(&ended));

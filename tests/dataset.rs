@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use dataset_support::{ROWS, dataset, info, outcome, record, write};
 use decore::dataset::{
-    Cell, Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, FactorValue, RowRecord, RowSpan, TableName,
-    merge, rows_per_part,
+    Cell, Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, FactorValue, RowRecord, RowSpan,
+    TableName, merge, rows_per_part,
 };
 use tempfile::TempDir;
 
@@ -261,7 +261,8 @@ fn records_that_do_not_fit_are_refused() {
     let scratch = TempDir::new().expect("scratch folder");
     let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
     let good = || record(5, outcome(5));
-    let refusal = |writer: &mut DatasetWriter, record: RowRecord| writer.write(&record).expect_err("refused").to_string();
+    let refusal =
+        |writer: &mut DatasetWriter, record: RowRecord| writer.write(&record).expect_err("refused").to_string();
 
     let mut few_factors = good();
     few_factors.factors.pop();

@@ -22,7 +22,8 @@ fn start(mut command: Command) -> Child {
 
 /// Numbers that look random, from a linear congruential generator.
 fn moments(seed: u64) -> impl Iterator<Item = u64> {
-    let next = |state: &u64| Some(state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407));
+    let next =
+        |state: &u64| Some(state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407));
     std::iter::successors(Some(seed), next).skip(1).map(|state| state >> 33)
 }
 
@@ -37,13 +38,13 @@ fn rows_done(folder: &Path) -> u64 {
 fn fifty_kills_leave_no_trace() {
     let scratch = TempDir::new().expect("scratch folder");
     let (undisturbed, killed) = (scratch.path().join("undisturbed"), scratch.path().join("killed"));
-    let rows = 6000;
+    let rows = 12_000;
     expect_code(sweep(&undisturbed, rows, 0.0), ROWS_FAILED);
     let mut done = 0;
     let mut kills_within = 0;
     for moment in moments(4).take(50) {
-        let mut child = start(sweep(&killed, rows, 1.0));
-        sleep(Duration::from_millis(5 + moment % 120));
+        let mut child = start(sweep(&killed, rows, 2.0));
+        sleep(Duration::from_millis(5 + moment % 250));
         child.kill().expect("killed");
         let ended = child.wait().expect("ended");
         assert_eq!(ended.code(), None, "the sweep must be too long to end by itself");

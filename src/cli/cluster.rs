@@ -17,7 +17,7 @@ use super::text::say;
 /// Runs one shard, again if it was killed.
 const TASK_SCRIPT: &str = include_str!("task.sh");
 /// Submits the shards and the merge to HyperQueue.
-const HYPERQUEUE_SCRIPT: &str = include_str!("hyperqueue.py");
+const HYPERQUEUE_SCRIPT: &str = include_str!("sweep_on_hyperqueue.py");
 
 #[derive(Debug, Args)]
 pub(super) struct ClusterArguments {
@@ -115,7 +115,7 @@ pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
 
 pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failure> {
     let plan = write_scripts(&arguments.cluster)?;
-    let path = plan.folder.join("hyperqueue.py");
+    let path = plan.folder.join("sweep_on_hyperqueue.py");
     // JSON strings are Python strings.
     let text = |path: &Path| serde_json::Value::from(path.to_string_lossy()).to_string();
     let script = HYPERQUEUE_SCRIPT

@@ -116,6 +116,12 @@ impl Manifest {
         self.runs.iter().map(|part| part.failed).sum()
     }
 
+    /// Whether a row is there.
+    pub fn has(&self, row: u64) -> bool {
+        let before = self.done.partition_point(|span| span.first <= row);
+        before.checked_sub(1).and_then(|index| self.done.get(index)).is_some_and(|span| row < span.end)
+    }
+
     /// The block of rows that begins at `first_row`.
     pub fn block(&self, first_row: u64) -> RowSpan {
         RowSpan { first: first_row, end: first_row.saturating_add(self.study.rows_per_part) }

@@ -125,11 +125,10 @@ impl SweepStatus {
             status.state = SweepState::Running;
             return Ok(status);
         }
-        let (rows, failed) = journal::count(dataset)?;
-        // A block in the journal may have a part too; then the journal's rows are counted already.
+        // Rows of a block that has a part may be in the journal too.
+        let (rows, failed) = journal::count(dataset, &|row| !manifest.has(row))?;
         if rows > 0 || status.state == SweepState::Running {
-            let most = manifest.range.len();
-            status.rows_done = (manifest.rows_done + rows).min(most);
+            status.rows_done = manifest.rows_done + rows;
             status.rows_failed = manifest.rows_failed() + failed;
         }
         if status.state == SweepState::Running {
