@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use dataset_support::{ROWS, dataset, info, outcome, record, write};
 use decore::dataset::{
-    Cell, Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, FactorValue, RowSpan, TableName,
-    rows_per_part,
+    Cell, Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, FactorValue, RowRecord, RowSpan,
+    TableName, merge, rows_per_part,
 };
 use tempfile::TempDir;
 
@@ -223,14 +223,14 @@ fn a_writer_that_is_dropped_leaves_whole_parts_only() {
     let folder = scratch.path().join("sweep");
     let mut writer = DatasetWriter::create(&folder, &info(), Existing::Refuse).expect("created");
     for row in 0..100 {
-        writer.write(record(row, outcome(row))).expect("taken");
+        writer.write(&record(row, outcome(row))).expect("taken");
     }
-    // While it grows, readers see the first part.
-    let growing = DatasetReader::open(&folder).expect("opened");
-    assert_eq!(growing.manifest().done, [RowSpan { first: 0, end: 64 }]);
     drop(writer);
+    let reader = DatasetReader::open(&folder).expect("opened");
+    assert_eq!(reader.manifest().done, [RowSpan { first: 0, end: 64 }]);
     let names: Vec<PathBuf> = files(&folder).into_keys().collect();
     let expected = [
+        ".journal/000000000064.rows",
         "blows/blows-000000000000.parquet",
         "manifest.json",
         "runs/runs-000000000000.parquet",
@@ -246,7 +246,7 @@ fn rows_left_out_are_gaps_in_the_manifest() {
     let scratch = TempDir::new().expect("scratch folder");
     let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
     for row in [1, 2, 70, 149] {
-        writer.write(record(row, outcome(row))).expect("taken");
+        writer.write(&record(row, outcome(row))).expect("taken");
     }
     let manifest = writer.finish().expect("finished");
     let spans: Vec<(u64, u64)> = manifest.done.iter().map(|span| (span.first, span.end)).collect();
@@ -261,7 +261,8 @@ fn records_that_do_not_fit_are_refused() {
     let scratch = TempDir::new().expect("scratch folder");
     let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
     let good = || record(5, outcome(5));
-    let refusal = |writer: &mut DatasetWriter, record| writer.write(record).expect_err("refused").to_string();
+    let refusal =
+        |writer: &mut DatasetWriter, record: RowRecord| writer.write(&record).expect_err("refused").to_string();
 
     let mut few_factors = good();
     few_factors.factors.pop();
@@ -276,9 +277,9 @@ fn records_that_do_not_fit_are_refused() {
     hammers.outcome.metrics.as_mut().expect("done").hammers.pop();
     assert!(refusal(&mut writer, hammers).contains("number of hammers: found 1, expected 2"));
 
-    writer.write(good()).expect("taken");
+    writer.write(&good()).expect("taken");
     let text = refusal(&mut writer, good());
-    assert!(text.contains("row 5 came out of order") && text.contains("from 6"), "{text}");
+    assert!(text.contains("row 5 cannot be taken") && text.contains("from 0"), "{text}");
     assert!(refusal(&mut writer, record(150, outcome(150))).contains("not including, 150"));
     assert_eq!(writer.finish().expect("finished").rows_done, 1);
 }
@@ -294,7 +295,7 @@ fn no_rows_per_part_is_an_error() {
 #[test]
 fn parts_have_a_size_that_depends_on_the_design_only() {
     let sizes = [0, 1, 16_384, 100_000, 1_000_000, u64::MAX].map(rows_per_part);
-    assert_eq!(sizes, [64, 64, 64, 512, 1024, 1024]);
+    assert_eq!(sizes, [64, 64, 64, 512, 4096, 4096]);
 }
 
 #[test]
@@ -320,8 +321,8 @@ fn folders_without_dataset_and_bad_manifests_are_explained() {
     let open = || DatasetReader::open(scratch.path()).expect_err("refused");
     assert!(matches!(open(), DatasetError::Missing { .. }));
     fs::write(scratch.path().join("manifest.json"), "{\n  \"format_version\": 99 }").expect("written");
-    assert!(open().to_string().contains("`format_version` is 99, expected 1"), "{}", open());
-    fs::write(scratch.path().join("manifest.json"), "{\n  \"format_version\": 1,\n").expect("written");
+    assert!(open().to_string().contains("`format_version` is 99, expected 2"), "{}", open());
+    fs::write(scratch.path().join("manifest.json"), "{\n  \"format_version\": 2,\n").expect("written");
     assert!(open().to_string().contains("manifest.json, line 3"), "{}", open());
 }
 
@@ -331,4 +332,158 @@ fn an_unknown_column_gets_a_suggestion() {
     let reader = DatasetReader::open(&folder).expect("opened");
     let error = reader.visit(TableName::Runs, &["left_hit_frequenzy_hz"], |_| {}).expect_err("unknown");
     assert!(error.to_string().contains("did you mean `left_hit_frequency_hz`?"), "{error}");
+}
+
+/// Everything but what depends on the machine.
+fn contract(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = files(folder);
+    found.retain(|name, _| !name.starts_with("timings") && name != Path::new("timings.json"));
+    found
+}
+
+#[test]
+fn what_a_dropped_writer_had_is_continued_with_the_same_bytes() {
+    let (_scratch, undisturbed) = dataset();
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    // Stopped within a part, cleanly, within the next part, not cleanly, and in between.
+    for (stop, finish) in [(20, true), (40, false), (64, true), (100, false), (ROWS, true)] {
+        let mut writer = DatasetWriter::create(&folder, &info(), Existing::Resume).expect("opened");
+        let left = writer.rows_left();
+        for row in left.iter().flat_map(|span| span.first..span.end).take_while(|row| *row < stop) {
+            writer.write(&record(row, outcome(row))).expect("taken");
+        }
+        assert_eq!(writer.rows_left().first().map_or(ROWS, |span| span.first), stop);
+        if finish {
+            assert_eq!(writer.finish().expect("finished").rows_done, stop);
+        }
+    }
+    assert_eq!(contract(&folder), contract(&undisturbed));
+}
+
+#[test]
+fn rows_in_any_order_give_the_same_bytes() {
+    let (_scratch, ordered) = dataset();
+    let scratch = TempDir::new().expect("scratch folder");
+    let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
+    for step in 0..ROWS {
+        let row = step * 77 % ROWS;
+        writer.write(&record(row, outcome(row))).expect("taken");
+    }
+    assert!(writer.finish().expect("finished").complete);
+    assert_eq!(contract(scratch.path()), contract(&ordered));
+}
+
+#[test]
+fn damaged_parts_are_taken_away_and_their_rows_asked_for() {
+    let (_scratch, folder) = dataset();
+    let whole = contract(&folder);
+    let cut = folder.join("runs/runs-000000000064.parquet");
+    let bytes = fs::read(&cut).expect("part");
+    fs::write(&cut, &bytes[..bytes.len() / 2]).expect("cut short");
+    let mut writer = DatasetWriter::create(&folder, &info(), Existing::Resume).expect("opened");
+    assert!(writer.damaged()[0].to_string().contains("runs-000000000064.parquet"), "{:?}", writer.damaged());
+    assert_eq!(writer.rows_left(), [RowSpan { first: 64, end: 128 }]);
+    assert!(!cut.exists(), "no reader may trip over it");
+    for row in 64..128 {
+        writer.write(&record(row, outcome(row))).expect("taken");
+    }
+    writer.finish().expect("finished");
+    assert_eq!(contract(&folder), whole);
+}
+
+#[test]
+fn another_study_is_refused_with_what_changed() {
+    let (_scratch, folder) = dataset();
+    let before = files(&folder);
+    let mut changed = DatasetInfo { study_hash: "1".to_owned(), ..info() };
+    changed.study_text = changed.study_text.replace("name = \"synthetic\"", "name = \"other\"");
+    let error = DatasetWriter::create(&folder, &changed, Existing::Resume).err().expect("refused");
+    assert!(matches!(error, DatasetError::Changed { .. }), "{error}");
+    assert!(error.to_string().contains("study.name: \"synthetic\" -> \"other\""), "{error}");
+    assert_eq!(files(&folder), before);
+    // Comments are no change, and the first text stays.
+    let retold = DatasetInfo { study_text: "# more\n".to_owned(), ..info() };
+    DatasetWriter::create(&folder, &retold, Existing::Resume).expect("opened").finish().expect("finished");
+    assert_eq!(files(&folder), before);
+}
+
+#[test]
+fn a_dataset_has_one_writer_at_a_time() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let writer = DatasetWriter::create(scratch.path(), &info(), Existing::Resume).expect("opened");
+    for existing in [Existing::Resume, Existing::Replace] {
+        let error = DatasetWriter::create(scratch.path(), &info(), existing).err().expect("refused");
+        assert!(matches!(error, DatasetError::InUse { .. }), "{error}");
+        assert!(error.to_string().contains(&std::process::id().to_string()), "{error}");
+    }
+    drop(writer);
+    DatasetWriter::create(scratch.path(), &info(), Existing::Resume).expect("free again");
+}
+
+/// The shards of the synthetic dataset with the given bounds.
+fn shards(folder: &Path, bounds: &[u64]) -> Vec<PathBuf> {
+    let write = |bounds: &[u64]| {
+        let folder = folder.join(format!("shard-{}", bounds[0]));
+        let range = RowSpan { first: bounds[0], end: bounds[1] };
+        let mut writer = DatasetWriter::open(&folder, &info(), range, Existing::Refuse).expect("created");
+        for row in range.first..range.end {
+            writer.write(&record(row, outcome(row))).expect("taken");
+        }
+        assert!(writer.finish().expect("finished").complete);
+        folder
+    };
+    bounds.windows(2).map(write).collect()
+}
+
+#[test]
+fn merged_shards_are_the_whole() {
+    let (_scratch, whole) = dataset();
+    let scratch = TempDir::new().expect("scratch folder");
+    let bounds = [0, 21, 42, 64, 64, 107, 128, ROWS];
+    // The empty shard shares its folder's name with the next one.
+    let folders = shards(scratch.path(), &[0, 21, 42, 64, 107, 128, ROWS]);
+    assert_eq!(folders.len() + 1, bounds.len() - 1);
+    let merged = scratch.path().join("merged");
+    let reversed: Vec<PathBuf> = folders.iter().rev().cloned().collect();
+    assert!(merge(&reversed, &merged, Existing::Refuse).expect("merged").complete);
+    assert_eq!(contract(&merged), contract(&whole));
+    // Again: nothing to do.
+    merge(&folders, &merged, Existing::Resume).expect("merged");
+    assert_eq!(contract(&merged), contract(&whole));
+}
+
+#[test]
+fn shards_that_make_no_whole_are_refused() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folders = shards(scratch.path(), &[0, 50, 100, ROWS]);
+    let refusal = |folders: &[PathBuf]| {
+        let output = scratch.path().join("merged");
+        let error = merge(folders, &output, Existing::Refuse).expect_err("refused").to_string();
+        assert!(!output.exists());
+        error
+    };
+    let [first, second, third] = [0, 1, 2].map(|index| folders[index].clone());
+    let text = refusal(&[first.clone(), third.clone()]);
+    assert!(text.contains("no shard has rows 50 to 99"), "{text}");
+    let text = refusal(&[first.clone(), second.clone()]);
+    assert!(text.contains("no shard has rows 100 to 149"), "{text}");
+    let text = refusal(&[first.clone(), second.clone(), second.clone(), third.clone()]);
+    assert!(text.contains("rows 50 to 99 of") && text.contains("another shard"), "{text}");
+    let incomplete = scratch.path().join("incomplete");
+    let range = RowSpan { first: 50, end: 100 };
+    let mut writer = DatasetWriter::open(&incomplete, &info(), range, Existing::Refuse).expect("created");
+    (50..80).for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
+    writer.finish().expect("finished");
+    let text = refusal(&[first.clone(), incomplete, third.clone()]);
+    assert!(text.contains("lacks rows 80 to 99"), "{text}");
+    let part = second.join("blows/blows-000000000000.parquet");
+    fs::write(&part, "cut").expect("damaged");
+    let text = refusal(&[first.clone(), second, third.clone()]);
+    assert!(text.contains("blows-000000000000.parquet"), "{text}");
+    let other = scratch.path().join("other");
+    let info = DatasetInfo { study_hash: "1".to_owned(), seed: 3, ..info() };
+    DatasetWriter::open(&other, &info, range, Existing::Refuse).expect("created").finish().expect("finished");
+    let text = refusal(&[first, other, third]);
+    assert!(text.contains("not of one study") && text.contains("seed"), "{text}");
 }

@@ -18,8 +18,12 @@ pub enum Exit {
     NotWritten = 3,
     /// Finished, but some rows are not done.
     RowsFailed = 4,
-    /// Interrupted.
+    /// Interrupted; the same command goes on.
     Interrupted = 5,
+    /// Stopped because more rows failed than were allowed.
+    TooManyFailed = 6,
+    /// Another process writes to the dataset.
+    InUse = 7,
 }
 
 impl From<Exit> for ExitCode {
@@ -50,6 +54,7 @@ impl Failure {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Study(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
+            Self::Dataset(DatasetError::InUse { .. }) => Exit::InUse,
             Self::Dataset(error) if error.is_usage() => Exit::BadInput,
             Self::Batch(BatchError::Threads { .. }) => Exit::BadInput,
             Self::Dataset(_) | Self::Batch(BatchError::Sink { .. }) | Self::Write { .. } => Exit::NotWritten,

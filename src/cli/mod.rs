@@ -1,11 +1,18 @@
 //! The command line: one file per command.
 
 mod check;
+mod cluster;
 mod exit;
 mod init;
+mod inputs;
+mod merge;
+mod monitor;
 mod prepare;
+mod rows;
 mod run;
 mod scene;
+mod shard;
+mod status;
 mod text;
 
 use std::process::ExitCode;
@@ -20,7 +27,9 @@ const EXIT_CODES: &str = "Exit codes:
   2  the command line, the study or the machine is wrong; nothing was run or written
   3  results could not be written; what is on disk is whole
   4  finished, but some rows are not done (invalid, diverged, budget exhausted); the table says why
-  5  interrupted; the rows that had started are finished and written";
+  5  interrupted; the rows that had started are finished and written: the same command goes on
+  6  more rows failed than --max-failed allows; what is done is written
+  7  another decore writes to the dataset";
 
 /// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
 #[derive(Debug, Parser)]
@@ -38,6 +47,14 @@ enum Command {
     Check(check::CheckArguments),
     /// Simulate one row of a study and print all its outputs.
     Scene(scene::SceneArguments),
+    /// Tell how far sweeps are or how they ended.
+    Status(status::StatusArguments),
+    /// Make one dataset of the shards of a sweep.
+    Merge(merge::MergeArguments),
+    /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
+    Slurm(cluster::SlurmArguments),
+    /// Write a Python script that runs a sweep and its merge on HyperQueue.
+    Hyperqueue(cluster::HyperQueueArguments),
     /// Write a commented study to start from.
     Init(init::InitArguments),
 }
@@ -48,6 +65,10 @@ pub fn run() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Scene(arguments) => scene::scene(&arguments),
+        Command::Status(arguments) => status::status(&arguments),
+        Command::Merge(arguments) => merge::merge(&arguments),
+        Command::Slurm(arguments) => cluster::slurm(&arguments),
+        Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),
         Command::Init(arguments) => init::init(&arguments),
     };
     match result {

@@ -1,10 +1,12 @@
 //! What every command needs first: the study, checked against its machine, and the machine, reduced.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::exit::Failure;
+use super::inputs::input_hashes;
 use crate::dataset::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
-use crate::run::{Machine, RowOutcome, SourceModel, run_row};
+use crate::run::{DEFAULT_RETRIES, Machine, RowOutcome, SourceModel, run_row_with_retries};
 use crate::scene::Scene;
 use crate::study::{self, PointTable, Study};
 use crate::system::InterfaceModes;
@@ -14,19 +16,26 @@ pub(super) struct Prepared {
     pub study: Study,
     pub points: PointTable,
     pub machine: Machine,
+    /// Times a row that diverges is run again.
+    pub retries: u32,
+    inputs: BTreeMap<String, String>,
+}
+
+/// Loads a study with the overrides `path=value`.
+pub(super) fn load(path: &Path, overrides: &[String]) -> Result<Study, Failure> {
+    let study = Study::load(path)?;
+    Ok(if overrides.is_empty() { study } else { study.with_overrides(overrides)? })
 }
 
 /// Loads a study with the overrides `path=value`, checks it, reads and reduces its machine.
 pub(super) fn prepare(path: &Path, overrides: &[String]) -> Result<Prepared, Failure> {
-    let mut study = Study::load(path)?;
-    if !overrides.is_empty() {
-        study = study.with_overrides(overrides)?;
-    }
+    let study = load(path, overrides)?;
+    let inputs = input_hashes(&study.structure().source)?;
     let model = SourceModel::read(study.structure())?;
     let points = model.points();
     study.check(&points)?;
     let machine = Machine::new(model, study.structure(), &study.interface_demand())?;
-    Ok(Prepared { study, points, machine })
+    Ok(Prepared { study, points, machine, retries: DEFAULT_RETRIES, inputs })
 }
 
 impl Prepared {
@@ -40,35 +49,47 @@ impl Prepared {
     /// Simulates a row. Pure: depends on the study and the row alone.
     pub fn run(&self, row: usize) -> RowOutcome {
         match self.scene(row) {
-            Ok((scene, modes)) => run_row(&scene, &modes),
+            Ok((scene, modes)) => run_row_with_retries(&scene, &modes, self.retries),
             Err(reason) => RowOutcome::invalid(reason),
         }
     }
 
     /// What the tables must know of the study.
     pub fn info(&self) -> DatasetInfo {
-        let study = &self.study;
-        let rows = study.row_count() as u64;
-        let names = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
-        DatasetInfo {
-            study_name: study.title().to_owned(),
-            study_text: study.text().to_owned(),
-            study_hash: study.hash().to_owned(),
-            seed: study.seed(),
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
-            rows,
-            rows_per_part: rows_per_part(rows),
-            factors: study.factors().iter().map(factor).collect(),
-            hammers: names(study.hammer_names()),
-            castings: names(study.casting_names()),
-        }
+        let settings = BTreeMap::from([("retries".to_owned(), self.retries.to_string())]);
+        dataset_info(&self.study, self.inputs.clone(), settings)
     }
+}
 
-    /// A row as the tables take it.
-    pub fn record(&self, row: u64, outcome: RowOutcome) -> RowRecord {
-        let factors = self.study.row_values(row as usize).into_iter().map(value).collect();
-        RowRecord { row, factors, outcome }
+/// What the tables must know of a study, the files it is computed from and the settings outside it.
+pub(super) fn dataset_info(
+    study: &Study,
+    inputs: BTreeMap<String, String>,
+    settings: BTreeMap<String, String>,
+) -> DatasetInfo {
+    let rows = study.row_count() as u64;
+    let names = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
+    DatasetInfo {
+        study_name: study.title().to_owned(),
+        study_text: study.text().to_owned(),
+        study_hash: study.hash().to_owned(),
+        overrides: study.overrides(),
+        inputs,
+        settings,
+        seed: study.seed(),
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        rows,
+        rows_per_part: rows_per_part(rows),
+        factors: study.factors().iter().map(factor).collect(),
+        hammers: names(study.hammer_names()),
+        castings: names(study.casting_names()),
     }
+}
+
+/// A row as the tables take it.
+pub(super) fn record(study: &Study, row: u64, outcome: RowOutcome) -> RowRecord {
+    let factors = study.row_values(row as usize).into_iter().map(value).collect();
+    RowRecord { row, factors, outcome }
 }
 
 fn factor(info: &study::FactorInfo) -> Factor {

@@ -11,7 +11,7 @@ use super::prepare::{Prepared, prepare};
 use super::text::{say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::metrics::{BlowKind, CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics, SignalRecorder};
-use crate::run::{RowOutcome, RowStatus, run_row, run_row_observed};
+use crate::run::{RowOutcome, RowStatus, run_row_observed, run_row_with_retries};
 use crate::study::FactorValue;
 
 #[derive(Debug, Args)]
@@ -63,7 +63,7 @@ fn simulate(prepared: &Prepared, arguments: &SceneArguments) -> Result<RowOutcom
         Err(reason) => return Ok(RowOutcome::invalid(reason)),
     };
     let Some(path) = &arguments.signals else {
-        return Ok(run_row(&scene, &modes));
+        return Ok(run_row_with_retries(&scene, &modes, prepared.retries));
     };
     let names = (prepared.study.hammer_names(), prepared.study.casting_names());
     let (outcome, recorder) = run_row_observed(&scene, &modes, |model| {

@@ -22,7 +22,7 @@ pub enum DatasetError {
     /// The folder already holds a dataset.
     #[error(
         "{} already holds a dataset: study `{study}`, {rows_done} of {rows} rows; \
-         choose another folder, or ask for it to be replaced",
+         choose another folder, or replace it (`run --replace`)",
         path.display()
     )]
     Exists {
@@ -34,6 +34,38 @@ pub enum DatasetError {
         rows_done: u64,
         /// Rows of its design.
         rows: u64,
+    },
+    /// The folder holds a dataset of another study.
+    #[error(
+        "{} holds {rows_done} of {rows} rows of another study, which nothing was added to; what changed:\n  {}\n\
+         undo the change to go on with it, choose another folder (`--output`), or replace it (`run --replace`)",
+        path.display(), differences.join("\n  ")
+    )]
+    Changed {
+        /// The dataset's folder.
+        path: PathBuf,
+        /// Rows that it holds.
+        rows_done: u64,
+        /// Rows of its design.
+        rows: u64,
+        /// What changed, a sentence each.
+        differences: Vec<String>,
+    },
+    /// Another process writes to the dataset.
+    #[error("{} is being written by another decore ({owner}); wait for it, or stop it first", path.display())]
+    InUse {
+        /// The dataset's folder.
+        path: PathBuf,
+        /// Who, as far as known.
+        owner: String,
+    },
+    /// Shards that do not make a whole.
+    #[error("failed to merge: {problem}; {advice}")]
+    Shards {
+        /// What is wrong, with the folders.
+        problem: String,
+        /// What to do.
+        advice: &'static str,
     },
     /// The folder holds something else.
     #[error(
@@ -114,18 +146,22 @@ pub enum DatasetError {
         /// What the dataset needs.
         expected: String,
     },
-    /// A row came twice, too late, or is not of the design.
+    /// A row came twice, or is not of the dataset.
     #[error(
-        "row {row} came out of order: expected a row from {expected_from} up to, not including, {expected_end}; write rows in ascending order, each once"
+        "row {row} cannot be taken: expected one from {expected_from} up to, not including, {expected_end} that is not \
+         there yet; write each row once"
     )]
-    RowOrder {
+    UnexpectedRow {
         /// The row.
         row: u64,
-        /// Least row that can come now.
+        /// First row that the dataset is to hold.
         expected_from: u64,
-        /// One past the last row of the design.
+        /// One past the last row.
         expected_end: u64,
     },
+    /// The thread that writes parts ended without saying why.
+    #[error("the thread that writes parts broke down (a defect of the program); run the command again to continue")]
+    WriterLost,
     /// The Parquet library refused a part.
     #[error("{}: {source}; if the file is damaged, write the dataset anew", path.display())]
     Parquet {
@@ -136,7 +172,7 @@ pub enum DatasetError {
         source: ParquetError,
     },
     /// A part is not the one that was written.
-    #[error("{}: {found}, expected {expected}; the file was changed or damaged: write the dataset anew", path.display())]
+    #[error("{}: {found}, expected {expected}; the file was changed or damaged: write the dataset anew, or run the sweep again to compute the part's rows again", path.display())]
     Damaged {
         /// The part.
         path: PathBuf,
@@ -182,6 +218,8 @@ impl DatasetError {
             self,
             Self::Exists { .. }
                 | Self::Occupied { .. }
+                | Self::Changed { .. }
+                | Self::Shards { .. }
                 | Self::Missing { .. }
                 | Self::DuplicateColumn { .. }
                 | Self::UnknownColumn { .. }

@@ -1,5 +1,7 @@
 //! What a dataset must know of its study, and what it takes for each row: plain data, no study types.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::run::RowOutcome;
@@ -59,8 +61,14 @@ pub struct DatasetInfo {
     pub study_name: String,
     /// The study file's text, as typed.
     pub study_text: String,
-    /// Hash that stands for the study and all files that it uses, in hexadecimal.
+    /// Hash that stands for the study's values and those of its hammer files, in hexadecimal.
     pub study_hash: String,
+    /// Values set over the study's, `path=value`.
+    pub overrides: Vec<String>,
+    /// BLAKE3 of the files that the rows depend on besides, by the key and name of the file.
+    pub inputs: BTreeMap<String, String>,
+    /// Settings outside the study that the rows' results depend on, by name.
+    pub settings: BTreeMap<String, String>,
     /// Seed of the design.
     pub seed: u64,
     /// Version of the program.
@@ -77,13 +85,35 @@ pub struct DatasetInfo {
     pub castings: Vec<String>,
 }
 
-/// Rows per part for a design of `rows` rows: about 256 parts, each a power of two from 64 to 1024 rows.
+#[cfg(test)]
+impl DatasetInfo {
+    /// A study without anything.
+    pub(super) fn empty() -> Self {
+        Self {
+            study_name: String::new(),
+            study_text: String::new(),
+            study_hash: String::new(),
+            overrides: Vec::new(),
+            inputs: BTreeMap::new(),
+            settings: BTreeMap::new(),
+            seed: 0,
+            program_version: String::new(),
+            rows: 0,
+            rows_per_part: 64,
+            factors: Vec::new(),
+            hammers: Vec::new(),
+            castings: Vec::new(),
+        }
+    }
+}
+
+/// Rows per part for a design of `rows` rows: about 256 parts, each a power of two from 64 to 4096 rows.
 ///
-/// Small parts let readers see results early and lose little when a sweep is killed; large ones keep a long sweep's
-/// folder to about a thousand files. The number depends on the design only, never on timing.
+/// Small parts let readers see results early; large ones keep the files of a long sweep few and their writing cheap. A row
+/// is safe in the journal before its part is written. The number depends on the design only, never on timing.
 pub fn rows_per_part(rows: u64) -> u64 {
     // Clamped before rounding up: `next_power_of_two` overflows near the end of u64.
-    (rows / 256).clamp(64, 1024).next_power_of_two()
+    (rows / 256).clamp(64, 4096).next_power_of_two()
 }
 
 /// One row as the dataset takes it.

@@ -11,7 +11,7 @@ use super::durable::failed_to;
 use super::{DatasetError, DatasetInfo};
 
 /// Version of the folder's layout and of the manifests.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 /// Name of the manifest in the dataset's folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
 /// Name of the timings' manifest in the dataset's folder.
@@ -35,6 +35,8 @@ pub struct Part {
     pub first_row: u64,
     /// Rows of the table in the file (blows, in the table of blows).
     pub records: u64,
+    /// Rows of the design in the block that are not done (invalid, diverged, budget exhausted).
+    pub failed: u64,
     /// Length of the file in bytes.
     pub bytes: u64,
     /// BLAKE3 of the file, in hexadecimal.
@@ -46,8 +48,10 @@ pub struct Part {
 pub struct Manifest {
     /// Version of the layout.
     pub format_version: u32,
-    /// Whether all rows of the design are there.
+    /// Whether all rows of [`Manifest::range`] are there.
     pub complete: bool,
+    /// Rows that the dataset is to hold: all of the design, or those of a shard.
+    pub range: RowSpan,
     /// Number of rows that are there, whatever their status.
     pub rows_done: u64,
     /// Which rows are there: ascending, with gaps between the spans.
@@ -60,28 +64,100 @@ pub struct Manifest {
     pub blows: Vec<Part>,
 }
 
+impl RowSpan {
+    /// Number of rows.
+    pub fn len(self) -> u64 {
+        self.end.saturating_sub(self.first)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// Rows that are in both.
+    pub fn intersection(self, other: Self) -> Self {
+        Self { first: self.first.max(other.first), end: self.end.min(other.end) }
+    }
+}
+
+/// The rows of `whole` that are in none of `spans`, which ascend.
+pub fn gaps(whole: RowSpan, spans: &[RowSpan]) -> Vec<RowSpan> {
+    let mut found = Vec::new();
+    let mut next = whole.first;
+    for span in spans {
+        found.push(RowSpan { first: next, end: span.first.min(whole.end) });
+        next = next.max(span.end);
+    }
+    found.push(RowSpan { first: next, end: whole.end });
+    found.retain(|span| !span.is_empty());
+    found
+}
+
 impl Manifest {
-    /// The manifest of a dataset without rows.
-    pub fn new(study: DatasetInfo) -> Self {
-        Self {
+    /// The manifest of a dataset without rows that is to hold those of `range`.
+    pub fn new(study: DatasetInfo, range: RowSpan) -> Self {
+        let mut manifest = Self {
             format_version: FORMAT_VERSION,
-            complete: study.rows == 0,
+            complete: false,
+            range,
             rows_done: 0,
             done: Vec::new(),
             study,
             runs: Vec::new(),
             blows: Vec::new(),
-        }
+        };
+        manifest.count();
+        manifest
     }
 
-    /// Notes a row that is there; rows come in ascending order.
-    pub fn add_row(&mut self, row: u64) {
-        self.rows_done += 1;
-        match self.done.last_mut() {
-            Some(span) if span.end == row => span.end += 1,
-            _ => self.done.push(RowSpan { first: row, end: row + 1 }),
+    /// Number of rows that are there and not done (invalid, diverged, budget exhausted).
+    pub fn rows_failed(&self) -> u64 {
+        self.runs.iter().map(|part| part.failed).sum()
+    }
+
+    /// Whether a row is there.
+    pub fn has(&self, row: u64) -> bool {
+        let before = self.done.partition_point(|span| span.first <= row);
+        before.checked_sub(1).and_then(|index| self.done.get(index)).is_some_and(|span| row < span.end)
+    }
+
+    /// The block of rows that begins at `first_row`.
+    pub fn block(&self, first_row: u64) -> RowSpan {
+        RowSpan { first: first_row, end: first_row.saturating_add(self.study.rows_per_part) }
+    }
+
+    /// Forgets the rows and parts of a block.
+    pub fn remove_block(&mut self, first_row: u64) {
+        let block = self.block(first_row);
+        let split = |span: &RowSpan| gaps(*span, &[block]);
+        self.done = self.done.iter().flat_map(split).collect();
+        self.runs.retain(|part| part.first_row != first_row);
+        self.blows.retain(|part| part.first_row != first_row);
+        self.count();
+    }
+
+    /// Notes the ascending `rows` of a block and its parts, in place of what was known of the block.
+    pub fn put_block(&mut self, rows: impl Iterator<Item = u64>, runs: Part, blows: Part) {
+        self.remove_block(runs.first_row);
+        self.done.extend(rows.map(|row| RowSpan { first: row, end: row + 1 }));
+        self.done.sort_unstable_by_key(|span| span.first);
+        let mut merged: Vec<RowSpan> = Vec::new();
+        for span in self.done.drain(..) {
+            match merged.last_mut() {
+                Some(last) if last.end == span.first => last.end = span.end,
+                _ => merged.push(span),
+            }
         }
-        self.complete = self.rows_done == self.study.rows;
+        self.done = merged;
+        insert(&mut self.runs, runs);
+        insert(&mut self.blows, blows);
+        self.count();
+    }
+
+    fn count(&mut self) {
+        self.rows_done = self.done.iter().map(|span| span.len()).sum();
+        self.complete = self.rows_done == self.range.len();
     }
 
     /// Reads the manifest of the dataset in `folder`.
@@ -112,6 +188,12 @@ pub struct TimingsManifest {
 }
 
 impl TimingsManifest {
+    /// Notes a part in place of the one of its block.
+    pub fn put(&mut self, part: Part) {
+        self.timings.retain(|known| known.first_row != part.first_row);
+        insert(&mut self.timings, part);
+    }
+
     /// Reads the timings' manifest of the dataset in `folder`.
     ///
     /// # Errors
@@ -120,6 +202,12 @@ impl TimingsManifest {
         let path = folder.join(TIMINGS_NAME);
         parse(&read_text(&path, folder)?, &path)
     }
+}
+
+/// Inserts a part by its first row.
+fn insert(parts: &mut Vec<Part>, part: Part) {
+    let at = parts.partition_point(|known| known.first_row < part.first_row);
+    parts.insert(at, part);
 }
 
 /// Path of a part below the dataset's folder.
@@ -152,30 +240,31 @@ fn parse<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result<T, Dat
 
 #[cfg(test)]
 mod tests {
-    use super::{Manifest, RowSpan};
-    use crate::dataset::DatasetInfo;
+    use super::*;
+
+    fn part(first_row: u64, failed: u64) -> Part {
+        Part { file: String::new(), first_row, records: 0, failed, bytes: 0, blake3: String::new() }
+    }
+
+    fn span(first: u64, end: u64) -> RowSpan {
+        RowSpan { first, end }
+    }
 
     #[test]
-    fn rows_done_are_spans() {
-        let mut manifest = Manifest::new(DatasetInfo {
-            study_name: String::new(),
-            study_text: String::new(),
-            study_hash: String::new(),
-            seed: 0,
-            program_version: String::new(),
-            rows: 5,
-            rows_per_part: 64,
-            factors: Vec::new(),
-            hammers: Vec::new(),
-            castings: Vec::new(),
-        });
-        for row in [0, 1, 3] {
-            manifest.add_row(row);
-        }
-        let spans = [RowSpan { first: 0, end: 2 }, RowSpan { first: 3, end: 4 }];
-        assert_eq!(manifest.done, spans);
-        assert!(!manifest.complete);
-        manifest.add_row(4);
-        assert_eq!((manifest.rows_done, manifest.complete), (4, false));
+    fn rows_done_are_spans_whatever_the_order_of_the_blocks() {
+        let mut manifest =
+            Manifest::new(DatasetInfo { rows: 10, rows_per_part: 4, ..DatasetInfo::empty() }, span(0, 10));
+        manifest.put_block(4..8, part(4, 1), part(4, 1));
+        manifest.put_block([0, 1, 3].into_iter(), part(0, 2), part(0, 2));
+        assert_eq!(manifest.done, [span(0, 2), span(3, 8)]);
+        assert_eq!((manifest.rows_done, manifest.rows_failed(), manifest.complete), (7, 3, false));
+        assert_eq!(gaps(manifest.range, &manifest.done), [span(2, 3), span(8, 10)]);
+        manifest.put_block(0..4, part(0, 0), part(0, 0));
+        manifest.put_block(8..10, part(8, 0), part(8, 0));
+        assert_eq!((manifest.done.as_slice(), manifest.complete), ([span(0, 10)].as_slice(), true));
+        assert_eq!(manifest.runs.iter().map(|part| part.first_row).collect::<Vec<_>>(), [0, 4, 8]);
+        manifest.remove_block(4);
+        assert_eq!((manifest.done.as_slice(), manifest.complete), ([span(0, 4), span(8, 10)].as_slice(), false));
+        assert_eq!(manifest.runs.len(), 2);
     }
 }

@@ -5,22 +5,29 @@
 //! ```text
 //! DIR/manifest.json                      study, seed, version, rows done, parts of `runs` and `blows` with checksums
 //! DIR/timings.json                       the parts of `timings` with checksums
+//! DIR/status.json                        how far the run is or how it ended
 //! DIR/runs/runs-000000000000.parquet     wide: one row per run
 //! DIR/blows/blows-000000000000.parquet   long: one row per blow
 //! DIR/timings/timings-000000000000.parquet   wall time of each row
-//! DIR/.staging/                          only while a run writes
+//! DIR/.journal/                          rows that are not yet in a part
+//! DIR/.staging/, DIR/.lock               only while a run writes
 //! ```
 //!
 //! A part holds a fixed block of row indices and is named by the block's first row, so its bytes depend on the study
-//! only. Everything except `timings` and `timings.json` is byte-identical for any number of threads.
+//! only. `runs`, `blows` and `manifest.json` are byte-identical for any number of threads, of interruptions and of shards.
 //!
 //! # Durability
 //!
-//! A part's files and the new manifests are first written and synced in `DIR/.staging`; then they are renamed into
-//! place: the part's files, folders synced, then the manifests. Readers can therefore open `DIR/runs/*.parquet` at any
+//! A row that ends is appended to the journal at once, with a checksum: a process that is killed loses the rows that were
+//! running, a power failure those of the last seconds before. When all rows of a block are there, its part's files and the
+//! new manifests are first written and synced in `DIR/.staging`, then renamed into place: the part's files, folders synced,
+//! then the manifests; only then the block leaves the journal. Readers can therefore open `DIR/runs/*.parquet` at any
 //! time: they see whole files only. A full disk is met while staging, when nothing is in place yet. A row that is
 //! visible in `runs` has its blows in `blows`. If the machine stops between two renames, a file may be there that no
-//! manifest lists; it is whole, and the same bytes replace it when its rows are run again.
+//! manifest lists; it is whole, and its bytes are the ones that the next run puts there.
+//!
+//! [`Existing::Resume`] checks every part against its checksum, takes damaged ones away, and names the rows that are to be
+//! run. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
@@ -30,13 +37,21 @@
 
 mod aggregates;
 mod columns;
+mod difference;
 mod durable;
 mod error;
 mod info;
+mod journal;
+mod lock;
 mod manifest;
+mod merge;
 mod parquet_file;
 mod reader;
+mod record;
+mod recovery;
 mod signals;
+mod status;
+mod store;
 mod writer;
 
 pub use columns::{
@@ -44,7 +59,11 @@ pub use columns::{
 };
 pub use error::DatasetError;
 pub use info::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
+pub use lock::host_name;
 pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
+pub use merge::merge;
 pub use reader::DatasetReader;
+pub use record::StoredRow;
 pub use signals::write_signals;
-pub use writer::{DatasetWriter, Existing};
+pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
+pub use writer::{DatasetWriter, Existing, RowRecorder};

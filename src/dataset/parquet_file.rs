@@ -5,9 +5,10 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
+use arrow_array::builder::{Float64Builder, Int64Builder, StringBuilder, UInt64Builder};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
-use arrow_array::{Array, ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, UInt64Array};
+use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::arrow::{ArrowWriter, ProjectionMask};
@@ -17,7 +18,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use serde_json::json;
 
-use super::columns::{Cell, Column, ColumnDescription, ColumnKind, TableName};
+use super::columns::{Cell, ColumnDescription, ColumnKind, TableName};
 use super::durable::failed_to;
 use super::{DatasetError, DatasetInfo};
 
@@ -78,42 +79,65 @@ pub fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProper
         .build())
 }
 
-fn array<T>(column: &Column<T>, info: &DatasetInfo, items: &[T]) -> ArrayRef {
-    let cells = items.iter().map(|item| column.cell(info, item));
-    match column.description.kind {
-        ColumnKind::Real => Arc::new(Float64Array::from_iter(cells.map(|cell| match cell {
-            Cell::Real(value) => Some(value),
-            _ => None,
-        }))),
-        ColumnKind::Count => Arc::new(UInt64Array::from_iter(cells.map(|cell| match cell {
-            Cell::Count(value) => Some(value),
-            _ => None,
-        }))),
-        ColumnKind::Integer => Arc::new(Int64Array::from_iter(cells.map(|cell| match cell {
-            Cell::Integer(value) => Some(value),
-            _ => None,
-        }))),
-        ColumnKind::Text => Arc::new(StringArray::from_iter(cells.map(|cell| match cell {
-            Cell::Text(value) => Some(value),
-            _ => None,
-        }))),
-    }
+/// The rows of a part, column by column.
+pub struct TableBuilder {
+    table: TableName,
+    columns: Vec<ColumnBuilder>,
+    descriptions: Vec<ColumnDescription>,
 }
 
-/// The Parquet file of a part: one row of the table per item.
-///
-/// # Errors
-/// The Parquet library's.
-pub fn encode<T>(
-    table: TableName,
-    info: &DatasetInfo,
-    columns: &[Column<T>],
-    items: &[T],
-) -> Result<Vec<u8>, ParquetError> {
-    let descriptions: Vec<ColumnDescription> = columns.iter().map(|c| c.description.clone()).collect();
-    let arrays = columns.iter().map(|column| array(column, info, items)).collect();
-    let batch = RecordBatch::try_new(schema(&descriptions), arrays)?;
-    encode_batch(&batch, properties(info, dictionary_json(table, &descriptions))?)
+enum ColumnBuilder {
+    Real(Float64Builder),
+    Count(UInt64Builder),
+    Integer(Int64Builder),
+    Text(StringBuilder),
+}
+
+impl TableBuilder {
+    /// An empty table.
+    pub fn new(table: TableName, descriptions: Vec<ColumnDescription>) -> Self {
+        let builder = |column: &ColumnDescription| match column.kind {
+            ColumnKind::Real => ColumnBuilder::Real(Float64Builder::new()),
+            ColumnKind::Count => ColumnBuilder::Count(UInt64Builder::new()),
+            ColumnKind::Integer => ColumnBuilder::Integer(Int64Builder::new()),
+            ColumnKind::Text => ColumnBuilder::Text(StringBuilder::new()),
+        };
+        Self { table, columns: descriptions.iter().map(builder).collect(), descriptions }
+    }
+
+    /// Appends a cell to a column; a cell of another type than its column's becomes null.
+    pub fn append(&mut self, index: usize, cell: Cell<'_>) {
+        match (self.columns.get_mut(index), cell) {
+            (Some(ColumnBuilder::Real(builder)), Cell::Real(value)) => builder.append_value(value),
+            (Some(ColumnBuilder::Count(builder)), Cell::Count(value)) => builder.append_value(value),
+            (Some(ColumnBuilder::Integer(builder)), Cell::Integer(value)) => builder.append_value(value),
+            (Some(ColumnBuilder::Text(builder)), Cell::Text(value)) => builder.append_value(value),
+            (Some(ColumnBuilder::Real(builder)), _) => builder.append_null(),
+            (Some(ColumnBuilder::Count(builder)), _) => builder.append_null(),
+            (Some(ColumnBuilder::Integer(builder)), _) => builder.append_null(),
+            (Some(ColumnBuilder::Text(builder)), _) => builder.append_null(),
+            (None, _) => {}
+        }
+    }
+
+    /// The Parquet file of the rows and their number.
+    ///
+    /// # Errors
+    /// The Parquet library's.
+    pub fn encode(self, info: &DatasetInfo) -> Result<(Vec<u8>, u64), ParquetError> {
+        let finish = |column: ColumnBuilder| -> ArrayRef {
+            match column {
+                ColumnBuilder::Real(mut builder) => Arc::new(builder.finish()),
+                ColumnBuilder::Count(mut builder) => Arc::new(builder.finish()),
+                ColumnBuilder::Integer(mut builder) => Arc::new(builder.finish()),
+                ColumnBuilder::Text(mut builder) => Arc::new(builder.finish()),
+            }
+        };
+        let arrays = self.columns.into_iter().map(finish).collect();
+        let batch = RecordBatch::try_new(schema(&self.descriptions), arrays)?;
+        let properties = properties(info, dictionary_json(self.table, &self.descriptions))?;
+        Ok((encode_batch(&batch, properties)?, batch.num_rows() as u64))
+    }
 }
 
 /// The Parquet file of one batch.

@@ -112,7 +112,11 @@ impl DatasetReader {
     }
 }
 
-fn check_part(folder: &Path, part: &Part) -> Result<(), DatasetError> {
+/// Compares a part's length and checksum with the manifest's.
+///
+/// # Errors
+/// [`DatasetError::Damaged`] or the system's.
+pub fn check_part(folder: &Path, part: &Part) -> Result<(), DatasetError> {
     let path = folder.join(&part.file);
     let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
     let hash = blake3::hash(&bytes).to_hex().to_string();

@@ -1,224 +1,354 @@
-//! Writes a dataset part by part; what is in place is whole.
+//! Writes a dataset: rows into the journal as they end, parts from a thread of their own.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
 
-use super::columns::{BlowRecord, Column, Columns, TableName};
-use super::durable::{StagedFile, failed_to, sync_folder};
-use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_json};
-use super::parquet_file::encode;
+use super::columns::{Columns, TableName};
+use super::difference::differences;
+use super::durable::failed_to;
+use super::journal::{JOURNAL, Journal};
+use super::lock::{LOCK_NAME, Lock};
+use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
+use super::record::StoredRow;
+use super::recovery::{Recovered, recover, rows_left};
+use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
+use super::store::{Block, STAGING, Store, columns_of, remove};
 use super::{DatasetError, DatasetInfo, RowRecord};
-
-/// Folder for files that are not yet in place, on the same file system as the tables.
-const STAGING: &str = ".staging";
 
 /// What to do if the folder already holds a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
     /// Refuse with [`DatasetError::Exists`].
     Refuse,
+    /// Go on with it if it is of the same study and rows, else refuse with [`DatasetError::Changed`].
+    Resume,
     /// Remove the dataset's tables and manifests (nothing else), then start anew.
     Replace,
 }
 
-/// Writes the rows of a study in ascending order.
+/// Writes the rows of a study, in any order.
 ///
-/// Memory is bounded: at most [`DatasetInfo::rows_per_part`] records are held. If the writer is dropped without
-/// [`DatasetWriter::finish`], the parts in place and the manifest stay valid, the rows of the unfinished part are lost.
+/// Memory is bounded by the blocks that are not full: with rows that come about in order, the records of three parts. A row
+/// is in the journal when [`RowRecorder::record`] returns: whatever ends the process, [`Existing::Resume`] finds it.
 pub struct DatasetWriter {
     folder: PathBuf,
-    columns: Columns,
-    manifest: Manifest,
-    timings: TimingsManifest,
-    pending: Vec<RowRecord>,
-    next_row: u64,
+    recorder: RowRecorder,
+    range: RowSpan,
+    pending: BTreeMap<u64, Block>,
+    left: BTreeSet<(u64, u64)>,
+    damaged: Vec<DatasetError>,
+    recovered: (u64, u64),
+    parts: Option<PartThread>,
+    /// Dropped last: nobody else writes before everything here is over.
+    _lock: Lock,
+}
+
+/// The thread that encodes and writes parts.
+struct PartThread {
+    blocks: SyncSender<Block>,
+    thread: JoinHandle<(Store, Result<(), DatasetError>)>,
+}
+
+/// Turns records into stored rows, from any thread.
+#[derive(Clone)]
+pub struct RowRecorder {
+    info: Arc<DatasetInfo>,
+    columns: Arc<Columns>,
+    journal: Arc<Journal>,
+}
+
+impl RowRecorder {
+    /// Puts a row into the journal. It must be handed to [`DatasetWriter::accept`] too, to get into a part.
+    ///
+    /// # Errors
+    /// [`DatasetError::Record`] if the row has not the shape of the study; the system's, such as a full disk.
+    pub fn record(&self, record: &RowRecord) -> Result<StoredRow, DatasetError> {
+        check_record(&self.info, record)?;
+        let row = StoredRow::new(&self.info, &self.columns, record);
+        self.journal.append(&row)?;
+        Ok(row)
+    }
 }
 
 impl DatasetWriter {
-    /// Creates the dataset's folder, its table folders and manifests.
+    /// Opens the dataset of all rows of a study: see [`DatasetWriter::open`].
     ///
     /// # Errors
-    /// [`DatasetError::Exists`] if there is a dataset and `existing` is [`Existing::Refuse`];
-    /// [`DatasetError::Occupied`] if the folder holds something else; [`DatasetError::DuplicateColumn`];
-    /// [`DatasetError::Setting`] if there are no rows per part; the system's. Names and settings are checked before
-    /// anything is written or removed.
+    /// As [`DatasetWriter::open`].
     pub fn create(folder: &Path, info: &DatasetInfo, existing: Existing) -> Result<Self, DatasetError> {
-        let columns = Columns::new(info)?;
-        if info.rows_per_part == 0 {
-            return Err(DatasetError::Setting { key: "rows_per_part", found: 0, expected: "at least 1" });
-        }
-        make_way(folder, existing)?;
-        for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
-            let path = folder.join(name);
-            fs::create_dir_all(&path).map_err(failed_to("create", &path))?;
-        }
-        let writer = Self {
-            folder: folder.to_owned(),
-            columns,
-            manifest: Manifest::new(info.clone()),
-            timings: TimingsManifest::default(),
-            pending: Vec::new(),
-            next_row: 0,
+        Self::open(folder, info, RowSpan { first: 0, end: info.rows }, existing)
+    }
+
+    /// Creates the dataset's folder and manifests for the rows of `range`, or goes on with what is there.
+    ///
+    /// # Errors
+    /// [`DatasetError::Exists`], [`DatasetError::Changed`] or [`DatasetError::Occupied`] for what the folder holds;
+    /// [`DatasetError::InUse`]; [`DatasetError::DuplicateColumn`]; [`DatasetError::Setting`] if there are no rows per part;
+    /// the system's. Names and settings are checked before anything is written or removed.
+    pub fn open(folder: &Path, info: &DatasetInfo, range: RowSpan, existing: Existing) -> Result<Self, DatasetError> {
+        let mut columns = columns_of(info)?;
+        look(folder, existing)?;
+        fs::create_dir_all(folder).map_err(failed_to("create", folder))?;
+        let lock = Lock::take(folder)?;
+        let recovered = match known(folder, existing)? {
+            Some(manifests) if existing == Existing::Resume => {
+                refuse_change(folder, &manifests.0, (info, range))?;
+                // Title and comments of the first run stay, so that all parts have the same bytes.
+                columns = columns_of(&manifests.0.study)?;
+                recover(folder, &columns, manifests)?
+            }
+            _ => {
+                remove_dataset(folder)?;
+                let (manifest, timings) = (Manifest::new(info.clone(), range), TimingsManifest::default());
+                Recovered::nothing(manifest, timings)
+            }
         };
-        let files = writer.stage_manifests(&writer.manifest, &writer.timings)?;
-        writer.put_in_place(files)?;
+        remove(&folder.join(STAGING))?;
+        let journal = folder.join(JOURNAL);
+        fs::create_dir_all(&journal).map_err(failed_to("create", &journal))?;
+        Self::start(folder, columns, recovered, lock)
+    }
+
+    fn start(folder: &Path, columns: Arc<Columns>, recovered: Recovered, lock: Lock) -> Result<Self, DatasetError> {
+        let Recovered { manifest, timings, pending, only_in_parts, damaged } = recovered;
+        let left = rows_left(&manifest, &pending);
+        let rows: u64 = left.iter().map(|span| span.len()).sum();
+        // Rows of a block that is not full are in its part and pending: the pending ones count.
+        let full =
+            manifest.runs.iter().filter(|part| !pending.contains_key(&(part.first_row / manifest.study.rows_per_part)));
+        let failed = full.map(|part| part.failed).sum::<u64>()
+            + pending.values().flat_map(BTreeMap::values).filter(|row| row.failed()).count() as u64;
+        let info = Arc::new(manifest.study.clone());
+        let journal = Arc::new(Journal::new(folder, info.rows_per_part));
+        let unjournaled = pending.values().flat_map(BTreeMap::values).filter(|row| only_in_parts.contains(&row.row()));
+        unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
+        let range = manifest.range;
+        let store = Store::open(folder, Arc::clone(&columns), (manifest, timings))?;
+        let recorder = RowRecorder { info, columns, journal };
+        let mut writer = Self {
+            folder: folder.to_owned(),
+            parts: Some(PartThread::start(store, Arc::clone(&recorder.journal))?),
+            recorder,
+            range,
+            pending,
+            left: left.into_iter().map(|span| (span.first, span.end)).collect(),
+            damaged,
+            recovered: (range.len() - rows, failed),
+            _lock: lock,
+        };
+        // A run may have ended between a block's last row and its part.
+        for block in writer.pending.keys().copied().collect::<Vec<_>>() {
+            writer.write_if_full(block)?;
+        }
         Ok(writer)
     }
 
-    /// Takes one row; writes a part when its block of rows is over.
-    ///
-    /// Rows may be left out, but must ascend.
-    ///
-    /// # Errors
-    /// [`DatasetError::RowOrder`], [`DatasetError::Record`] (the row is not taken then), the system's or the Parquet
-    /// library's (what is in place stays valid, the rows of the part are still held).
-    pub fn write(&mut self, record: RowRecord) -> Result<(), DatasetError> {
-        let info = &self.manifest.study;
-        if record.row < self.next_row || record.row >= info.rows {
-            return Err(DatasetError::RowOrder {
-                row: record.row,
-                expected_from: self.next_row,
-                expected_end: info.rows,
-            });
-        }
-        check_record(info, &record)?;
-        let block = |row: u64| row / info.rows_per_part;
-        let opens_block = (self.pending.first()).is_some_and(|first| block(first.row) != block(record.row));
-        let ends_block = record.row + 1 == info.rows || block(record.row) != block(record.row + 1);
-        if opens_block {
-            self.flush()?;
-        }
-        self.next_row = record.row + 1;
-        self.pending.push(record);
-        if ends_block {
-            self.flush()?;
-        }
-        Ok(())
+    /// Turns records into rows for [`DatasetWriter::accept`], from any thread.
+    pub fn recorder(&self) -> RowRecorder {
+        self.recorder.clone()
     }
 
-    /// Writes the last part, removes the staging folder and returns the manifest.
-    ///
-    /// The manifest says whether the dataset has all rows of its design.
+    /// The rows that are still to come, ascending.
+    pub fn rows_left(&self) -> Vec<RowSpan> {
+        self.left.iter().map(|&(first, end)| RowSpan { first, end }).collect()
+    }
+
+    /// Rows that were there when the dataset was opened, and those of them that are not done.
+    pub fn recovered(&self) -> (u64, u64) {
+        self.recovered
+    }
+
+    /// The damaged parts that were found; their rows are among those that are to come.
+    pub fn damaged(&self) -> &[DatasetError] {
+        &self.damaged
+    }
+
+    /// Takes one row; [`RowRecorder::record`] and [`DatasetWriter::accept`] in one.
     ///
     /// # Errors
-    /// The system's or the Parquet library's.
+    /// As both.
+    pub fn write(&mut self, record: &RowRecord) -> Result<(), DatasetError> {
+        self.expect(record.row)?;
+        let row = self.recorder.record(record)?;
+        self.accept(row)
+    }
+
+    /// Takes a stored row; hands its block over to be written when all rows of it are there.
+    ///
+    /// # Errors
+    /// [`DatasetError::UnexpectedRow`]; what went wrong with an earlier block (its rows are in the journal still).
+    pub fn accept(&mut self, row: StoredRow) -> Result<(), DatasetError> {
+        self.expect(row.row())?;
+        self.take_off(row.row());
+        let block = row.row() / self.recorder.info.rows_per_part;
+        self.pending.entry(block).or_default().insert(row.row(), row);
+        self.write_if_full(block)
+    }
+
+    /// Writes the blocks that are not full too, and returns the manifest.
+    ///
+    /// The manifest says whether the dataset has all its rows.
+    ///
+    /// # Errors
+    /// The system's or the Parquet library's; the rows are in the journal then.
     pub fn finish(mut self) -> Result<Manifest, DatasetError> {
-        self.flush()?;
-        let staging = self.folder.join(STAGING);
-        fs::remove_dir_all(&staging).map_err(failed_to("remove", &staging))?;
-        Ok(self.manifest.clone())
-    }
-
-    /// Stages all files of a part and the manifests, then puts them in place.
-    fn flush(&mut self) -> Result<(), DatasetError> {
-        let Some(first) = self.pending.first() else {
-            return Ok(());
-        };
-        let per_part = self.manifest.study.rows_per_part;
-        let first_row = first.row / per_part * per_part;
-        let blows = blow_records(&self.pending);
-        let (timings_part, timings_file) =
-            self.stage_part(TableName::Timings, &self.columns.timings, (first_row, &self.pending))?;
-        let (blows_part, blows_file) = self.stage_part(TableName::Blows, &self.columns.blows, (first_row, &blows))?;
-        let (runs_part, runs_file) =
-            self.stage_part(TableName::Runs, &self.columns.runs, (first_row, &self.pending))?;
-
-        let (mut manifest, mut timings) = (self.manifest.clone(), self.timings.clone());
-        self.pending.iter().for_each(|record| manifest.add_row(record.row));
-        timings.timings.push(timings_part);
-        manifest.blows.push(blows_part);
-        manifest.runs.push(runs_part);
-        // Runs last: a run that a reader sees has its blows.
-        let mut files = vec![
-            (TableName::Timings.folder(), timings_file),
-            (TableName::Blows.folder(), blows_file),
-            (TableName::Runs.folder(), runs_file),
-        ];
-        files.extend(self.stage_manifests(&manifest, &timings)?);
-        self.put_in_place(files)?;
-        (self.manifest, self.timings) = (manifest, timings);
-        self.pending.clear();
-        Ok(())
-    }
-
-    /// Stages one table's file of a part, given the part's first row and the items.
-    fn stage_part<T>(
-        &self,
-        table: TableName,
-        columns: &[Column<T>],
-        (first_row, items): (u64, &[T]),
-    ) -> Result<(Part, StagedFile), DatasetError> {
-        let file = part_file(table, first_row);
-        let target = self.folder.join(&file);
-        let bytes = encode(table, &self.manifest.study, columns, items)
-            .map_err(|source| DatasetError::Parquet { path: target.clone(), source })?;
-        let part = Part {
-            file,
-            first_row,
-            records: items.len() as u64,
-            bytes: bytes.len() as u64,
-            blake3: blake3::hash(&bytes).to_hex().to_string(),
-        };
-        Ok((part, StagedFile::write(&self.folder.join(STAGING), &target, &bytes)?))
-    }
-
-    fn stage_manifests(
-        &self,
-        manifest: &Manifest,
-        timings: &TimingsManifest,
-    ) -> Result<Vec<(&'static str, StagedFile)>, DatasetError> {
-        let staging = self.folder.join(STAGING);
-        let manifest_path = self.folder.join(MANIFEST_NAME);
-        let timings_path = self.folder.join(TIMINGS_NAME);
-        let timings_file = StagedFile::write(&staging, &timings_path, &to_json(timings, &timings_path)?)?;
-        let manifest_file = StagedFile::write(&staging, &manifest_path, &to_json(manifest, &manifest_path)?)?;
-        Ok(vec![("", timings_file), ("", manifest_file)])
-    }
-
-    /// Renames files into place in their order, each with the folder (below the dataset's) to sync after it.
-    fn put_in_place(&self, files: Vec<(&'static str, StagedFile)>) -> Result<(), DatasetError> {
-        for (folder, file) in files {
-            file.put_in_place()?;
-            sync_folder(&self.folder.join(folder))?;
+        for (_, block) in std::mem::take(&mut self.pending) {
+            self.hand_over(block)?;
         }
-        Ok(())
+        let parts = self.parts.take().ok_or(DatasetError::WriterLost)?;
+        let store = parts.finish()?;
+        remove(&self.folder.join(JOURNAL))?;
+        remove(&self.folder.join(STAGING))?;
+        Ok(store.manifest().clone())
+    }
+
+    /// Whether the row is still to come.
+    pub fn needs(&self, row: u64) -> bool {
+        self.span_of(row).is_some()
+    }
+
+    fn expect(&self, row: u64) -> Result<(), DatasetError> {
+        match self.span_of(row) {
+            Some(_) => Ok(()),
+            None => {
+                Err(DatasetError::UnexpectedRow { row, expected_from: self.range.first, expected_end: self.range.end })
+            }
+        }
+    }
+
+    /// The span of rows to come that has the row.
+    fn span_of(&self, row: u64) -> Option<(u64, u64)> {
+        let span = self.left.range(..=(row, u64::MAX)).next_back().copied();
+        span.filter(|(_, end)| row < *end)
+    }
+
+    fn take_off(&mut self, row: u64) {
+        if let Some((first, end)) = self.span_of(row) {
+            self.left.remove(&(first, end));
+            self.left.extend([(first, row), (row + 1, end)].into_iter().filter(|(first, end)| first < end));
+        }
+    }
+
+    fn write_if_full(&mut self, block: u64) -> Result<(), DatasetError> {
+        let per_part = self.recorder.info.rows_per_part;
+        let first = block * per_part;
+        let wanted = RowSpan { first, end: first.saturating_add(per_part) }.intersection(self.range);
+        match self.pending.remove(&block) {
+            Some(rows) if rows.len() as u64 == wanted.len() => self.hand_over(rows),
+            Some(rows) => {
+                self.pending.insert(block, rows);
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn hand_over(&mut self, block: Block) -> Result<(), DatasetError> {
+        let parts = self.parts.as_ref().ok_or(DatasetError::WriterLost)?;
+        if parts.blocks.send(block).is_ok() {
+            return Ok(());
+        }
+        // The thread has ended early: it knows why.
+        match self.parts.take().map(PartThread::finish) {
+            Some(Err(error)) => Err(error),
+            _ => Err(DatasetError::WriterLost),
+        }
     }
 }
 
 impl Drop for DatasetWriter {
     fn drop(&mut self) {
-        // Only unfinished files are in there. Failing to remove them harms no reader, and drop cannot report.
+        if let Some(parts) = self.parts.take() {
+            // What was handed over is still written; what fails is in the journal, and drop cannot report.
+            let _ = parts.finish();
+        }
         let _ = fs::remove_dir_all(self.folder.join(STAGING));
+        // Empty after a finished dataset; otherwise it has rows for the next run.
+        let _ = fs::remove_dir(self.folder.join(JOURNAL));
     }
 }
 
-/// Makes sure that the dataset can be created: an absent or empty folder, or one whose dataset may be replaced.
-fn make_way(folder: &Path, existing: Existing) -> Result<(), DatasetError> {
-    if is_vacant(folder)? {
-        return Ok(());
+impl PartThread {
+    fn start(store: Store, journal: Arc<Journal>) -> Result<Self, DatasetError> {
+        // One block waits while another is written: the rows need not.
+        let (blocks, receiver) = sync_channel(1);
+        let thread = std::thread::Builder::new().name("parts".to_owned());
+        let thread = thread.spawn(move || write_parts(store, &journal, &receiver));
+        let thread = thread.map_err(failed_to("start the thread that writes parts for", Path::new(".")))?;
+        Ok(Self { blocks, thread })
     }
-    let manifest = match (Manifest::read(folder), existing) {
-        (Ok(manifest), _) => Some(manifest),
-        // Whoever asks for replacement of a damaged dataset, or one of another version, gets it.
-        (Err(DatasetError::Version { .. }), Existing::Replace) => None,
-        (Err(error @ DatasetError::Version { .. }), Existing::Refuse) => return Err(error),
-        (Err(_), _) => {
-            return Err(DatasetError::Occupied { path: folder.to_owned() });
+
+    fn finish(self) -> Result<Store, DatasetError> {
+        drop(self.blocks);
+        let (store, result) = self.thread.join().map_err(|_| DatasetError::WriterLost)?;
+        result.map(|()| store)
+    }
+}
+
+fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) -> (Store, Result<(), DatasetError>) {
+    while let Ok(block) = blocks.recv() {
+        let number = block.keys().next().map(|row| row / store.manifest().study.rows_per_part);
+        let written = store.put_block(&block).and_then(|()| number.map_or(Ok(()), |number| journal.remove(number)));
+        if written.is_err() {
+            return (store, written);
         }
-    };
-    match (manifest, existing) {
-        (Some(manifest), Existing::Refuse) => Err(DatasetError::Exists {
+    }
+    (store, Ok(()))
+}
+
+/// Looks at a folder before anything is done to it: it must be absent, empty, or a dataset that `existing` allows for.
+fn look(folder: &Path, existing: Existing) -> Result<(), DatasetError> {
+    known(folder, existing).map(|_| ())
+}
+
+/// The manifests of the dataset in a folder; `None` if there is none, or one to be replaced that cannot be read.
+fn known(folder: &Path, existing: Existing) -> Result<Option<(Manifest, TimingsManifest)>, DatasetError> {
+    if is_vacant(folder)? {
+        return Ok(None);
+    }
+    match (Manifest::read(folder), existing) {
+        (Ok(manifest), Existing::Refuse) => Err(DatasetError::Exists {
             path: folder.to_owned(),
             study: manifest.study.study_name,
             rows_done: manifest.rows_done,
             rows: manifest.study.rows,
         }),
-        _ => remove_dataset(folder),
+        // Timings that cannot be read leave no block with all its parts: everything is computed again.
+        (Ok(manifest), _) => Ok(Some((manifest, TimingsManifest::read(folder).unwrap_or_default()))),
+        // Whoever asks for replacement of a damaged dataset, or one of another version, gets it.
+        (Err(DatasetError::Version { .. } | DatasetError::Manifest { .. }), Existing::Replace) => Ok(None),
+        (Err(error @ (DatasetError::Version { .. } | DatasetError::Manifest { .. })), _) => Err(error),
+        (Err(_), _) => Err(DatasetError::Occupied { path: folder.to_owned() }),
     }
 }
 
-/// Whether a folder is absent, empty, or holds only the empty folders of a dataset whose creation was interrupted.
+fn refuse_change(
+    folder: &Path,
+    manifest: &Manifest,
+    (info, range): (&DatasetInfo, RowSpan),
+) -> Result<(), DatasetError> {
+    let mut differences = differences(&manifest.study, info);
+    if manifest.range != range {
+        let words = |span: RowSpan| format!("{} to {}", span.first, span.end.saturating_sub(1));
+        differences.push(format!("--shard (rows): {} -> {}", words(manifest.range), words(range)));
+    }
+    if differences.is_empty() {
+        return Ok(());
+    }
+    Err(DatasetError::Changed {
+        path: folder.to_owned(),
+        rows_done: manifest.rows_done,
+        rows: manifest.study.rows,
+        differences,
+    })
+}
+
+/// Whether a folder is absent, empty, or holds only what a dataset's creation leaves when it is interrupted.
 fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -229,8 +359,11 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
         let entry = entry.map_err(failed_to("read the folder", folder))?;
         let name = entry.file_name();
         let is_table = TableName::ALL.iter().any(|table| name == table.folder());
+        let is_ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME]
+            .iter()
+            .any(|ours| name == *ours);
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
-        if name != STAGING && !(is_table && is_empty(&entry.path())) {
+        if !is_ours && !(is_table && is_empty(&entry.path())) {
             return Ok(false);
         }
     }
@@ -239,28 +372,10 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
 
 /// Removes what a dataset consists of; the manifest goes last, so that an interrupted removal can be repeated.
 fn remove_dataset(folder: &Path) -> Result<(), DatasetError> {
-    let absent_is_fine = |result: io::Result<()>, path: &Path| match result {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed_to("remove", path)(error)),
-        _ => Ok(()),
-    };
-    for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
-        let path = folder.join(name);
-        absent_is_fine(fs::remove_dir_all(&path), &path)?;
-    }
-    for name in [TIMINGS_NAME, MANIFEST_NAME] {
-        let path = folder.join(name);
-        absent_is_fine(fs::remove_file(&path), &path)?;
-    }
-    Ok(())
-}
-
-fn blow_records(records: &[RowRecord]) -> Vec<BlowRecord> {
-    let mut blows = Vec::new();
-    for record in records {
-        let of_row = record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows);
-        blows.extend(of_row.map(|blow| BlowRecord { row: record.row, blow: blow.clone() }));
-    }
-    blows
+    let tables = TableName::ALL.map(TableName::folder);
+    let files = [STAGED_STATUS_NAME, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME];
+    let names = tables.into_iter().chain([STAGING, JOURNAL]).chain(files);
+    names.map(|name| folder.join(name)).try_for_each(|path| remove(&path))
 }
 
 /// Holds a record to the shape that the columns were made for: a value without column would be lost silently.

@@ -13,6 +13,10 @@ use super::{RowOutcome, RowStatus, SolverCounters};
 
 /// Default of [`BatchSettings::window`].
 pub const DEFAULT_WINDOW: u64 = 1024;
+/// Rows that are ready at most before the calling thread is told.
+const MOST_READY: u64 = 64;
+/// Rows that end later than this after the last time tell the calling thread at once.
+const LONGEST_WAIT: Duration = Duration::from_millis(5);
 /// Longest time between two calls of [`BatchProgress::tick`].
 const TICK: Duration = Duration::from_millis(500);
 
@@ -75,22 +79,46 @@ pub enum BatchError<E: std::error::Error + 'static> {
     },
 }
 
-/// Runs `work` for every row and hands the outcomes to `sink` in the order of `rows`.
+/// What is done with a row, on the thread that runs it.
+pub trait RowTask: Sync {
+    /// What is kept of an outcome.
+    type Kept: Send;
+
+    /// Runs a row. Must be pure; may panic.
+    fn run(&self, row: u64) -> RowOutcome;
+
+    /// Makes what is kept, as soon as the row has ended: the place to store it. Comes before the order is restored.
+    fn keep(&self, row: u64, outcome: RowOutcome) -> Self::Kept;
+}
+
+impl<F: Fn(u64) -> RowOutcome + Sync> RowTask for F {
+    type Kept = RowOutcome;
+
+    fn run(&self, row: u64) -> RowOutcome {
+        self(row)
+    }
+
+    fn keep(&self, _: u64, outcome: RowOutcome) -> RowOutcome {
+        outcome
+    }
+}
+
+/// Runs `task` for every row and hands what it keeps to `sink` in the order of `rows`.
 ///
-/// Rows are given out one at a time, so long ones hold up no others (within the window). `work` must be pure: then the
+/// Rows are given out one at a time, so long ones hold up no others (within the window). As running a row is pure, the
 /// outcomes (wall times apart) are the same for any number of threads. `sink` runs on the calling thread. A panic in
-/// `work` becomes a row with status `diverged` and the panic's message as reason.
+/// [`RowTask::run`] becomes a row with status `diverged` and the panic's message as reason.
 ///
 /// On stop no more rows are started; the running ones end and are handed over. As rows are started in order, what the
 /// sink gets is always a beginning of `rows` without gap.
 ///
 /// # Errors
 /// [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are started.
-pub fn run_batch<E: std::error::Error + 'static>(
+pub fn run_batch<T: RowTask, E: std::error::Error + 'static>(
     rows: impl Iterator<Item = u64> + Send,
     settings: &BatchSettings<'_>,
-    work: impl Fn(u64) -> RowOutcome + Sync,
-    sink: impl FnMut(u64, RowOutcome) -> Result<(), E>,
+    task: &T,
+    sink: impl FnMut(u64, T::Kept) -> Result<(), E>,
 ) -> Result<BatchSummary, BatchError<E>> {
     let pool = ThreadPoolBuilder::new()
         .num_threads(settings.threads)
@@ -102,7 +130,7 @@ pub fn run_batch<E: std::error::Error + 'static>(
         // Closes the queue on every way out, a panic of the sink included; otherwise the threads would wait for ever.
         let _closed = CloseOnDrop(&queue);
         // A broadcast, because a row that waits for nested parallel work could else pick up another thread's loop.
-        scope.spawn_broadcast(|_, _| queue.run_rows(&work, settings.progress));
+        scope.spawn_broadcast(|_, _| queue.run_rows(task, settings.progress));
         queue.deliver(sink, settings.progress)
     });
     let (rows, failed) = result?;
@@ -110,8 +138,8 @@ pub fn run_batch<E: std::error::Error + 'static>(
 }
 
 /// Rows to start and outcomes to hand over, shared by the threads.
-struct Queue<'a, I> {
-    state: Mutex<State<I>>,
+struct Queue<'a, I, K> {
+    state: Mutex<State<I, K>>,
     /// An outcome arrived or a thread ended.
     arrived: Condvar,
     /// The window moved or the queue was closed.
@@ -120,23 +148,39 @@ struct Queue<'a, I> {
     stop: &'a AtomicBool,
 }
 
-struct State<I> {
+struct State<I, K> {
     rows: I,
     /// Rows started so far; a row's number in this order is its ticket.
     started: u64,
     /// Outcomes that the sink has taken.
     delivered: u64,
-    /// Outcomes by ticket.
-    ready: BTreeMap<u64, (u64, RowOutcome)>,
+    /// What was kept, by ticket.
+    ready: BTreeMap<u64, Ready<K>>,
+    /// When the calling thread was last told of what is ready.
+    told: Instant,
     /// Threads that have not ended.
     threads: usize,
     closed: bool,
 }
 
-impl<'a, I: Iterator<Item = u64>> Queue<'a, I> {
+struct Ready<K> {
+    row: u64,
+    failed: bool,
+    kept: K,
+}
+
+impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     fn new(rows: I, threads: usize, settings: &BatchSettings<'a>) -> Self {
         Self {
-            state: Mutex::new(State { rows, started: 0, delivered: 0, ready: BTreeMap::new(), threads, closed: false }),
+            state: Mutex::new(State {
+                rows,
+                started: 0,
+                delivered: 0,
+                ready: BTreeMap::new(),
+                told: Instant::now(),
+                threads,
+                closed: false,
+            }),
             arrived: Condvar::new(),
             moved: Condvar::new(),
             window: settings.window.max(1),
@@ -145,17 +189,30 @@ impl<'a, I: Iterator<Item = u64>> Queue<'a, I> {
     }
 
     /// The state stays consistent even if a thread panicked with the lock: every change is a single assignment.
-    fn lock(&self) -> MutexGuard<'_, State<I>> {
+    fn lock(&self) -> MutexGuard<'_, State<I, K>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// One thread's loop.
-    fn run_rows(&self, work: &(impl Fn(u64) -> RowOutcome + Sync), progress: &dyn BatchProgress) {
+    fn run_rows<T: RowTask<Kept = K>>(&self, task: &T, progress: &dyn BatchProgress) {
         let _ended = EndThreadOnDrop(self);
         while let Some((ticket, row)) = self.next_row() {
-            let outcome = run_row(work, row);
-            progress.row_ended(outcome.status);
-            self.lock().ready.insert(ticket, (row, outcome));
+            let outcome = run_row(task, row);
+            let status = outcome.status;
+            let kept = task.keep(row, outcome);
+            progress.row_ended(status);
+            self.hand_in(ticket, Ready { row, failed: status != RowStatus::Done, kept });
+        }
+    }
+
+    /// Notes what a row gave; wakes the calling thread only now and then, as short rows would else cost a switch each.
+    fn hand_in(&self, ticket: u64, ready: Ready<K>) {
+        let mut state = self.lock();
+        state.ready.insert(ticket, ready);
+        let many = state.ready.len() as u64 >= (self.window / 4).clamp(1, MOST_READY);
+        if many || state.told.elapsed() >= LONGEST_WAIT {
+            state.told = Instant::now();
+            drop(state);
             self.arrived.notify_one();
         }
     }
@@ -181,13 +238,14 @@ impl<'a, I: Iterator<Item = u64>> Queue<'a, I> {
     /// Hands the outcomes to the sink until all threads have ended; returns rows and failed rows.
     fn deliver<E: std::error::Error + 'static>(
         &self,
-        mut sink: impl FnMut(u64, RowOutcome) -> Result<(), E>,
+        mut sink: impl FnMut(u64, K) -> Result<(), E>,
         progress: &dyn BatchProgress,
     ) -> Result<(u64, u64), BatchError<E>> {
         let (mut rows, mut failed) = (0, 0);
-        while let Some((row, outcome)) = self.next_outcome(rows, progress) {
-            failed += u64::from(outcome.status != RowStatus::Done);
-            sink(row, outcome).map_err(|source| BatchError::Sink { row, source })?;
+        while let Some(ready) = self.next_outcome(rows, progress) {
+            failed += u64::from(ready.failed);
+            let row = ready.row;
+            sink(row, ready.kept).map_err(|source| BatchError::Sink { row, source })?;
             rows += 1;
             self.lock().delivered = rows;
             self.moved.notify_all();
@@ -196,7 +254,7 @@ impl<'a, I: Iterator<Item = u64>> Queue<'a, I> {
     }
 
     /// Waits for the outcome with this ticket; `None` when all threads have ended without it.
-    fn next_outcome(&self, ticket: u64, progress: &dyn BatchProgress) -> Option<(u64, RowOutcome)> {
+    fn next_outcome(&self, ticket: u64, progress: &dyn BatchProgress) -> Option<Ready<K>> {
         let mut state = self.lock();
         loop {
             if let Some(outcome) = state.ready.remove(&ticket) {
@@ -222,18 +280,18 @@ impl<'a, I: Iterator<Item = u64>> Queue<'a, I> {
     }
 }
 
-struct CloseOnDrop<'q, 'a, I: Iterator<Item = u64>>(&'q Queue<'a, I>);
+struct CloseOnDrop<'q, 'a, I: Iterator<Item = u64>, K>(&'q Queue<'a, I, K>);
 
-impl<I: Iterator<Item = u64>> Drop for CloseOnDrop<'_, '_, I> {
+impl<I: Iterator<Item = u64>, K> Drop for CloseOnDrop<'_, '_, I, K> {
     fn drop(&mut self) {
         self.0.lock().closed = true;
         self.0.moved.notify_all();
     }
 }
 
-struct EndThreadOnDrop<'q, 'a, I: Iterator<Item = u64>>(&'q Queue<'a, I>);
+struct EndThreadOnDrop<'q, 'a, I: Iterator<Item = u64>, K>(&'q Queue<'a, I, K>);
 
-impl<I: Iterator<Item = u64>> Drop for EndThreadOnDrop<'_, '_, I> {
+impl<I: Iterator<Item = u64>, K> Drop for EndThreadOnDrop<'_, '_, I, K> {
     fn drop(&mut self) {
         self.0.lock().threads -= 1;
         self.0.arrived.notify_one();
@@ -241,10 +299,10 @@ impl<I: Iterator<Item = u64>> Drop for EndThreadOnDrop<'_, '_, I> {
 }
 
 /// Runs one row; a panic becomes a failed row.
-fn run_row(work: &impl Fn(u64) -> RowOutcome, row: u64) -> RowOutcome {
+fn run_row(task: &impl RowTask, row: u64) -> RowOutcome {
     let start = Instant::now();
     // A pure function leaves nothing behind that a panic could have broken.
-    catch_unwind(AssertUnwindSafe(|| work(row))).unwrap_or_else(|payload| RowOutcome {
+    catch_unwind(AssertUnwindSafe(|| task.run(row))).unwrap_or_else(|payload| RowOutcome {
         status: RowStatus::Diverged,
         reason: format!(
             "the program panicked in this row: {} (a defect of the program: please report it with the study)",
@@ -312,7 +370,7 @@ mod tests {
         work: impl Fn(u64) -> RowOutcome + Sync,
     ) -> (BatchSummary, Delivered) {
         let mut delivered = Vec::new();
-        let summary = run_batch(rows, settings, work, |row, outcome| {
+        let summary = run_batch(rows, settings, &work, |row, outcome| {
             delivered.push((row, outcome));
             Ok::<(), io::Error>(())
         });
@@ -391,7 +449,7 @@ mod tests {
             delivered.fetch_add(1, Ordering::SeqCst);
             Ok::<(), io::Error>(())
         };
-        run_batch(0..100, &narrow, work, sink).expect("the sink never fails");
+        run_batch(0..100, &narrow, &work, sink).expect("the sink never fails");
         let most = most.into_inner();
         // The sink counts before the runner moves the window, so no row can be seen beyond it.
         assert!((2..=8).contains(&most), "{most} rows in flight");
@@ -406,7 +464,7 @@ mod tests {
             outcome(row)
         };
         let mut taken = Vec::new();
-        let result = run_batch(0..1_000_000, &settings(2), work, |row, _| {
+        let result = run_batch(0..1_000_000, &settings(2), &work, |row, _| {
             if row == 20 {
                 return Err(io::Error::other("disk full"));
             }
@@ -426,7 +484,7 @@ mod tests {
     #[test]
     fn a_panic_of_the_sink_does_not_hang() {
         let result = catch_unwind(|| {
-            run_batch(0..1_000_000, &settings(2), outcome, |row, _| {
+            run_batch(0..1_000_000, &settings(2), &outcome, |row, _| {
                 assert!(row < 5, "sink broke");
                 Ok::<(), io::Error>(())
             })

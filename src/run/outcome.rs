@@ -29,6 +29,8 @@ pub struct SolverCounters {
     pub rhs_evaluations: u64,
     /// Contact onsets and releases located.
     pub located_events: u64,
+    /// Times the run was repeated with a stricter tolerance; the other counters are of the last time.
+    pub retries: u64,
 }
 
 /// Result of one row.

@@ -11,7 +11,7 @@ use super::RowStatus;
 use super::batch::BatchProgress;
 
 /// Default time between two plain lines.
-pub const DEFAULT_INTERVAL: Duration = Duration::from_secs(10);
+pub const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);
 /// Layout of the bar; the text behind it is the same as in plain lines.
 const BAR: &str = "{bar:24} {percent:>3} %  {msg}";
 
@@ -39,7 +39,7 @@ enum Display {
 impl Progress {
     /// A bar if stderr is a terminal, else plain lines to stderr at most every `interval`.
     ///
-    /// `rows` is the number of rows that the batch will run.
+    /// `rows` is the number of rows of the whole; see [`Progress::resumed`].
     pub fn to_stderr(rows: u64, interval: Duration) -> Self {
         if io::stderr().is_terminal() {
             Self::bar(rows, ProgressDrawTarget::stderr())
@@ -64,8 +64,16 @@ impl Progress {
     }
 
     fn new(rows: u64, display: Display) -> Self {
-        let tally = Tally { rows, done: 0, failed: 0 };
+        let tally = Tally { rows, before: 0, done: 0, failed: 0 };
         Self { state: Mutex::new(State { tally, display }), started: Instant::now() }
+    }
+
+    /// Begins with `done` rows from earlier runs, of which `failed` are not done; they do not count in the rate.
+    pub fn resumed(self, done: u64, failed: u64) -> Self {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.tally = Tally { before: done, done, failed, ..state.tally };
+        drop(state);
+        self
     }
 
     /// Writes the last line, or leaves the bar as it is and goes to the next line.
@@ -121,6 +129,8 @@ enum Moment {
 #[derive(Debug, Clone, Copy)]
 struct Tally {
     rows: u64,
+    /// Rows done before this run.
+    before: u64,
     done: u64,
     failed: u64,
 }
@@ -134,11 +144,11 @@ struct Text {
 
 impl fmt::Display for Text {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Tally { rows, done, failed } = self.tally;
+        let Tally { rows, before, done, failed } = self.tally;
         write!(f, "{done} of {rows} rows, {failed} failed")?;
         let seconds = self.elapsed.as_secs_f64();
-        if done > 0 && seconds > 0.0 {
-            let rate = done as f64 / seconds;
+        if done > before && seconds > 0.0 {
+            let rate = (done - before) as f64 / seconds;
             write!(f, ", {} rows/s", three_digits(rate))?;
             if !self.at_end {
                 let left = rows.saturating_sub(done) as f64 / rate;
@@ -164,7 +174,7 @@ fn three_digits(value: f64) -> String {
 }
 
 /// Seconds as `hh:mm:ss`, rounded.
-fn clock(seconds: f64) -> String {
+pub fn clock(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     format!("{:02}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
@@ -198,11 +208,14 @@ mod tests {
 
     #[test]
     fn text_has_rate_and_time_left() {
-        let tally = Tally { rows: 500, done: 120, failed: 2 };
+        let tally = Tally { rows: 500, before: 0, done: 120, failed: 2 };
         let mut text = Text { tally, elapsed: Duration::from_secs(8), at_end: false };
         assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:25 left");
         text.at_end = true;
         assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:08 in all");
+        text.tally.before = 40;
+        assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 10.0 rows/s, 00:00:08 in all");
+        text.tally.before = 0;
         text.tally.done = 0;
         text.at_end = false;
         assert_eq!(text.to_string(), "0 of 500 rows, 2 failed");

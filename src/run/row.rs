@@ -82,6 +82,7 @@ where
             rejected_steps: work.rejected,
             rhs_evaluations: work.rhs,
             located_events: work.events,
+            retries: 0,
         },
         wall_time_s: 0.0,
     };

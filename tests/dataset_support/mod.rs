@@ -1,5 +1,6 @@
 //! A synthetic study and its dataset.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -21,6 +22,9 @@ pub fn info() -> DatasetInfo {
         study_name: "synthetic".to_owned(),
         study_text: "[study]\nname = \"synthetic\"  # Gußteil\n".to_owned(),
         study_hash: "0123456789abcdef".to_owned(),
+        overrides: Vec::new(),
+        inputs: BTreeMap::new(),
+        settings: BTreeMap::new(),
         seed: 18_446_744_073_709_551_615,
         program_version: "0.1.0".to_owned(),
         rows: ROWS,
@@ -51,6 +55,7 @@ pub fn outcome(row: u64) -> RowOutcome {
             rejected_steps: row,
             rhs_evaluations: 7000 + row,
             located_events: 50,
+            retries: row % 2,
         },
         wall_time_s: 0.25,
     }
@@ -125,10 +130,10 @@ pub fn write(folder: &Path, threads: usize) -> Manifest {
     let stop = AtomicBool::new(false);
     let settings = BatchSettings { threads, window: 32, stop: &stop, progress: &Silent };
     let mut writer = DatasetWriter::create(folder, &info(), Existing::Refuse).expect("created");
-    run_batch(0..ROWS, &settings, outcome, |row, outcome| {
+    run_batch(0..ROWS, &settings, &outcome, |row, outcome: RowOutcome| {
         // Wall times differ between runs; the rest must not.
         let wall_time_s = outcome.wall_time_s + threads as f64;
-        writer.write(record(row, RowOutcome { wall_time_s, ..outcome }))
+        writer.write(&record(row, RowOutcome { wall_time_s, ..outcome }))
     })
     .expect("all rows taken");
     writer.finish().expect("finished")

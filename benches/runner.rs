@@ -1,0 +1,59 @@
+//! What the runner costs: a sweep of the built-in test scene with rows of 1 ms on two threads.
+//!
+//! `cargo bench --bench runner`; `DECORE_BENCH_ROWS` sets the number of rows (default 1,000,000: nine minutes). Fails if the
+//! memory or the overhead is above its limit, or if DuckDB (`pip install duckdb`) does not open the dataset in a second.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Largest resident memory in bytes.
+const MEMORY_LIMIT_BYTES: u64 = 300_000_000;
+/// Largest overhead: wall time of all threads over the rows' own time, less one.
+const OVERHEAD_LIMIT: f64 = 0.02;
+/// Longest time in s in which DuckDB opens the dataset and counts its rows.
+const OPEN_LIMIT_S: f64 = 1.0;
+
+fn main() {
+    let rows = std::env::var("DECORE_BENCH_ROWS").unwrap_or_else(|_| "1000000".to_owned());
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bench-runner");
+    let summary = folder.with_extension("json");
+    let study = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/placement.toml");
+    let status = Command::new(env!("CARGO_BIN_EXE_decore"))
+        .args(["run", study, "--replace", "--threads", "2", "--stub-row-ms", "1", "--set"])
+        .arg(format!("design.rows={rows}"))
+        .arg("--output")
+        .arg(&folder)
+        .arg("--summary")
+        .arg(&summary)
+        .status();
+    assert!(status.expect("decore runs").code().is_some_and(|code| code == 0 || code == 4));
+    let text = std::fs::read(&summary).expect("summary");
+    let summary: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+    let number = |key: &str| summary[key].as_f64().expect("a number");
+    let overhead = 2.0 * number("wall_time_s") / number("row_time_s") - 1.0;
+    let memory = summary["peak_memory_bytes"].as_u64().unwrap_or(0);
+    println!("rows                 {rows}");
+    println!("wall time            {:.1} s", number("wall_time_s"));
+    println!("rows' own time       {:.1} s on 2 threads", number("row_time_s"));
+    println!("overhead             {:.2} %", 100.0 * overhead);
+    println!("peak memory          {} MB", memory / 1_000_000);
+    if let Some(seconds) = open_with_duckdb(&folder) {
+        println!("opened by DuckDB in  {seconds:.2} s");
+        assert!(seconds < OPEN_LIMIT_S, "DuckDB took {seconds} s");
+    }
+    assert!(memory < MEMORY_LIMIT_BYTES, "{memory} bytes");
+    assert!(overhead < OVERHEAD_LIMIT, "overhead {overhead}");
+}
+
+/// Time in which DuckDB opens all parts, counts the rows and averages an output; `None` without DuckDB.
+fn open_with_duckdb(folder: &Path) -> Option<f64> {
+    const SCRIPT: &str = "import duckdb, sys, time; begin = time.time(); \
+        print(duckdb.sql(f\"select count(*), avg(total_delivered_work_j) from '{sys.argv[1]}/runs/*.parquet'\").fetchall(), \
+        file=sys.stderr); print(time.time() - begin)";
+    let output = Command::new("python3").args(["-c", SCRIPT]).arg(folder).output().ok()?;
+    if !output.status.success() {
+        println!("DuckDB               not installed: skipped");
+        return None;
+    }
+    String::from_utf8(output.stdout).ok()?.trim().parse().ok()
+}

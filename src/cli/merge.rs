@@ -1,0 +1,30 @@
+//! `decore merge`: shards into one dataset.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::exit::{Exit, Failure};
+use super::text::say;
+use crate::dataset::{DatasetReader, Existing};
+use crate::report::{ReportSettings, summarise};
+
+#[derive(Debug, Args)]
+pub(super) struct MergeArguments {
+    /// Folders of all shards of one sweep.
+    #[arg(required = true)]
+    shards: Vec<PathBuf>,
+    /// Folder for the dataset of all rows.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Replace a dataset that is already in the folder.
+    #[arg(long)]
+    replace: bool,
+}
+
+pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
+    let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
+    let manifest = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
+    say(&summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?);
+    Ok(if manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
+}

@@ -1,0 +1,74 @@
+//! `decore status`: how far sweeps are, from another terminal.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use super::exit::{Exit, Failure};
+use super::text::say;
+use crate::dataset::{SweepState, SweepStatus};
+use crate::run::clock;
+
+#[derive(Debug, Args)]
+pub(super) struct StatusArguments {
+    /// Folders of datasets, or of the shards of one.
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Print the status of each as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
+    let mut found = Vec::with_capacity(arguments.datasets.len());
+    for folder in &arguments.datasets {
+        found.push((folder, SweepStatus::read(folder)?));
+    }
+    if arguments.json {
+        let list: Vec<_> =
+            found.iter().map(|(folder, status)| json!({ "dataset": folder, "status": status })).collect();
+        say(&format_args!("{:#}", json!(list)));
+        return Ok(Exit::Done);
+    }
+    for (folder, status) in &found {
+        say(&text(folder, status));
+    }
+    if found.len() > 1 {
+        let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|(_, status)| count(status)).sum::<u64>();
+        let (done, rows, failed) = (sum(|s| s.rows_done), sum(|s| s.rows), sum(|s| s.rows_failed));
+        say(&format_args!("together: {done} of {rows} rows, {failed} failed"));
+    }
+    Ok(Exit::Done)
+}
+
+fn text(folder: &Path, status: &SweepStatus) -> String {
+    let state = match status.state {
+        SweepState::Running => format!("running (process {} on {})", status.process, status.host),
+        SweepState::Complete => "complete".to_owned(),
+        SweepState::Interrupted => "interrupted; the same command goes on".to_owned(),
+        SweepState::TooManyFailed => "stopped, too many rows failed".to_owned(),
+        SweepState::NotWritten => format!("stopped, results could not be written: {}", status.message),
+        SweepState::Lost => "not running: killed, or its machine went down; the same command goes on".to_owned(),
+    };
+    let percent = 100.0 * status.rows_done as f64 / status.rows.max(1) as f64;
+    let mut text = format!(
+        "{}: {state}\n  {} of {} rows ({percent:.1} %), {} failed",
+        folder.display(),
+        status.rows_done,
+        status.rows,
+        status.rows_failed
+    );
+    if status.rows_per_s > 0.0 {
+        text += &format!(", {:.4} rows/s", status.rows_per_s);
+    }
+    if let (SweepState::Running, Some(left)) = (status.state, status.seconds_left) {
+        text += &format!(", {} left", clock(left));
+        let age = SweepStatus::now_unix_s().saturating_sub(status.updated_unix_s);
+        text += &format!(" (as of {age} s ago)");
+    }
+    for error in &status.last_errors {
+        text += &format!("\n  row {}: {}: {}", error.row, error.status, error.reason);
+    }
+    text
+}

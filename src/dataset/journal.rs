@@ -1,0 +1,245 @@
+//! The journal: every row that ended, from the moment at which it ended until it is in a part.
+//!
+//! One file per part's block of rows, appended to by the threads that run rows. A killed process loses the rows that were
+//! running, a power failure those of the last [`SYNC_INTERVAL`].
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::DatasetError;
+use super::durable::failed_to;
+use super::record::StoredRow;
+
+/// Folder of the journal in the dataset's folder.
+pub const JOURNAL: &str = ".journal";
+/// Longest time for which rows are in the system's memory only.
+const SYNC_INTERVAL: Duration = Duration::from_secs(5);
+/// What a file starts with.
+const MAGIC: &[u8; 16] = b"decore journal1\n";
+/// Bytes of a frame's head: length and checksum.
+const HEAD: usize = 12;
+
+/// Appends rows; shared by the threads that run them.
+#[derive(Debug)]
+pub struct Journal {
+    folder: PathBuf,
+    rows_per_part: u64,
+    state: Mutex<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    files: BTreeMap<u64, Arc<File>>,
+    /// Blocks written to since the last sync.
+    unsynced: BTreeMap<u64, Arc<File>>,
+    last_sync: Instant,
+    /// What went wrong first; after it nothing more is appended, since rows behind a torn one would be lost.
+    failed: Option<io::ErrorKind>,
+}
+
+impl Journal {
+    /// The journal of the dataset in `dataset`; its folder must exist.
+    pub fn new(dataset: &Path, rows_per_part: u64) -> Self {
+        let state =
+            State { files: BTreeMap::new(), unsynced: BTreeMap::new(), last_sync: Instant::now(), failed: None };
+        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::new(state) }
+    }
+
+    /// Appends a row.
+    ///
+    /// # Errors
+    /// The system's, such as a full disk: the rows before are kept, this one and later ones are refused.
+    pub fn append(&self, row: &StoredRow) -> Result<(), DatasetError> {
+        let block = row.row() / self.rows_per_part;
+        let path = self.path(block);
+        let frame = frame(row.bytes());
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kind) = state.failed {
+            return Err(failed_to("write", &path)(kind.into()));
+        }
+        let written = state.file(block, &path).and_then(|file| (&*file).write_all(&frame).map(|()| file));
+        match written {
+            Ok(file) => state.unsynced.insert(block, file),
+            Err(error) => {
+                state.failed = Some(error.kind());
+                return Err(failed_to("write", &path)(error));
+            }
+        };
+        if state.last_sync.elapsed() < SYNC_INTERVAL {
+            return Ok(());
+        }
+        state.last_sync = Instant::now();
+        let files = std::mem::take(&mut state.unsynced);
+        // The other threads go on meanwhile.
+        drop(state);
+        files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync", &path))
+    }
+
+    /// Forgets a block whose part is in place.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn remove(&self, block: u64) -> Result<(), DatasetError> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.files.remove(&block);
+        state.unsynced.remove(&block);
+        drop(state);
+        let path = self.path(block);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed_to("remove", &path)(error)),
+            _ => Ok(()),
+        }
+    }
+
+    fn path(&self, block: u64) -> PathBuf {
+        self.folder.join(format!("{:012}.rows", block * self.rows_per_part))
+    }
+}
+
+impl State {
+    fn file(&mut self, block: u64, path: &Path) -> io::Result<Arc<File>> {
+        if let Some(file) = self.files.get(&block) {
+            return Ok(Arc::clone(file));
+        }
+        let file = Arc::new(OpenOptions::new().append(true).create(true).open(path)?);
+        if file.metadata()?.len() == 0 {
+            (&*file).write_all(MAGIC)?;
+        }
+        self.files.insert(block, Arc::clone(&file));
+        Ok(file)
+    }
+}
+
+fn frame(payload: &[u8]) -> Vec<u8> {
+    let mut frame = Vec::with_capacity(HEAD + payload.len());
+    // A row of 4 GiB does not exist: its metrics would not fit into memory; a wrong length would be seen by the checksum.
+    frame.extend((payload.len() as u32).to_le_bytes());
+    frame.extend(checksum(payload));
+    frame.extend(payload);
+    frame
+}
+
+fn checksum(payload: &[u8]) -> [u8; 8] {
+    let mut short = [0; 8];
+    short.iter_mut().zip(blake3::hash(payload).as_bytes()).for_each(|(to, from)| *to = *from);
+    short
+}
+
+/// Calls `take` for every whole row of the journal, then cuts what is torn at the end of each file.
+///
+/// # Errors
+/// The system's.
+pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<(), DatasetError> {
+    for path in files(dataset)? {
+        let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
+        let whole = visit_frames(&bytes, take);
+        if whole < bytes.len() {
+            let file = OpenOptions::new().write(true).open(&path).map_err(failed_to("open", &path))?;
+            file.set_len(whole as u64).map_err(failed_to("shorten", &path))?;
+        }
+    }
+    Ok(())
+}
+
+/// Whole rows in the journal that `counts` and those of them that are not done, without changing it.
+///
+/// # Errors
+/// The system's.
+pub fn count(dataset: &Path, counts: &dyn Fn(u64) -> bool) -> Result<(u64, u64), DatasetError> {
+    let (mut rows, mut failed) = (0, 0);
+    for path in files(dataset)? {
+        match fs::read(&path) {
+            Ok(bytes) => {
+                visit_frames(&bytes, &mut |row| {
+                    let counted = counts(row.row());
+                    rows += u64::from(counted);
+                    failed += u64::from(counted && row.failed());
+                });
+            }
+            // Its part came into place since the folder was listed.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(failed_to("read", &path)(error)),
+        }
+    }
+    Ok((rows, failed))
+}
+
+fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
+    let folder = dataset.join(JOURNAL);
+    let entries = match fs::read_dir(&folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(failed_to("read the folder", &folder)(error)),
+    };
+    let mut paths = Vec::new();
+    for entry in entries {
+        paths.push(entry.map_err(failed_to("read the folder", &folder))?.path());
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+/// Visits the whole rows at the beginning; returns their length in bytes.
+fn visit_frames(bytes: &[u8], take: &mut dyn FnMut(StoredRow)) -> usize {
+    let Some(mut rest) = bytes.strip_prefix(MAGIC) else {
+        return 0;
+    };
+    while let Some((row, left)) = read_frame(rest) {
+        take(row);
+        rest = left;
+    }
+    bytes.len() - rest.len()
+}
+
+fn read_frame(bytes: &[u8]) -> Option<(StoredRow, &[u8])> {
+    let (head, rest) = bytes.split_at_checked(HEAD)?;
+    let (length, sum) = head.split_at_checked(4)?;
+    let length = u32::from_le_bytes(length.try_into().ok()?) as usize;
+    let (payload, rest) = rest.split_at_checked(length)?;
+    if checksum(payload) != sum {
+        return None;
+    }
+    Some((StoredRow::from_bytes(payload.to_vec())?, rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::columns::Cell;
+    use super::super::record::RowWriter;
+    use super::*;
+
+    fn row(row: u64) -> StoredRow {
+        let mut writer = RowWriter::new(row, row == 3);
+        writer.cell(Cell::Real(row as f64));
+        writer.finish()
+    }
+
+    #[test]
+    fn what_is_torn_is_cut_and_the_rest_comes_back() {
+        let scratch = tempfile::TempDir::new().expect("scratch folder");
+        fs::create_dir(scratch.path().join(JOURNAL)).expect("folder");
+        let journal = Journal::new(scratch.path(), 4);
+        (0..6).for_each(|index| journal.append(&row(index)).expect("written"));
+        let path = scratch.path().join(JOURNAL).join("000000000004.rows");
+        let bytes = fs::read(&path).expect("journal");
+        for (length, expected) in [(bytes.len(), 6), (bytes.len() - 1, 5), (17, 4), (3, 4), (0, 4)] {
+            fs::write(&path, &bytes[..length]).expect("cut");
+            assert_eq!(count(scratch.path(), &|_| true).expect("counted"), (expected, 1));
+            let mut rows = Vec::new();
+            recover(scratch.path(), &mut |row| rows.push(row)).expect("recovered");
+            assert_eq!(rows, (0..expected).map(row).collect::<Vec<_>>(), "{length} bytes");
+            // What follows a cut is found again.
+            let again = Journal::new(scratch.path(), 4);
+            again.append(&row(7)).expect("written");
+            assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, expected + 1);
+        }
+        let mut flipped = bytes.clone();
+        flipped[40] ^= 1;
+        fs::write(&path, flipped).expect("written");
+        assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, 4);
+    }
+}

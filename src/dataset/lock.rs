@@ -1,0 +1,90 @@
+//! One writer per dataset: a lock that ends with its process, however that ends.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::DatasetError;
+use super::durable::failed_to;
+
+/// Name of the lock's file in the dataset's folder.
+pub const LOCK_NAME: &str = ".lock";
+
+/// The right to write to a dataset.
+#[derive(Debug)]
+pub struct Lock {
+    path: PathBuf,
+    file: File,
+}
+
+impl Lock {
+    /// Takes the lock of the dataset in `folder`, which must exist.
+    ///
+    /// # Errors
+    /// [`DatasetError::InUse`] if another process has it, or the system's.
+    pub fn take(folder: &Path) -> Result<Self, DatasetError> {
+        let path = folder.join(LOCK_NAME);
+        loop {
+            let mut options = OpenOptions::new();
+            let opened = options.read(true).write(true).create(true).truncate(false).open(&path);
+            let file = opened.map_err(failed_to("open", &path))?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    let owner = fs::read_to_string(&path).unwrap_or_default().trim().to_owned();
+                    return Err(DatasetError::InUse { path: folder.to_owned(), owner });
+                }
+                Err(TryLockError::Error(error)) => return Err(failed_to("lock", &path)(error)),
+            }
+            // The owner before may have removed the file between our opening and locking it.
+            if is_same(&file, &path) {
+                let lock = Self { path, file };
+                lock.sign()?;
+                return Ok(lock);
+            }
+        }
+    }
+
+    /// Whether a process writes to the dataset in `folder`.
+    pub fn is_taken(folder: &Path) -> bool {
+        let file = OpenOptions::new().read(true).write(true).open(folder.join(LOCK_NAME));
+        file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    }
+
+    /// Writes who has the lock, for the message to others.
+    fn sign(&self) -> Result<(), DatasetError> {
+        let sign = |mut file: &File| -> io::Result<()> {
+            file.set_len(0)?;
+            writeln!(file, "process {} on {}", std::process::id(), host_name())
+        };
+        sign(&self.file).map_err(failed_to("write", &self.path))
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // While the lock is held nobody else can have it: removing the name is safe. A file left behind is harmless.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Name of this machine, as far as the system tells.
+pub fn host_name() -> String {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").or_else(|_| fs::read_to_string("/etc/hostname"));
+    let name = name.ok().or_else(|| std::env::var("COMPUTERNAME").ok()).unwrap_or_default();
+    if name.trim().is_empty() { "this machine".to_owned() } else { name.trim().to_owned() }
+}
+
+#[cfg(unix)]
+fn is_same(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(ours), Ok(named)) => (ours.dev(), ours.ino()) == (named.dev(), named.ino()),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_same(_: &File, path: &Path) -> bool {
+    path.exists()
+}

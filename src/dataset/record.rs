@@ -1,0 +1,196 @@
+//! A row as bytes: what the journal holds, and what the parts are encoded from.
+//!
+//! Every row goes through these bytes, whether it was just computed, comes from the journal of a killed run, or from a part
+//! that must be written anew: that is why all of them give the same files.
+
+use super::columns::{Cell, Column, Columns, TableName, status_text};
+use super::{DatasetInfo, RowRecord};
+use crate::run::RowStatus;
+
+/// Column of `runs` that holds the status.
+const STATUS_COLUMN: &str = "status";
+
+/// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, and those of its blows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredRow {
+    row: u64,
+    failed: bool,
+    bytes: Vec<u8>,
+}
+
+impl StoredRow {
+    /// The row of a record, whose blows are given in the table's form.
+    pub fn new(info: &DatasetInfo, columns: &Columns, record: &RowRecord) -> Self {
+        let mut writer = RowWriter::new(record.row, record.outcome.status != RowStatus::Done);
+        writer.cells(info, &columns.runs, record);
+        writer.cells(info, &columns.timings, record);
+        let blows = record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows);
+        for blow in blows {
+            let blow = super::columns::BlowRecord { row: record.row, blow: blow.clone() };
+            writer.cells(info, &columns.blows, &blow);
+        }
+        writer.finish()
+    }
+
+    /// Index of the row in the design.
+    pub fn row(&self) -> u64 {
+        self.row
+    }
+
+    /// Whether the row ended with another status than done.
+    pub fn failed(&self) -> bool {
+        self.failed
+    }
+
+    /// The bytes, as [`StoredRow::from_bytes`] takes them.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The row that has these bytes; `None` if they are none.
+    pub fn from_bytes(bytes: Vec<u8>) -> Option<Self> {
+        let row = u64::from_le_bytes(bytes.get(..8)?.try_into().ok()?);
+        let failed = *bytes.get(8)? != 0;
+        Some(Self { row, failed, bytes })
+    }
+
+    /// Calls `take` with every cell and its table, in the order of the columns; `None` if the bytes do not hold whole rows
+    /// of the tables with these numbers of columns.
+    pub fn visit(&self, columns: &ColumnCounts, take: &mut dyn FnMut(TableName, usize, Cell<'_>)) -> Option<()> {
+        let mut rest = self.bytes.get(9..)?;
+        for (table, count) in [(TableName::Runs, columns.runs), (TableName::Timings, columns.timings)] {
+            for index in 0..count {
+                take(table, index, read_cell(&mut rest)?);
+            }
+        }
+        while !rest.is_empty() {
+            for index in 0..columns.blows {
+                take(TableName::Blows, index, read_cell(&mut rest)?);
+            }
+        }
+        Some(())
+    }
+}
+
+/// Numbers of columns of the tables.
+#[derive(Debug, Clone, Copy)]
+pub struct ColumnCounts {
+    /// Of `runs`.
+    pub runs: usize,
+    /// Of `blows`.
+    pub blows: usize,
+    /// Of `timings`.
+    pub timings: usize,
+}
+
+impl ColumnCounts {
+    /// Counts the columns.
+    pub fn of(columns: &Columns) -> Self {
+        Self { runs: columns.runs.len(), blows: columns.blows.len(), timings: columns.timings.len() }
+    }
+}
+
+/// Builds the bytes of a row.
+pub struct RowWriter {
+    row: u64,
+    failed: bool,
+    bytes: Vec<u8>,
+}
+
+impl RowWriter {
+    /// Begins a row.
+    pub fn new(row: u64, failed: bool) -> Self {
+        let mut bytes = Vec::with_capacity(1024);
+        bytes.extend(row.to_le_bytes());
+        bytes.push(u8::from(failed));
+        Self { row, failed, bytes }
+    }
+
+    fn cells<T>(&mut self, info: &DatasetInfo, columns: &[Column<T>], item: &T) {
+        for column in columns {
+            self.cell(column.cell(info, item));
+        }
+    }
+
+    /// Adds a cell; they come in the order runs, timings, blow by blow.
+    pub fn cell(&mut self, cell: Cell<'_>) {
+        let (tag, number) = match cell {
+            Cell::Null => return self.bytes.push(0),
+            Cell::Real(value) => (1, value.to_bits()),
+            Cell::Count(value) => (2, value),
+            Cell::Integer(value) => (3, value.cast_unsigned()),
+            Cell::Text(text) => (4, text.len() as u64),
+        };
+        self.bytes.push(tag);
+        self.bytes.extend(number.to_le_bytes());
+        if let Cell::Text(text) = cell {
+            self.bytes.extend(text.as_bytes());
+        }
+    }
+
+    /// The row.
+    pub fn finish(self) -> StoredRow {
+        StoredRow { row: self.row, failed: self.failed, bytes: self.bytes }
+    }
+}
+
+/// Whether the cells of a row of `runs` with these columns say that the row is not done.
+pub fn cells_say_failed(names: &[&str], cells: &[Cell<'_>]) -> bool {
+    let status = names.iter().zip(cells).find(|(name, _)| **name == STATUS_COLUMN);
+    status.is_none_or(|(_, cell)| *cell != Cell::Text(status_text(RowStatus::Done)))
+}
+
+fn read_cell<'a>(rest: &mut &'a [u8]) -> Option<Cell<'a>> {
+    let tag = take_bytes(rest, 1)?.first().copied()?;
+    if tag == 0 {
+        return Some(Cell::Null);
+    }
+    let number = u64::from_le_bytes(take_bytes(rest, 8)?.try_into().ok()?);
+    Some(match tag {
+        1 => Cell::Real(f64::from_bits(number)),
+        2 => Cell::Count(number),
+        3 => Cell::Integer(number.cast_signed()),
+        4 => Cell::Text(std::str::from_utf8(take_bytes(rest, usize::try_from(number).ok()?)?).ok()?),
+        _ => return None,
+    })
+}
+
+fn take_bytes<'a>(rest: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
+    let (taken, left) = rest.split_at_checked(count)?;
+    *rest = left;
+    Some(taken)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_come_back_bit_by_bit() {
+        let mut writer = RowWriter::new(7, true);
+        let cells = [Cell::Real(-0.1), Cell::Null, Cell::Text("Gußteil"), Cell::Integer(-3), Cell::Count(u64::MAX)];
+        cells.iter().for_each(|cell| writer.cell(*cell));
+        let stored = StoredRow::from_bytes(writer.finish().bytes().to_vec()).expect("a row");
+        assert_eq!((stored.row(), stored.failed()), (7, true));
+        let mut found = Vec::new();
+        let counts = ColumnCounts { runs: 2, timings: 1, blows: 1 };
+        stored
+            .visit(&counts, &mut |table, index, cell| found.push(format!("{table:?} {index} {cell:?}")))
+            .expect("whole");
+        let tables = ["Runs 0", "Runs 1", "Timings 0", "Blows 0", "Blows 0"];
+        let expected: Vec<String> = tables.iter().zip(cells).map(|(table, cell)| format!("{table} {cell:?}")).collect();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn bytes_cut_short_are_no_row() {
+        let mut writer = RowWriter::new(1, false);
+        writer.cell(Cell::Text("long enough"));
+        let bytes = writer.finish().bytes().to_vec();
+        let counts = ColumnCounts { runs: 1, timings: 0, blows: 1 };
+        for length in 0..bytes.len() {
+            let row = StoredRow::from_bytes(bytes[..length].to_vec());
+            assert!(row.and_then(|row| row.visit(&counts, &mut |_, _, _| {})).is_none(), "{length} bytes");
+        }
+    }
+}

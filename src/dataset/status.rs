@@ -1,0 +1,161 @@
+//! How far a sweep is, or how it ended: a small JSON file that other programs can read.
+
+use std::fs;
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde::{Deserialize, Serialize};
+
+use super::durable::failed_to;
+use super::lock::Lock;
+use super::manifest::Manifest;
+use super::{DatasetError, journal};
+
+/// Name of the status in the dataset's folder.
+pub const STATUS_NAME: &str = "status.json";
+
+/// Its name until it is whole.
+pub const STAGED_STATUS_NAME: &str = ".status.json.partial";
+
+/// What a sweep is doing, or how it ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SweepState {
+    /// Rows are run.
+    Running,
+    /// All rows are there.
+    Complete,
+    /// Stopped by a signal; the same command goes on.
+    Interrupted,
+    /// Stopped because more rows failed than were allowed.
+    TooManyFailed,
+    /// Results could not be written.
+    NotWritten,
+    /// The process ended without a word: killed, or its machine went down.
+    Lost,
+}
+
+/// A row that is not done.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RowError {
+    /// Index of the row.
+    pub row: u64,
+    /// How it ended: invalid, diverged or budget_exhausted.
+    pub status: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// `status.json` and the completion file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SweepStatus {
+    /// What the sweep does.
+    pub state: SweepState,
+    /// In words, e.g. what went wrong; may be empty.
+    pub message: String,
+    /// The process.
+    pub process: u32,
+    /// Its machine.
+    pub host: String,
+    /// When it started, in s since 1970.
+    pub started_unix_s: u64,
+    /// When this was written, in s since 1970.
+    pub updated_unix_s: u64,
+    /// Rows that the dataset is to hold.
+    pub rows: u64,
+    /// Rows that are done with, whatever their status.
+    pub rows_done: u64,
+    /// Of these, rows from earlier runs.
+    pub rows_recovered: u64,
+    /// Of the rows done with, those with another status than done.
+    pub rows_failed: u64,
+    /// Threads that run rows.
+    pub threads: u64,
+    /// Wall time of this process in s.
+    pub wall_time_s: f64,
+    /// Sum of the wall times of the rows that this process ran, in s.
+    pub row_time_s: f64,
+    /// Rows per second of this process.
+    pub rows_per_s: f64,
+    /// Time left in s at this rate; `null` before the first row.
+    pub seconds_left: Option<f64>,
+    /// Largest resident memory of the process in bytes, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+    /// The last rows that are not done, latest last.
+    pub last_errors: Vec<RowError>,
+}
+
+impl SweepStatus {
+    /// Seconds since 1970.
+    pub fn now_unix_s() -> u64 {
+        SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs())
+    }
+
+    /// Puts the status beside a dataset that is being written. Not synced: it is a view, the dataset does not depend on it.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn write(&self, dataset: &Path) -> Result<(), DatasetError> {
+        let staged = dataset.join(STAGED_STATUS_NAME);
+        let target = dataset.join(STATUS_NAME);
+        fs::write(&staged, self.to_json(&target)?).map_err(failed_to("write", &staged))?;
+        fs::rename(&staged, &target).map_err(failed_to("rename into place", &target))
+    }
+
+    /// The status as JSON.
+    ///
+    /// # Errors
+    /// [`DatasetError::Manifest`], should a value not be writable as JSON.
+    pub fn to_json(&self, path: &Path) -> Result<Vec<u8>, DatasetError> {
+        super::manifest::to_json(self, path)
+    }
+
+    /// The status of the dataset in `dataset`: what its last writer said, corrected by what is there.
+    ///
+    /// # Errors
+    /// [`DatasetError::Missing`], those of the manifest, or the system's.
+    pub fn read(dataset: &Path) -> Result<Self, DatasetError> {
+        // Taken is looked at first: a sweep that ends in between is then reported by its last word.
+        let running = Lock::is_taken(dataset);
+        let manifest = Manifest::read(dataset)?;
+        let last = fs::read(dataset.join(STATUS_NAME)).ok();
+        let last: Option<Self> = last.and_then(|text| serde_json::from_slice(&text).ok());
+        let mut status = last.unwrap_or_else(|| Self::of_manifest(&manifest));
+        if running {
+            status.state = SweepState::Running;
+            return Ok(status);
+        }
+        // Rows of a block that has a part may be in the journal too.
+        let (rows, failed) = journal::count(dataset, &|row| !manifest.has(row))?;
+        if rows > 0 || status.state == SweepState::Running {
+            status.rows_done = manifest.rows_done + rows;
+            status.rows_failed = manifest.rows_failed() + failed;
+        }
+        if status.state == SweepState::Running {
+            status.state = if manifest.complete { SweepState::Complete } else { SweepState::Lost };
+        }
+        Ok(status)
+    }
+
+    fn of_manifest(manifest: &Manifest) -> Self {
+        Self {
+            state: SweepState::Running,
+            message: String::new(),
+            process: 0,
+            host: String::new(),
+            started_unix_s: 0,
+            updated_unix_s: 0,
+            rows: manifest.range.len(),
+            rows_done: manifest.rows_done,
+            rows_recovered: 0,
+            rows_failed: manifest.rows_failed(),
+            threads: 0,
+            wall_time_s: 0.0,
+            row_time_s: 0.0,
+            rows_per_s: 0.0,
+            seconds_left: None,
+            peak_memory_bytes: None,
+            last_errors: Vec::new(),
+        }
+    }
+}

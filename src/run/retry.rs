@@ -1,0 +1,80 @@
+//! Runs a row that diverged again with a stricter tolerance.
+
+use crate::run::{RowOutcome, RowStatus, run_row};
+use crate::scene::Scene;
+use crate::system::InterfaceModes;
+
+/// Times a row that diverged is run again unless another number is asked for.
+pub const DEFAULT_RETRIES: u32 = 1;
+/// Factor on the tolerance from one time to the next.
+pub const TIGHTENING: f64 = 0.01;
+/// Least tolerance: below it rounding decides.
+const LEAST_TOLERANCE: f64 = 1e-12;
+
+/// As [`run_row`]; a row that diverges is run again with [`TIGHTENING`] times the tolerance, at most `retries` times.
+///
+/// The outcome is that of the last time, its wall time that of all. Pure, as a single run is.
+pub fn run_row_with_retries(scene: &Scene, modes: &InterfaceModes, retries: u32) -> RowOutcome {
+    repeat(scene, retries, |scene| run_row(scene, modes))
+}
+
+fn repeat(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> RowOutcome) -> RowOutcome {
+    let mut outcome = run(scene);
+    let mut stricter = scene.clone();
+    for time in 1..=retries {
+        stricter.solver.tolerance *= TIGHTENING;
+        if outcome.status != RowStatus::Diverged || stricter.solver.tolerance < LEAST_TOLERANCE {
+            break;
+        }
+        let wall_time_s = outcome.wall_time_s;
+        outcome = run(&stricter);
+        outcome.wall_time_s += wall_time_s;
+        outcome.counters.retries = u64::from(time);
+        if outcome.status != RowStatus::Done {
+            outcome.reason = format!("{} (also with tolerance {:.0e})", outcome.reason, stricter.solver.tolerance);
+        }
+    }
+    outcome
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Environment, Guide, OutputSettings, SolverSettings};
+
+    fn scene() -> Scene {
+        Scene {
+            environment: Environment::default(),
+            hammers: Vec::new(),
+            castings: Vec::new(),
+            duration_s: 1.0,
+            solver: SolverSettings { tolerance: 1e-4, guide: Guide::Spring, max_steps: 10, max_wall_time_s: 1.0 },
+            outputs: OutputSettings::default(),
+        }
+    }
+
+    /// Diverges unless the tolerance is below `limit`.
+    fn run(scene: &Scene, limit: f64) -> RowOutcome {
+        let mut outcome = RowOutcome::invalid("shrunk to nothing".to_owned());
+        let done = scene.solver.tolerance < limit;
+        outcome.status = if done { RowStatus::Done } else { RowStatus::Diverged };
+        outcome.wall_time_s = 2.0;
+        outcome
+    }
+
+    #[test]
+    fn a_row_that_diverges_is_run_with_a_stricter_tolerance() {
+        let tries = |limit: f64, retries: u32| {
+            let outcome = repeat(&scene(), retries, |scene| run(scene, limit));
+            (outcome.status, outcome.counters.retries, outcome.wall_time_s)
+        };
+        assert_eq!(tries(1.0, 3), (RowStatus::Done, 0, 2.0));
+        assert_eq!(tries(1e-5, 3), (RowStatus::Done, 1, 4.0));
+        assert_eq!(tries(1e-7, 3), (RowStatus::Done, 2, 6.0));
+        assert_eq!(tries(1e-7, 1), (RowStatus::Diverged, 1, 4.0));
+        assert_eq!(tries(1e-30, 99), (RowStatus::Diverged, 4, 10.0), "the least tolerance ends it");
+        assert_eq!(tries(1e-5, 0), (RowStatus::Diverged, 0, 2.0));
+        let outcome = repeat(&scene(), 1, |scene| run(scene, 0.0));
+        assert_eq!(outcome.reason, "shrunk to nothing (also with tolerance 1e-6)");
+    }
+}

@@ -1,0 +1,93 @@
+//! A built-in scene that takes a given time and whose outputs are made up: for tests of the runner and of a cluster.
+
+use std::time::{Duration, Instant};
+
+use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics};
+use crate::run::{RowOutcome, RowStatus, SolverCounters};
+
+/// One row in this many diverges.
+const ROWS_PER_FAILURE: u64 = 1000;
+/// The one among them that does.
+const FAILING_ROW: u64 = 613;
+
+/// Rows without a simulation. Outcomes are pure functions of the row, as the simulated ones are.
+#[derive(Debug, Clone, Copy)]
+pub struct StubRows {
+    /// Time that a row takes.
+    pub duration: Duration,
+    /// Hammers of the study; each delivers one blow to casting 0, if there is one.
+    pub hammers: usize,
+    /// Castings of the study.
+    pub castings: usize,
+}
+
+impl StubRows {
+    /// Waits, then gives the row's outcome; row 613 of every thousand diverges.
+    pub fn run(&self, row: u64) -> RowOutcome {
+        let begin = Instant::now();
+        std::thread::sleep(self.duration);
+        let diverged = row % ROWS_PER_FAILURE == FAILING_ROW;
+        RowOutcome {
+            status: if diverged { RowStatus::Diverged } else { RowStatus::Done },
+            reason: if diverged { "made up: the built-in test scene fails here".to_owned() } else { String::new() },
+            time_reached_s: if diverged { unit(row, 0) } else { 1.0 },
+            modes: 60,
+            states: 136,
+            metrics: (!diverged).then(|| self.metrics(row)),
+            counters: SolverCounters {
+                steps: 1000 + row % 997,
+                rejected_steps: row % 89,
+                rhs_evaluations: 7 * (1000 + row % 997),
+                located_events: 50,
+                retries: u64::from(diverged),
+            },
+            wall_time_s: begin.elapsed().as_secs_f64(),
+        }
+    }
+
+    fn metrics(&self, row: u64) -> RunMetrics {
+        let hammer = |index: usize| HammerMetrics {
+            first_impact_time_s: Some(0.1 + 0.01 * unit(row, index)),
+            first_impact_energy_j: Some(60.0 + unit(row, index + 1)),
+            first_impact_work_j: Some(6.0 + unit(row, index + 2)),
+            periodic_blow_count: 9 + row % 5,
+            hit_frequency_hz: Some(20.0 + unit(row, index + 3)),
+            contact_count: 30,
+            air_used_nl: 5.0 + unit(row, index + 4),
+            ..HammerMetrics::default()
+        };
+        let blow = |index: usize| Blow {
+            hammer: index,
+            casting: 0,
+            number: 0,
+            kind: BlowKind::FirstImpact,
+            start_time_s: 0.1 + 0.01 * unit(row, index),
+            energy_j: 60.0 + unit(row, index + 1),
+            chisel_velocity_m_s: 4.0,
+            work_j: 6.0 + unit(row, index + 2),
+            impulse_n_s: 3.0,
+            peak_force_n: 1e5 * unit(row, index + 5),
+            casting_peak_velocity_m_s: unit(row, index + 6),
+        };
+        let casting = CastingMetrics {
+            peak_velocity_m_s: unit(row, 7),
+            peak_velocity_time_s: 0.11,
+            measuring_point_peak_velocity_m_s: None,
+        };
+        let blows = if self.castings > 0 { self.hammers } else { 0 };
+        RunMetrics {
+            hammers: (0..self.hammers).map(hammer).collect(),
+            castings: vec![casting; self.castings],
+            blows: (0..blows).map(blow).collect(),
+            energy_residual: 1e-5 * unit(row, 8),
+        }
+    }
+}
+
+/// A number from 0 to 1 that depends on the row and a salt (the finaliser of SplitMix64).
+fn unit(row: u64, salt: usize) -> f64 {
+    let mut z = row.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(salt as u64 + 1);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
