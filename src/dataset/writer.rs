@@ -363,7 +363,8 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
             .iter()
             .any(|ours| name == *ours);
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
-        if !is_ours && !(is_table && is_empty(&entry.path())) {
+        let may_stay = is_ours || (is_table && is_empty(&entry.path()));
+        if !may_stay {
             return Ok(false);
         }
     }
