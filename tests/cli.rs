@@ -108,7 +108,7 @@ fn the_results_do_not_depend_on_threads() {
 }
 
 #[test]
-fn a_grid_runs_and_its_dataset_is_not_overwritten_unasked() {
+fn a_grid_runs_and_its_dataset_is_continued_or_replaced() {
     let scratch = TempDir::new().unwrap();
     let folder = scratch.path().join("grid");
     let mut arguments = vec!["run", "pressure_grid.toml", "--output", folder.to_str().unwrap()];
@@ -116,8 +116,12 @@ fn a_grid_runs_and_its_dataset_is_not_overwritten_unasked() {
     ends(&arguments, DONE);
     let first = fixed_bytes(&folder);
     assert!(column(&folder, "energy_residual").iter().all(|value| value.parse::<f64>().unwrap().abs() < 1e-3));
-    let refused = ends(&arguments, BAD_INPUT);
-    assert!(stderr(&refused).contains("already holds a dataset"), "{}", stderr(&refused));
+    ends(&arguments, DONE);
+    assert!(fixed_bytes(&folder) == first, "nothing is left to run");
+    let mut changed = arguments.clone();
+    changed.extend(["--set", "hammer.hammer.start_time_s=0.003"]);
+    let refused = ends(&changed, BAD_INPUT);
+    assert!(stderr(&refused).contains("start_time_s"), "{}", stderr(&refused));
     assert!(fixed_bytes(&folder) == first, "a refused run must touch nothing");
     arguments.push("--replace");
     ends(&arguments, DONE);

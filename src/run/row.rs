@@ -65,7 +65,7 @@ where
     let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, integrator.time(), integrator.state()));
     let (status, mut reason) = describe(&stopped, scene);
     if let Some(residual) = metrics.as_ref().map(|metrics| metrics.energy_residual)
-        && !(residual.abs() <= DOUBTFUL_RESIDUAL)
+        && (residual.is_nan() || residual.abs() > DOUBTFUL_RESIDUAL)
     {
         reason = format!("energy residual {residual:.1e}: outputs are doubtful (a smaller solver.tolerance may help)");
     }
