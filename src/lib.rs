@@ -1,5 +1,55 @@
-//! decore: coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
+//! decore: coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure, and designs of
+//! experiments over it.
+//!
+//! # The flow
+//!
+//! ```text
+//! study file --study--> design row --study--> Scene --+
+//!                                                     +--system--> CoupledModel --integrate--> steps, events
+//! matrices --structure--> ReducedStructure --modes----+                                            |
+//!                                                                                               metrics
+//!          tables <--dataset-- RowOutcome <--run------------------------------------------------------+
+//!             |
+//!             +--report--> summary
+//! ```
+//!
+//! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
+//! modes, and [`study::Study::scene`] one of the study and the row's index.
+//!
+//! # Who may import whom
+//!
+//! One way only; a test holds the `use crate::` lines to this table. A module not named on the right is not imported.
+//!
+//! ```text
+//! contact    :
+//! design     :
+//! integrate  :
+//! linalg     :
+//! workpiece  :
+//! hammer     : contact
+//! structure  : linalg
+//! scene      : contact hammer workpiece
+//! study      : design hammer scene workpiece
+//! system     : contact hammer integrate scene workpiece
+//! metrics    : hammer integrate scene system
+//! run        : integrate metrics scene structure study system
+//! dataset    : metrics run
+//! report     : dataset
+//! cli        : dataset metrics report run scene structure study system
+//! ```
+//!
+//! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
+//! - [`scene`]: all that one row needs, as plain data.
+//! - [`system`]: the coupled model; its builder is the only part that knows scenes.
+//! - [`integrate`]: time integration of piecewise smooth systems; never sees a hammer.
+//! - [`metrics`]: outputs, computed while a run goes on.
+//! - [`design`], [`study`]: rows of a design, addressable by (seed, row); the study file as typed and as resolved.
+//! - [`run`]: one row, the machine shared by all rows, the parallel batch.
+//! - [`dataset`], [`report`]: the tables and what is read from them.
+//! - [`cli`]: one file per command.
 #![deny(missing_docs)]
+
 pub mod cli;
 pub mod contact;
 pub mod dataset;

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
-use super::text::say;
+use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::run::{RowOutcome, RowStatus, run_row};
 
@@ -19,8 +19,8 @@ const PROBED_ROWS: usize = 100;
 pub(super) struct CheckArguments {
     /// Study file (TOML).
     study: PathBuf,
-    /// Threads for which the time is estimated; 0: as many as the machine has.
-    #[arg(short, long, default_value_t = 0)]
+    /// Threads for which the time is estimated, at most 1024; 0: as many as the machine has.
+    #[arg(short, long, default_value_t = 0, value_parser = threads)]
     threads: usize,
     /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -32,11 +32,13 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let columns = Columns::new(&prepared.info())?;
     let study = &prepared.study;
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));
-    say(&format_args!("design         {} rows, seed {}", study.row_count(), study.seed()));
+    say(&format_args!("design         {}, seed {}", plural(study.row_count(), "row"), study.seed()));
     for factor in study.factors() {
         let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
-        let paths = factor.paths.join(", ");
-        say(&format_args!("  factor       {}: {}{unit} -> {paths}", factor.name, factor.domain()));
+        say(&format_args!("  factor       {}: {}{unit}", factor.name, factor.domain()));
+        for path in &factor.paths {
+            say(&format_args!("    drives     {path}"));
+        }
     }
     say(&format_args!("hammers        {}", study.hammer_names().join(", ")));
     say(&format_args!("castings       {}", study.casting_names().join(", ")));
@@ -82,11 +84,13 @@ fn estimate(outcome: &RowOutcome, duration_s: f64, (rows, threads): (usize, usiz
         RowStatus::Diverged => format!("; the first row diverges ({})", outcome.reason),
         _ => String::new(),
     };
-    format!("time           {row_s:.2} s per row, about {} with {threads} threads{note}", duration(total_s))
+    let threads = plural(threads, "thread");
+    format!("time           {row_s:.2} s per row, about {} in all with {threads}{note}", duration(total_s))
 }
 
 fn duration(seconds: f64) -> String {
     match seconds {
+        s if s < 9.95 => format!("{s:.1} s"),
         s if s < 90.0 => format!("{s:.0} s"),
         s if s < 5400.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),

@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
-use super::text::{say, tell};
-use crate::dataset::{DatasetError, DatasetReader, DatasetWriter, Existing};
+use super::text::{say, tell, threads};
+use crate::dataset::{Columns, DatasetError, DatasetReader, DatasetWriter, Existing, TableName};
 use crate::report::{ReportSettings, summarise};
 use crate::run::{BatchSettings, BatchSummary, DEFAULT_INTERVAL, DEFAULT_WINDOW, Progress, run_batch};
 
@@ -22,8 +22,8 @@ pub(super) struct RunArguments {
     /// Folder for the tables. Default: `out/` and the study's name.
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Threads that run rows; 0: as many as the machine has. Results do not depend on it.
-    #[arg(short, long, default_value_t = 0)]
+    /// Threads that run rows, at most 1024; 0: as many as the machine has. Results do not depend on it.
+    #[arg(short, long, default_value_t = 0, value_parser = threads)]
     threads: usize,
     /// Replace a dataset that is already in the folder.
     #[arg(long)]
@@ -39,11 +39,13 @@ pub(super) struct RunArguments {
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     let prepared = prepare(&arguments.study, &arguments.overrides)?;
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.study));
+    // Before the rows are run, not after.
+    let settings = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
+    check_ranking(&prepared, &settings.rank_by)?;
     stop_on_interrupt();
     let summary = run_rows(&prepared, &folder, arguments)?;
     let reader = DatasetReader::open(&folder)?;
-    let settings = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
-    say(&summarise(&reader, &settings)?);
+    say(&summarise(&reader, &settings)?.to_string().trim_end());
     if summary.stopped {
         tell(&format_args!(
             "interrupted: {} of {} rows are in {}",
@@ -59,6 +61,23 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
 /// `out/<name of the study file>`.
 fn default_folder(study: &Path) -> PathBuf {
     Path::new("out").join(study.file_stem().unwrap_or(study.as_os_str()))
+}
+
+/// The column that the summary ranks by must be there and hold numbers.
+fn check_ranking(prepared: &Prepared, name: &str) -> Result<(), DatasetError> {
+    let table = TableName::Runs;
+    let columns = Columns::new(&prepared.info())?.describe(table);
+    match columns.iter().find(|column| column.name == name) {
+        Some(column) if column.unit.is_empty() => {
+            Err(DatasetError::NotANumber { table: table.folder(), column: name.to_owned() })
+        }
+        Some(_) => Ok(()),
+        None => Err(DatasetError::UnknownColumn {
+            table: table.folder(),
+            column: name.to_owned(),
+            known: columns.into_iter().map(|column| column.name).collect(),
+        }),
+    }
 }
 
 fn run_rows(prepared: &Prepared, folder: &Path, arguments: &RunArguments) -> Result<BatchSummary, Failure> {

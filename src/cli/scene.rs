@@ -8,10 +8,11 @@ use serde_json::json;
 
 use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
-use super::text::{say, tell};
+use super::text::{say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::metrics::{BlowKind, CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics, SignalRecorder};
 use crate::run::{RowOutcome, RowStatus, run_row, run_row_observed};
+use crate::study::FactorValue;
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
@@ -101,13 +102,18 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
     let study = &prepared.study;
     let mut text = format!("{}, row {row}: {}\n", study.title(), crate::dataset::status_text(outcome.status));
     if !outcome.reason.is_empty() {
-        let _ = writeln!(text, "  {} (time reached: {} s)", outcome.reason, outcome.time_reached_s);
+        let _ = writeln!(text, "  {}; time reached: {} s", outcome.reason, six_digits(outcome.time_reached_s));
     }
     for setting in study.overrides() {
         let _ = writeln!(text, "  set {setting}");
     }
     for (factor, value) in study.factors().iter().zip(study.row_values(row)) {
-        let _ = writeln!(text, "  {} = {value} {}", factor.name, factor.unit.as_deref().unwrap_or(""));
+        let value = match value {
+            FactorValue::Real(value) => six_digits(value),
+            other => other.to_string(),
+        };
+        let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
+        let _ = writeln!(text, "  {} = {value}{unit}", factor.name);
     }
     if let Some(metrics) = &outcome.metrics {
         for (name, hammer) in study.hammer_names().iter().zip(&metrics.hammers) {
@@ -118,6 +124,9 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
         }
         blows(&mut text, study.hammer_names().as_slice(), metrics);
         let _ = writeln!(text, "\nenergy residual {:.2e}", metrics.energy_residual);
+    }
+    if outcome.states == 0 {
+        return text;
     }
     let work = &outcome.counters;
     let _ = writeln!(
@@ -137,21 +146,21 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
 fn section<T>(text: &mut String, title: &str, quantities: &[Quantity<T>], metrics: &T) {
     let _ = writeln!(text, "\n{title}");
     for quantity in quantities {
-        let value = match (quantity.value)(metrics) {
-            None => "-".to_owned(),
-            Some(QuantityValue::Real(value)) => format!("{value:.6}"),
-            Some(QuantityValue::Count(value)) => value.to_string(),
+        let (value, unit) = match (quantity.value)(metrics) {
+            None => ("-".to_owned(), "1"),
+            Some(QuantityValue::Real(value)) => (six_digits(value), quantity.unit),
+            Some(QuantityValue::Count(value)) => (value.to_string(), quantity.unit),
         };
-        let unit = if quantity.unit == "1" { "" } else { quantity.unit };
-        let _ = writeln!(text, "  {:<42} {value:>14} {unit}", quantity.name);
+        let line = format!("  {:<42} {value:>12} {}", quantity.name, if unit == "1" { "" } else { unit });
+        let _ = writeln!(text, "{}", line.trim_end());
     }
 }
 
 fn blows(text: &mut String, hammers: &[&str], metrics: &RunMetrics) {
     let _ = writeln!(
         text,
-        "\nblows\n  {:<14} {:>4} {:<12} {:>10} {:>10} {:>10} {:>10} {:>12} {:>10}",
-        "hammer", "no.", "kind", "start s", "energy J", "work J", "impulse Ns", "peak force N", "peak m/s"
+        "\nblows\n  {:<14} {:>4} {:<12} {:>10} {:>10} {:>10} {:>11} {:>12} {:>11}",
+        "hammer", "no.", "kind", "start s", "energy J", "work J", "impulse N s", "peak force N", "casting m/s"
     );
     for blow in &metrics.blows {
         let kind = match blow.kind {
@@ -161,7 +170,7 @@ fn blows(text: &mut String, hammers: &[&str], metrics: &RunMetrics) {
         };
         let _ = writeln!(
             text,
-            "  {:<14} {:>4} {kind:<12} {:>10.6} {:>10.4} {:>10.4} {:>10.4} {:>12.1} {:>10.4}",
+            "  {:<14} {:>4} {kind:<12} {:>10.6} {:>10.4} {:>10.4} {:>11.4} {:>12.1} {:>11.4}",
             hammers.get(blow.hammer).copied().unwrap_or(""),
             blow.number,
             blow.start_time_s,

@@ -118,6 +118,6 @@ pub struct RunMetrics {
     pub castings: Vec<CastingMetrics>,
     /// Every blow whose window lies within the simulation, by time of start, then hammer.
     pub blows: Vec<Blow>,
-    /// Audit: (work put in - stored - dissipated) / work put in.
+    /// Audit: (work put in - stored - dissipated) / work put in, the latter taken as at least 0.01 J.
     pub energy_residual: f64,
 }

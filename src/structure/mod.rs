@@ -26,6 +26,7 @@ mod modes;
 mod points;
 mod reduced;
 mod reduction;
+mod symmetric;
 
 pub use attached::RigidMass;
 pub use error::{FileFault, StructureError};

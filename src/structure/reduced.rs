@@ -10,7 +10,7 @@ use super::error::{Step, StructureError};
 use super::modal_table::ModalTable;
 use super::modes::StructureModes;
 use super::points::{Interface, InterfacePoints};
-use super::reduction::congruence;
+use super::symmetric::congruence;
 use crate::linalg::{cholesky, multiply, multiply_transposed, solve_lower, symmetric_eigen, symmetric_eigenvalues};
 
 /// Spectral shift in 1/s2, (2 pi 1 Hz)^2: makes `K_zz + shift M_zz` positive definite for machines that float. The result does

@@ -10,9 +10,8 @@ use super::matrix_market::assemble;
 use super::model::FeModel;
 use super::points::{DOF_NAMES, Interface, InterfaceDof};
 use super::reduced::ReducedStructure;
-use crate::linalg::{
-    SparseCholesky, cholesky, multiply, multiply_transposed, solve_lower, solve_lower_transposed, symmetric_eigen,
-};
+use super::symmetric::{congruence, symmetric_part};
+use crate::linalg::{SparseCholesky, cholesky, multiply, multiply_transposed, solve_lower_transposed, symmetric_eigen};
 
 /// Most inner DOFs for the dense solver of the fixed-interface modes: about 10 s and 150 MB.
 const DENSE_LIMIT: usize = 2000;
@@ -170,20 +169,6 @@ fn fixed_interface_modes(parts: &Partition, cutoff_rad_s: f64) -> Result<(Vec<f6
     }
     solve_lower_transposed(&l, &mut psi).step(STEP, SINGULAR_INNER)?;
     Ok((kept.iter().map(|&i| eigen.values[i].recip()).collect(), psi))
-}
-
-/// `L^-1 A L^-T` of a symmetric A.
-pub(super) fn congruence(l: &DMatrix<f64>, mut a: DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
-    const STEP: &str = "congruence transformation";
-    const ADVICE: &str = "check the sizes of mass and stiffness";
-    solve_lower(l, &mut a).step(STEP, ADVICE)?;
-    a.transpose_mut();
-    solve_lower(l, &mut a).step(STEP, ADVICE)?;
-    Ok(symmetric_part(a))
-}
-
-pub(super) fn symmetric_part(a: DMatrix<f64>) -> DMatrix<f64> {
-    (&a + a.transpose()) * 0.5
 }
 
 /// `M_zz` and `K_zz`. `K_qb = 0` because constraint modes are static solutions; `M_qq = I` by normalisation.

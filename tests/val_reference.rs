@@ -1,0 +1,129 @@
+//! Validation against an independent fixed-step program and a second, converged one (`tests/data/reference.json`).
+
+use std::path::Path;
+
+use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row};
+use decore::study::Study;
+use serde_json::Value;
+
+/// Names here, names in the reference, and the bound of the relative difference.
+const FIGURES: [(&str, &str, f64); 17] = [
+    ("first_impact_time_s", "first_time", 2e-3),
+    ("first_impact_energy_j", "first_energy", 2e-3),
+    ("first_impact_chisel_velocity_m_s", "first_chisel_v", 2e-3),
+    ("first_impact_work_j", "first_work", 1e-2),
+    ("first_impact_impulse_n_s", "first_impulse", 1e-2),
+    ("first_impact_peak_force_n", "first_peak_force", 1e-2),
+    ("first_impact_casting_peak_velocity_m_s", "first_casting_peak", 1e-2),
+    ("periodic_blow_count", "n_periodic_blows", 0.0),
+    ("periodic_energy_mean_j", "periodic_energy_mean", PERIODIC),
+    ("hit_frequency_hz", "freq", PERIODIC),
+    ("periodic_work_mean_j", "periodic_work", PERIODIC),
+    ("periodic_impulse_mean_n_s", "periodic_impulse", PERIODIC),
+    ("periodic_peak_force_mean_n", "periodic_peak_force", PERIODIC),
+    ("periodic_casting_peak_velocity_mean_m_s", "periodic_casting_peak", PERIODIC),
+    ("arm_rms_extension_m_s", "rms_arm_extension", 2e-2),
+    ("arm_rms_hammering_m_s", "rms_arm_hammering", 2e-2),
+    ("contact_count", "n_contacts", 3e-2),
+];
+/// Stands for the bound of periodic values, which depends on the scene.
+const PERIODIC: f64 = f64::NAN;
+
+fn reference() -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference.json");
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn simulate(study: &str, settings: &[&str]) -> RowOutcome {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(study);
+    let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+    let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
+    let model = SourceModel::read(study.structure()).unwrap();
+    let points = model.points();
+    study.check(&points).unwrap();
+    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
+    let scene = study.scene(0, &points).unwrap();
+    let outcome = run_row(&scene, &machine.modes(&scene).unwrap());
+    assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
+    outcome
+}
+
+fn close(what: &str, value: &Value, expected: &Value, bound: f64) {
+    let (value, expected) = (value.as_f64().unwrap_or(f64::NAN), expected.as_f64().unwrap_or(f64::NAN));
+    let difference = (value / expected - 1.0).abs();
+    assert!(
+        difference <= bound,
+        "{what}: {value} against {expected}, relative difference {difference:.1e} > {bound:.0e}"
+    );
+}
+
+/// Holds a scene to the fixed-step program's figures.
+fn matches(outcome: &RowOutcome, scene: &str, periodic: f64) {
+    let expected = &reference()["scenes"][scene]["metrics"];
+    let metrics = outcome.metrics.as_ref().unwrap();
+    for (h, hammer) in metrics.hammers.iter().enumerate() {
+        let hammer = serde_json::to_value(hammer).unwrap();
+        for (name, short, bound) in FIGURES {
+            let bound = if bound.is_nan() { periodic } else { bound };
+            close(&format!("{scene}, hammer {h}, {name}"), &hammer[name], &expected["hammers"][h][short], bound);
+        }
+    }
+    for (c, casting) in metrics.castings.iter().enumerate() {
+        let casting = serde_json::to_value(casting).unwrap();
+        let expected = &expected["castings"][c];
+        close(&format!("{scene}, casting {c}"), &casting["peak_velocity_m_s"], &expected["peak_velocity"], 1e-2);
+        close(&format!("{scene}, casting {c}"), &casting["peak_velocity_time_s"], &expected["peak_time"], 1e-2);
+    }
+    assert!(metrics.energy_residual.abs() < 1e-3, "{scene}: residual {:e}", metrics.energy_residual);
+}
+
+/// Holds a scene to the converged program's figures: energies and times, peak velocity.
+fn converges(outcome: &RowOutcome, scene: &str, [energy, frequency, peak]: [f64; 3]) {
+    let expected = &reference()["converged"]["scenes"][scene];
+    let metrics = outcome.metrics.as_ref().unwrap();
+    for (h, hammer) in metrics.hammers.iter().enumerate() {
+        let hammer = serde_json::to_value(hammer).unwrap();
+        let expected = &expected[h];
+        let check = |name: &str, short: &str, bound| {
+            close(&format!("{scene}, converged, hammer {h}, {name}"), &hammer[name], &expected[short], bound);
+        };
+        check("first_impact_energy_j", "first_energy", energy);
+        check("first_impact_time_s", "first_time", energy);
+        check("periodic_energy_mean_j", "periodic_energy_mean", frequency);
+        check("hit_frequency_hz", "freq", frequency);
+    }
+    let peaks = metrics.castings.iter().map(|casting| serde_json::json!(casting.peak_velocity_m_s));
+    let last = expected.as_array().unwrap().last().unwrap();
+    close(&format!("{scene}, converged, peak"), &peaks.last().unwrap(), &last["casting_of_hammer_peak_velocity"], peak);
+}
+
+const R3_60MM: [&str; 3] =
+    ["hammer.hammer.mount=R3", "hammer.hammer.strike_point_m=[0.0, 0.0]", "hammer.hammer.standoff_m=0.060"];
+
+#[test]
+fn val_single_hammer_scenes() {
+    let scenes: [(&str, &[&str]); 3] =
+        [("paper_rig", &[]), ("paper_rig_4bar", &["hammer.hammer.supply_bar=4.0"]), ("paper_rig_r3_60mm", &R3_60MM)];
+    for (scene, settings) in scenes {
+        let outcome = simulate("paper_rig.toml", settings);
+        matches(&outcome, scene, 1e-2);
+        // Measured at worst: 2e-7, 3e-6, 5e-6. The reference itself is good to about 1e-6 (peak velocity 1e-5), and the
+        // machine's modes come from a Craig-Bampton basis here, from the full model there.
+        converges(&outcome, scene, [1e-6, 1e-5, 3e-5]);
+    }
+}
+
+#[test]
+fn val_tied_guide_stays_close_to_the_spring() {
+    let outcome = simulate("paper_rig.toml", &["solver.guide=tied"]);
+    matches(&outcome, "paper_rig", 1e-2);
+    converges(&outcome, "paper_rig", [2e-5, 1e-5, 3e-4]);
+}
+
+#[test]
+fn val_three_hammers_on_two_castings() {
+    let outcome = simulate("three_hammers.toml", &[]);
+    matches(&outcome, "three_hammers_two_castings", 2e-2);
+    // First impacts converge; periodic values of hammers that share a casting scatter between any two methods.
+    converges(&outcome, "three_hammers_two_castings", [2e-6, 5e-3, 1e-4]);
+}
