@@ -262,7 +262,7 @@ fn analytic_three_ball_cradle() {
 /// the method is exact, so steps are as long as allowed, here the whole flight: the touch must still be found.
 #[test]
 fn analytic_touch_within_one_step_is_found() {
-    for depth in [1e-4, 1e-6, 1e-8] {
+    for depth in [1e-5, 1e-6, 1e-8] {
         let (mut scene, modes) = bench();
         scene.environment.gravity_m_s2 = -9.80665;
         // A stop to rest on; the flight leaves it at once.
@@ -273,7 +273,8 @@ fn analytic_touch_within_one_step_is_found() {
         let mut y0 = clear(&model);
         shift(&model, &mut y0, (0.006, 0.1));
         let contact = contact_index(&model, ContactKind::ChiselCasting);
-        let run = simulate(&model, &y0, (1e3, 0.019), 0.1 / 9.80665);
+        // Error control is off: only the first onset says something. It lies in the step from 6 ms to the end.
+        let run = simulate(&model, &y0, (1e3, 0.019), 0.0195);
         let first = run.events.iter().find(|event| event.guard == contact).map(|event| event.t);
         let onset = 0.1 / 9.80665 - (2.0 * depth / 9.80665).sqrt();
         println!("depth {depth:e}: {first:?} instead of {onset}, {} steps", run.counters.steps);

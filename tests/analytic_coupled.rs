@@ -107,8 +107,8 @@ fn analytic_chain_under_a_step_force() {
     let model = build(&castings_only(vec![third]), &modes).expect("sound");
     let static_solution = [0.75, 0.5, 0.25];
     let mut y0 = model.initial_state().to_vec();
-    for (s, value) in y0.iter_mut().enumerate().take(2) {
-        *value = -(shape(0)[s] * static_solution[0] + shape(1)[s] * static_solution[1]);
+    for (s, modal) in y0.iter_mut().enumerate().take(2) {
+        *modal = -(shape(0)[s] * static_solution[0] + shape(1)[s] * static_solution[1]);
     }
     y0[2] = -static_solution[2];
     let run = simulate(&model, &y0, (1e-5, 1.0), 80.0);

@@ -70,7 +70,7 @@ quantities! {
         pub first_impact_peak_force_n: Option<f64> => "N",
         /// Largest absolute velocity of the casting at the strike point within the first impact's window.
         pub first_impact_casting_peak_velocity_m_s: Option<f64> => "m/s",
-        /// Number of blows in the periodic window.
+        /// Number of blows of the percussion, settling ones included.
         pub periodic_blow_count: u64 => "1",
         /// Mean impact energy of the periodic blows.
         pub periodic_energy_mean_j: Option<f64> => "J",
