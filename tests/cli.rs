@@ -345,3 +345,34 @@ fn bad_matrices_name_file_and_reason() {
         assert!(!folder.exists(), "nothing may be written");
     }
 }
+
+#[test]
+fn a_modal_table_gives_what_the_matrices_give() {
+    use decore::run::{Machine, SourceModel};
+    let scratch = TempDir::new().unwrap();
+    let study = decore::study::Study::load(&studies().join("paper_rig.toml")).unwrap();
+    let model = SourceModel::read(study.structure()).unwrap();
+    let points = model.points();
+    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
+    let modes = machine.modes(&study.scene(0, &points).unwrap()).unwrap();
+    let mut table = "mode,frequency_hz,damping_ratio,R5.z,T5.z\n".to_owned();
+    for (s, omega) in modes.omega_rad_s.iter().enumerate() {
+        // A strike points downwards, the table's z upwards.
+        let (mount, fixture) = (-modes.mounts[0][s], -modes.fixtures[0][0][s]);
+        let (number, frequency, damping) = (s + 1, omega / std::f64::consts::TAU, modes.damping_ratio[s]);
+        table += &format!("{number},{frequency:?},{damping:?},{mount:?},{fixture:?}\n");
+    }
+    fs::write(scratch.path().join("modes.csv"), table).unwrap();
+    let points = "name,role,x_m,y_m,z_m\nR5,mount,0.36,0,1.605\nT5,fixture,0.36,0,0.41\n";
+    fs::write(scratch.path().join("points.csv"), points).unwrap();
+    let source =
+        "source = \"modal_table\"\nmodal_file = \"modes.csv\"\npoints_file = \"points.csv\"\nhousings = \"included\"";
+    let modal = altered(scratch.path(), "source = \"station\"", source);
+    let energies = ["paper_rig.toml", modal.to_str().unwrap()].map(|study| {
+        let mut arguments = vec!["scene", study, "--json"];
+        arguments.extend(QUICK);
+        let json: serde_json::Value = serde_json::from_slice(&ends(&arguments, DONE).stdout).unwrap();
+        json["outcome"]["metrics"]["hammers"][0]["first_impact_energy_j"].as_f64().unwrap()
+    });
+    assert!((energies[0] / energies[1] - 1.0).abs() < 1e-9, "{energies:?}");
+}
