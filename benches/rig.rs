@@ -1,8 +1,10 @@
 //! Speed against error on the paper's rig, all figures from one run on one core.
 //!
-//! `cargo bench --bench rig` prints the table and writes `benches/RESULTS.md`. Errors are relative to a run at tolerance
+//! `cargo bench --bench rig` prints the table and writes its section of `benches/RESULTS.md`. Errors are relative to a run at tolerance
 //! 1e-9 of the full model (guide on its spring); times are thread CPU times as ratios to the standard setting, medians of
 //! [`REPEATS`] interleaved runs, because absolute times on shared machines mean little.
+
+mod support;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -115,8 +117,5 @@ fn main() {
         median(STANDARD) / 1.5 * 1e3
     );
     print!("{text}");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/RESULTS.md");
-    if let Err(error) = std::fs::write(&path, text) {
-        eprintln!("failed to write {}: {error}", path.display());
-    }
+    support::write_section("rig", &text);
 }
