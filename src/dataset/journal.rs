@@ -1,14 +1,13 @@
 //! The journal: every row that ended, from the moment at which it ended until it is in a part.
 //!
 //! One file per part's block of rows, appended to by the threads that run rows. A killed process loses the rows that were
-//! running, a power failure those of the last [`SYNC_INTERVAL`].
+//! running, a power failure those since the last [`Journal::sync`].
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, IoSlice, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 use super::DatasetError;
 use super::durable::failed_to;
@@ -16,8 +15,6 @@ use super::record::StoredRow;
 
 /// Folder of the journal in the dataset's folder.
 pub const JOURNAL: &str = ".journal";
-/// Longest time for which rows are in the system's memory only.
-const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 /// What a file starts with.
 const MAGIC: &[u8; 16] = b"decore journal1\n";
 /// Bytes of a frame's head: length and checksum.
@@ -36,7 +33,6 @@ struct State {
     files: BTreeMap<u64, Arc<File>>,
     /// Blocks written to since the last sync.
     unsynced: BTreeMap<u64, Arc<File>>,
-    last_sync: Instant,
     /// What went wrong first; after it nothing more is appended, since rows behind a torn one would be lost.
     failed: Option<io::ErrorKind>,
 }
@@ -44,8 +40,7 @@ struct State {
 impl Journal {
     /// The journal of the dataset in `dataset`; its folder must exist.
     pub fn new(dataset: &Path, rows_per_part: u64) -> Self {
-        let state =
-            State { files: BTreeMap::new(), unsynced: BTreeMap::new(), last_sync: Instant::now(), failed: None };
+        let state = State { files: BTreeMap::new(), unsynced: BTreeMap::new(), failed: None };
         Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::new(state) }
     }
 
@@ -56,27 +51,31 @@ impl Journal {
     pub fn append(&self, row: &StoredRow) -> Result<(), DatasetError> {
         let block = row.row() / self.rows_per_part;
         let path = self.path(block);
-        let frame = frame(row.bytes());
+        let head = frame_head(row.bytes());
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kind) = state.failed {
             return Err(failed_to("write", &path)(kind.into()));
         }
-        let written = state.file(block, &path).and_then(|file| (&*file).write_all(&frame).map(|()| file));
+        let written = state.file(block, &path).and_then(|file| append_frame(&file, &head, row.bytes()).map(|()| file));
         match written {
-            Ok(file) => state.unsynced.insert(block, file),
+            Ok(file) => {
+                state.unsynced.insert(block, file);
+                Ok(())
+            }
             Err(error) => {
                 state.failed = Some(error.kind());
-                return Err(failed_to("write", &path)(error));
+                Err(failed_to("write", &path)(error))
             }
-        };
-        if state.last_sync.elapsed() < SYNC_INTERVAL {
-            return Ok(());
         }
-        state.last_sync = Instant::now();
-        let files = std::mem::take(&mut state.unsynced);
-        // The other threads go on meanwhile.
-        drop(state);
-        files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync", &path))
+    }
+
+    /// Waits until all rows appended so far are on the disk; rows may be appended meanwhile.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn sync(&self) -> Result<(), DatasetError> {
+        let files = std::mem::take(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner).unsynced);
+        files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync the files in", &self.folder))
     }
 
     /// Forgets a block whose part is in place.
@@ -114,13 +113,19 @@ impl State {
     }
 }
 
-fn frame(payload: &[u8]) -> Vec<u8> {
-    let mut frame = Vec::with_capacity(HEAD + payload.len());
+fn frame_head(payload: &[u8]) -> [u8; HEAD] {
+    let mut head = [0; HEAD];
     // A row of 4 GiB does not exist: its metrics would not fit into memory; a wrong length would be seen by the checksum.
-    frame.extend((payload.len() as u32).to_le_bytes());
-    frame.extend(checksum(payload));
-    frame.extend(payload);
-    frame
+    let fields = (payload.len() as u32).to_le_bytes().into_iter().chain(checksum(payload));
+    head.iter_mut().zip(fields).for_each(|(to, from)| *to = from);
+    head
+}
+
+/// Appends head and payload in one call of the system, if it takes them whole.
+fn append_frame(mut file: &File, head: &[u8; HEAD], payload: &[u8]) -> io::Result<()> {
+    let written = file.write_vectored(&[IoSlice::new(head), IoSlice::new(payload)])?;
+    file.write_all(head.get(written..).unwrap_or_default())?;
+    file.write_all(payload.get(written.saturating_sub(HEAD)..).unwrap_or_default())
 }
 
 fn checksum(payload: &[u8]) -> [u8; 8] {

@@ -5,8 +5,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use super::columns::{Columns, TableName};
 use super::difference::differences;
@@ -19,6 +20,9 @@ use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
 use super::store::{Block, STAGING, Store, columns_of, remove};
 use super::{DatasetError, DatasetInfo, RowRecord};
+
+/// Time after which rows in the journal are brought to the disk: a power failure costs no more.
+const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
 /// What to do if the folder already holds a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -290,15 +294,27 @@ impl PartThread {
     }
 }
 
+/// Writes the blocks that come, and syncs the journal, so that the threads that run rows need not wait for the disk.
 fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) -> (Store, Result<(), DatasetError>) {
-    while let Ok(block) = blocks.recv() {
-        let number = block.keys().next().map(|row| row / store.manifest().study.rows_per_part);
-        let written = store.put_block(&block).and_then(|()| number.map_or(Ok(()), |number| journal.remove(number)));
-        if written.is_err() {
-            return (store, written);
+    let mut last_sync = Instant::now();
+    loop {
+        let received = blocks.recv_timeout(SYNC_INTERVAL.saturating_sub(last_sync.elapsed()));
+        let mut result = match received {
+            Ok(block) => {
+                let number = block.keys().next().map(|row| row / store.manifest().study.rows_per_part);
+                store.put_block(&block).and_then(|()| number.map_or(Ok(()), |number| journal.remove(number)))
+            }
+            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => return (store, Ok(())),
+        };
+        if last_sync.elapsed() >= SYNC_INTERVAL {
+            result = result.and_then(|()| journal.sync());
+            last_sync = Instant::now();
+        }
+        if result.is_err() {
+            return (store, result);
         }
     }
-    (store, Ok(()))
 }
 
 /// Looks at a folder before anything is done to it: it must be absent, empty, or a dataset that `existing` allows for.
