@@ -152,7 +152,11 @@ impl Integrator {
                 self.t = stop;
                 continue;
             }
-            let planned = self.h.min(self.settings.longest_step_s);
+            let mut planned = self.h.min(self.settings.longest_step_s);
+            if self.t + planned > system.horizon() {
+                self.renew(system);
+                planned = planned.min(system.horizon() - self.t);
+            }
             let stop = (planned >= remaining).then_some(stop);
             let h = planned.min(remaining);
             // Too short to move the clock: the steps before have shrunk to nothing.
@@ -167,7 +171,26 @@ impl Integrator {
                 self.reject(&trial);
             }
         }
+        self.renew(system);
         Stopped::AtEnd
+    }
+
+    /// Renews what the system carries outside the state, if it does.
+    fn renew<S: System>(&mut self, system: &mut S) {
+        if system.horizon() == f64::INFINITY {
+            return;
+        }
+        self.know_rate(system);
+        system.renew(self.t, &mut self.y, &mut self.stages[..self.n]);
+    }
+
+    /// Makes sure that the first stage holds the rate at the present state.
+    fn know_rate<S: System>(&mut self, system: &mut S) {
+        if !self.rate_known {
+            system.rhs(self.t, &self.y, &mut self.stages[..self.n]);
+            self.rate_known = true;
+            self.counters.rhs += 1;
+        }
     }
 
     /// Passes the scheduled stops that are due; returns the time of the next one.
@@ -183,11 +206,7 @@ impl Integrator {
     /// Computes the stages of a step of length `h`; returns its error in units of the tolerance.
     fn try_step<S: System>(&mut self, system: &mut S, h: f64) -> f64 {
         let n = self.n;
-        if !self.rate_known {
-            system.rhs(self.t, &self.y, &mut self.stages[..n]);
-            self.rate_known = true;
-            self.counters.rhs += 1;
-        }
+        self.know_rate(system);
         self.stage::<S, 1>(system, h);
         self.stage::<S, 2>(system, h);
         self.stage::<S, 3>(system, h);
@@ -217,9 +236,10 @@ impl Integrator {
             Step { t0: self.t, h: trial.h, theta_end: 1.0, y0: &self.y, y1: &self.y_new, stages: &self.stages };
         let n = self.n;
         if !self.samples_known {
-            system.sample_guards(&self.y, &self.stages[..n], &mut self.samples);
+            system.sample_guards(self.t, (&self.y, &self.stages[..n]), &mut self.samples);
         }
-        system.sample_guards(&self.y_new, &self.stages[(STAGES - 1) * n..], &mut self.samples_new);
+        let rate_new = &self.stages[(STAGES - 1) * n..];
+        system.sample_guards(self.t + trial.h, (&self.y_new, rate_new), &mut self.samples_new);
         let ends = Ends { start: &self.samples, end: &self.samples_new, fresh: &self.fresh };
         let theta = first_events(system, &step, &ends, (&mut self.hits, &mut self.scratch));
         if theta < 1.0 {

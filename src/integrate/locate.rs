@@ -50,7 +50,7 @@ pub(super) fn first_events<S: System>(
         } else {
             let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
             step.components(system.guard_support(guard), theta, y);
-            if system.guard(guard, y) <= 0.0 {
+            if system.guard(guard, step.time(theta), y) <= 0.0 {
                 continue;
             }
             theta
@@ -93,7 +93,7 @@ fn upward_zero<S: System>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f
     let support = system.guard_support(watch.guard);
     let mut value = |theta: f64| {
         step.components(support, theta, y);
-        system.guard(watch.guard, y)
+        system.guard(watch.guard, step.time(theta), y)
     };
     let mut low = if watch.fresh { INTERIOR.min(watch.positive_at) } else { 0.0 };
     let mut high = watch.positive_at;

@@ -36,10 +36,20 @@ pub trait System {
     fn guard_support(&self, guard: usize) -> &[usize];
 
     /// Value of a guard; only the components of its support are valid in `y`. Negative: nothing to do.
-    fn guard(&self, guard: usize, y: &[f64]) -> f64;
+    fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64;
 
     /// Samples every guard at a state and its rate: see [`GuardSample`].
-    fn sample_guards(&self, y: &[f64], rate: &[f64], samples: &mut [GuardSample]);
+    fn sample_guards(&self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]);
+
+    /// Time that no step may pass before [`System::renew`] is called. Default: infinity.
+    ///
+    /// A system may carry a part of itself outside `y`, as functions of time that hold for a while.
+    fn horizon(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Brings the part outside `y` to time `t`; changes `y` and its rate to the new representation of the same state.
+    fn renew(&mut self, _t: f64, _y: &mut [f64], _rate: &mut [f64]) {}
 
     /// Changes the discrete state because `guard` has crossed zero at `(t, y)`; an impact law may change `y` too.
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]);

@@ -5,18 +5,18 @@ use crate::integrate::Step;
 /// Parts into which a step is cut to bracket its peak; a step spans less than half a period of any contact.
 const PARTS: usize = 4;
 
-/// Largest absolute value of `quantity` between the start of the step and `theta_end`, and the fraction where it is.
+/// Largest absolute value of `quantity`, a function of time and state, between the start of the step and `theta_end`, and the fraction where it is.
 ///
 /// `support` lists the components that `quantity` reads; `y` is scratch of the state's length.
 pub(super) fn peak(
     step: &Step<'_>,
     theta_end: f64,
     (support, y): (&[usize], &mut [f64]),
-    quantity: impl Fn(&[f64]) -> f64,
+    quantity: impl Fn(f64, &[f64]) -> f64,
 ) -> (f64, f64) {
     let mut at = |theta: f64| {
         step.components(support, theta, y);
-        quantity(y).abs()
+        quantity(step.time(theta), y).abs()
     };
     let spacing = theta_end / PARTS as f64;
     let mut samples = [0.0; PARTS + 1];

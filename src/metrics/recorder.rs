@@ -95,7 +95,7 @@ impl Recorder {
             hammers,
             castings: self.castings.into_iter().map(|track| track.metrics).collect(),
             blows,
-            energy_residual: energy_residual(system, y),
+            energy_residual: energy_residual(system, t, y),
         }
     }
 
@@ -111,11 +111,11 @@ impl Recorder {
         for window in &mut track.open {
             let theta = step.fraction(window.end_s);
             if closed {
-                let force = |y: &[f64]| system.contact_force(slot.strike, y);
+                let force = |t: f64, y: &[f64]| system.contact_force(slot.strike, t, y);
                 let (value, _) = peak(step, theta, (support, &mut self.scratch), force);
                 window.blow.peak_force_n = window.blow.peak_force_n.max(value);
             }
-            let speed = |y: &[f64]| y[chisel] - model.relative_motion(row, y).1;
+            let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
             let (value, _) = peak(step, theta, (support, &mut self.scratch), speed);
             window.blow.casting_peak_velocity_m_s = window.blow.casting_peak_velocity_m_s.max(value);
         }
@@ -192,7 +192,7 @@ impl Observer<Coupled<'_>> for Recorder {
                 }
             }
             ContactKind::PistonChisel if system.gate_open(h) => {
-                let (_, closing) = model.penetration(guard, y);
+                let (_, closing) = system.penetration(guard, t, y);
                 let separate = t - self.hammers[h].last_blow_s >= self.settings.blow_separation_s;
                 if separate && closing >= self.settings.blow_closing_speed_m_s {
                     let settling = self.hammers[h].blows <= self.settings.settling_blows;
@@ -211,7 +211,7 @@ impl CastingTrack {
         let reach = |index: usize| step.start()[index].abs() + step.h * step.largest_rate(index);
         let [heave] = self.heave_velocity;
         if reach(heave) > self.metrics.peak_velocity_m_s {
-            let (value, theta) = peak(step, step.theta_end, (&self.heave_velocity, scratch), |y| y[heave]);
+            let (value, theta) = peak(step, step.theta_end, (&self.heave_velocity, scratch), |_, y| y[heave]);
             if value > self.metrics.peak_velocity_m_s {
                 self.metrics.peak_velocity_m_s = value;
                 self.metrics.peak_velocity_time_s = step.time(theta);
@@ -221,7 +221,7 @@ impl CastingTrack {
             let (support, coefficients) = (&self.measuring_support, &self.measuring_coefficients);
             let terms = || support.iter().zip(coefficients);
             if terms().map(|(index, c)| c.abs() * reach(*index)).sum::<f64>() > *largest {
-                let speed = |y: &[f64]| terms().map(|(index, c)| c * y[*index]).sum::<f64>();
+                let speed = |_: f64, y: &[f64]| terms().map(|(index, c)| c * y[*index]).sum::<f64>();
                 let (value, _) = peak(step, step.theta_end, (support, scratch), speed);
                 *largest = largest.max(value);
             }
@@ -288,10 +288,10 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> Option<f64> {
 }
 
 /// (work put in - stored - dissipated) / (work put in), stored energy relative to rest.
-fn energy_residual(system: &Coupled<'_>, y: &[f64]) -> f64 {
+fn energy_residual(system: &Coupled<'_>, t: f64, y: &[f64]) -> f64 {
     let model = system.model();
     let put_in = y[model.layout().work_in()];
-    let at_rest = Coupled::new(model).stored_energy(model.initial_state());
-    let stored = system.stored_energy(y) - at_rest;
+    let at_rest = Coupled::new(model).stored_energy(0.0, model.initial_state());
+    let stored = system.stored_energy(t, y) - at_rest;
     (put_in - stored - system.dissipated_energy(y)) / put_in.abs().max(LEAST_WORK_J)
 }

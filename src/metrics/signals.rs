@@ -128,12 +128,12 @@ impl Observer<Coupled<'_>> for SignalRecorder {
                     Source::Time => t,
                     Source::Component(index) => y[index],
                     Source::Relative { hammer, upper, lower } => {
-                        let position = model.hammer_state(hammer, y).position;
+                        let position = system.hammer_state(hammer, t, y).position;
                         position[upper] - position[lower]
                     }
-                    Source::Arm { hammer } => model.interface_velocity(model.hammers()[hammer].mount, y),
-                    Source::Strike { hammer } => system.contact_force(model.hammers()[hammer].strike, y),
-                    Source::Percussion { hammer } => system.contact_force(model.hammers()[hammer].percussion, y),
+                    Source::Arm { hammer } => system.interface_motion(model.hammers()[hammer].mount, t, y).1,
+                    Source::Strike { hammer } => system.contact_force(model.hammers()[hammer].strike, t, y),
+                    Source::Percussion { hammer } => system.contact_force(model.hammers()[hammer].percussion, t, y),
                 });
             }
             self.next += 1;

@@ -40,7 +40,7 @@ fn repeat(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> RowOutcome) -> Ro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Environment, Guide, OutputSettings, SolverSettings};
+    use crate::scene::{Environment, Guide, ModeTreatment, OutputSettings, SolverSettings};
 
     fn scene() -> Scene {
         Scene {
@@ -48,7 +48,7 @@ mod tests {
             hammers: Vec::new(),
             castings: Vec::new(),
             duration_s: 1.0,
-            solver: SolverSettings { tolerance: 1e-4, guide: Guide::Spring, max_steps: 10, max_wall_time_s: 1.0 },
+            solver: SolverSettings { tolerance: 1e-4, guide: Guide::Spring, modes: ModeTreatment::Integrated, max_steps: 10, max_wall_time_s: 1.0 },
             outputs: OutputSettings::default(),
         }
     }

@@ -90,6 +90,19 @@ pub enum Guide {
     Tied,
 }
 
+/// How the structure's modes take part in the integration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ModeTreatment {
+    /// Condensed or integrated, whichever costs less in the scene.
+    #[default]
+    Automatic,
+    /// Two states per mode, integrated with all others.
+    Integrated,
+    /// Propagated exactly, seen by the others through the interface points only: no states per mode.
+    Condensed,
+}
+
 /// Accuracy and effort of one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolverSettings {
@@ -97,6 +110,8 @@ pub struct SolverSettings {
     pub tolerance: f64,
     /// Model of the housing guide.
     pub guide: Guide,
+    /// How modes are integrated.
+    pub modes: ModeTreatment,
     /// Steps after which a row ends with status `budget_exhausted`.
     pub max_steps: u64,
     /// Wall time in s after which a row ends with status `budget_exhausted`.

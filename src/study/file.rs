@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Environment, Guide, OutputSettings};
+use crate::scene::{Environment, Guide, ModeTreatment, OutputSettings};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -221,6 +221,9 @@ pub struct SolverEntry {
     /// Model of the housing guide. Default: the preset's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guide: Option<Guide>,
+    /// How modes are integrated: the results are the same to within the tolerance. Default `automatic`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modes: Option<ModeTreatment>,
     /// Steps after which a row is given up. Default 20 million.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<u64>,

@@ -108,6 +108,7 @@ fn solver(entry: &SolverEntry) -> SolverSettings {
     SolverSettings {
         tolerance: entry.tolerance.unwrap_or(tolerance),
         guide: entry.guide.unwrap_or(guide),
+        modes: entry.modes.unwrap_or_default(),
         max_steps: entry.max_steps.unwrap_or(MAX_STEPS),
         max_wall_time_s: entry.max_wall_time_s.unwrap_or(MAX_WALL_TIME_S),
     }

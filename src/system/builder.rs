@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::ContactParameters;
 use crate::hammer::{Gas, HammerModel, body};
-use crate::scene::{Environment, Guide, HammerUnit, Scene};
+use crate::scene::{Environment, Guide, HammerUnit, ModeTreatment, Scene};
+use crate::system::condensed::Condensation;
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
 use crate::system::layout::Layout;
-use crate::system::model::{CastingSlot, CoupledModel, HammerSlot, TiedGuides};
+use crate::system::model::{CastingSlot, CoupledModel, HammerSlot, Modes, TiedGuides};
 use crate::workpiece::WorkpieceError;
 
 /// Error scale of a body's position in m: at tolerance 1 a step may miss a contact force by about one per cent of its peak.
@@ -125,37 +126,51 @@ impl Numbering {
 pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, BuildError> {
     check_shapes(scene, modes)?;
     let numbering = Numbering::new(scene)?;
-    let (kept, phi) = excited_modes(modes);
-    let layout = Layout { modes: kept.len(), bodies: numbering.bodies, hammers: scene.hammers.len() };
+    let modes = excited_modes(modes);
+    let condensation = condensation(scene.solver.modes, &modes);
+    let count = modes.omega_squared.len();
+    let layout = Layout {
+        modes: count,
+        structure: condensation.as_ref().map_or([count; 2], |condensed| [condensed.states(), 0]),
+        bodies: numbering.bodies,
+        hammers: scene.hammers.len(),
+    };
     let mut elements = ElementsBuilder::default();
     let mut hammers = Vec::with_capacity(scene.hammers.len());
     for (h, unit) in scene.hammers.iter().enumerate() {
         hammers.push(add_hammer(&mut elements, &numbering, scene, (h, unit)));
     }
     add_fixtures(&mut elements, &numbering, scene);
-    let elements = elements.assemble(numbering.bodies + phi.ncols());
-    let tied = tied_guides(scene, &phi)?;
-    let omega = |k: &usize| modes.omega_rad_s[*k];
+    let elements = elements.assemble(numbering.bodies + modes.phi.ncols());
     let mut model = CoupledModel {
         layout,
-        omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
-        modal_damping: DVector::from_iterator(
-            kept.len(),
-            kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k)),
-        ),
-        scales: scales(&layout, &numbering, &phi),
-        phi,
+        scales: scales(&layout, &numbering, &modes.phi, condensation.as_ref()),
         supports: supports(&elements, &layout),
         elements,
         castings: castings(scene, &numbering),
         body_mass: body_masses(scene, &numbering, &hammers),
         hammers,
-        tied,
+        tied: tied_guides(scene, &modes.phi)?,
+        modes,
+        condensation,
         ambient_pressure_pa: scene.environment.ambient_pressure_pa,
         initial: Vec::new(),
     };
     model.initial = rest(&model);
     Ok(model)
+}
+
+/// The modes condensed, if the scene asks for it or a right-hand side gets cheaper by it.
+fn condensation(treatment: ModeTreatment, modes: &Modes) -> Option<Condensation> {
+    let (count, points) = modes.phi.shape();
+    // Two products with the mode shapes, and each mode's states in the stages of a step.
+    let integrated = count * (3 * points + 20);
+    let condense = match treatment {
+        ModeTreatment::Automatic => Condensation::cost(points) < integrated,
+        ModeTreatment::Integrated => false,
+        ModeTreatment::Condensed => true,
+    };
+    if condense { Condensation::new(modes) } else { None }
 }
 
 fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
@@ -184,15 +199,19 @@ fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError>
     Ok(())
 }
 
-/// Indices of the modes that the scene excites and their shapes: modes x interface points, mounts before fixtures.
-fn excited_modes(modes: &InterfaceModes) -> (Vec<usize>, DMatrix<f64>) {
+/// The modes that the scene excites; interface points of mounts come before those of fixtures.
+fn excited_modes(modes: &InterfaceModes) -> Modes {
     let rows: Vec<&Vec<f64>> = modes.mounts.iter().chain(modes.fixtures.iter().flatten()).collect();
     let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
     let count = modes.omega_rad_s.len();
     let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
     let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
-    let phi = DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]);
-    (kept, phi)
+    let omega = |k: &usize| modes.omega_rad_s[*k];
+    Modes {
+        omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
+        damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
+        phi: DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
+    }
 }
 
 /// Adds the springs and contacts of one hammer.
@@ -306,17 +325,36 @@ fn body_masses(scene: &Scene, numbering: &Numbering, hammers: &[HammerSlot]) -> 
 }
 
 /// Error scales of the states.
-fn scales(layout: &Layout, numbering: &Numbering, phi: &DMatrix<f64>) -> Vec<f64> {
+fn scales(
+    layout: &Layout,
+    numbering: &Numbering,
+    phi: &DMatrix<f64>,
+    condensation: Option<&Condensation>,
+) -> Vec<f64> {
     let mut bodies = vec![1.0; layout.bodies];
     for (first, active) in numbering.first_casting_body.iter().zip(&numbering.rotations) {
         let rotations = active.iter().filter(|active| **active).count();
         bodies[first + 1..first + 1 + rotations].fill(1.0 / ROTATION_LEVER_M);
     }
-    // A modal coordinate matters by what it moves the interface points.
-    let modal = phi.row_iter().map(|row| 1.0 / row.amax());
-    let unit: Vec<f64> = modal.chain(bodies).collect();
-    let mechanical = [POSITION_SCALE_M, VELOCITY_SCALE_M_S];
-    let mut scales: Vec<f64> = mechanical.iter().flat_map(|scale| unit.iter().map(move |u| u * scale)).collect();
+    // What the structure's states matter by is what they move the interface points.
+    let unit: Vec<f64> = match condensation {
+        None => phi.row_iter().map(|row| 1.0 / row.amax()).collect(),
+        Some(condensation) => (0..phi.ncols()).map(|point| condensation.force_scale(point)).collect(),
+    };
+    let scaled = |unit: &[f64], scale: f64| unit.iter().map(|u| u * scale).collect::<Vec<_>>();
+    let mut scales = Vec::with_capacity(layout.states());
+    if condensation.is_some() {
+        scales.extend(scaled(&unit, VELOCITY_SCALE_M_S));
+        scales.extend(scaled(&unit, POSITION_SCALE_M));
+        // Integrals of higher order err by what the lower ones do.
+        scales.resize(layout.structure[0], f64::INFINITY);
+        scales.extend(scaled(&bodies, POSITION_SCALE_M));
+    } else {
+        scales.extend(scaled(&unit, POSITION_SCALE_M));
+        scales.extend(scaled(&bodies, POSITION_SCALE_M));
+        scales.extend(scaled(&unit, VELOCITY_SCALE_M_S));
+    }
+    scales.extend(scaled(&bodies, VELOCITY_SCALE_M_S));
     scales.resize(layout.states(), PRESSURE_SCALE_PA);
     scales
 }
@@ -329,8 +367,8 @@ fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
             if point < layout.bodies {
                 components.extend([layout.position(point), layout.velocity(point)]);
             } else {
-                components.extend(layout.modal());
-                components.extend(layout.modal_velocity());
+                components.extend(layout.structure_displacements());
+                components.extend(layout.structure_velocities());
             }
         }
         components
@@ -369,7 +407,7 @@ fn gas(environment: &Environment) -> Gas {
 mod tests {
     use super::*;
     use crate::hammer::HammerParameters;
-    use crate::scene::{Mount, OutputSettings, SolverSettings};
+    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings};
     use crate::workpiece::{Casting, Fixture, Inertia};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
@@ -401,7 +439,7 @@ mod tests {
             casting: 0,
             strike_point_m: [0.03, 0.07],
         };
-        let solver = SolverSettings { tolerance: 1e-5, guide: Guide::Spring, max_steps: 10, max_wall_time_s: 1.0 };
+        let solver = SolverSettings { tolerance: 1e-5, guide: Guide::Spring, modes: ModeTreatment::Integrated, max_steps: 10, max_wall_time_s: 1.0 };
         let scene = Scene {
             environment: Environment::default(),
             hammers: vec![unit],
@@ -443,7 +481,7 @@ mod tests {
         let (scene, modes) = scene();
         let model = build(&scene, &modes).unwrap();
         assert_eq!(model.layout().modes, 2);
-        assert_eq!(model.omega_squared.as_slice(), [1e4, 4e4]);
+        assert_eq!(model.modes.omega_squared.as_slice(), [1e4, 4e4]);
         assert!(model.scales.iter().all(|scale| scale.is_finite() && *scale > 0.0));
     }
 

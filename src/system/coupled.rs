@@ -4,24 +4,29 @@ use nalgebra::{DVector, DVectorView, DVectorViewMut};
 
 use crate::hammer::{HammerState, body};
 use crate::integrate::{GuardSample, System};
+use crate::system::condensed::{Base, Condensation, Motion};
 use crate::system::elements::ContactKind;
 use crate::system::layout::HammerQuadrature;
-use crate::system::model::CoupledModel;
+use crate::system::model::{CoupledModel, TiedGuides};
 
 /// A coupled model being integrated: which contacts are closed, which supplies and gates are open, and scratch memory.
 #[derive(Debug, Clone)]
 pub struct Coupled<'a> {
-    model: &'a CoupledModel,
-    closed: Vec<bool>,
+    pub(super) model: &'a CoupledModel,
+    /// The condensed modes at their last renewal; `None` if modes are integrated.
+    pub(super) base: Option<Base>,
+    pub(super) closed: Vec<bool>,
     supply_on: Vec<bool>,
     gate_open: Vec<bool>,
     /// When each gate opens; infinite until the hammer's first contact.
     gate_time_s: Vec<f64>,
     /// Energy that springs of contacts held when these opened under compression, J.
-    released_energy_j: f64,
+    pub(super) released_energy_j: f64,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
     force: Vec<f64>,
+    /// Accelerations of condensed interface points without the direct part of the forces.
+    acceleration: Vec<f64>,
     /// Accelerations of the tied guides' mounts, and their correction.
     mount_acceleration: DVector<f64>,
     mount_correction: DVector<f64>,
@@ -38,17 +43,12 @@ impl<'a> Coupled<'a> {
     /// The model at rest.
     pub fn new(model: &'a CoupledModel) -> Self {
         let hammers = model.hammers.len();
-        let points = model.layout.bodies + model.phi.ncols();
+        let points = model.layout.bodies + model.modes.phi.ncols();
         let tied = model.tied.as_ref().map_or(0, |tied| tied.mounts.len());
-        let closed = (0..model.elements.contacts().len())
-            .map(|contact| {
-                let (d, rate) = model.penetration(contact, &model.initial);
-                model.elements.contacts()[contact].law.onset_indicator(d, rate) > 0.0
-            })
-            .collect();
-        Self {
+        let mut system = Self {
             model,
-            closed,
+            base: model.condensation.as_ref().map(|_| Base::at_rest(&model.modes)),
+            closed: vec![false; model.elements.contacts().len()],
             supply_on: vec![false; hammers],
             gate_open: vec![false; hammers],
             gate_time_s: vec![f64::INFINITY; hammers],
@@ -56,9 +56,15 @@ impl<'a> Coupled<'a> {
             displacement: vec![0.0; points],
             velocity: vec![0.0; points],
             force: vec![0.0; points],
+            acceleration: vec![0.0; model.modes.phi.ncols()],
             mount_acceleration: DVector::zeros(tied),
             mount_correction: DVector::zeros(tied),
+        };
+        for contact in 0..system.closed.len() {
+            let (d, rate) = system.penetration(contact, 0.0, &model.initial);
+            system.closed[contact] = model.elements.contacts()[contact].law.onset_indicator(d, rate) > 0.0;
         }
+        system
     }
 
     /// The constants.
@@ -76,38 +82,36 @@ impl<'a> Coupled<'a> {
         self.gate_open[hammer]
     }
 
-    /// Force of a contact at a state in N; 0 while it is open.
-    pub fn contact_force(&self, contact: usize, y: &[f64]) -> f64 {
-        if !self.closed[contact] {
-            return 0.0;
-        }
-        let (d, rate) = self.model.penetration(contact, y);
-        self.model.elements.contacts()[contact].law.closed_force(d, rate)
-    }
-
-    /// Energy stored at a state, J.
-    pub fn stored_energy(&self, y: &[f64]) -> f64 {
-        self.model.stored_energy(y, &self.closed)
-    }
-
-    /// Energy dissipated up to a state, J, what opening contacts released included.
-    pub fn dissipated_energy(&self, y: &[f64]) -> f64 {
-        y[self.model.layout.dissipated()] + self.released_energy_j
-    }
-
-    /// Displacements and velocities of all points: bodies as they are, interface points from the modes.
-    fn gather(&mut self, y: &[f64]) {
+    /// Displacements and velocities of all points: bodies as they are, interface points from the structure.
+    fn gather(&mut self, t: f64, y: &[f64]) {
         let layout = &self.model.layout;
-        let (n, m, b) = (layout.mechanical(), layout.modes, layout.bodies);
-        for (points, state) in [(&mut self.displacement, &y[..n]), (&mut self.velocity, &y[n..2 * n])] {
-            points[..b].copy_from_slice(&state[m..]);
-            let nodes = points.len() - b;
-            DVectorViewMut::from_slice(&mut points[b..], nodes).gemv_tr(
-                1.0,
-                &self.model.phi,
-                &DVectorView::from_slice(&state[..m], m),
-                0.0,
-            );
+        let b = layout.bodies;
+        self.displacement[..b].copy_from_slice(&y[layout.position(0)..layout.velocities()]);
+        self.velocity[..b].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
+        match (&self.base, &self.model.condensation) {
+            (Some(base), Some(condensation)) => {
+                let mut motion = Motion {
+                    displacement: &mut self.displacement[b..],
+                    velocity: &mut self.velocity[b..],
+                    acceleration: &mut self.acceleration,
+                };
+                condensation.motion(base, t - base.time_s, &y[layout.structure_displacements()], &mut motion);
+            }
+            _ => {
+                let parts = [
+                    (&mut self.displacement, layout.structure_displacements()),
+                    (&mut self.velocity, layout.structure_velocities()),
+                ];
+                for (points, range) in parts {
+                    let (modes, nodes) = (range.len(), points.len() - b);
+                    DVectorViewMut::from_slice(&mut points[b..], nodes).gemv_tr(
+                        1.0,
+                        &self.model.modes.phi,
+                        &DVectorView::from_slice(&y[range], modes),
+                        0.0,
+                    );
+                }
+            }
         }
     }
 
@@ -172,35 +176,66 @@ impl<'a> Coupled<'a> {
         }
     }
 
-    /// Accelerations of modes and bodies from the forces on the points.
+    /// Accelerations of the bodies and rates of the structure from the forces on the points.
     fn accelerations(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
         let model = self.model;
         let layout = &model.layout;
-        let (n, m, b) = (layout.mechanical(), layout.modes, layout.bodies);
-        rate[..n].copy_from_slice(&y[n..2 * n]);
-        let (x, v) = (&y[..m], &y[n..n + m]);
-        let acceleration = &mut rate[n..n + m];
+        let b = layout.bodies;
+        rate[layout.position(0)..layout.velocities()].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
+        for (body, mass) in model.body_mass.iter().enumerate() {
+            rate[layout.velocity(body)] = self.force[body] / mass;
+        }
+        match &model.condensation {
+            Some(condensation) => self.integral_rates(condensation, y, rate),
+            None => self.modal_rates(y, rate, power),
+        }
+    }
+
+    /// `z_1' = F`, `z_{k+1}' = z_k`; tied guides take their share of the forces on their mounts.
+    fn integral_rates(&mut self, condensation: &Condensation, y: &[f64], rate: &mut [f64]) {
+        let layout = &self.model.layout;
+        let force = &mut self.force[layout.bodies..];
+        if let Some(tied) = &self.model.tied {
+            for (at, &mount) in tied.mounts.iter().enumerate() {
+                let direct = force.iter().enumerate().map(|(m, force)| condensation.direct(mount, m) * force);
+                self.mount_acceleration[at] = self.acceleration[mount] + direct.sum::<f64>();
+            }
+            correct(tied, &self.mount_acceleration, &mut self.mount_correction);
+            for (at, &mount) in tied.mounts.iter().enumerate() {
+                force[mount] -= self.mount_correction[at];
+            }
+        }
+        let (points, states) = (force.len(), layout.structure[0]);
+        rate[..points].copy_from_slice(force);
+        rate[points..states].copy_from_slice(&y[..states - points]);
+    }
+
+    /// `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode; tied guides by their low-rank update.
+    fn modal_rates(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
+        let model = self.model;
+        let layout = &model.layout;
+        let (x, v) = (&y[layout.structure_displacements()], &y[layout.structure_velocities()]);
+        rate[layout.structure_displacements()].copy_from_slice(v);
+        let acceleration = &mut rate[layout.structure_velocities()];
+        let modes = x.len();
         let mut modal_loss = 0.0;
-        for s in 0..m {
-            let damping = model.modal_damping[s] * v[s];
-            acceleration[s] = -model.omega_squared[s] * x[s] - damping;
+        for s in 0..modes {
+            let damping = model.modes.damping[s] * v[s];
+            acceleration[s] = -model.modes.omega_squared[s] * x[s] - damping;
             modal_loss += damping * v[s];
         }
         power.dissipated += modal_loss;
-        let mut acceleration = DVectorViewMut::from_slice(acceleration, m);
-        let node_force = DVectorView::from_slice(&self.force[b..], self.force.len() - b);
-        acceleration.gemv(1.0, &model.phi, &node_force, 1.0);
+        let mut acceleration = DVectorViewMut::from_slice(acceleration, modes);
+        let node_force = &self.force[layout.bodies..];
+        acceleration.gemv(1.0, &model.modes.phi, &DVectorView::from_slice(node_force, node_force.len()), 1.0);
         if let Some(tied) = &model.tied {
             for (at, &mount) in tied.mounts.iter().enumerate() {
-                self.mount_acceleration[at] = model.phi.column(mount).dot(&acceleration);
+                self.mount_acceleration[at] = model.modes.phi.column(mount).dot(&acceleration);
             }
-            self.mount_correction.gemv(1.0, &tied.update, &self.mount_acceleration, 0.0);
+            correct(tied, &self.mount_acceleration, &mut self.mount_correction);
             for (at, &mount) in tied.mounts.iter().enumerate() {
-                acceleration.axpy(-self.mount_correction[at], &model.phi.column(mount), 1.0);
+                acceleration.axpy(-self.mount_correction[at], &model.modes.phi.column(mount), 1.0);
             }
-        }
-        for (body, mass) in model.body_mass.iter().enumerate() {
-            rate[layout.velocity(body)] = self.force[body] / mass;
         }
     }
 
@@ -224,6 +259,11 @@ impl<'a> Coupled<'a> {
     }
 }
 
+/// Forces that tied guides take from their mounts, which would accelerate by `acceleration` without them.
+fn correct(tied: &TiedGuides, acceleration: &DVector<f64>, force: &mut DVector<f64>) {
+    force.gemv(1.0, &tied.update, acceleration, 0.0);
+}
+
 impl System for Coupled<'_> {
     fn dimension(&self) -> usize {
         self.model.layout.dimension()
@@ -237,9 +277,9 @@ impl System for Coupled<'_> {
         &self.model.scales
     }
 
-    fn rhs(&mut self, _t: f64, y: &[f64], rate: &mut [f64]) {
+    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
         let mut power = Power::default();
-        self.gather(y);
+        self.gather(t, y);
         self.force.fill(0.0);
         self.hammers(y, rate, &mut power);
         self.elements(rate, &mut power);
@@ -256,19 +296,19 @@ impl System for Coupled<'_> {
         &self.model.supports[guard]
     }
 
-    fn guard(&self, guard: usize, y: &[f64]) -> f64 {
-        let (d, rate) = self.model.penetration(guard, y);
+    fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
+        let (d, rate) = self.penetration(guard, t, y);
         let law = &self.model.elements.contacts()[guard].law;
         if self.closed[guard] { -law.closed_force(d, rate) } else { law.onset_indicator(d, rate) }
     }
 
-    fn sample_guards(&self, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
+    fn sample_guards(&self, t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
         let elements = &self.model.elements;
         for (guard, sample) in samples.iter_mut().enumerate() {
             let law = &elements.contacts()[guard].law;
-            let (d, speed) = self.model.penetration(guard, y);
+            let (d, speed) = self.penetration(guard, t, y);
             *sample = if self.closed[guard] {
-                let (_, acceleration) = self.model.relative_motion(elements.contact_row(guard), rate);
+                let acceleration = self.relative_acceleration(elements.contact_row(guard), t, (y, rate));
                 let value = -law.closed_force(d, speed);
                 GuardSample { value, smooth: value, smooth_rate: -law.closed_force(speed, acceleration) }
             } else {
@@ -277,8 +317,26 @@ impl System for Coupled<'_> {
         }
     }
 
+    fn horizon(&self) -> f64 {
+        match (&self.base, &self.model.condensation) {
+            (Some(base), Some(condensation)) => base.time_s + condensation.horizon_s,
+            _ => f64::INFINITY,
+        }
+    }
+
+    fn renew(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
+        let layout = &self.model.layout;
+        if let (Some(base), Some(condensation)) = (&mut self.base, &self.model.condensation) {
+            let (z, rate) = (&mut y[layout.structure_displacements()], &mut rate[layout.structure_displacements()]);
+            let (force, higher) = rate.split_at_mut(self.acceleration.len());
+            base.renew(&self.model.modes, condensation, t, (z, force));
+            z.fill(0.0);
+            higher.fill(0.0);
+        }
+    }
+
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
-        let (d, _) = self.model.penetration(guard, y);
+        let (d, _) = self.penetration(guard, t, y);
         let stored = self.model.elements.contacts()[guard].law.stored_energy(d);
         self.closed[guard] = !self.closed[guard];
         if self.closed[guard] {
@@ -306,7 +364,7 @@ impl System for Coupled<'_> {
             return format!("the state is no longer finite at t = {t:.6} s");
         }
         for (h, slot) in self.model.hammers.iter().enumerate() {
-            let state = self.model.hammer_state(h, y);
+            let state = self.hammer_state(h, t, y);
             for (i, volume) in slot.model.volumes(&state.position).into_iter().enumerate() {
                 if volume < 1e-9 {
                     return format!(

@@ -1,7 +1,8 @@
 //! Where each quantity lives in the state vector.
 //!
-//! `y = [x (m modes) | positions (b bodies) | x' (m) | velocities (b) | pressures (4 N) | quadratures]`. Hammers come first among
-//! the bodies, then castings. Quadratures: four per hammer, then work put in and energy dissipated.
+//! `y = [structure | positions (b bodies) | structure' | velocities (b) | pressures (4 N) | quadratures]`. The structure's two
+//! parts are the modal displacements and velocities or, condensed, the integrals of the interface forces and nothing.
+//! Hammers come first among the bodies, then castings. Quadratures: four per hammer, then work put in and energy dissipated.
 
 use std::ops::Range;
 
@@ -30,6 +31,8 @@ impl HammerQuadrature {
 pub struct Layout {
     /// Modes of the structure.
     pub modes: usize,
+    /// The structure's states in the place of displacements and in that of velocities.
+    pub structure: [usize; 2],
     /// Degrees of freedom of hammer bodies and castings.
     pub bodies: usize,
     /// Hammers.
@@ -37,45 +40,47 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Modal displacements.
-    pub fn modal(&self) -> Range<usize> {
-        0..self.modes
+    /// The structure's states in the place of displacements.
+    #[inline]
+    pub fn structure_displacements(&self) -> Range<usize> {
+        0..self.structure[0]
     }
 
     /// Position of body `body`.
     #[inline]
     pub fn position(&self, body: usize) -> usize {
-        self.modes + body
+        self.structure[0] + body
     }
 
-    /// Modal velocities.
-    pub fn modal_velocity(&self) -> Range<usize> {
-        let start = self.mechanical();
-        start..start + self.modes
+    /// The structure's states in the place of velocities.
+    #[inline]
+    pub fn structure_velocities(&self) -> Range<usize> {
+        let start = self.velocities();
+        start..start + self.structure[1]
     }
 
     /// Velocity of body `body`.
     #[inline]
     pub fn velocity(&self, body: usize) -> usize {
-        self.mechanical() + self.modes + body
+        self.velocities() + self.structure[1] + body
     }
 
-    /// Number of mechanical coordinates.
+    /// Where the states in the place of velocities begin.
     #[inline]
-    pub fn mechanical(&self) -> usize {
-        self.modes + self.bodies
+    pub fn velocities(&self) -> usize {
+        self.structure[0] + self.bodies
     }
 
     /// Chamber pressures of hammer `hammer`.
     #[inline]
     pub fn pressures(&self, hammer: usize) -> Range<usize> {
-        let start = 2 * self.mechanical() + chamber::COUNT * hammer;
+        let start = self.velocity(self.bodies) + chamber::COUNT * hammer;
         start..start + chamber::COUNT
     }
 
     /// Number of states of the coupled system (all that is under error control).
     pub fn states(&self) -> usize {
-        2 * self.mechanical() + chamber::COUNT * self.hammers
+        self.velocity(self.bodies) + chamber::COUNT * self.hammers
     }
 
     /// A quadrature of hammer `hammer`.
@@ -106,10 +111,10 @@ mod tests {
     /// Every component of the state has exactly one meaning.
     #[test]
     fn the_layout_is_a_partition() {
-        for (modes, hammers, castings) in [(0, 0, 1), (0, 1, 1), (12, 3, 4)] {
-            let layout = Layout { modes, bodies: 4 * hammers + castings, hammers };
+        for (structure, hammers, castings) in [([0, 0], 0, 1), ([0, 0], 1, 1), ([12, 12], 3, 4), ([22, 0], 1, 1)] {
+            let layout = Layout { modes: 12, structure, bodies: 4 * hammers + castings, hammers };
             let mut uses = vec![0; layout.dimension()];
-            layout.modal().chain(layout.modal_velocity()).for_each(|at| uses[at] += 1);
+            layout.structure_displacements().chain(layout.structure_velocities()).for_each(|at| uses[at] += 1);
             for body in 0..layout.bodies {
                 uses[layout.position(body)] += 1;
                 uses[layout.velocity(body)] += 1;

@@ -3,14 +3,18 @@
 //! - `layout`: where each quantity lives in the state vector
 //! - `elements`: springs and one-sided contacts as sparse rows
 //! - `builder`: from a scene and the structure's modes to a model (the only part that knows scenes)
-//! - `model`: constants of the coupled system and its energies
+//! - `model`: constants of the coupled system
+//! - `condensed`: the structure's modes condensed to its interface points
 //! - `coupled`: the model with its discrete state, as the integrator sees it
+//! - `motion`: motion of points and elements, forces and energies at a state
 
 mod builder;
+mod condensed;
 mod coupled;
 mod elements;
 mod layout;
 mod model;
+mod motion;
 
 pub use builder::{BuildError, InterfaceModes, build};
 pub use coupled::Coupled;

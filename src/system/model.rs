@@ -1,8 +1,9 @@
-//! Constants of the coupled system, its state of rest and its energies.
+//! Constants of the coupled system.
 
-use nalgebra::{DMatrix, DVector, DVectorView};
+use nalgebra::{DMatrix, DVector};
 
-use crate::hammer::{HammerModel, HammerState, body};
+use crate::hammer::{HammerModel, body};
+use crate::system::condensed::Condensation;
 use crate::system::elements::Elements;
 use crate::system::layout::Layout;
 
@@ -62,15 +63,23 @@ impl TiedGuides {
     }
 }
 
+/// The structure's modes.
+#[derive(Debug, Clone)]
+pub(super) struct Modes {
+    pub omega_squared: DVector<f64>,
+    /// `2 xi omega` per mode.
+    pub damping: DVector<f64>,
+    /// Mode shapes at the interface points: modes x points of the structure.
+    pub phi: DMatrix<f64>,
+}
+
 /// The coupled system: constant while it is integrated.
 #[derive(Debug, Clone)]
 pub struct CoupledModel {
     pub(super) layout: Layout,
-    pub(super) omega_squared: DVector<f64>,
-    /// `2 xi omega` per mode.
-    pub(super) modal_damping: DVector<f64>,
-    /// Mode shapes at the interface points: modes x points of the structure.
-    pub(super) phi: DMatrix<f64>,
+    pub(super) modes: Modes,
+    /// The modes condensed to the interface points; `None` if they are integrated.
+    pub(super) condensation: Option<Condensation>,
     pub(super) elements: Elements,
     pub(super) hammers: Vec<HammerSlot>,
     pub(super) castings: Vec<CastingSlot>,
@@ -110,93 +119,11 @@ impl CoupledModel {
         &self.initial
     }
 
-    /// Displacement or velocity of a point, from the modal and body parts of the state.
-    pub(super) fn point(&self, point: usize, modal: &[f64], bodies: &[f64]) -> f64 {
-        match point.checked_sub(self.layout.bodies) {
-            None => bodies[point],
-            Some(node) => self.phi.column(node).dot(&DVectorView::from_slice(modal, modal.len())),
-        }
-    }
-
-    /// Relative displacement and velocity along an element's row, offset not subtracted.
-    pub fn relative_motion(&self, row: usize, y: &[f64]) -> (f64, f64) {
-        let value = |state: &[f64]| -> f64 {
-            let (modal, bodies) = state.split_at(self.layout.modes);
-            self.elements.row(row).map(|(point, c)| c * self.point(point, modal, bodies)).sum()
-        };
-        let n = self.layout.mechanical();
-        (value(&y[..n]), value(&y[n..2 * n]))
-    }
-
-    /// Penetration and its rate of a contact.
-    pub fn penetration(&self, contact: usize, y: &[f64]) -> (f64, f64) {
-        let (d, rate) = self.relative_motion(self.elements.contact_row(contact), y);
-        (d - self.elements.contacts()[contact].offset_m, rate)
-    }
-
-    /// Velocity of interface point `node` of the structure.
-    pub fn interface_velocity(&self, node: usize, y: &[f64]) -> f64 {
-        let n = self.layout.mechanical();
-        self.point(self.layout.bodies + node, &y[n..n + self.layout.modes], &[])
-    }
-
-    /// One hammer's bodies and chambers at a state; supply and gate are left as at rest.
-    pub fn hammer_state(&self, hammer: usize, y: &[f64]) -> HammerState {
-        let slot = &self.hammers[hammer];
-        let n = self.layout.mechanical();
-        let motion = |state: &[f64]| {
-            let (modal, bodies) = state.split_at(self.layout.modes);
-            slot.points.map(|point| self.point(point, modal, bodies))
-        };
-        let mut pressure = [0.0; 4];
-        pressure.copy_from_slice(&y[self.layout.pressures(hammer)]);
-        HammerState {
-            position: motion(&y[..n]),
-            velocity: motion(&y[n..2 * n]),
-            pressure,
-            supply_pa: self.ambient_pressure_pa,
-            gate_open: false,
-        }
-    }
-
     /// Kinetic energy of cylinder, spool, piston and chisel of a hammer in J: the impact energy of a blow at its start.
     pub fn impact_energy(&self, hammer: usize, y: &[f64]) -> f64 {
-        let state = self.hammer_state(hammer, y);
-        let mass = self.hammers[hammer].model.mass();
-        (body::CYLINDER..body::COUNT).map(|i| 0.5 * mass[i] * state.velocity[i] * state.velocity[i]).sum()
-    }
-
-    /// Energy stored at a state in J: kinetic, modal strain, springs, return springs, and the contacts in `closed`.
-    pub fn stored_energy(&self, y: &[f64], closed: &[bool]) -> f64 {
-        let (layout, n) = (&self.layout, self.layout.mechanical());
-        let mut energy = 0.0;
-        for s in 0..layout.modes {
-            energy += 0.5 * (self.omega_squared[s] * y[s] * y[s] + y[n + s] * y[n + s]);
-        }
-        for (body, mass) in self.body_mass.iter().enumerate() {
-            let v = y[layout.velocity(body)];
-            energy += 0.5 * mass * v * v;
-        }
-        if let Some(tied) = &self.tied {
-            for (&mount, mass) in tied.mounts.iter().zip(&tied.mass) {
-                let v = self.interface_velocity(mount, y);
-                energy += 0.5 * mass * v * v;
-            }
-        }
-        for (row, spring) in self.elements.springs().iter().enumerate() {
-            let (d, _) = self.relative_motion(row, y);
-            energy += 0.5 * spring.stiffness_n_per_m * d * d;
-        }
-        for hammer in 0..layout.hammers {
-            let state = self.hammer_state(hammer, y);
-            let extension = state.position[body::CYLINDER] - state.position[body::GUIDE];
-            energy += self.hammers[hammer].model.return_spring_energy(extension);
-        }
-        for (contact, _) in closed.iter().enumerate().filter(|(_, closed)| **closed) {
-            let (d, _) = self.penetration(contact, y);
-            energy += self.elements.contacts()[contact].law.stored_energy(d);
-        }
-        energy
+        let slot = &self.hammers[hammer];
+        let bodies = (body::CYLINDER..body::COUNT).map(|i| (slot.model.mass()[i], slot.points[i]));
+        bodies.map(|(mass, point)| 0.5 * mass * y[self.layout.velocity(point)].powi(2)).sum()
     }
 }
 

@@ -3,7 +3,7 @@
 use decore::contact::ContactParameters;
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step, System};
-use decore::scene::{Environment, Guide, HammerUnit, Mount, OutputSettings, Scene, SolverSettings};
+use decore::scene::{Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings};
 use decore::system::{ContactKind, Coupled, CoupledModel, InterfaceModes};
 use decore::workpiece::{Casting, Fixture};
 
@@ -83,7 +83,7 @@ pub fn casting(name: &str, fixtures: &[(f64, f64)]) -> Casting {
 
 /// Accuracy of the tests' runs.
 pub fn solver(guide: Guide) -> SolverSettings {
-    SolverSettings { tolerance: 1e-5, guide, max_steps: 5_000_000, max_wall_time_s: 60.0 }
+    SolverSettings { tolerance: 1e-5, guide, modes: ModeTreatment::Integrated, max_steps: 5_000_000, max_wall_time_s: 60.0 }
 }
 
 /// A castings-only scene: no hammers at all.

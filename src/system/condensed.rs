@@ -1,0 +1,284 @@
+//! The structure's modes condensed to its interface points: exact between renewals, without modes in the state.
+//!
+//! From a base time on, each mode's free motion is known and its response to the interface forces is a convolution with its
+//! impulse response `g`, `g'' + 2 xi omega g' + omega^2 g = 0`, `g(0) = 0`, `g'(0) = 1`. With the Taylor series of `g`,
+//! the convolution needs only the repeated integrals of the forces, `z_1' = F`, `z_{k+1}' = z_k`:
+//!
+//! ```text
+//! w_n(t0 + tau)  = free_n(tau)  + sum_m sum_k Gamma_k[n, m] z_{k+1, m}      Gamma_k[n, m] = sum_s phi_ns phi_ms gamma_ks
+//! w_n'(t0 + tau) = free_n'(tau) + sum_m sum_k Gamma_k[n, m] z_{k, m}        gamma_1 = 1, gamma_2 = -2 xi omega,
+//! w_n''          = free_n''     + sum_m Gamma_1 F_m + sum_k Gamma_{k+1} z_k gamma_{k+2} = -2 xi omega gamma_{k+1} - omega^2 gamma_k
+//! ```
+//!
+//! The state carries `ORDER` integrals per interface point instead of two states per mode, and a right-hand side costs nothing
+//! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base is renewed: the modes are brought up to date and the
+//! integrals start again at zero.
+
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
+
+use crate::system::model::Modes;
+
+/// Repeated integrals per interface point.
+pub(super) const ORDER: usize = 11;
+/// Angle by which the fastest mode may turn between renewals, rad. The first term of the series of the free motion left out
+/// is `TURN^(DEGREE + 1) / (DEGREE + 1)!` of that mode's share, of the forced motion `TURN^(ORDER - 1) / ORDER!`.
+const TURN_RAD: f64 = 2.0;
+/// Degree of the series of the free motion.
+const DEGREE: usize = 14;
+/// Coefficients of a polynomial of that degree, rounded up to whole vector registers.
+const TERMS: usize = (DEGREE + 1).next_multiple_of(4);
+
+/// Constants of the condensed structure.
+#[derive(Debug, Clone)]
+pub(super) struct Condensation {
+    /// Longest time from one renewal to the next, s.
+    pub horizon_s: f64,
+    points: usize,
+    /// `gamma_k` of each mode: modes x `ORDER`.
+    impulse: DMatrix<f64>,
+    /// `Gamma_k[n, m]`, the index of `n` slowest, that of `m` fastest: what meets the integrals in their own order.
+    kernel: Vec<f64>,
+}
+
+/// Motion of the interface points, accelerations without the direct part `Gamma_1 F`.
+pub(super) struct Motion<'a> {
+    pub displacement: &'a mut [f64],
+    pub velocity: &'a mut [f64],
+    pub acceleration: &'a mut [f64],
+}
+
+impl Condensation {
+    /// Condenses modes; `None` for a structure without modes.
+    pub fn new(modes: &Modes) -> Option<Self> {
+        let fastest = modes.omega_squared.iter().copied().fold(0.0, f64::max).sqrt();
+        if modes.omega_squared.is_empty() {
+            return None;
+        }
+        let (count, points) = modes.phi.shape();
+        let mut impulse = DMatrix::zeros(count, ORDER);
+        for s in 0..count {
+            impulse[(s, 0)] = 1.0;
+            impulse[(s, 1)] = -modes.damping[s];
+            for k in 2..ORDER {
+                impulse[(s, k)] =
+                    -modes.damping[s] * impulse[(s, k - 1)] - modes.omega_squared[s] * impulse[(s, k - 2)];
+            }
+        }
+        let mut kernel = vec![0.0; ORDER * points * points];
+        for (k, gamma) in impulse.column_iter().enumerate() {
+            let weighted = DMatrix::from_fn(count, points, |s, n| gamma[s] * modes.phi[(s, n)]);
+            let product = modes.phi.tr_mul(&weighted);
+            for n in 0..points {
+                for m in 0..points {
+                    kernel[(n * ORDER + k) * points + m] = product[(n, m)];
+                }
+            }
+        }
+        let horizon_s = if fastest > 0.0 { TURN_RAD / fastest } else { f64::INFINITY };
+        Some(Self { horizon_s, points, impulse, kernel })
+    }
+
+    /// Number of states: the integrals `z_1` of all points, then `z_2`, and so on.
+    pub fn states(&self) -> usize {
+        ORDER * self.points
+    }
+
+    /// Multiplications of a right-hand side, about.
+    pub fn cost(points: usize) -> usize {
+        points * (3 * points * ORDER + 3 * DEGREE + 8 * ORDER)
+    }
+
+    /// `Gamma_1[n, m]`: acceleration of point `n` per force on point `m`.
+    #[inline]
+    pub fn direct(&self, n: usize, m: usize) -> f64 {
+        self.kernel[n * ORDER * self.points + m]
+    }
+
+    /// Scale of the first integral at a point whose velocity has scale 1, infinite for a point that cannot move.
+    pub fn force_scale(&self, point: usize) -> f64 {
+        let largest = (0..self.points).map(|n| self.direct(n, point).abs()).fold(0.0, f64::max);
+        1.0 / largest
+    }
+
+    /// Motion of all points at `tau` after the base; `z` are the integrals.
+    #[inline]
+    pub fn motion(&self, base: &Base, tau: f64, z: &[f64], out: &mut Motion<'_>) {
+        let powers = powers(tau);
+        for n in 0..self.points {
+            [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at(base, &powers, z, n);
+        }
+    }
+
+    /// Displacement, velocity and acceleration (without its direct part) of point `n`.
+    pub fn point(&self, base: &Base, tau: f64, z: &[f64], n: usize) -> [f64; 3] {
+        self.at(base, &powers(tau), z, n)
+    }
+
+    #[inline]
+    fn at(&self, base: &Base, powers: &[f64; TERMS], z: &[f64], n: usize) -> [f64; 3] {
+        let (states, points) = (self.states(), self.points);
+        let kernel = &self.kernel[n * states..(n + 1) * states];
+        let free = &base.free[n];
+        [
+            dot(&kernel[..states - points], &z[points..]) + dot(&free[0], powers),
+            dot(kernel, z) + dot(&free[1], powers),
+            dot(&kernel[points..], &z[..states - points]) + dot(&free[2], powers),
+        ]
+    }
+}
+
+/// Powers of `tau` from 0 on.
+#[inline]
+fn powers(tau: f64) -> [f64; TERMS] {
+    let square = tau * tau;
+    let mut powers = [1.0; TERMS];
+    powers[1] = tau;
+    for k in 2..TERMS {
+        powers[k] = powers[k - 2] * square;
+    }
+    powers
+}
+
+/// Independent sums, so that the compiler can use vector registers.
+const LANES: usize = 4;
+
+#[inline]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+}
+
+/// The modes at the last renewal, and what follows from them.
+#[derive(Debug, Clone)]
+pub(super) struct Base {
+    /// Time of the renewal, s.
+    pub time_s: f64,
+    /// Energy dissipated by the modes up to then, J.
+    pub dissipated_j: f64,
+    displacement: DVector<f64>,
+    velocity: DVector<f64>,
+    /// Derivatives of the free motion divided by their factorials: modes x (`DEGREE` + 1).
+    series: DMatrix<f64>,
+    /// Coefficients of the free displacement, velocity and acceleration of each interface point.
+    free: Vec<[[f64; TERMS]; 3]>,
+    polynomial: DMatrix<f64>,
+    /// Power dissipated, W, and its rate, W/s.
+    power: [f64; 2],
+    scratch: DVector<f64>,
+}
+
+impl Base {
+    /// The structure at rest at time 0.
+    pub fn at_rest(modes: &Modes) -> Self {
+        let (count, points) = modes.phi.shape();
+        Self {
+            time_s: 0.0,
+            dissipated_j: 0.0,
+            displacement: DVector::zeros(count),
+            velocity: DVector::zeros(count),
+            series: DMatrix::zeros(count, DEGREE + 1),
+            free: vec![[[0.0; TERMS]; 3]; points],
+            polynomial: DMatrix::zeros(DEGREE + 1, points),
+            power: [0.0; 2],
+            scratch: DVector::zeros(count),
+        }
+    }
+
+    /// Strain and kinetic energy of the modes at `t`, J.
+    pub fn energy(&self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
+        let mut now = self.clone();
+        now.advance(modes, condensation, t, z);
+        (0..now.velocity.len())
+            .map(|s| 0.5 * (modes.omega_squared[s] * now.displacement[s].powi(2) + now.velocity[s].powi(2)))
+            .sum()
+    }
+
+    /// Brings displacements and velocities of the modes to time `t`.
+    fn advance(&mut self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) {
+        let tau = t - self.time_s;
+        let Self { displacement, velocity, series, scratch, .. } = self;
+        displacement.copy_from(&series.column(DEGREE));
+        velocity.fill(0.0);
+        for k in (0..DEGREE).rev() {
+            let coefficients = series.column(k);
+            for s in 0..scratch.len() {
+                velocity[s] = velocity[s] * tau + displacement[s];
+                displacement[s] = displacement[s] * tau + coefficients[s];
+            }
+        }
+        for k in 1..=ORDER {
+            scratch.gemv(1.0, &modes.phi, &DVectorView::from_slice(&z[(k - 1) * condensation.points..], condensation.points), 0.0);
+            let gamma = condensation.impulse.column(k - 1);
+            if k == 1 {
+                *velocity += &*scratch;
+                continue;
+            }
+            let below = condensation.impulse.column(k - 2);
+            for s in 0..scratch.len() {
+                displacement[s] += below[s] * scratch[s];
+                velocity[s] += gamma[s] * scratch[s];
+            }
+        }
+        self.time_s = t;
+    }
+
+    /// Renews the base at time `t`, at which `force` acts on the interface points.
+    ///
+    /// The energy dissipated since the last renewal is the integral of the power by the rule that takes values and rates
+    /// at both ends (order 4); forces on interface points are continuous, so the rates are.
+    pub fn renew(&mut self, modes: &Modes, condensation: &Condensation, t: f64, (z, force): (&[f64], &[f64])) {
+        let tau = t - self.time_s;
+        self.advance(modes, condensation, t, z);
+        self.scratch.gemv(1.0, &modes.phi, &DVectorView::from_slice(force, condensation.points), 0.0);
+        let [mut power, mut slope] = [0.0; 2];
+        for s in 0..self.scratch.len() {
+            let (x, v, d) = (self.displacement[s], self.velocity[s], modes.damping[s]);
+            power += d * v * v;
+            slope += 2.0 * d * v * (self.scratch[s] - d * v - modes.omega_squared[s] * x);
+        }
+        let before = std::mem::replace(&mut self.power, [power, slope]);
+        self.dissipated_j += tau * (0.5 * (before[0] + power) + tau / 12.0 * (before[1] - slope));
+        self.expand(modes);
+    }
+
+    /// The series of the free motion from the present displacements and velocities.
+    fn expand(&mut self, modes: &Modes) {
+        let count = self.velocity.len();
+        self.series.column_mut(0).copy_from(&self.displacement);
+        self.series.column_mut(1).copy_from(&self.velocity);
+        for k in 0..DEGREE - 1 {
+            let inverse = 1.0 / (k + 2) as f64;
+            let (first, second) = (inverse, inverse / (k + 1) as f64);
+            let (known, rest) = self.series.as_mut_slice().split_at_mut((k + 2) * count);
+            let (u0, u1) = known[k * count..].split_at(count);
+            for s in 0..count {
+                rest[s] = -modes.damping[s] * first * u1[s] - modes.omega_squared[s] * second * u0[s];
+            }
+        }
+        self.polynomial.gemm_tr(
+            1.0,
+            &DMatrixView::from_slice(self.series.as_slice(), count, DEGREE + 1),
+            &modes.phi,
+            0.0,
+        );
+        for (free, coefficients) in self.free.iter_mut().zip(self.polynomial.column_iter()) {
+            let [displacement, velocity, acceleration] = free;
+            for (k, coefficient) in coefficients.iter().enumerate() {
+                displacement[k] = *coefficient;
+                if k >= 1 {
+                    velocity[k - 1] = k as f64 * coefficient;
+                }
+                if k >= 2 {
+                    acceleration[k - 2] = (k * (k - 1)) as f64 * coefficient;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Motion of points and elements, forces and energies at a state.
+
+use crate::hammer::{HammerState, body};
+use crate::system::Coupled;
+
+impl Coupled<'_> {
+    /// Displacement and velocity of interface point `node` of the structure at time `t`.
+    pub fn interface_motion(&self, node: usize, t: f64, y: &[f64]) -> (f64, f64) {
+        let model = self.model;
+        match (&self.base, &model.condensation) {
+            (Some(base), Some(condensation)) => {
+                let [w, v, _] = condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
+                (w, v)
+            }
+            _ => {
+                let layout = &model.layout;
+                let along = |modal: &[f64]| self.along(node, modal);
+                (along(&y[layout.structure_displacements()]), along(&y[layout.structure_velocities()]))
+            }
+        }
+    }
+
+    /// Motion of an interface point along the modes.
+    fn along(&self, node: usize, modal: &[f64]) -> f64 {
+        self.model.modes.phi.column(node).iter().zip(modal).map(|(phi, x)| phi * x).sum()
+    }
+
+    /// Acceleration of an interface point at a state whose rate is known.
+    fn interface_acceleration(&self, node: usize, t: f64, (y, rate): (&[f64], &[f64])) -> f64 {
+        let model = self.model;
+        match (&self.base, &model.condensation) {
+            (Some(base), Some(condensation)) => {
+                let [_, _, rest] = condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
+                let forces = &rate[..model.modes.phi.ncols()];
+                let direct = forces.iter().enumerate().map(|(m, force)| condensation.direct(node, m) * force);
+                rest + direct.sum::<f64>()
+            }
+            _ => self.along(node, &rate[model.layout.structure_velocities()]),
+        }
+    }
+
+    /// Relative displacement and velocity along an element's row, offset not subtracted.
+    pub fn relative_motion(&self, row: usize, t: f64, y: &[f64]) -> (f64, f64) {
+        let layout = &self.model.layout;
+        let (mut d, mut rate) = (0.0, 0.0);
+        for (point, c) in self.model.elements.row(row) {
+            let (position, velocity) = match point.checked_sub(layout.bodies) {
+                None => (y[layout.position(point)], y[layout.velocity(point)]),
+                Some(node) => self.interface_motion(node, t, y),
+            };
+            d += c * position;
+            rate += c * velocity;
+        }
+        (d, rate)
+    }
+
+    /// Relative acceleration along an element's row at a state whose rate is known.
+    pub(super) fn relative_acceleration(&self, row: usize, t: f64, (y, rate): (&[f64], &[f64])) -> f64 {
+        let layout = &self.model.layout;
+        let acceleration = |point: usize| match point.checked_sub(layout.bodies) {
+            None => rate[layout.velocity(point)],
+            Some(node) => self.interface_acceleration(node, t, (y, rate)),
+        };
+        self.model.elements.row(row).map(|(point, c)| c * acceleration(point)).sum()
+    }
+
+    /// Penetration and its rate of a contact.
+    pub fn penetration(&self, contact: usize, t: f64, y: &[f64]) -> (f64, f64) {
+        let elements = &self.model.elements;
+        let (d, rate) = self.relative_motion(elements.contact_row(contact), t, y);
+        (d - elements.contacts()[contact].offset_m, rate)
+    }
+
+    /// Force of a contact at a state in N; 0 while it is open.
+    pub fn contact_force(&self, contact: usize, t: f64, y: &[f64]) -> f64 {
+        if !self.closed[contact] {
+            return 0.0;
+        }
+        let (d, rate) = self.penetration(contact, t, y);
+        self.model.elements.contacts()[contact].law.closed_force(d, rate)
+    }
+
+    /// One hammer's bodies and chambers at a state; supply and gate are left as at rest.
+    pub fn hammer_state(&self, hammer: usize, t: f64, y: &[f64]) -> HammerState {
+        let (slot, layout) = (&self.model.hammers[hammer], &self.model.layout);
+        let (mut position, mut velocity) = ([0.0; body::COUNT], [0.0; body::COUNT]);
+        for (i, &point) in slot.points.iter().enumerate() {
+            (position[i], velocity[i]) = match point.checked_sub(layout.bodies) {
+                None => (y[layout.position(point)], y[layout.velocity(point)]),
+                Some(node) => self.interface_motion(node, t, y),
+            };
+        }
+        let mut pressure = [0.0; 4];
+        pressure.copy_from_slice(&y[layout.pressures(hammer)]);
+        HammerState {
+            position,
+            velocity,
+            pressure,
+            supply_pa: self.model.ambient_pressure_pa,
+            gate_open: false,
+        }
+    }
+
+    /// Energy stored at a state in J: kinetic, modal strain, springs, return springs, and the closed contacts.
+    pub fn stored_energy(&self, t: f64, y: &[f64]) -> f64 {
+        let model = self.model;
+        let layout = &model.layout;
+        let mut energy = self.modal_energy(t, y);
+        for (body, mass) in model.body_mass.iter().enumerate() {
+            let v = y[layout.velocity(body)];
+            energy += 0.5 * mass * v * v;
+        }
+        if let Some(tied) = &model.tied {
+            for (&mount, mass) in tied.mounts.iter().zip(&tied.mass) {
+                let (_, v) = self.interface_motion(mount, t, y);
+                energy += 0.5 * mass * v * v;
+            }
+        }
+        for (row, spring) in model.elements.springs().iter().enumerate() {
+            let (d, _) = self.relative_motion(row, t, y);
+            energy += 0.5 * spring.stiffness_n_per_m * d * d;
+        }
+        for hammer in 0..layout.hammers {
+            let state = self.hammer_state(hammer, t, y);
+            let extension = state.position[body::CYLINDER] - state.position[body::GUIDE];
+            energy += model.hammers[hammer].model.return_spring_energy(extension);
+        }
+        for (contact, _) in self.closed.iter().enumerate().filter(|(_, closed)| **closed) {
+            let (d, _) = self.penetration(contact, t, y);
+            energy += model.elements.contacts()[contact].law.stored_energy(d);
+        }
+        energy
+    }
+
+    fn modal_energy(&self, t: f64, y: &[f64]) -> f64 {
+        let model = self.model;
+        match (&self.base, &model.condensation) {
+            (Some(base), Some(condensation)) => base.energy(&model.modes, condensation, t, &y[model.layout.structure_displacements()]),
+            _ => {
+                let (x, v) = (&y[model.layout.structure_displacements()], &y[model.layout.structure_velocities()]);
+                let squares = model.modes.omega_squared.iter().zip(x).zip(v);
+                squares.map(|((omega_squared, x), v)| 0.5 * (omega_squared * x * x + v * v)).sum()
+            }
+        }
+    }
+
+    /// Energy dissipated up to a state, J, what opening contacts released included; that of condensed modes up to their
+    /// last renewal, which ends an integration.
+    pub fn dissipated_energy(&self, y: &[f64]) -> f64 {
+        let modes = self.base.as_ref().map_or(0.0, |base| base.dissipated_j);
+        y[self.model.layout.dissipated()] + self.released_energy_j + modes
+    }
+}
