@@ -97,7 +97,7 @@ fn collide(pair: &Pair, change: impl Fn(&mut ContactParameters)) -> Collision {
     let row = model.elements().contact_row(contact);
     let momentum = pair_momentum(pair, &model, &run.y);
     Collision {
-        restitution: -model.relative_motion(row, &run.y).1,
+        restitution: -Coupled::new(&model).relative_motion(row, end, &run.y).1,
         duration: release - onset,
         peak_force: peak.newton,
         momentum: momentum / (pair.masses[0] * pair.sign),
@@ -106,14 +106,14 @@ fn collide(pair: &Pair, change: impl Fn(&mut ContactParameters)) -> Collision {
 
 /// Moves the whole hammer on by a distance and gives it a velocity.
 fn shift(model: &CoupledModel, y: &mut [f64], (distance, velocity): (f64, f64)) {
-    let at = model.hammer_state(0, y).position;
+    let at = Coupled::new(model).hammer_state(0, 0.0, y).position;
     for (index, position) in at.into_iter().enumerate().skip(body::CYLINDER) {
         place(model, y, index, (position + distance, velocity));
     }
 }
 
 fn pair_momentum(pair: &Pair, model: &CoupledModel, y: &[f64]) -> f64 {
-    let hammer = model.hammer_state(0, y);
+    let hammer = Coupled::new(model).hammer_state(0, 0.0, y);
     let mut total: f64 =
         (body::CYLINDER..body::COUNT).map(|i| model.hammers()[0].model.mass()[i] * hammer.velocity[i]).sum();
     if pair.kind == ContactKind::ChiselCasting {
@@ -247,7 +247,7 @@ fn analytic_three_ball_cradle() {
     place(&model, &mut y0, body::PISTON, (0.012 + 0.126 - 0.001, 1.0));
     let run = simulate(&model, &y0, (1e-8, 1e-3), 0.003);
     assert_eq!(run.stopped, Stopped::AtEnd);
-    let hammer = model.hammer_state(0, &run.y);
+    let hammer = Coupled::new(&model).hammer_state(0, 0.0, &run.y);
     let casting = run.y[model.layout().velocity(model.castings()[0].heave)];
     println!("{} {} {casting}", hammer.velocity[body::PISTON], hammer.velocity[body::CHISEL]);
     // Published to five digits.

@@ -39,9 +39,9 @@ impl Observer<Coupled<'_>> for Trace {
             let theta = step.theta_end * part as f64 / self.parts as f64;
             step.state(theta, &mut y);
             for (h, slot) in model.hammers().iter().enumerate() {
-                let force = system.contact_force(slot.strike, &y);
+                let force = system.contact_force(slot.strike, step.time(theta), &y);
                 let heave = y[model.layout().velocity(model.castings()[slot.casting].heave)];
-                let arm = model.interface_velocity(slot.mount, &y);
+                let arm = system.interface_motion(slot.mount, step.time(theta), &y).1;
                 self.samples[h].push([step.time(theta), force, heave, arm]);
             }
         }
@@ -54,7 +54,7 @@ impl Observer<Coupled<'_>> for Trace {
         match contact.kind {
             ContactKind::ChiselCasting if system.is_closed(guard) => self.contacts.push((h, t)),
             ContactKind::PistonChisel if system.is_closed(guard) => {
-                let state = model.hammer_state(h, y);
+                let state = system.hammer_state(h, t, y);
                 let closing = state.velocity[body::PISTON] - state.velocity[body::CHISEL];
                 let masses = model.hammers()[h].model.mass();
                 let energy = (1..body::COUNT).map(|i| 0.5 * masses[i] * state.velocity[i].powi(2)).sum();

@@ -171,7 +171,6 @@ impl Integrator {
                 self.reject(&trial);
             }
         }
-        self.renew(system);
         Stopped::AtEnd
     }
 

@@ -293,5 +293,5 @@ fn energy_residual(system: &Coupled<'_>, t: f64, y: &[f64]) -> f64 {
     let put_in = y[model.layout().work_in()];
     let at_rest = Coupled::new(model).stored_energy(0.0, model.initial_state());
     let stored = system.stored_energy(t, y) - at_rest;
-    (put_in - stored - system.dissipated_energy(y)) / put_in.abs().max(LEAST_WORK_J)
+    (put_in - stored - system.dissipated_energy(t, y)) / put_in.abs().max(LEAST_WORK_J)
 }

@@ -48,7 +48,13 @@ mod tests {
             hammers: Vec::new(),
             castings: Vec::new(),
             duration_s: 1.0,
-            solver: SolverSettings { tolerance: 1e-4, guide: Guide::Spring, modes: ModeTreatment::Integrated, max_steps: 10, max_wall_time_s: 1.0 },
+            solver: SolverSettings {
+                tolerance: 1e-4,
+                guide: Guide::Spring,
+                modes: ModeTreatment::Integrated,
+                max_steps: 10,
+                max_wall_time_s: 1.0,
+            },
             outputs: OutputSettings::default(),
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::ContactParameters;
 use crate::hammer::{Gas, HammerModel, body};
 use crate::scene::{Environment, Guide, HammerUnit, ModeTreatment, Scene};
-use crate::system::condensed::Condensation;
+use crate::system::condensed::{self, Condensation};
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
 use crate::system::layout::Layout;
 use crate::system::model::{CastingSlot, CoupledModel, HammerSlot, Modes, TiedGuides};
@@ -160,13 +160,10 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, Buil
     Ok(model)
 }
 
-/// The modes condensed, if the scene asks for it or a right-hand side gets cheaper by it.
+/// The modes condensed, if the scene asks for it or it costs less.
 fn condensation(treatment: ModeTreatment, modes: &Modes) -> Option<Condensation> {
-    let (count, points) = modes.phi.shape();
-    // Two products with the mode shapes, and each mode's states in the stages of a step.
-    let integrated = count * (3 * points + 20);
     let condense = match treatment {
-        ModeTreatment::Automatic => Condensation::cost(points) < integrated,
+        ModeTreatment::Automatic => condensed::pays(modes),
         ModeTreatment::Integrated => false,
         ModeTreatment::Condensed => true,
     };
@@ -325,12 +322,7 @@ fn body_masses(scene: &Scene, numbering: &Numbering, hammers: &[HammerSlot]) -> 
 }
 
 /// Error scales of the states.
-fn scales(
-    layout: &Layout,
-    numbering: &Numbering,
-    phi: &DMatrix<f64>,
-    condensation: Option<&Condensation>,
-) -> Vec<f64> {
+fn scales(layout: &Layout, numbering: &Numbering, phi: &DMatrix<f64>, condensation: Option<&Condensation>) -> Vec<f64> {
     let mut bodies = vec![1.0; layout.bodies];
     for (first, active) in numbering.first_casting_body.iter().zip(&numbering.rotations) {
         let rotations = active.iter().filter(|active| **active).count();
@@ -439,7 +431,13 @@ mod tests {
             casting: 0,
             strike_point_m: [0.03, 0.07],
         };
-        let solver = SolverSettings { tolerance: 1e-5, guide: Guide::Spring, modes: ModeTreatment::Integrated, max_steps: 10, max_wall_time_s: 1.0 };
+        let solver = SolverSettings {
+            tolerance: 1e-5,
+            guide: Guide::Spring,
+            modes: ModeTreatment::Integrated,
+            max_steps: 10,
+            max_wall_time_s: 1.0,
+        };
         let scene = Scene {
             environment: Environment::default(),
             hammers: vec![unit],

@@ -5,9 +5,12 @@
 //! the convolution needs only the repeated integrals of the forces, `z_1' = F`, `z_{k+1}' = z_k`:
 //!
 //! ```text
-//! w_n(t0 + tau)  = free_n(tau)  + sum_m sum_k Gamma_k[n, m] z_{k+1, m}      Gamma_k[n, m] = sum_s phi_ns phi_ms gamma_ks
-//! w_n'(t0 + tau) = free_n'(tau) + sum_m sum_k Gamma_k[n, m] z_{k, m}        gamma_1 = 1, gamma_2 = -2 xi omega,
-//! w_n''          = free_n''     + sum_m Gamma_1 F_m + sum_k Gamma_{k+1} z_k gamma_{k+2} = -2 xi omega gamma_{k+1} - omega^2 gamma_k
+//! w_n(t0 + tau)   = free_n(tau)   + sum_m sum_k Gamma_k[n, m] z_{k+1, m}
+//! w_n'(t0 + tau)  = free_n'(tau)  + sum_m sum_k Gamma_k[n, m] z_{k, m}
+//! w_n''(t0 + tau) = free_n''(tau) + sum_m (Gamma_1[n, m] F_m + sum_k Gamma_{k+1}[n, m] z_{k, m})
+//!
+//! Gamma_k[n, m] = sum_s phi_ns phi_ms gamma_ks,  gamma_1 = 1,  gamma_2 = -2 xi omega,
+//! gamma_{k+2} = -2 xi omega gamma_{k+1} - omega^2 gamma_k
 //! ```
 //!
 //! The state carries `ORDER` integrals per interface point instead of two states per mode, and a right-hand side costs nothing
@@ -27,6 +30,28 @@ const TURN_RAD: f64 = 2.0;
 const DEGREE: usize = 14;
 /// Coefficients of a polynomial of that degree, rounded up to whole vector registers.
 const TERMS: usize = (DEGREE + 1).next_multiple_of(4);
+
+/// Time in s that a right-hand side advances by on average, a sixth of a step between contacts.
+const ADVANCE_S: f64 = 8e-6;
+
+/// Whether condensing costs less than integrating the modes, by multiplications per right-hand side.
+///
+/// Integrated, each mode costs two products with its shape and its part of the stages; condensed, each point costs its
+/// rows, and each mode its share of the renewals, which come the more often the faster the fastest mode is.
+pub(super) fn pays(modes: &Modes) -> bool {
+    let (count, points) = modes.phi.shape();
+    let (count, points) = (count as f64, points as f64);
+    let (order, degree) = (ORDER as f64, DEGREE as f64);
+    let integrated = count * (3.0 * points + 20.0);
+    let renewal = count * (4.0 * degree + order * (points + 2.0) + degree * points);
+    let condensed = points * (3.0 * points * order + 3.0 * degree + 8.0 * order);
+    condensed + renewal * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
+}
+
+/// Largest natural circular frequency in rad/s.
+fn fastest(modes: &Modes) -> f64 {
+    modes.omega_squared.iter().copied().fold(0.0, f64::max).sqrt()
+}
 
 /// Constants of the condensed structure.
 #[derive(Debug, Clone)]
@@ -50,7 +75,6 @@ pub(super) struct Motion<'a> {
 impl Condensation {
     /// Condenses modes; `None` for a structure without modes.
     pub fn new(modes: &Modes) -> Option<Self> {
-        let fastest = modes.omega_squared.iter().copied().fold(0.0, f64::max).sqrt();
         if modes.omega_squared.is_empty() {
             return None;
         }
@@ -74,18 +98,13 @@ impl Condensation {
                 }
             }
         }
-        let horizon_s = if fastest > 0.0 { TURN_RAD / fastest } else { f64::INFINITY };
-        Some(Self { horizon_s, points, impulse, kernel })
+        // Infinite for a structure that only floats.
+        Some(Self { horizon_s: TURN_RAD / fastest(modes), points, impulse, kernel })
     }
 
     /// Number of states: the integrals `z_1` of all points, then `z_2`, and so on.
     pub fn states(&self) -> usize {
         ORDER * self.points
-    }
-
-    /// Multiplications of a right-hand side, about.
-    pub fn cost(points: usize) -> usize {
-        points * (3 * points * ORDER + 3 * DEGREE + 8 * ORDER)
     }
 
     /// `Gamma_1[n, m]`: acceleration of point `n` per force on point `m`.
@@ -160,8 +179,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(super) struct Base {
     /// Time of the renewal, s.
     pub time_s: f64,
-    /// Energy dissipated by the modes up to then, J.
-    pub dissipated_j: f64,
     displacement: DVector<f64>,
     velocity: DVector<f64>,
     /// Derivatives of the free motion divided by their factorials: modes x (`DEGREE` + 1).
@@ -169,8 +186,6 @@ pub(super) struct Base {
     /// Coefficients of the free displacement, velocity and acceleration of each interface point.
     free: Vec<[[f64; TERMS]; 3]>,
     polynomial: DMatrix<f64>,
-    /// Power dissipated, W, and its rate, W/s.
-    power: [f64; 2],
     scratch: DVector<f64>,
 }
 
@@ -180,13 +195,11 @@ impl Base {
         let (count, points) = modes.phi.shape();
         Self {
             time_s: 0.0,
-            dissipated_j: 0.0,
             displacement: DVector::zeros(count),
             velocity: DVector::zeros(count),
             series: DMatrix::zeros(count, DEGREE + 1),
             free: vec![[[0.0; TERMS]; 3]; points],
             polynomial: DMatrix::zeros(DEGREE + 1, points),
-            power: [0.0; 2],
             scratch: DVector::zeros(count),
         }
     }
@@ -214,7 +227,12 @@ impl Base {
             }
         }
         for k in 1..=ORDER {
-            scratch.gemv(1.0, &modes.phi, &DVectorView::from_slice(&z[(k - 1) * condensation.points..], condensation.points), 0.0);
+            scratch.gemv(
+                1.0,
+                &modes.phi,
+                &DVectorView::from_slice(&z[(k - 1) * condensation.points..], condensation.points),
+                0.0,
+            );
             let gamma = condensation.impulse.column(k - 1);
             if k == 1 {
                 *velocity += &*scratch;
@@ -229,22 +247,9 @@ impl Base {
         self.time_s = t;
     }
 
-    /// Renews the base at time `t`, at which `force` acts on the interface points.
-    ///
-    /// The energy dissipated since the last renewal is the integral of the power by the rule that takes values and rates
-    /// at both ends (order 4); forces on interface points are continuous, so the rates are.
-    pub fn renew(&mut self, modes: &Modes, condensation: &Condensation, t: f64, (z, force): (&[f64], &[f64])) {
-        let tau = t - self.time_s;
+    /// Renews the base at time `t`.
+    pub fn renew(&mut self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) {
         self.advance(modes, condensation, t, z);
-        self.scratch.gemv(1.0, &modes.phi, &DVectorView::from_slice(force, condensation.points), 0.0);
-        let [mut power, mut slope] = [0.0; 2];
-        for s in 0..self.scratch.len() {
-            let (x, v, d) = (self.displacement[s], self.velocity[s], modes.damping[s]);
-            power += d * v * v;
-            slope += 2.0 * d * v * (self.scratch[s] - d * v - modes.omega_squared[s] * x);
-        }
-        let before = std::mem::replace(&mut self.power, [power, slope]);
-        self.dissipated_j += tau * (0.5 * (before[0] + power) + tau / 12.0 * (before[1] - slope));
         self.expand(modes);
     }
 
@@ -280,5 +285,90 @@ impl Base {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two points, three modes: one that floats, one undamped, one damped.
+    fn modes() -> Modes {
+        let (omega, ratio): ([f64; 3], [f64; 3]) = ([0.0, 700.0, 2000.0], [0.0, 0.0, 0.05]);
+        Modes {
+            omega_squared: DVector::from_fn(3, |s, _| omega[s] * omega[s]),
+            damping: DVector::from_fn(3, |s, _| 2.0 * ratio[s] * omega[s]),
+            phi: DMatrix::from_row_slice(3, 2, &[0.1, 0.1, 0.3, -0.2, 0.25, 0.4]),
+        }
+    }
+
+    /// Displacement and velocity of a mode under the constant modal force `f` from rest: the closed form.
+    fn step_response((omega_squared, damping): (f64, f64), f: f64, t: f64) -> [f64; 2] {
+        if omega_squared == 0.0 {
+            return [0.5 * f * t * t, f * t];
+        }
+        let decay = 0.5 * damping;
+        let wd = (omega_squared - decay * decay).sqrt();
+        let (sin, cos) = (wd * t).sin_cos();
+        let fade = (-decay * t).exp();
+        [f / omega_squared * (1.0 - fade * (cos + decay / wd * sin)), f * fade * sin / wd]
+    }
+
+    /// Under constant forces the integrals are powers of time: motion of the points and energy of the modes, over many
+    /// renewals, are those of the closed forms.
+    #[test]
+    fn analytic_step_forces() {
+        let modes = modes();
+        let condensation = Condensation::new(&modes).unwrap();
+        let force = [40.0, -15.0];
+        let z = |tau: f64| -> Vec<f64> {
+            let term = |k: usize| tau.powi(k as i32) / (1..=k).product::<usize>() as f64;
+            (1..=ORDER).flat_map(|k| force.map(|f| f * term(k))).collect()
+        };
+        let mut base = Base::at_rest(&modes);
+        let exact = |t: f64| {
+            let modal = |s: usize| force[0] * modes.phi[(s, 0)] + force[1] * modes.phi[(s, 1)];
+            [0, 1, 2].map(|s| step_response((modes.omega_squared[s], modes.damping[s]), modal(s), t))
+        };
+        for renewal in 1..=40 {
+            let t0 = base.time_s;
+            for part in [0.3, 1.0] {
+                let tau = part * condensation.horizon_s;
+                let modal = exact(t0 + tau);
+                for n in 0..2 {
+                    let [w, v, a] = condensation.point(&base, tau, &z(tau), n);
+                    let direct: f64 = (0..2).map(|m| condensation.direct(n, m) * force[m]).sum();
+                    let sum = |value: &dyn Fn(usize) -> f64| (0..3).map(|s| modes.phi[(s, n)] * value(s)).sum::<f64>();
+                    let (we, ve) = (sum(&|s| modal[s][0]), sum(&|s| modal[s][1]));
+                    let ae = sum(&|s| {
+                        let push = force[0] * modes.phi[(s, 0)] + force[1] * modes.phi[(s, 1)];
+                        push - modes.damping[s] * modal[s][1] - modes.omega_squared[s] * modal[s][0]
+                    });
+                    assert!((w - we).abs() < 1e-11, "renewal {renewal}: {w} and {we}");
+                    assert!((v - ve).abs() < 1e-7, "renewal {renewal}: {v} and {ve}");
+                    assert!((a + direct - ae).abs() < 3e-4, "renewal {renewal}: {} and {ae}", a + direct);
+                }
+            }
+            // Renewals at uneven times.
+            let tau = condensation.horizon_s * (0.5 + 0.0125 * f64::from(renewal));
+            base.renew(&modes, &condensation, t0 + tau, &z(tau));
+        }
+        let modal = exact(base.time_s);
+        let energy: f64 =
+            (0..3).map(|s| 0.5 * (modes.omega_squared[s] * modal[s][0].powi(2) + modal[s][1].powi(2))).sum();
+        let found = base.energy(&modes, &condensation, base.time_s, &z(0.0));
+        assert!((found / energy - 1.0).abs() < 1e-8, "{found} and {energy}");
+    }
+
+    /// Few points and slow modes are condensed, many points or fast modes are integrated.
+    #[test]
+    fn what_pays() {
+        let some = |count: usize, points: usize, fastest: f64| Modes {
+            omega_squared: DVector::from_element(count, fastest * fastest),
+            damping: DVector::zeros(count),
+            phi: DMatrix::from_element(count, points, 0.1),
+        };
+        assert!(pays(&some(60, 2, 6283.0)) && pays(&some(171, 2, 18_850.0)));
+        assert!(!pays(&some(10, 2, 300.0)) && !pays(&some(60, 16, 6283.0)) && !pays(&some(60, 2, 3e5)));
     }
 }

@@ -207,6 +207,8 @@ impl<'a> Coupled<'a> {
         }
         let (points, states) = (force.len(), layout.structure[0]);
         rate[..points].copy_from_slice(force);
+        let velocity = &self.velocity[layout.bodies..];
+        rate[layout.structure_work()] = force.iter().zip(velocity).map(|(force, velocity)| force * velocity).sum();
         rate[points..states].copy_from_slice(&y[..states - points]);
     }
 
@@ -216,6 +218,7 @@ impl<'a> Coupled<'a> {
         let layout = &model.layout;
         let (x, v) = (&y[layout.structure_displacements()], &y[layout.structure_velocities()]);
         rate[layout.structure_displacements()].copy_from_slice(v);
+        rate[layout.structure_work()] = 0.0;
         let acceleration = &mut rate[layout.structure_velocities()];
         let modes = x.len();
         let mut modal_loss = 0.0;
@@ -328,10 +331,10 @@ impl System for Coupled<'_> {
         let layout = &self.model.layout;
         if let (Some(base), Some(condensation)) = (&mut self.base, &self.model.condensation) {
             let (z, rate) = (&mut y[layout.structure_displacements()], &mut rate[layout.structure_displacements()]);
-            let (force, higher) = rate.split_at_mut(self.acceleration.len());
-            base.renew(&self.model.modes, condensation, t, (z, force));
+            base.renew(&self.model.modes, condensation, t, z);
             z.fill(0.0);
-            higher.fill(0.0);
+            // The rates of the first integrals are the forces: they stay.
+            rate[self.acceleration.len()..].fill(0.0);
         }
     }
 

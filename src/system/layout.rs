@@ -2,7 +2,8 @@
 //!
 //! `y = [structure | positions (b bodies) | structure' | velocities (b) | pressures (4 N) | quadratures]`. The structure's two
 //! parts are the modal displacements and velocities or, condensed, the integrals of the interface forces and nothing.
-//! Hammers come first among the bodies, then castings. Quadratures: four per hammer, then work put in and energy dissipated.
+//! Hammers come first among the bodies, then castings. Quadratures: four per hammer, then work put in,
+//! energy dissipated and work done on the structure.
 
 use std::ops::Range;
 
@@ -98,9 +99,14 @@ impl Layout {
         self.work_in() + 1
     }
 
+    /// Work done on the structure at its interface points, J; kept where modes are condensed.
+    pub fn structure_work(&self) -> usize {
+        self.dissipated() + 1
+    }
+
     /// Length of the state vector.
     pub fn dimension(&self) -> usize {
-        self.dissipated() + 1
+        self.structure_work() + 1
     }
 }
 
@@ -128,6 +134,7 @@ mod tests {
             }
             uses[layout.work_in()] += 1;
             uses[layout.dissipated()] += 1;
+            uses[layout.structure_work()] += 1;
             assert!(uses.iter().all(|count| *count == 1), "{uses:?}");
             assert_eq!(layout.states(), layout.quadrature(0, HammerQuadrature::Work));
         }

@@ -9,7 +9,8 @@ impl Coupled<'_> {
         let model = self.model;
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
-                let [w, v, _] = condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
+                let [w, v, _] =
+                    condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
                 (w, v)
             }
             _ => {
@@ -30,7 +31,8 @@ impl Coupled<'_> {
         let model = self.model;
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
-                let [_, _, rest] = condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
+                let [_, _, rest] =
+                    condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
                 let forces = &rate[..model.modes.phi.ncols()];
                 let direct = forces.iter().enumerate().map(|(m, force)| condensation.direct(node, m) * force);
                 rest + direct.sum::<f64>()
@@ -92,13 +94,7 @@ impl Coupled<'_> {
         }
         let mut pressure = [0.0; 4];
         pressure.copy_from_slice(&y[layout.pressures(hammer)]);
-        HammerState {
-            position,
-            velocity,
-            pressure,
-            supply_pa: self.model.ambient_pressure_pa,
-            gate_open: false,
-        }
+        HammerState { position, velocity, pressure, supply_pa: self.model.ambient_pressure_pa, gate_open: false }
     }
 
     /// Energy stored at a state in J: kinetic, modal strain, springs, return springs, and the closed contacts.
@@ -135,7 +131,9 @@ impl Coupled<'_> {
     fn modal_energy(&self, t: f64, y: &[f64]) -> f64 {
         let model = self.model;
         match (&self.base, &model.condensation) {
-            (Some(base), Some(condensation)) => base.energy(&model.modes, condensation, t, &y[model.layout.structure_displacements()]),
+            (Some(base), Some(condensation)) => {
+                base.energy(&model.modes, condensation, t, &y[model.layout.structure_displacements()])
+            }
             _ => {
                 let (x, v) = (&y[model.layout.structure_displacements()], &y[model.layout.structure_velocities()]);
                 let squares = model.modes.omega_squared.iter().zip(x).zip(v);
@@ -144,10 +142,16 @@ impl Coupled<'_> {
         }
     }
 
-    /// Energy dissipated up to a state, J, what opening contacts released included; that of condensed modes up to their
-    /// last renewal, which ends an integration.
-    pub fn dissipated_energy(&self, y: &[f64]) -> f64 {
-        let modes = self.base.as_ref().map_or(0.0, |base| base.dissipated_j);
-        y[self.model.layout.dissipated()] + self.released_energy_j + modes
+    /// Energy dissipated up to a state, J, what opening contacts released included.
+    ///
+    /// Condensed modes have dissipated what was done on them and they do not hold. That cannot be negative: energy that
+    /// modes would hold without having received it shows in the audit.
+    pub fn dissipated_energy(&self, t: f64, y: &[f64]) -> f64 {
+        let layout = &self.model.layout;
+        let modes = match self.base {
+            Some(_) => (y[layout.structure_work()] - self.modal_energy(t, y)).max(0.0),
+            None => 0.0,
+        };
+        y[layout.dissipated()] + self.released_energy_j + modes
     }
 }

@@ -82,11 +82,11 @@ impl<P: Piecewise> System for Harness<P> {
         &self.support
     }
 
-    fn guard(&self, guard: usize, y: &[f64]) -> f64 {
+    fn guard(&self, guard: usize, _t: f64, y: &[f64]) -> f64 {
         self.problem.guard(guard, y)
     }
 
-    fn sample_guards(&self, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
+    fn sample_guards(&self, _t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
         for (guard, sample) in samples.iter_mut().enumerate() {
             let value = self.problem.guard(guard, y);
             *sample = GuardSample { value, smooth: value, smooth_rate: self.problem.guard_rate(guard, rate) };
