@@ -33,9 +33,10 @@
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene structure study system
+//! accuracy   : metrics run scene system
 //! dataset    : metrics run
 //! report     : dataset
-//! cli        : dataset metrics report run scene structure study system
+//! cli        : accuracy dataset metrics report run scene structure study system
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
@@ -46,10 +47,12 @@
 //! - [`metrics`]: outputs, computed while a run goes on.
 //! - [`design`], [`study`]: rows of a design, addressable by (seed, row); the study file as typed and as resolved.
 //! - [`run`]: one row, the machine shared by all rows, the parallel batch.
+//! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
 
+pub mod accuracy;
 pub mod cli;
 pub mod contact;
 pub mod dataset;

@@ -376,3 +376,23 @@ fn a_modal_table_gives_what_the_matrices_give() {
     });
     assert!((energies[0] / energies[1] - 1.0).abs() < 1e-9, "{energies:?}");
 }
+
+/// Speed against error of a shipped study, shortened: text, table and plot.
+#[test]
+fn accuracy_writes_its_table_text_and_plot() {
+    let scratch = TempDir::new().unwrap();
+    let folder = scratch.path().join("accuracy");
+    let at = folder.to_str().unwrap();
+    let set = ["--set", "duration_s=0.06", "--set", "structure.cutoff_hz=100"];
+    let mut arguments = vec!["accuracy", "paper_rig.toml", "--repeats", "1", "--full-cutoff-hz", "300", "--output", at];
+    arguments.extend(set);
+    let output = ends(&arguments, DONE);
+    let words = stdout(&output);
+    assert!(words.contains("standard") && words.contains("modes left out") && words.contains(at), "{words}");
+    let text = fs::read_to_string(folder.join("accuracy.txt")).unwrap();
+    assert!(words.contains(text.trim()));
+    assert!(fs::read_to_string(folder.join("accuracy.svg")).unwrap().contains("ms per simulated second"));
+    assert!(fs::metadata(folder.join("accuracy.parquet")).unwrap().len() > 1000);
+    let missing = ends(&["accuracy", "paper_rig.toml", "--row", "7"], BAD_INPUT);
+    assert!(stderr(&missing).contains("--row is 7"));
+}

@@ -1,5 +1,6 @@
 //! The command line: one file per command.
 
+mod accuracy;
 mod check;
 mod cluster;
 mod exit;
@@ -47,6 +48,8 @@ enum Command {
     Check(check::CheckArguments),
     /// Simulate one row of a study and print all its outputs.
     Scene(scene::SceneArguments),
+    /// Measure speed against error on one row of a study.
+    Accuracy(accuracy::AccuracyArguments),
     /// Tell how far sweeps are or how they ended.
     Status(status::StatusArguments),
     /// Make one dataset of the shards of a sweep.
@@ -65,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Scene(arguments) => scene::scene(&arguments),
+        Command::Accuracy(arguments) => accuracy::accuracy(&arguments),
         Command::Status(arguments) => status::status(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),

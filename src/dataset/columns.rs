@@ -71,8 +71,8 @@ pub enum ColumnGroup {
     Blow,
     /// Work and accuracy of the solver.
     Solver,
-    /// A time signal.
-    Signal,
+    /// A figure of a table outside the dataset: a time signal, an error.
+    Other,
 }
 
 /// A column without its getter: an entry of the data dictionary.

@@ -49,9 +49,9 @@ mod parquet_file;
 mod reader;
 mod record;
 mod recovery;
-mod signals;
 mod status;
 mod store;
+mod table_file;
 mod writer;
 
 pub use columns::{
@@ -64,6 +64,6 @@ pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
 pub use merge::merge;
 pub use reader::DatasetReader;
 pub use record::StoredRow;
-pub use signals::write_signals;
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
+pub use table_file::{TableColumn, TableValues, write_signals, write_table};
 pub use writer::{DatasetWriter, Existing, RowRecorder};

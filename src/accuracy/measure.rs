@@ -1,0 +1,119 @@
+//! The runs behind a comparison.
+
+use super::outputs::{differences, outputs};
+use super::{Accuracy, Measurement, PERTURBATION, REFERENCE_TOLERANCE, Setting};
+use crate::metrics::RunMetrics;
+use crate::run::{RowOutcome, run_row};
+use crate::scene::{Guide, ModeTreatment, Scene, SolverSettings};
+use crate::system::InterfaceModes;
+
+/// What is compared.
+pub struct Experiment<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The structure's modes as the study keeps them.
+    pub modes: &'a InterfaceModes,
+    /// The structure's modes with none left out, if more can be had.
+    pub all_modes: Option<&'a InterfaceModes>,
+    /// The settings.
+    pub settings: Vec<Setting>,
+    /// Runs of each setting, of which the fastest counts.
+    pub repeats: usize,
+}
+
+/// Why there is nothing to compare with.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("the {run} did not end: {reason} (is the scene one that `decore scene` can run?)")]
+pub struct AccuracyError {
+    /// Which of the runs.
+    pub run: &'static str,
+    /// Why.
+    pub reason: String,
+}
+
+/// Runs everything; `tell` hears what is being run.
+///
+/// # Errors
+/// [`AccuracyError`] if the reference run, the perturbed one or that with all modes does not reach its end.
+pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(&str)) -> Result<Accuracy, AccuracyError> {
+    let exact = |scene: &Scene, modes: &InterfaceModes, tolerance: f64| {
+        let solver =
+            SolverSettings { tolerance, guide: Guide::Spring, modes: ModeTreatment::Automatic, ..scene.solver };
+        run_row(&Scene { solver, ..scene.clone() }, modes)
+    };
+    let (scene, modes) = (experiment.scene, experiment.modes);
+    tell("reference");
+    let reference = ended("reference run", exact(scene, modes, REFERENCE_TOLERANCE))?;
+    let coarser = ended("run that checks the reference", exact(scene, modes, 10.0 * REFERENCE_TOLERANCE))?;
+    tell("perturbed input");
+    let mut sensitivity: Vec<f64> = Vec::new();
+    for sign in [1.0, -1.0] {
+        let moved = exact(&perturbed(scene, 1.0 + sign * PERTURBATION), modes, REFERENCE_TOLERANCE);
+        let moved = differences(&ended("run with perturbed input", moved)?, &reference);
+        sensitivity.resize(moved.len(), f64::NAN);
+        sensitivity.iter_mut().zip(moved).for_each(|(largest, moved)| *largest = largest.max(moved));
+    }
+    let truncation = match experiment.all_modes {
+        None => None,
+        Some(all) => {
+            tell("all modes");
+            let full = ended("run with all modes", exact(scene, all, 10.0 * REFERENCE_TOLERANCE))?;
+            Some((all.omega_rad_s.len(), differences(&reference, &full)))
+        }
+    };
+    Ok(Accuracy {
+        outputs: outputs(),
+        measurements: measurements(experiment, &reference, tell),
+        reference_error: differences(&coarser, &reference),
+        sensitivity,
+        truncation,
+    })
+}
+
+fn ended(run: &'static str, outcome: RowOutcome) -> Result<RunMetrics, AccuracyError> {
+    outcome.metrics.ok_or(AccuracyError { run, reason: outcome.reason })
+}
+
+fn perturbed(scene: &Scene, factor: f64) -> Scene {
+    let mut scene = scene.clone();
+    for hammer in &mut scene.hammers {
+        hammer.supply_pressure_pa *= factor;
+        hammer.standoff_m *= factor;
+    }
+    scene
+}
+
+/// Runs the settings in turns, so that a machine that slows down slows all of them.
+fn measurements(experiment: &Experiment<'_>, reference: &RunMetrics, tell: &mut dyn FnMut(&str)) -> Vec<Measurement> {
+    let mut measurements: Vec<Measurement> = Vec::with_capacity(experiment.settings.len());
+    for turn in 0..experiment.repeats.max(1) {
+        for (index, setting) in experiment.settings.iter().enumerate() {
+            tell(&format!("{}, tolerance {:.0e}", setting.family, setting.solver.tolerance));
+            let scene = Scene { solver: setting.solver, ..experiment.scene.clone() };
+            let outcome = run_row(&scene, experiment.modes);
+            let ms_per_simulated_s = 1e3 * outcome.wall_time_s / outcome.time_reached_s;
+            match measurements.get_mut(index) {
+                Some(known) if turn > 0 => known.ms_per_simulated_s = known.ms_per_simulated_s.min(ms_per_simulated_s),
+                _ => measurements.push(measurement(setting, outcome, (ms_per_simulated_s, reference))),
+            }
+        }
+    }
+    measurements
+}
+
+fn measurement(setting: &Setting, outcome: RowOutcome, (ms, reference): (f64, &RunMetrics)) -> Measurement {
+    let errors = match &outcome.metrics {
+        Some(metrics) => differences(metrics, reference),
+        None => vec![f64::INFINITY; outputs().len()],
+    };
+    Measurement {
+        setting: setting.clone(),
+        status: outcome.status,
+        ms_per_simulated_s: ms,
+        modes: outcome.modes,
+        states: outcome.states,
+        counters: outcome.counters,
+        energy_residual: outcome.metrics.map_or(f64::NAN, |metrics| metrics.energy_residual),
+        errors,
+    }
+}

@@ -1,0 +1,104 @@
+//! Speed against error on a scene: the same run under many settings, against a converged reference of its own.
+//!
+//! Three things keep apart what is numerical and what is not: the reference's own error (it is run at two tolerances), the
+//! scene's sensitivity (impact sequences amplify perturbations: how far outputs move when the input is perturbed by
+//! [`PERTURBATION`] is the floor below which no method can be judged), and the truncation of modes.
+
+mod measure;
+mod outputs;
+mod plot;
+mod text;
+
+use crate::run::{RowStatus, SolverCounters};
+use crate::scene::{Guide, ModeTreatment, SolverSettings};
+
+pub use measure::{AccuracyError, Experiment, measure};
+pub use outputs::{MAIN_OUTPUTS, Output};
+pub use plot::plot;
+pub use text::text;
+
+/// Relative perturbation of supply pressures and standoffs that shows the scene's own sensitivity.
+pub const PERTURBATION: f64 = 1e-9;
+/// Tolerance of the reference run.
+pub const REFERENCE_TOLERANCE: f64 = 1e-9;
+
+/// A setting of the solver that is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Family of settings that differ in their tolerance only: a line of the plot.
+    pub family: String,
+    /// Preset that it is, if it is one.
+    pub preset: Option<&'static str>,
+    /// Guide, modes and tolerance; the budgets are the scene's.
+    pub solver: SolverSettings,
+}
+
+/// The settings measured unless others are asked for: both models of the guide at tolerances from 1e-3 to 1e-8 with modes as
+/// the scene would have them, and the model as published with its modes integrated.
+pub fn ladder(scene: &SolverSettings) -> Vec<Setting> {
+    let families = [
+        ("guide on its spring", Guide::Spring, ModeTreatment::Automatic),
+        ("guide tied", Guide::Tied, ModeTreatment::Automatic),
+        ("guide on its spring, modes integrated", Guide::Spring, ModeTreatment::Integrated),
+        ("guide tied, modes integrated", Guide::Tied, ModeTreatment::Integrated),
+    ];
+    let mut settings = Vec::new();
+    for (family, guide, modes) in families {
+        for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+            let preset = match (modes, guide, tolerance) {
+                (ModeTreatment::Automatic, Guide::Tied, 1e-4) => Some("draft"),
+                (ModeTreatment::Automatic, Guide::Spring, 1e-5) => Some("standard"),
+                (ModeTreatment::Automatic, Guide::Spring, 1e-7) => Some("reference"),
+                _ => None,
+            };
+            let solver = SolverSettings { tolerance, guide, modes, ..*scene };
+            settings.push(Setting { family: family.to_owned(), preset, solver });
+        }
+    }
+    settings
+}
+
+/// One setting's work and errors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// The setting.
+    pub setting: Setting,
+    /// How its run ended.
+    pub status: RowStatus,
+    /// Wall time of the fastest of its runs per simulated second, ms.
+    pub ms_per_simulated_s: f64,
+    /// Modes of the structure.
+    pub modes: usize,
+    /// States integrated.
+    pub states: usize,
+    /// Work done.
+    pub counters: SolverCounters,
+    /// Energy residual.
+    pub energy_residual: f64,
+    /// Relative error of each output against the reference; NaN where neither has it, infinite where one lacks it.
+    pub errors: Vec<f64>,
+}
+
+/// Speed against error of one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accuracy {
+    /// The outputs that errors are of.
+    pub outputs: Vec<Output>,
+    /// One entry per setting.
+    pub measurements: Vec<Measurement>,
+    /// Relative difference of each output between the reference and the same at ten times its tolerance.
+    pub reference_error: Vec<f64>,
+    /// Relative movement of each output under the perturbation.
+    pub sensitivity: Vec<f64>,
+    /// Relative error of each output by the modes left out, and the number of modes with none left out below the cut-off
+    /// of the comparison; `None` without finite elements to take more modes from.
+    pub truncation: Option<(usize, Vec<f64>)>,
+}
+
+impl Accuracy {
+    /// Largest of `errors` over [`MAIN_OUTPUTS`] that the scene has.
+    pub fn worst(&self, errors: &[f64]) -> f64 {
+        let main = self.outputs.iter().zip(errors).filter(|(output, _)| MAIN_OUTPUTS.contains(&output.name));
+        main.map(|(_, error)| *error).filter(|error| !error.is_nan()).fold(0.0, f64::max)
+    }
+}

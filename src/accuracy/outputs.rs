@@ -1,0 +1,88 @@
+//! Outputs of a run as a flat list of numbers, and their relative differences.
+
+use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics};
+
+/// The outputs by which settings are compared in texts and plots.
+pub const MAIN_OUTPUTS: [&str; 4] =
+    ["first_impact_energy_j", "periodic_energy_mean_j", "hit_frequency_hz", "peak_velocity_m_s"];
+
+/// An output: its error is the largest over the hammers or castings.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Output {
+    /// Name as in the tables.
+    pub name: &'static str,
+    /// What it is.
+    pub description: String,
+}
+
+/// All outputs, in the order of [`differences`].
+pub(super) fn outputs() -> Vec<Output> {
+    fn of<T>(quantities: &[Quantity<T>]) -> impl Iterator<Item = Output> {
+        quantities.iter().map(|quantity| Output { name: quantity.name, description: quantity.description() })
+    }
+    of(HammerMetrics::QUANTITIES).chain(of(CastingMetrics::QUANTITIES)).collect()
+}
+
+/// Relative difference of each output: the largest over the hammers or castings.
+pub(super) fn differences(found: &RunMetrics, reference: &RunMetrics) -> Vec<f64> {
+    let mut differences = quantities(HammerMetrics::QUANTITIES, &found.hammers, &reference.hammers);
+    differences.extend(quantities(CastingMetrics::QUANTITIES, &found.castings, &reference.castings));
+    differences
+}
+
+fn quantities<T>(quantities: &[Quantity<T>], found: &[T], reference: &[T]) -> Vec<f64> {
+    let largest = |quantity: &Quantity<T>| {
+        let pairs = found.iter().zip(reference).map(|(a, b)| ((quantity.value)(a), (quantity.value)(b)));
+        // NaN where neither run has the output: the others decide.
+        pairs.map(|(a, b)| difference(a, b)).fold(f64::NAN, f64::max)
+    };
+    quantities.iter().map(largest).collect()
+}
+
+fn difference(found: Option<QuantityValue>, reference: Option<QuantityValue>) -> f64 {
+    let number = |value| match value {
+        QuantityValue::Real(value) => value,
+        QuantityValue::Count(count) => count as f64,
+    };
+    match (found.map(number), reference.map(number)) {
+        (None, None) => f64::NAN,
+        (Some(a), Some(b)) if a == b => 0.0,
+        (Some(a), Some(b)) if b != 0.0 => ((a - b) / b).abs(),
+        _ => f64::INFINITY,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_relative_and_missing_values_count() {
+        let run = |energy: [Option<f64>; 2], contacts: u64| RunMetrics {
+            hammers: energy
+                .map(|energy| HammerMetrics {
+                    first_impact_energy_j: energy,
+                    contact_count: contacts,
+                    ..HammerMetrics::default()
+                })
+                .to_vec(),
+            castings: vec![CastingMetrics { peak_velocity_m_s: 2.0, ..CastingMetrics::default() }],
+            blows: Vec::new(),
+            energy_residual: 0.0,
+        };
+        let names = outputs();
+        let find = |differences: &[f64], name: &str| {
+            let at = names.iter().position(|output| output.name == name).expect("an output");
+            differences[at]
+        };
+        let reference = run([Some(70.0), Some(50.0)], 10);
+        let one = differences(&run([Some(70.0), Some(51.0)], 11), &reference);
+        assert!((find(&one, "first_impact_energy_j") - 0.02).abs() < 1e-15);
+        assert!((find(&one, "contact_count") - 0.1).abs() < 1e-15);
+        assert_eq!(find(&one, "peak_velocity_m_s"), 0.0);
+        assert!(find(&one, "hit_frequency_hz").is_nan());
+        let two = differences(&run([None, Some(50.0)], 10), &reference);
+        assert_eq!(find(&two, "first_impact_energy_j"), f64::INFINITY);
+        assert!(MAIN_OUTPUTS.iter().all(|name| names.iter().any(|output| output.name == *name)));
+    }
+}

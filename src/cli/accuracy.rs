@@ -1,0 +1,184 @@
+//! `decore accuracy`: speed against error on one row of a study.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::exit::{Exit, Failure};
+use super::prepare::{Prepared, prepare};
+use super::text::{say, tell};
+use crate::accuracy::{Accuracy, Experiment, Setting, ladder, measure, plot, text};
+use crate::dataset::{TableColumn, TableValues, status_text, write_table};
+use crate::scene::{Guide, ModeTreatment};
+use crate::study::StructureSource;
+use crate::system::InterfaceModes;
+
+/// Cut-off of the modes with which truncation is judged, unless another is asked for: above all of most machines' models.
+const ALL_MODES_HZ: f64 = 1e9;
+
+#[derive(Debug, Args)]
+pub(super) struct AccuracyArguments {
+    /// Study file (TOML).
+    study: PathBuf,
+    /// Row of the design.
+    #[arg(short, long, default_value_t = 0)]
+    row: usize,
+    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Folder for the table, the text and the plot. Default: the study's name with `_accuracy`.
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Runs of each setting, of which the fastest counts.
+    #[arg(long, default_value_t = 3)]
+    repeats: usize,
+    /// Cut-off in Hz of the modes with which the truncation of modes is judged.
+    #[arg(long, default_value_t = ALL_MODES_HZ, value_name = "HZ")]
+    full_cutoff_hz: f64,
+    /// Do not judge the truncation of modes.
+    #[arg(long)]
+    no_truncation: bool,
+}
+
+pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
+    let prepared = prepare(&arguments.study, &arguments.overrides)?;
+    if arguments.row >= prepared.study.row_count() {
+        return Err(Failure::Argument(format!(
+            "--row is {}, but the study has the rows 0 to {}",
+            arguments.row,
+            prepared.study.row_count() - 1
+        )));
+    }
+    let invalid = |reason| Failure::Argument(format!("row {} describes no scene: {reason}", arguments.row));
+    let (scene, modes) = prepared.scene(arguments.row).map_err(invalid)?;
+    let all_modes = all_modes(arguments, &prepared)?;
+    let experiment = Experiment {
+        scene: &scene,
+        modes: &modes,
+        all_modes: all_modes.as_ref(),
+        settings: ladder(&scene.solver),
+        repeats: arguments.repeats,
+    };
+    let result = measure(&experiment, &mut |what| tell(&format_args!("running: {what}")));
+    let result = result.map_err(|error| Failure::Argument(error.to_string()))?;
+    let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
+    let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
+    let words = text(&result);
+    write(&folder, &prepared, (&result, &words))?;
+    say(&words);
+    say(&format_args!("Table, text and plot are in {}", folder.display()));
+    Ok(Exit::Done)
+}
+
+/// The scene's modes with none left out below the cut-off; `None` where there are no more to be had.
+fn all_modes(arguments: &AccuracyArguments, prepared: &Prepared) -> Result<Option<InterfaceModes>, Failure> {
+    let table = matches!(prepared.study.structure().source, StructureSource::ModalTable { .. });
+    if arguments.no_truncation || table {
+        return Ok(None);
+    }
+    let mut overrides = arguments.overrides.clone();
+    for key in ["cutoff_hz", "fixed_interface_cutoff_hz"] {
+        overrides.push(format!("structure.{key}={:e}", arguments.full_cutoff_hz));
+    }
+    let all = prepare(&arguments.study, &overrides)?;
+    let scene = all.scene(arguments.row).map_err(Failure::Argument)?;
+    Ok(Some(scene.1))
+}
+
+fn write(folder: &Path, prepared: &Prepared, (result, words): (&Accuracy, &str)) -> Result<(), Failure> {
+    let failed = |path: &Path| {
+        let path = path.display().to_string();
+        move |source| Failure::Write { path, source }
+    };
+    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    write_table(&folder.join("accuracy.parquet"), &prepared.info(), ("accuracy", &columns(result)))?;
+    let path = folder.join("accuracy.txt");
+    std::fs::write(&path, words).map_err(failed(&path))?;
+    let svg = plot(result).map_err(|error| Failure::Argument(format!("nothing to plot: {error}")))?;
+    let path = folder.join("accuracy.svg");
+    std::fs::write(&path, svg).map_err(failed(&path))
+}
+
+/// The table: a row per setting, then the floors.
+fn columns(result: &Accuracy) -> Vec<TableColumn> {
+    let measurements = &result.measurements;
+    let column = |name: &str, unit: &str, description: &str, values: TableValues| TableColumn {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        description: description.to_owned(),
+        values,
+    };
+    let floors: Vec<(&str, &Vec<f64>)> = [
+        Some(("error of the reference", &result.reference_error)),
+        Some(("sensitivity of the scene", &result.sensitivity)),
+        result.truncation.as_ref().map(|(_, errors)| ("modes left out", errors)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let text = |value: &dyn Fn(&Setting) -> String, floor: &dyn Fn(&str) -> String| {
+        let settings = measurements.iter().map(|measurement| value(&measurement.setting));
+        TableValues::Text(settings.chain(floors.iter().map(|(name, _)| floor(name))).collect())
+    };
+    let real = |value: &dyn Fn(&crate::accuracy::Measurement) -> f64| {
+        TableValues::Real(measurements.iter().map(value).chain(floors.iter().map(|_| f64::NAN)).collect())
+    };
+    let none = |_: &str| String::new();
+    let mut columns = vec![
+        column(
+            "setting",
+            "",
+            "Family of settings, or what limits all of them.",
+            text(&|s| s.family.clone(), &str::to_owned),
+        ),
+        column(
+            "preset",
+            "",
+            "Fidelity preset that the setting is.",
+            text(&|s| s.preset.unwrap_or_default().to_owned(), &none),
+        ),
+        column("guide", "", "Model of the housing guide.", text(&|s| guide(s.solver.guide).to_owned(), &none)),
+        column(
+            "modes_treatment",
+            "",
+            "How modes are integrated.",
+            text(&|s| treatment(s.solver.modes).to_owned(), &none),
+        ),
+        column("status", "", "How the run ended.", {
+            let settings = measurements.iter().map(|measurement| status_text(measurement.status).to_owned());
+            TableValues::Text(settings.chain(floors.iter().map(|_| String::new())).collect())
+        }),
+        column("tolerance", "1", "Error tolerance of a step.", real(&|m| m.setting.solver.tolerance)),
+        column("ms_per_simulated_s", "ms/s", "Wall time of the fastest run.", real(&|m| m.ms_per_simulated_s)),
+        column("modes", "1", "Modes of the structure.", real(&|m| m.modes as f64)),
+        column("states", "1", "States integrated.", real(&|m| m.states as f64)),
+        column("steps", "1", "Accepted steps.", real(&|m| m.counters.steps as f64)),
+        column("rejected_steps", "1", "Rejected steps.", real(&|m| m.counters.rejected_steps as f64)),
+        column("rhs_evaluations", "1", "Right-hand sides.", real(&|m| m.counters.rhs_evaluations as f64)),
+        column("located_events", "1", "Contact events located.", real(&|m| m.counters.located_events as f64)),
+        column("energy_residual", "1", "Energy residual of the run.", real(&|m| m.energy_residual)),
+    ];
+    for (index, output) in result.outputs.iter().enumerate() {
+        let errors =
+            measurements.iter().map(|measurement| &measurement.errors).chain(floors.iter().map(|floor| floor.1));
+        let values = errors.map(|errors| errors.get(index).copied().unwrap_or(f64::NAN)).collect();
+        let description = format!("Largest relative error. {}", output.description);
+        columns.push(column(&format!("error_{}", output.name), "1", &description, TableValues::Real(values)));
+    }
+    columns
+}
+
+fn guide(guide: Guide) -> &'static str {
+    match guide {
+        Guide::Spring => "spring",
+        Guide::Tied => "tied",
+    }
+}
+
+fn treatment(modes: ModeTreatment) -> &'static str {
+    match modes {
+        ModeTreatment::Automatic => "automatic",
+        ModeTreatment::Integrated => "integrated",
+        ModeTreatment::Condensed => "condensed",
+    }
+}

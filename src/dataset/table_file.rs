@@ -1,0 +1,89 @@
+//! A table of its own in a Parquet file: time signals of one run, figures of a comparison.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
+
+use super::columns::{ColumnDescription, ColumnGroup, ColumnKind, check_unique, identifier};
+use super::durable::StagedFile;
+use super::parquet_file::{encode_batch, properties, schema};
+use super::{DatasetError, DatasetInfo};
+use crate::metrics::Signal;
+
+/// A column of a table; all columns of a table have the same length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableColumn {
+    /// Name, with the unit as its suffix.
+    pub name: String,
+    /// Unit; `1` for numbers without one, empty for text.
+    pub unit: String,
+    /// What it is.
+    pub description: String,
+    /// The values, row by row.
+    pub values: TableValues,
+}
+
+/// Values of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TableValues {
+    /// Numbers; NaN stays NaN.
+    Real(Vec<f64>),
+    /// Texts.
+    Text(Vec<String>),
+}
+
+/// Writes signals to `path`, one column per signal, one row per instant: see [`write_table`].
+///
+/// # Errors
+/// As [`write_table`].
+pub fn write_signals(path: &Path, info: &DatasetInfo, signals: &[Signal]) -> Result<(), DatasetError> {
+    let column = |signal: &Signal| TableColumn {
+        name: signal.name.clone(),
+        unit: signal.unit.to_owned(),
+        description: signal.description.clone(),
+        values: TableValues::Real(signal.values.clone()),
+    };
+    write_table(path, info, ("signals", &signals.iter().map(column).collect::<Vec<_>>()))
+}
+
+/// Writes a table to `path`; units and descriptions are in the fields' metadata, the study in the file's key-values.
+///
+/// The file appears whole or not at all.
+///
+/// # Errors
+/// [`DatasetError::DuplicateColumn`] if two columns have one name, the Parquet library's or the system's.
+pub fn write_table(
+    path: &Path,
+    info: &DatasetInfo,
+    (table, columns): (&str, &[TableColumn]),
+) -> Result<(), DatasetError> {
+    let descriptions: Vec<ColumnDescription> = columns.iter().map(|column| description(table, column)).collect();
+    check_unique(&descriptions)?;
+    let array = |column: &TableColumn| match &column.values {
+        TableValues::Real(values) => Arc::new(Float64Array::from(values.clone())) as ArrayRef,
+        TableValues::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,
+    };
+    let dictionary = serde_json::json!({ "table": table, "columns": descriptions }).to_string();
+    let bytes = RecordBatch::try_new(schema(&descriptions), columns.iter().map(array).collect())
+        .map_err(Into::into)
+        .and_then(|batch| encode_batch(&batch, properties(info, dictionary)?))
+        .map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    StagedFile::write(folder, path, &bytes)?.put_in_place()
+}
+
+fn description(table: &str, column: &TableColumn) -> ColumnDescription {
+    ColumnDescription {
+        name: identifier(&column.name, table),
+        kind: match column.values {
+            TableValues::Real(_) => ColumnKind::Real,
+            TableValues::Text(_) => ColumnKind::Text,
+        },
+        unit: column.unit.clone(),
+        description: column.description.clone(),
+        group: ColumnGroup::Other,
+        subject: None,
+        quantity: column.name.clone(),
+    }
+}
