@@ -35,6 +35,9 @@ enum Range {
     NonNegative,
     Positive,
     AboveOne,
+    AtLeastOne,
+    /// Above 0, not above 1.
+    Share,
 }
 
 impl Range {
@@ -45,6 +48,8 @@ impl Range {
                 Self::NonNegative => value >= 0.0,
                 Self::Positive => value > 0.0,
                 Self::AboveOne => value > 1.0,
+                Self::AtLeastOne => value >= 1.0,
+                Self::Share => value > 0.0 && value <= 1.0,
             }
     }
 
@@ -54,6 +59,8 @@ impl Range {
             Self::NonNegative => "zero or a positive number",
             Self::Positive => "a positive number",
             Self::AboveOne => "a number above 1",
+            Self::AtLeastOne => "1 or a number above",
+            Self::Share => "a number above 0 and not above 1",
         }
     }
 }
@@ -87,6 +94,18 @@ impl Checks {
             ("damping_n_s_per_m", contact.damping_n_s_per_m, Range::NonNegative),
         ];
         self.values(prefix, &entries);
+        let optional = [
+            ("restitution", contact.restitution, Range::Share),
+            ("power_stiffness_n_per_m_n", contact.power_stiffness_n_per_m_n, Range::Positive),
+            ("damping_s_per_m", contact.damping_s_per_m, Range::NonNegative),
+            ("exponent", contact.exponent, Range::AtLeastOne),
+            ("reference_speed_m_s", contact.reference_speed_m_s, Range::Positive),
+        ];
+        for (key, value, range) in optional {
+            if let Some(value) = value {
+                self.value(format!("{prefix}.{key}"), value, range);
+            }
+        }
     }
 
     fn rule(&mut self, holds: bool, path: String, message: &str) {

@@ -165,7 +165,7 @@ impl<'a> Coupled<'a> {
             let penetration = elements.value(row, &self.displacement) - contact.offset_m;
             let force = contact.law.closed_force(penetration, speed);
             elements.apply(row, force, &mut self.force);
-            power.dissipated += contact.law.damping_n_s_per_m * speed * speed;
+            power.dissipated += contact.law.dissipated_power(penetration, speed);
             if contact.kind == ContactKind::ChiselCasting {
                 let chisel = model.hammers[contact.hammer].points[body::CHISEL];
                 let casting_speed = self.velocity[chisel] - speed;
@@ -302,7 +302,7 @@ impl System for Coupled<'_> {
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
         let (d, rate) = self.penetration(guard, t, y);
         let law = &self.model.elements.contacts()[guard].law;
-        if self.closed[guard] { -law.closed_force(d, rate) } else { law.onset_indicator(d, rate) }
+        if self.closed[guard] { law.release_indicator(d, rate) } else { law.onset_indicator(d, rate) }
     }
 
     fn sample_guards(&self, t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
@@ -312,8 +312,8 @@ impl System for Coupled<'_> {
             let (d, speed) = self.penetration(guard, t, y);
             *sample = if self.closed[guard] {
                 let acceleration = self.relative_acceleration(elements.contact_row(guard), t, (y, rate));
-                let value = -law.closed_force(d, speed);
-                GuardSample { value, smooth: value, smooth_rate: -law.closed_force(speed, acceleration) }
+                let (smooth, smooth_rate) = law.smooth_release(d, speed, acceleration);
+                GuardSample { value: law.release_indicator(d, speed), smooth, smooth_rate }
             } else {
                 GuardSample { value: law.onset_indicator(d, speed), smooth: d, smooth_rate: speed }
             };

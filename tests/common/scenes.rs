@@ -10,7 +10,7 @@ use decore::workpiece::{Casting, Fixture};
 use super::harness::{Run, observe, settings};
 
 /// A contact without damping that is too soft to be felt.
-pub const NO_CONTACT: ContactParameters = ContactParameters { stiffness_n_per_m: 1e-12, damping_n_s_per_m: 0.0 };
+pub const NO_CONTACT: ContactParameters = ContactParameters::kelvin_voigt(1e-12, 0.0);
 
 /// One hammer and one casting as free rigid bodies on rigid ground: no gravity, no gas to speak of, no friction, no
 /// springs. What a test is about it adds. Interface points: the mount, then the casting's one fixture (1e-9 N/m).
