@@ -318,6 +318,19 @@ values = ['kelvin_voigt', 'hunt_crossley', 'hertz']
     assert!(message.contains("hunt_crossley"), "{message}");
 }
 
+/// A supply is switched in ascending order after its start; single times can be varied.
+#[test]
+fn supplies_are_switched_in_order() {
+    let with =
+        |times: &str| parse(&SMALL.replace("mount = 'R5'", &format!("mount = 'R5'\nsupply_switch_times_s = {times}")));
+    let study = with("[0.5, 0.7]").with_overrides(&["hammer.left.supply_switch_times_s.1=0.9".into()]).unwrap();
+    assert_eq!(study.scene(0, &station_points()).unwrap().hammers[0].supply_switch_times_s, [0.5, 0.9]);
+    for times in ["[0.5, 0.5]", "[0.001]", "[0.7, 0.6]"] {
+        let message = with(times).check(&station_points()).unwrap_err().to_string();
+        assert!(message.contains("expected a time after the switch before"), "{message}");
+    }
+}
+
 #[test]
 fn a_factor_may_give_what_the_file_leaves_out() {
     let text = SMALL.replace("mass_kg = 0.517", "").replace("mount = 'R5'", "")

@@ -67,6 +67,10 @@ pub struct HammerUnit {
     pub supply_pressure_pa: f64,
     /// Time `t_on` at which the supply is switched on, in s.
     pub start_time_s: f64,
+    /// Times after the start at which the supply is switched off, on again, off, and so on, in s. While it is off the
+    /// supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts anew,
+    /// its percussion `tau_gate` after the next contact. Empty: on for good.
+    pub supply_switch_times_s: Vec<f64>,
     /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion, in s.
     pub gate_delay_s: f64,
     /// Distance of the chisel's tip from the casting at rest, in m.

@@ -150,6 +150,15 @@ impl Scene {
             ("strike_point_m", hammer.strike_point_m[1], Range::Any),
         ];
         checks.values(&prefix, &entries);
+        let mut before = hammer.start_time_s;
+        for (index, &time) in hammer.supply_switch_times_s.iter().enumerate() {
+            // Written so that a NaN is out of order; that of the start is reported above.
+            if !(time.is_finite() && (time > before || before.is_nan())) {
+                let message = format!("is {time}, expected a time after the switch before, {before} s");
+                checks.push(SceneProblemKind::Value, format!("{prefix}.supply_switch_times_s.{index}"), message);
+            }
+            before = time;
+        }
         let sum: f64 = hammer.mount.points.iter().map(|(_, weight)| weight).sum();
         let mount = !hammer.mount.points.is_empty() && (sum - 1.0).abs() < 1e-9;
         checks.rule(mount, format!("{prefix}.mount"), "needs one or more points whose weights sum to 1");

@@ -136,6 +136,11 @@ pub struct HammerEntry {
     /// Time at which the supply is switched on in s. Default 0.002.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_time_s: Option<f64>,
+    /// Times in s, in ascending order after the start, at which the supply is switched off, on again, off, and so on;
+    /// while it is off its line is vented, and the percussion begins anew after the next contact. Default: none, the
+    /// supply stays on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supply_switch_times_s: Option<Vec<f64>>,
     /// Time from the first contact of chisel and casting to the percussion in s. Default 0.020.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gate_delay_s: Option<f64>,

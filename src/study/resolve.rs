@@ -190,6 +190,7 @@ impl HammerResolver<'_> {
             parameters,
             supply_pressure_pa: self.file.environment.ambient_pressure_pa + supply,
             start_time_s: entry.start_time_s.unwrap_or(START_TIME_S),
+            supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or_default(),
             gate_delay_s: entry.gate_delay_s.unwrap_or(GATE_DELAY_S),
             standoff_m: entry.standoff_m.unwrap_or(STANDOFF_M),
             mount: placed.mount,

@@ -250,7 +250,7 @@ fn add_hammer(
         percussion,
         casting: unit.casting,
         supply_pressure_pa: unit.supply_pressure_pa,
-        start_time_s: unit.start_time_s,
+        supply_times_s: std::iter::once(unit.start_time_s).chain(unit.supply_switch_times_s.iter().copied()).collect(),
         gate_delay_s: unit.gate_delay_s,
     }
 }
@@ -446,6 +446,7 @@ mod tests {
             parameters: HammerParameters::default(),
             supply_pressure_pa: 6e5,
             start_time_s: 0.002,
+            supply_switch_times_s: Vec::new(),
             gate_delay_s: 0.02,
             standoff_m: 0.085,
             mount: Mount { points: vec![("R".into(), 1.0)] },

@@ -16,7 +16,8 @@ pub struct Coupled<'a> {
     /// The condensed modes at their last renewal; `None` if modes are integrated.
     pub(super) base: Option<Base>,
     pub(super) closed: Vec<bool>,
-    supply_on: Vec<bool>,
+    /// How often each supply has been switched: it is on after an odd number of times.
+    supply_switched: Vec<usize>,
     gate_open: Vec<bool>,
     /// When each gate opens; infinite until the hammer's first contact.
     gate_time_s: Vec<f64>,
@@ -49,7 +50,7 @@ impl<'a> Coupled<'a> {
             model,
             base: model.condensation.as_ref().map(|_| Base::at_rest(&model.modes)),
             closed: vec![false; model.elements.contacts().len()],
-            supply_on: vec![false; hammers],
+            supply_switched: vec![0; hammers],
             gate_open: vec![false; hammers],
             gate_time_s: vec![f64::INFINITY; hammers],
             released_energy_j: 0.0,
@@ -122,7 +123,8 @@ impl<'a> Coupled<'a> {
         for (h, slot) in model.hammers.iter().enumerate() {
             let mut pressure = [0.0; 4];
             pressure.copy_from_slice(&y[layout.pressures(h)]);
-            let supply_pa = if self.supply_on[h] { slot.supply_pressure_pa } else { model.ambient_pressure_pa };
+            let supply_on = self.supply_switched[h] % 2 == 1;
+            let supply_pa = if supply_on { slot.supply_pressure_pa } else { model.ambient_pressure_pa };
             let state = HammerState {
                 position: slot.points.map(|point| self.displacement[point]),
                 velocity: slot.points.map(|point| self.velocity[point]),
@@ -135,7 +137,9 @@ impl<'a> Coupled<'a> {
                 self.force[slot.points[i]] += rates.force[i];
             }
             rate[layout.pressures(h)].copy_from_slice(&rates.pressure_rate);
-            rate[layout.quadrature(h, HammerQuadrature::Air)] = rates.supply_flow_kg_s;
+            // What flows back into a line that is vented does not return to the supply.
+            let drawn = if self.vented(h) { 0.0 } else { rates.supply_flow_kg_s };
+            rate[layout.quadrature(h, HammerQuadrature::Air)] = drawn;
             let arm = self.velocity[layout.bodies + slot.mount];
             rate[layout.quadrature(h, HammerQuadrature::ArmVelocitySquared)] = arm * arm;
             rate[layout.quadrature(h, HammerQuadrature::Work)] = 0.0;
@@ -245,16 +249,36 @@ impl<'a> Coupled<'a> {
     fn refresh_gate(&mut self, contact: usize, t: f64) {
         let hammer = self.model.elements.contacts()[contact].hammer;
         let first = self.gate_time_s[hammer].is_infinite();
-        if first && self.model.hammers[hammer].strike == contact {
+        if first && !self.vented(hammer) && self.model.hammers[hammer].strike == contact {
             self.gate_time_s[hammer] = t + self.model.hammers[hammer].gate_delay_s;
+        }
+    }
+
+    /// Whether a hammer's supply has been switched off.
+    fn vented(&self, hammer: usize) -> bool {
+        self.supply_switched[hammer] > 0 && self.supply_switched[hammer].is_multiple_of(2)
+    }
+
+    /// Switches a supply over. Off ends the percussion; on starts the hammer anew: the gate waits for the next contact,
+    /// or from now where the chisel rests on the casting.
+    fn switch_supply(&mut self, hammer: usize, time_s: f64) {
+        let slot = &self.model.hammers[hammer];
+        self.supply_switched[hammer] += 1;
+        if self.vented(hammer) {
+            self.gate_open[hammer] = false;
+            self.gate_time_s[hammer] = f64::INFINITY;
+        } else if self.supply_switched[hammer] > 1 && self.closed[slot.strike] {
+            self.gate_time_s[hammer] = time_s + slot.gate_delay_s;
         }
     }
 
     /// The pending stop that is due first: its time, its hammer, and whether it is the supply's.
     fn pending(&self) -> Option<(f64, usize, bool)> {
         let hammers = 0..self.model.hammers.len();
-        let supplies =
-            hammers.clone().filter(|&h| !self.supply_on[h]).map(|h| (self.model.hammers[h].start_time_s, h, true));
+        let supplies = hammers.clone().filter_map(|h| {
+            let time = self.model.hammers[h].supply_times_s.get(self.supply_switched[h])?;
+            Some((*time, h, true))
+        });
         let gates = hammers
             .filter(|&h| !self.gate_open[h] && self.gate_time_s[h].is_finite())
             .map(|h| (self.gate_time_s[h], h, false));
@@ -356,7 +380,7 @@ impl System for Coupled<'_> {
 
     fn pass_stop(&mut self) {
         match self.pending() {
-            Some((_, hammer, true)) => self.supply_on[hammer] = true,
+            Some((time, hammer, true)) => self.switch_supply(hammer, time),
             Some((_, hammer, false)) => self.gate_open[hammer] = true,
             None => {}
         }

@@ -53,6 +53,7 @@ pub fn hammer(name: &str, parameters: HammerParameters) -> HammerUnit {
         parameters,
         supply_pressure_pa: 601_325.0,
         start_time_s: 0.002,
+        supply_switch_times_s: Vec::new(),
         gate_delay_s: 0.020,
         standoff_m: 0.085,
         mount: Mount { points: vec![("M".into(), 1.0)] },
