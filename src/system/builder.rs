@@ -420,7 +420,7 @@ fn gas(environment: &Environment) -> Gas {
 mod tests {
     use super::*;
     use crate::hammer::HammerParameters;
-    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings};
+    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings, Stepping};
     use crate::workpiece::{Casting, Fixture, Inertia};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
@@ -456,6 +456,7 @@ mod tests {
         let solver = SolverSettings {
             tolerance: 1e-5,
             guide: Guide::Spring,
+            stepping: Stepping::default(),
             modes: ModeTreatment::Integrated,
             max_steps: 10,
             max_wall_time_s: 1.0,

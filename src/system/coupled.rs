@@ -16,6 +16,8 @@ pub struct Coupled<'a> {
     /// The condensed modes at their last renewal; `None` if modes are integrated.
     pub(super) base: Option<Base>,
     pub(super) closed: Vec<bool>,
+    /// Whether forces of contacts follow the state alone, see [`System::follow_state`].
+    following: bool,
     /// How often each supply has been switched: it is on after an odd number of times.
     supply_switched: Vec<usize>,
     gate_open: Vec<bool>,
@@ -50,6 +52,7 @@ impl<'a> Coupled<'a> {
             model,
             base: model.condensation.as_ref().map(|_| Base::at_rest(&model.modes)),
             closed: vec![false; model.elements.contacts().len()],
+            following: false,
             supply_switched: vec![0; hammers],
             gate_open: vec![false; hammers],
             gate_time_s: vec![f64::INFINITY; hammers],
@@ -161,12 +164,15 @@ impl<'a> Coupled<'a> {
             power.dissipated += spring.damping_n_s_per_m * speed * speed;
         }
         for (index, contact) in elements.contacts().iter().enumerate() {
-            if !self.closed[index] {
+            if !(self.closed[index] || self.following) {
                 continue;
             }
             let row = elements.contact_row(index);
             let speed = elements.value(row, &self.velocity);
             let penetration = elements.value(row, &self.displacement) - contact.offset_m;
+            if self.following && contact.law.onset_indicator(penetration, speed) <= 0.0 {
+                continue;
+            }
             let force = contact.law.closed_force(penetration, speed);
             elements.apply(row, force, &mut self.force);
             power.dissipated += contact.law.dissipated_power(penetration, speed);
@@ -344,6 +350,11 @@ impl System for Coupled<'_> {
         }
     }
 
+    fn follow_state(&mut self, follow: bool) -> bool {
+        self.following = follow;
+        follow
+    }
+
     fn horizon(&self) -> f64 {
         match (&self.base, &self.model.condensation) {
             (Some(base), Some(condensation)) => base.time_s + condensation.horizon_s,
@@ -363,7 +374,11 @@ impl System for Coupled<'_> {
     }
 
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
-        let (d, _) = self.penetration(guard, t, y);
+        let (mut d, _) = self.penetration(guard, t, y);
+        if self.following {
+            // The state is that before the step in which the bodies met or parted: apart, they store nothing.
+            d = d.max(0.0);
+        }
         let stored = self.model.elements.contacts()[guard].law.stored_energy(d);
         self.closed[guard] = !self.closed[guard];
         if self.closed[guard] {

@@ -3,7 +3,9 @@
 use decore::contact::ContactParameters;
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step, System};
-use decore::scene::{Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings};
+use decore::scene::{
+    Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings, Stepping,
+};
 use decore::system::{ContactKind, Coupled, CoupledModel, InterfaceModes};
 use decore::workpiece::{Casting, Fixture};
 
@@ -87,6 +89,7 @@ pub fn solver(guide: Guide) -> SolverSettings {
     SolverSettings {
         tolerance: 1e-5,
         guide,
+        stepping: Stepping::default(),
         modes: ModeTreatment::Integrated,
         max_steps: 5_000_000,
         max_wall_time_s: 60.0,
