@@ -7,7 +7,7 @@ use std::cell::Cell;
 
 use common::harness::settings;
 use common::scenes::rig;
-use decore::integrate::{Integrator, Stopped};
+use decore::integrate::{FixedRule, FixedSettings, FixedStep, Integrator, Stopped};
 use decore::metrics::Recorder;
 use decore::system::{Coupled, build};
 
@@ -74,4 +74,24 @@ fn a_step_allocates_nothing() {
     // A list of n entries doubles log2(n) times.
     assert!(blows > 4);
     assert!(count <= u64::from(blows.ilog2()) + 1, "{count} allocations for {blows} blows");
+}
+
+/// Neither do the methods at a fixed step; a new factorisation of the implicit one takes memory for its matrix, the
+/// permutation and their bookkeeping.
+#[test]
+fn a_fixed_step_allocates_nothing() {
+    let (scene, modes) = rig(2);
+    let model = build(&scene, &modes).expect("sound");
+    for rule in [FixedRule::Rk4, FixedRule::Trapezoid] {
+        let settings =
+            FixedSettings { rule, step_s: 1e-5, located: false, max_steps: 1_000_000, max_wall_time_s: 60.0 };
+        let mut system = Coupled::new(&model);
+        let mut integrator = FixedStep::new(&system, 0.0, model.initial_state(), settings);
+        let (stopped, count) = counted(|| integrator.run(&mut system, &mut (), 0.1));
+        assert_eq!(stopped, Stopped::AtEnd);
+        let counters = integrator.counters();
+        println!("{rule:?}: {counters:?}, {count} allocations");
+        assert!(counters.steps >= 10_000 && counters.events > 10);
+        assert!(count <= 4 * counters.factorisations, "{rule:?}: {count} allocations");
+    }
 }

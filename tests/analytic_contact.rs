@@ -198,7 +198,7 @@ fn analytic_oscillator_on_a_stop() {
     let unit = &mut scene.hammers[0];
     unit.standoff_m = 0.0;
     unit.parameters.chisel.mass_kg = 1e12;
-    unit.parameters.chisel.casting_contact = ContactParameters { stiffness_n_per_m: 1e6, damping_n_s_per_m: 0.0 };
+    unit.parameters.chisel.casting_contact = ContactParameters::kelvin_voigt(1e6, 0.0);
     scene.castings[0].mass_kg = 100.0;
     scene.castings[0].fixtures[0].stiffness_n_per_m = 1e4;
     let model = build(&scene, &modes).expect("sound");
@@ -235,7 +235,7 @@ fn analytic_three_ball_cradle() {
     let (mut scene, modes) = bench();
     let unit = &mut scene.hammers[0];
     unit.standoff_m = 0.0;
-    let law = ContactParameters { stiffness_n_per_m: 1e8, damping_n_s_per_m: 0.0 };
+    let law = ContactParameters::kelvin_voigt(1e8, 0.0);
     unit.parameters.piston.mass_kg = 1.0;
     unit.parameters.piston.chisel_contact = law;
     unit.parameters.chisel.mass_kg = 1.0;

@@ -1,8 +1,11 @@
 //! Scenes that break integrators: each must end as stated, with every number finite and every joule accounted for.
 
-use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row};
+use decore::hammer::body;
+use decore::integrate::{Observer, Step};
+use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row, run_row_observed};
 use decore::scene::Scene;
 use decore::study::Study;
+use decore::system::Coupled;
 use decore::workpiece::Inertia;
 
 /// The energy audit of every hard case.
@@ -96,6 +99,25 @@ fn supply_from_nothing_to_twenty_bar() {
     }
 }
 
+/// Off: the telescope retracts and the percussion dies down. On again: the hammer starts anew and strikes as before.
+#[test]
+fn supply_that_switches_off_and_on() {
+    let outcome = completes(&["hammer.hammer.supply_switch_times_s=[0.5, 0.8]", "duration_s=1.5"]);
+    let metrics = outcome.metrics.unwrap();
+    let energies = |from: f64, to: f64| -> Vec<f64> {
+        let within = metrics.blows.iter().filter(|blow| blow.start_time_s > from && blow.start_time_s < to);
+        within.map(|blow| blow.energy_j).collect()
+    };
+    // Steady before; at most the blow that was under way and bounces of the piston while the supply is off.
+    let (before, off, after) = (energies(0.35, 0.5), energies(0.6, 0.8), energies(1.1, 1.5));
+    println!("{before:?} {off:?} {after:?}");
+    assert!(before.len() >= 3 && before.iter().all(|energy| (energy / 12.34 - 1.0).abs() < 0.01), "{before:?}");
+    assert!(off.iter().all(|energy| *energy < 1.0), "{off:?}");
+    assert!(after.len() >= 5 && after.iter().all(|energy| (energy / 12.34 - 1.0).abs() < 0.02), "{after:?}");
+    // Switched faster than anything moves, before the first contact and after the end.
+    completes(&["hammer.hammer.supply_switch_times_s=[0.0030, 0.0031, 0.1, 0.2, 7.0]"]);
+}
+
 #[test]
 fn end_of_stroke_without_a_casting_in_reach() {
     let outcome = completes(&["hammer.hammer.standoff_m=0.2"]);
@@ -130,8 +152,124 @@ fn undamped_structure_and_all_its_modes() {
     assert!(outcome.modes > 150, "{} modes", outcome.modes);
 }
 
+/// The chisel rests on the casting for seconds, the gate shut: the top chamber fills until its pressure is the supply's and
+/// stays there, on the square-root singularity of the flow.
 #[test]
-fn equal_pressures_and_sticking_for_seconds() {
+fn equal_pressures_for_seconds() {
+    let outcome = completes(&["hammer.hammer.gate_delay_s=100", "duration_s=5"]);
+    let hammer = &outcome.metrics.as_ref().unwrap().hammers[0];
+    assert!((hammer.first_impact_energy_j.unwrap() / 69.903 - 1.0).abs() < 1e-4);
+    assert_eq!(hammer.periodic_blow_count, 0);
+    // Twice the time costs no second singularity: what remains are steps of the chisel at rest between nose and casting.
+    let longer = completes(&["hammer.hammer.gate_delay_s=100", "duration_s=10"]);
+    println!("{} and {} steps", outcome.counters.steps, longer.counters.steps);
+    assert!(longer.counters.steps < 3 * outcome.counters.steps);
+    let air = |outcome: &RowOutcome| outcome.metrics.as_ref().unwrap().hammers[0].air_used_nl;
+    println!("{} {}", air(&longer), air(&outcome));
+    assert!((air(&longer) / air(&outcome) - 1.0).abs() < 1e-4, "no flow between equal pressures");
+}
+
+/// A seal that holds more than the gas can push. The friction is a smooth function of the speed, so what ought to stick
+/// creeps: the model is not valid for holding, and the speed at which it creeps says how far off it is, `v_s artanh(F / f_s)`.
+#[test]
+fn sticking_for_seconds_creeps_at_the_speed_of_the_regularisation() {
+    let friction = "hammer.hammer.parameters.telescope.friction_static_n=2000";
+    for velocity in [1e-2, 1e-3] {
+        let setting = format!("hammer.hammer.parameters.telescope.friction_velocity_m_s={velocity}");
+        let rig = rig(&[friction, &setting, "duration_s=4", "hammer.hammer.standoff_m=0.1"]);
+        let (outcome, log) =
+            run_row_observed(&rig.scene, &rig.machine.modes(&rig.scene).unwrap(), |_| Extension::default());
+        let (outcome, log) = (sound(outcome, &["stick"]), log.unwrap());
+        let speed = (log.last.1 - log.middle.1) / (log.last.0 - log.middle.0);
+        println!("{velocity}: {speed} m/s, {} steps", outcome.counters.steps);
+        // Gas on the bore against spring, weight and what the annulus holds back: between 40 and 70 % of the friction.
+        assert!(speed > 0.4 * velocity && speed < 0.9 * velocity, "{speed} m/s at v_s = {velocity}");
+        assert_eq!(outcome.metrics.unwrap().hammers[0].contact_count, 0);
+    }
+}
+
+/// Extension of the telescope at half the time and at the end.
+#[derive(Default)]
+struct Extension {
+    middle: (f64, f64),
+    last: (f64, f64),
+}
+
+impl Observer<Coupled<'_>> for Extension {
+    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+        let state = system.hammer_state(0, step.t1(), step.end());
+        self.last = (step.t1(), state.position[body::CYLINDER] - state.position[body::GUIDE]);
+        if self.middle.0 < 2.0 {
+            self.middle = self.last;
+        }
+    }
+
+    fn event(&mut self, _system: &Coupled<'_>, _guard: usize, _t: f64, _y: &[f64]) {}
+}
+
+/// A machine that floats: one rigid motion of two tonnes, modes and all. Forces within the rig cancel, so the machine swings
+/// about where it is and does not drift away: what moves up as a whole is what the hammer moves down.
+#[test]
+fn a_free_floating_structure_hammers_and_keeps_its_momentum() {
+    let rig = rig(&["duration_s=1.5", "solver.modes=integrated"]);
+    let held = rig.machine.modes(&rig.scene).unwrap();
+    let shape: f64 = 1.0 / 2000.0_f64.sqrt();
+    let mut modes = held.clone();
+    modes.omega_rad_s.insert(0, 0.0);
+    modes.damping_ratio.insert(0, 0.0);
+    modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.insert(0, shape));
+    sound(run_row(&rig.scene, &modes), &["floating, flexible"]);
+    // The rigid motion alone: momentum of hammer, casting and machine together is nothing at all times.
+    modes.omega_rad_s.truncate(1);
+    modes.damping_ratio.truncate(1);
+    modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.truncate(1));
+    let (outcome, log) = run_row_observed(&rig.scene, &modes, |_| Momentum { largest: 0.0, shape });
+    sound(outcome, &["floating, rigid"]);
+    let largest = log.unwrap().largest;
+    println!("largest momentum {largest:e} N s; the first blow's impulse is 52");
+    assert!(largest < 1e-6, "{largest:e}");
+}
+
+/// Largest momentum of a hammer with its guide tied, its casting and a machine of one rigid mode.
+struct Momentum {
+    largest: f64,
+    shape: f64,
+}
+
+impl Observer<Coupled<'_>> for Momentum {
+    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+        let (model, y) = (system.model(), step.end());
+        let state = system.hammer_state(0, step.t1(), y);
+        let hammer: f64 = model.hammers()[0].model.mass().iter().zip(state.velocity).map(|(m, v)| m * v).sum();
+        let casting = 0.517 * y[model.layout().velocity(model.castings()[0].heave)];
+        let machine = y[model.layout().structure_velocities()][0] / self.shape;
+        self.largest = self.largest.max((hammer + casting + machine).abs());
+    }
+
+    fn event(&mut self, _system: &Coupled<'_>, _guard: usize, _t: f64, _y: &[f64]) {}
+}
+
+/// One mode at 50 kHz as strong at all points as the strongest mode of the machine: hammering goes on as without it.
+#[test]
+fn a_mode_at_fifty_kilohertz() {
+    for treatment in ["integrated", "condensed"] {
+        let rig = rig(&[&format!("solver.modes={treatment}"), "duration_s=0.3"]);
+        let plain = rig.machine.modes(&rig.scene).unwrap();
+        let expected = first_energy(&sound(run_row(&rig.scene, &plain), &["plain"])).unwrap();
+        let mut modes = plain.clone();
+        modes.omega_rad_s.push(2.0 * std::f64::consts::PI * 5e4);
+        modes.damping_ratio.push(0.02);
+        let rows = || plain.mounts.iter().chain(plain.fixtures.iter().flatten());
+        let strongest = rows().flatten().fold(0.0_f64, |largest, share| largest.max(share.abs()));
+        modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.push(strongest));
+        let outcome = sound(run_row(&rig.scene, &modes), &["50 kHz", treatment]);
+        println!("{treatment}: {} steps", outcome.counters.steps);
+        assert!((first_energy(&outcome).unwrap() / expected - 1.0).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn nothing_moves_without_a_supply() {
     // Nothing ever moves: chambers stay at ambient pressure, the seal sticks.
     let outcome = completes(&["hammer.hammer.supply_bar=0", "duration_s=5"]);
     assert_eq!(outcome.metrics.unwrap().hammers[0].contact_count, 0);
@@ -167,7 +305,7 @@ fn many_hammers_firing_at_the_same_instant() {
 
 #[test]
 fn a_minute_of_hammering_stays_on_its_orbit() {
-    let outcome = completes(&["duration_s=20"]);
+    let outcome = completes(&["duration_s=60"]);
     let hammer = &outcome.metrics.unwrap().hammers[0];
     assert!((hammer.hit_frequency_hz.unwrap() / 21.954 - 1.0).abs() < 1e-4);
     assert!((hammer.periodic_energy_mean_j.unwrap() / 12.339 - 1.0).abs() < 1e-4);

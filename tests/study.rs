@@ -4,6 +4,7 @@ mod support;
 
 use std::path::{Path, PathBuf};
 
+use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
 use decore::scene::{Guide, HammerUnit};
 use decore::study::{FactorKind, FactorValue, Study, TEMPLATE, hammer_schema, study_schema};
@@ -276,6 +277,58 @@ values = ['tied', 'spring']
     assert_eq!(parameters.piston.bore_m, 0.030);
     assert_eq!(parameters.housing.centre_of_mass_m, [0.0, 0.0, -0.1]);
     assert_eq!((scene.solver.max_steps, scene.solver.guide), (102, Guide::Tied));
+}
+
+/// The law of a contact is one key, to set and to vary; a loss stated anew displaces the one of the layer below, and no
+/// layer may state it twice.
+#[test]
+fn contact_laws_are_set_and_varied() {
+    let text = |table: &str| {
+        format!(
+            "{SMALL}
+[hammer.left.parameters.chisel.casting_contact]
+{table}
+[design]
+kind = 'full_factorial'
+[design.factor.law]
+path = 'hammer.left.parameters.chisel.casting_contact.law'
+values = ['kelvin_voigt', 'hunt_crossley', 'hertz']
+"
+        )
+    };
+    let study = parse(&text("restitution = 0.7\nexponent = 2"));
+    study.check(&station_points()).unwrap_or_else(|error| panic!("{error}"));
+    let contact = |row| study.scene(row, &station_points()).unwrap().hammers[0].parameters.chisel.casting_contact;
+    let laws = [0, 1, 2].map(|row| contact(row).law);
+    assert_eq!(laws, [ContactLawName::KelvinVoigt, ContactLawName::HuntCrossley, ContactLawName::Hertz]);
+    let found = contact(1);
+    assert_eq!((found.restitution, found.exponent, found.stiffness_n_per_m), (Some(0.7), Some(2.0), 2.95e8));
+    let fails = |table: &str, expected: &str| {
+        let study = parse(&text(table));
+        let message = study.check(&station_points()).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    };
+    fails("restitution = 0.7\ndamping_n_s_per_m = 3", "`chisel.casting_contact.restitution`: stands beside");
+    fails("restitution = 0.0", "above 0 and not above 1");
+    fails("restitution = 1.5", "above 0 and not above 1");
+    fails("exponent = 0.9", "exponent");
+    fails("reference_speed_m_s = 0", "a positive number");
+    let unknown = text("law = 'hunt'");
+    let message = Study::parse(&unknown, &studies(), "study.toml").unwrap_err().to_string();
+    assert!(message.contains("hunt_crossley"), "{message}");
+}
+
+/// A supply is switched in ascending order after its start; single times can be varied.
+#[test]
+fn supplies_are_switched_in_order() {
+    let with =
+        |times: &str| parse(&SMALL.replace("mount = 'R5'", &format!("mount = 'R5'\nsupply_switch_times_s = {times}")));
+    let study = with("[0.5, 0.7]").with_overrides(&["hammer.left.supply_switch_times_s.1=0.9".into()]).unwrap();
+    assert_eq!(study.scene(0, &station_points()).unwrap().hammers[0].supply_switch_times_s, [0.5, 0.9]);
+    for times in ["[0.5, 0.5]", "[0.001]", "[0.7, 0.6]"] {
+        let message = with(times).check(&station_points()).unwrap_err().to_string();
+        assert!(message.contains("expected a time after the switch before"), "{message}");
+    }
 }
 
 #[test]

@@ -371,13 +371,16 @@ fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column<RowRecord>>
 
 fn solver_columns() -> Vec<Column<RowRecord>> {
     type Count = (&'static str, &'static str, fn(&RowRecord) -> u64);
-    let counts: [Count; 7] = [
+    let counts: [Count; 8] = [
         ("modes", "Modes of the structure that were kept.", |r| r.outcome.modes as u64),
         ("states", "States of the coupled system.", |r| r.outcome.states as u64),
         ("solver_steps", "Accepted steps.", |r| r.outcome.counters.steps),
         ("solver_rejected_steps", "Rejected steps.", |r| r.outcome.counters.rejected_steps),
         ("solver_rhs_evaluations", "Right-hand sides evaluated.", |r| r.outcome.counters.rhs_evaluations),
-        ("solver_located_events", "Contact onsets and releases located.", |r| r.outcome.counters.located_events),
+        ("solver_located_events", "Contact onsets and releases.", |r| r.outcome.counters.located_events),
+        ("solver_factorisations", "Factorisations of a matrix (implicit methods).", |r| {
+            r.outcome.counters.factorisations
+        }),
         (
             "solver_retries",
             "Times the run was repeated with a stricter tolerance; the other counters are of the last time.",

@@ -154,11 +154,12 @@ impl HammerModel {
 
     /// State of rest before the start: all chambers at ambient pressure, the cylinder held against the top stop.
     ///
-    /// `e0 = -(F0 - W) / (k_u + k_l)`, `s = 0`, `c = c_ret`, `p = c_ret + stroke`.
+    /// `N_u(-e0) - k_l e0 = F0 - W` (`e0 = -(F0 - W) / (k_u + k_l)` for a linear top stop), `s = 0`, `c = c_ret`,
+    /// `p = c_ret + stroke`.
     pub fn rest(&self) -> HammerState {
         let t = &self.parameters.telescope;
-        let cylinder = -(t.spring_preload_n + self.weight[body::GUIDE])
-            / (t.top_stop.stiffness_n_per_m + t.spring_stiffness_n_per_m);
+        let held = t.spring_preload_n + self.weight[body::GUIDE];
+        let cylinder = -t.top_stop.law(t.cylinder_mass_kg).static_penetration(held, t.spring_stiffness_n_per_m);
         let travel = self.parameters.chisel.travel_m;
         HammerState {
             position: [0.0, cylinder, cylinder, cylinder + travel + self.parameters.piston.stroke_m, cylinder + travel],

@@ -11,7 +11,7 @@ use crate::contact::ContactParameters;
 
 /// Shorthand for the defaults below.
 const fn contact(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> ContactParameters {
-    ContactParameters { stiffness_n_per_m, damping_n_s_per_m }
+    ContactParameters::kelvin_voigt(stiffness_n_per_m, damping_n_s_per_m)
 }
 
 /// All parameters of one hammer.

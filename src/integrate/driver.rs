@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use crate::integrate::locate::{Ends, first_events};
+use crate::integrate::step::Dense;
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
 use crate::integrate::{GuardSample, Observer, Step, System};
 
@@ -41,6 +42,8 @@ pub struct Counters {
     pub rhs: u64,
     /// Switches located.
     pub events: u64,
+    /// Factorisations of a matrix.
+    pub factorisations: u64,
 }
 
 /// Why an integration ended.
@@ -231,8 +234,15 @@ impl Integrator {
     /// Ends the step at its first event, shows it to the observer, switches the system, chooses the next step.
     fn accept<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, trial: Trial) {
         self.counters.steps += 1;
-        let mut step =
-            Step { t0: self.t, h: trial.h, theta_end: 1.0, y0: &self.y, y1: &self.y_new, stages: &self.stages };
+        let mut step = Step {
+            t0: self.t,
+            h: trial.h,
+            theta_end: 1.0,
+            dense: Dense::Tsit5,
+            y0: &self.y,
+            y1: &self.y_new,
+            stages: &self.stages,
+        };
         let n = self.n;
         if !self.samples_known {
             system.sample_guards(self.t, (&self.y, &self.stages[..n]), &mut self.samples);

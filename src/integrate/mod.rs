@@ -5,11 +5,15 @@
 //! the step there and lets the system switch. Times known beforehand (a valve that opens) are scheduled stops.
 
 mod driver;
+mod fixed;
 mod locate;
+mod rk4;
 mod step;
+mod trapezoid;
 mod tsit5;
 
 pub use driver::{Counters, Integrator, Settings, Stopped};
+pub use fixed::{FixedRule, FixedSettings, FixedStep};
 pub use step::Step;
 
 /// A piecewise smooth initial value problem `y' = f(t, y)` with a discrete state of its own.
@@ -40,6 +44,13 @@ pub trait System {
 
     /// Samples every guard at a state and its rate: see [`GuardSample`].
     fn sample_guards(&self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]);
+
+    /// Asks for right-hand sides that follow the state alone, as a plain program with its conditions in the right-hand
+    /// side has them, instead of the discrete state; [`System::switch`] then only keeps the books. Returns whether the
+    /// system does so: one that cannot need not.
+    fn follow_state(&mut self, _follow: bool) -> bool {
+        false
+    }
 
     /// Time that no step may pass before [`System::renew`] is called. Default: infinity.
     ///

@@ -2,6 +2,29 @@
 
 use crate::integrate::tsit5::{self, STAGES};
 
+/// How a step is interpolated from its rates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Dense {
+    /// The stages of the method of order 5.
+    Tsit5,
+    /// Rate at the start, rate at the end, mean rate: the cubic through both ends with their rates.
+    Hermite,
+}
+
+impl Dense {
+    /// Weights of the rates at fraction `theta`; what a method does not have carries none.
+    #[inline]
+    fn weights(self, theta: f64) -> [f64; STAGES] {
+        match self {
+            Self::Tsit5 => tsit5::interpolant(theta),
+            Self::Hermite => {
+                let (back, square) = (1.0 - theta, theta * theta);
+                [theta * back * back, -square * back, square * (3.0 - 2.0 * theta), 0.0, 0.0, 0.0, 0.0]
+            }
+        }
+    }
+}
+
 /// An accepted step: from `t0`, `theta_end * h` long, with dense output at any fraction of `h` up to `theta_end`.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
@@ -11,9 +34,10 @@ pub struct Step<'a> {
     pub h: f64,
     /// Fraction of `h` that was accepted: 1, or less where an event ended the step.
     pub theta_end: f64,
+    pub(super) dense: Dense,
     pub(super) y0: &'a [f64],
     pub(super) y1: &'a [f64],
-    /// Stage rates, stage after stage, each of the state's length.
+    /// Rates, stage after stage, each of the state's length.
     pub(super) stages: &'a [f64],
 }
 
@@ -43,24 +67,25 @@ impl<'a> Step<'a> {
         self.y1
     }
 
-    /// Rate of component `index` at stage `stage`; all lie near the rates met within the step.
-    fn stage_rate(&self, stage: usize, index: usize) -> f64 {
-        self.stages[stage * self.y0.len() + index]
+    /// Rates of component `index` at the stages; all lie near the rates met within the step.
+    #[inline]
+    fn stage_rates(&self, index: usize) -> impl Iterator<Item = f64> {
+        self.stages[index..].iter().step_by(self.y0.len()).copied()
     }
 
     /// Largest absolute stage rate of component `index`: a practical bound of its rate within the step.
     pub fn largest_rate(&self, index: usize) -> f64 {
-        (0..STAGES).map(|stage| self.stage_rate(stage, index).abs()).fold(0.0, f64::max)
+        self.stage_rates(index).map(f64::abs).fold(0.0, f64::max)
     }
 
     /// Component `index` of the state at fraction `theta`.
     pub fn component(&self, index: usize, theta: f64) -> f64 {
-        self.component_with(index, &tsit5::interpolant(theta))
+        self.component_with(index, &self.dense.weights(theta))
     }
 
     /// Writes the components `support` of the state at fraction `theta` into `y`; the others are left as they are.
     pub fn components(&self, support: &[usize], theta: f64, y: &mut [f64]) {
-        let weights = tsit5::interpolant(theta);
+        let weights = self.dense.weights(theta);
         for &index in support {
             y[index] = self.component_with(index, &weights);
         }
@@ -68,17 +93,16 @@ impl<'a> Step<'a> {
 
     /// Writes the whole state at fraction `theta` into `y`.
     pub fn state(&self, theta: f64, y: &mut [f64]) {
-        let weights = tsit5::interpolant(theta);
+        let weights = self.dense.weights(theta);
         for (index, value) in y.iter_mut().enumerate() {
             *value = self.component_with(index, &weights);
         }
     }
 
     fn component_with(&self, index: usize, weights: &[f64; STAGES]) -> f64 {
-        let n = self.y0.len();
         let mut sum = 0.0;
-        for (stage, weight) in weights.iter().enumerate() {
-            sum += weight * self.stages[stage * n + index];
+        for (weight, rate) in weights.iter().zip(self.stage_rates(index)) {
+            sum += weight * rate;
         }
         self.y0[index] + self.h * sum
     }

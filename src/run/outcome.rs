@@ -27,8 +27,10 @@ pub struct SolverCounters {
     pub rejected_steps: u64,
     /// Right-hand sides evaluated.
     pub rhs_evaluations: u64,
-    /// Contact onsets and releases located.
+    /// Contact onsets and releases.
     pub located_events: u64,
+    /// Factorisations of a matrix (implicit methods).
+    pub factorisations: u64,
     /// Times the run was repeated with a stricter tolerance; the other counters are of the last time.
     pub retries: u64,
 }

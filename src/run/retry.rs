@@ -40,7 +40,7 @@ fn repeat(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> RowOutcome) -> Ro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Environment, Guide, ModeTreatment, OutputSettings, SolverSettings};
+    use crate::scene::{Environment, Guide, ModeTreatment, OutputSettings, SolverSettings, Stepping};
 
     fn scene() -> Scene {
         Scene {
@@ -51,6 +51,7 @@ mod tests {
             solver: SolverSettings {
                 tolerance: 1e-4,
                 guide: Guide::Spring,
+                stepping: Stepping::default(),
                 modes: ModeTreatment::Integrated,
                 max_steps: 10,
                 max_wall_time_s: 1.0,

@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use crate::integrate::{Integrator, Observer, Settings, Stopped};
+use crate::integrate::{Counters, FixedRule, FixedSettings, FixedStep, Integrator, Observer, Settings, Stopped};
 use crate::metrics::Recorder;
 use crate::run::{RowOutcome, RowStatus, SolverCounters};
-use crate::scene::Scene;
+use crate::scene::{Method, Scene};
 use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
 
 /// First step of a run in s; error control corrects it at once.
@@ -51,29 +51,21 @@ where
     O: for<'a> Observer<Coupled<'a>>,
 {
     let mut system = Coupled::new(model);
-    let settings = Settings {
-        tolerance: scene.solver.tolerance,
-        first_step_s: FIRST_STEP_S,
-        longest_step_s: LONGEST_STEP_S,
-        max_steps: scene.solver.max_steps,
-        max_wall_time_s: scene.solver.max_wall_time_s,
-    };
-    let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings);
     let mut observers = (Recorder::new(model, &scene.outputs), extra);
-    let stopped = integrator.run(&mut system, &mut observers, scene.duration_s);
+    let End { stopped, t, y, work } = integrate(scene, &mut system, &mut observers);
     let (recorder, extra) = observers;
-    let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, integrator.time(), integrator.state()));
+    let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, t, &y));
     let (status, mut reason) = describe(&stopped, scene);
     if let Some(residual) = metrics.as_ref().map(|metrics| metrics.energy_residual)
         && (residual.is_nan() || residual.abs() > DOUBTFUL_RESIDUAL)
     {
-        reason = format!("energy residual {residual:.1e}: outputs are doubtful (a smaller solver.tolerance may help)");
+        let key = if scene.solver.stepping.method == Method::Tsit5 { "tolerance" } else { "step_s" };
+        reason = format!("energy residual {residual:.1e}: outputs are doubtful (a smaller solver.{key} may help)");
     }
-    let work = integrator.counters();
     let outcome = RowOutcome {
         status,
         reason,
-        time_reached_s: integrator.time(),
+        time_reached_s: t,
         modes: model.layout().modes,
         states: model.layout().states(),
         metrics,
@@ -82,11 +74,52 @@ where
             rejected_steps: work.rejected,
             rhs_evaluations: work.rhs,
             located_events: work.events,
+            factorisations: work.factorisations,
             retries: 0,
         },
         wall_time_s: 0.0,
     };
     (outcome, extra)
+}
+
+/// Where and how an integration ended.
+struct End {
+    stopped: Stopped,
+    t: f64,
+    y: Vec<f64>,
+    work: Counters,
+}
+
+/// Integrates a scene's system from rest with the scene's method.
+fn integrate<'a, O: Observer<Coupled<'a>>>(scene: &Scene, system: &mut Coupled<'a>, observer: &mut O) -> End {
+    let (solver, y0) = (&scene.solver, system.model().initial_state());
+    let rule = match solver.stepping.method {
+        Method::Tsit5 => {
+            let settings = Settings {
+                tolerance: solver.tolerance,
+                first_step_s: FIRST_STEP_S,
+                longest_step_s: LONGEST_STEP_S,
+                max_steps: solver.max_steps,
+                max_wall_time_s: solver.max_wall_time_s,
+            };
+            let mut integrator = Integrator::new(system, 0.0, y0, settings);
+            let stopped = integrator.run(system, observer, scene.duration_s);
+            let (t, y) = (integrator.time(), integrator.state().to_vec());
+            return End { stopped, t, y, work: integrator.counters() };
+        }
+        Method::Rk4 => FixedRule::Rk4,
+        Method::Trapezoid => FixedRule::Trapezoid,
+    };
+    let settings = FixedSettings {
+        rule,
+        step_s: solver.stepping.step_s,
+        located: solver.stepping.located,
+        max_steps: solver.max_steps,
+        max_wall_time_s: solver.max_wall_time_s,
+    };
+    let mut integrator = FixedStep::new(system, 0.0, y0, settings);
+    let stopped = integrator.run(system, observer, scene.duration_s);
+    End { stopped, t: integrator.time(), y: integrator.state().to_vec(), work: integrator.counters() }
 }
 
 fn describe(stopped: &Stopped, scene: &Scene) -> (RowStatus, String) {

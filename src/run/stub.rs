@@ -39,6 +39,7 @@ impl StubRows {
                 rejected_steps: row % 89,
                 rhs_evaluations: 7 * (1000 + row % 997),
                 located_events: 50,
+                factorisations: 0,
                 retries: u64::from(diverged),
             },
             wall_time_s: begin.elapsed().as_secs_f64(),

@@ -67,6 +67,10 @@ pub struct HammerUnit {
     pub supply_pressure_pa: f64,
     /// Time `t_on` at which the supply is switched on, in s.
     pub start_time_s: f64,
+    /// Times after the start at which the supply is switched off, on again, off, and so on, in s. While it is off the
+    /// supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts anew,
+    /// its percussion `tau_gate` after the next contact. Empty: on for good.
+    pub supply_switch_times_s: Vec<f64>,
     /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion, in s.
     pub gate_delay_s: f64,
     /// Distance of the chisel's tip from the casting at rest, in m.
@@ -103,6 +107,37 @@ pub enum ModeTreatment {
     Condensed,
 }
 
+/// Method of integration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Explicit Runge-Kutta pair of order 5(4) under error control, contacts located.
+    #[default]
+    Tsit5,
+    /// Classical Runge-Kutta rule of order 4 at a fixed step, for comparison.
+    Rk4,
+    /// Implicit trapezoid at a fixed step (the published program's way), for comparison.
+    Trapezoid,
+}
+
+/// How a run steps through time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stepping {
+    /// Method.
+    pub method: Method,
+    /// Length of a fixed step in s.
+    pub step_s: f64,
+    /// Whether a method with a fixed step locates contacts and stops; otherwise it notices them at the ends of steps.
+    pub located: bool,
+}
+
+impl Default for Stepping {
+    /// The default method; fixed steps, if chosen, of 1e-5 s with contacts switched at their ends.
+    fn default() -> Self {
+        Self { method: Method::Tsit5, step_s: 1e-5, located: false }
+    }
+}
+
 /// Accuracy and effort of one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolverSettings {
@@ -110,6 +145,8 @@ pub struct SolverSettings {
     pub tolerance: f64,
     /// Model of the housing guide.
     pub guide: Guide,
+    /// Method and step.
+    pub stepping: Stepping,
     /// How modes are integrated.
     pub modes: ModeTreatment,
     /// Steps after which a row ends with status `budget_exhausted`.

@@ -4,7 +4,7 @@ use crate::contact::ContactParameters;
 use crate::hammer::{ChiselParameters, HammerParameters, PistonParameters, TelescopeParameters, ValveParameters};
 use crate::workpiece::{Casting, OFFSET_TOLERANCE_M, WorkpieceError};
 
-use super::{Environment, HammerUnit, Scene};
+use super::{Environment, HammerUnit, Method, ModeTreatment, Scene};
 
 /// What kind of fault a problem is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,9 @@ enum Range {
     NonNegative,
     Positive,
     AboveOne,
+    AtLeastOne,
+    /// Above 0, not above 1.
+    Share,
 }
 
 impl Range {
@@ -45,6 +48,8 @@ impl Range {
                 Self::NonNegative => value >= 0.0,
                 Self::Positive => value > 0.0,
                 Self::AboveOne => value > 1.0,
+                Self::AtLeastOne => value >= 1.0,
+                Self::Share => value > 0.0 && value <= 1.0,
             }
     }
 
@@ -54,6 +59,8 @@ impl Range {
             Self::NonNegative => "zero or a positive number",
             Self::Positive => "a positive number",
             Self::AboveOne => "a number above 1",
+            Self::AtLeastOne => "1 or a number above",
+            Self::Share => "a number above 0 and not above 1",
         }
     }
 }
@@ -87,6 +94,18 @@ impl Checks {
             ("damping_n_s_per_m", contact.damping_n_s_per_m, Range::NonNegative),
         ];
         self.values(prefix, &entries);
+        let optional = [
+            ("restitution", contact.restitution, Range::Share),
+            ("power_stiffness_n_per_m_n", contact.power_stiffness_n_per_m_n, Range::Positive),
+            ("damping_s_per_m", contact.damping_s_per_m, Range::NonNegative),
+            ("exponent", contact.exponent, Range::AtLeastOne),
+            ("reference_speed_m_s", contact.reference_speed_m_s, Range::Positive),
+        ];
+        for (key, value, range) in optional {
+            if let Some(value) = value {
+                self.value(format!("{prefix}.{key}"), value, range);
+            }
+        }
     }
 
     fn rule(&mut self, holds: bool, path: String, message: &str) {
@@ -131,6 +150,15 @@ impl Scene {
             ("strike_point_m", hammer.strike_point_m[1], Range::Any),
         ];
         checks.values(&prefix, &entries);
+        let mut before = hammer.start_time_s;
+        for (index, &time) in hammer.supply_switch_times_s.iter().enumerate() {
+            // Written so that a NaN is out of order; that of the start is reported above.
+            if !(time.is_finite() && (time > before || before.is_nan())) {
+                let message = format!("is {time}, expected a time after the switch before, {before} s");
+                checks.push(SceneProblemKind::Value, format!("{prefix}.supply_switch_times_s.{index}"), message);
+            }
+            before = time;
+        }
         let sum: f64 = hammer.mount.points.iter().map(|(_, weight)| weight).sum();
         let mount = !hammer.mount.points.is_empty() && (sum - 1.0).abs() < 1e-9;
         checks.rule(mount, format!("{prefix}.mount"), "needs one or more points whose weights sum to 1");
@@ -188,6 +216,9 @@ impl Scene {
         let tolerance = self.solver.tolerance;
         let bounded = tolerance > 0.0 && tolerance <= 0.1;
         checks.rule(bounded, "solver.tolerance".to_string(), "must lie above 0 and not above 0.1");
+        checks.value("solver.step_s".to_string(), self.solver.stepping.step_s, Range::Positive);
+        let whole = self.solver.stepping.method == Method::Tsit5 || self.solver.modes == ModeTreatment::Integrated;
+        checks.rule(whole, "solver.modes".to_string(), "must be \"integrated\" for a method with a fixed step");
         let steps = self.solver.max_steps > 0;
         checks.rule(steps, "solver.max_steps".to_string(), "must be at least 1");
         checks.value("solver.max_wall_time_s".to_string(), self.solver.max_wall_time_s, Range::Positive);

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Environment, Guide, ModeTreatment, OutputSettings};
+use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -136,6 +136,11 @@ pub struct HammerEntry {
     /// Time at which the supply is switched on in s. Default 0.002.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_time_s: Option<f64>,
+    /// Times in s, in ascending order after the start, at which the supply is switched off, on again, off, and so on;
+    /// while it is off its line is vented, and the percussion begins anew after the next contact. Default: none, the
+    /// supply stays on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supply_switch_times_s: Option<Vec<f64>>,
     /// Time from the first contact of chisel and casting to the percussion in s. Default 0.020.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gate_delay_s: Option<f64>,
@@ -221,6 +226,16 @@ pub struct SolverEntry {
     /// Model of the housing guide. Default: the preset's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guide: Option<Guide>,
+    /// Method of integration: the error-controlled default, or a fixed step for comparison. Default `tsit5`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<Method>,
+    /// Step of `rk4` and `trapezoid` in s. Default 1e-5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_s: Option<f64>,
+    /// Whether `rk4` and `trapezoid` locate contacts, supplies and gates instead of noticing them at the ends of steps.
+    /// Default false.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub located: Option<bool>,
     /// How modes are integrated: the results are the same to within the tolerance. Default `automatic`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modes: Option<ModeTreatment>,

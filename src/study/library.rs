@@ -7,6 +7,7 @@ use indexmap::IndexMap;
 use super::document::Document;
 use super::error::{Place, Problem};
 use super::keys::{self, Shape};
+use super::layers::{Conflict, lay};
 use super::path;
 use super::schema::hammer_schema;
 use crate::hammer::HammerParameters;
@@ -50,7 +51,9 @@ impl Library {
             return Err(problems);
         }
         let mut values = self.defaults.clone();
-        path::merge(&mut values, &document.root.table());
+        lay(&mut values, &document.root.table()).map_err(|Conflict { path, message }| {
+            vec![Problem::new(document.locate(&path), path::join(&path), message)]
+        })?;
         let parameters = HammerParameters::deserialize_from(&values)
             .map_err(|error| vec![Problem::new(Place::in_file(&document.name), "", error)])?;
         self.files.insert(file.to_string(), HammerFile { document, values, parameters });
@@ -67,7 +70,8 @@ impl Library {
             return Ok(entry.map_or_else(HammerParameters::default, |entry| entry.parameters.clone()));
         }
         let mut values = entry.map_or(&self.defaults, |entry| &entry.values).clone();
-        path::merge(&mut values, overrides);
+        lay(&mut values, overrides)
+            .map_err(|Conflict { path, message }| format!("`{}`: {message}", path::join(&path)))?;
         HammerParameters::deserialize_from(&values)
     }
 

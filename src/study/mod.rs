@@ -12,6 +12,7 @@ mod error;
 mod factors;
 mod file;
 mod keys;
+mod layers;
 mod library;
 mod overrides;
 mod path;

@@ -81,18 +81,6 @@ pub(super) fn get<'a>(table: &'a toml::Table, path: &[String]) -> Option<&'a Val
     Some(value)
 }
 
-/// Lays `over` on `base`: tables are merged, everything else is replaced.
-pub(super) fn merge(base: &mut toml::Table, over: &toml::Table) {
-    for (key, value) in over {
-        match (base.get_mut(key), value) {
-            (Some(Value::Table(inner)), Value::Table(outer)) => merge(inner, outer),
-            _ => {
-                base.insert(key.clone(), value.clone());
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,7 +4,7 @@ use super::error::nearest_name;
 use super::file::{CastingEntry, Fidelity, FixtureEntry, HammerEntry, SolverEntry, StudyFile};
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
-use crate::scene::{Guide, HammerUnit, Scene, SceneProblemKind, SolverSettings};
+use crate::scene::{Guide, HammerUnit, Method, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
 use crate::workpiece::{Casting, Fixture, Inertia};
 
 /// Simulated time in s, unless the study says otherwise.
@@ -105,10 +105,21 @@ pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, 
 
 fn solver(entry: &SolverEntry) -> SolverSettings {
     let (tolerance, guide) = preset(entry.fidelity.unwrap_or_default());
+    let default = Stepping::default();
+    let stepping = Stepping {
+        method: entry.method.unwrap_or(default.method),
+        step_s: entry.step_s.unwrap_or(default.step_s),
+        located: entry.located.unwrap_or(default.located),
+    };
     SolverSettings {
         tolerance: entry.tolerance.unwrap_or(tolerance),
         guide: entry.guide.unwrap_or(guide),
-        modes: entry.modes.unwrap_or_default(),
+        modes: entry.modes.unwrap_or(if stepping.method == Method::Tsit5 {
+            ModeTreatment::Automatic
+        } else {
+            ModeTreatment::Integrated
+        }),
+        stepping,
         max_steps: entry.max_steps.unwrap_or(MAX_STEPS),
         max_wall_time_s: entry.max_wall_time_s.unwrap_or(MAX_WALL_TIME_S),
     }
@@ -190,6 +201,7 @@ impl HammerResolver<'_> {
             parameters,
             supply_pressure_pa: self.file.environment.ambient_pressure_pa + supply,
             start_time_s: entry.start_time_s.unwrap_or(START_TIME_S),
+            supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or_default(),
             gate_delay_s: entry.gate_delay_s.unwrap_or(GATE_DELAY_S),
             standoff_m: entry.standoff_m.unwrap_or(STANDOFF_M),
             mount: placed.mount,

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::ContactParameters;
+use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
 use crate::scene::{Environment, Guide, HammerUnit, ModeTreatment, Scene};
 use crate::system::condensed::{self, Condensation};
@@ -227,8 +227,9 @@ fn add_hammer(
         );
     }
     let mut percussion = 0;
-    for (kind, [plus, minus], law, offset_m) in internal_contacts(unit) {
+    for (kind, [plus, minus], parameters, offset_m) in internal_contacts(unit) {
         let row = vec![(points[plus], 1.0), (points[minus], -1.0)];
+        let law = internal_law(&parameters, model.mass(), [plus, minus]);
         let index = elements.contact(row, Contact { hammer: h, kind, law, offset_m });
         if kind == ContactKind::PistonChisel {
             percussion = index;
@@ -238,7 +239,7 @@ fn add_hammer(
     let gap = model.rest().position[body::CHISEL] + unit.standoff_m;
     let mut row = numbering.casting_point(unit.casting, unit.strike_point_m, -1.0);
     row.push((points[body::CHISEL], 1.0));
-    let law = unit.parameters.chisel.casting_contact;
+    let law = strike_law(numbering, scene, unit);
     let kind = ContactKind::ChiselCasting;
     let strike = elements.contact(row, Contact { hammer: h, kind, law, offset_m: gap });
     HammerSlot {
@@ -249,12 +250,12 @@ fn add_hammer(
         percussion,
         casting: unit.casting,
         supply_pressure_pa: unit.supply_pressure_pa,
-        start_time_s: unit.start_time_s,
+        supply_times_s: std::iter::once(unit.start_time_s).chain(unit.supply_switch_times_s.iter().copied()).collect(),
         gate_delay_s: unit.gate_delay_s,
     }
 }
 
-/// Contacts within a hammer: kind, the bodies with coefficients +1 and -1, law, offset.
+/// Contacts within a hammer: kind, the bodies with coefficients +1 and -1, parameters, offset.
 fn internal_contacts(unit: &HammerUnit) -> [(ContactKind, [usize; 2], ContactParameters, f64); 8] {
     use ContactKind::{EndStop, Nose, PistonChisel, RearWall, Retainer, SpoolFront, SpoolRear, TopStop};
     use body::{CHISEL, CYLINDER, GUIDE, PISTON, SPOOL};
@@ -270,6 +271,26 @@ fn internal_contacts(unit: &HammerUnit) -> [(ContactKind, [usize; 2], ContactPar
         (SpoolRear, [CYLINDER, SPOOL], stop, 0.0),
         (SpoolFront, [SPOOL, CYLINDER], stop, p.valve.travel_m),
     ]
+}
+
+/// Law of a contact between two bodies of a hammer. The guide stands on its mount: only the other body's mass counts.
+fn internal_law(parameters: &ContactParameters, mass: &[f64; body::COUNT], bodies: [usize; 2]) -> ContactLaw {
+    let inverse = bodies.iter().filter(|body| **body != body::GUIDE).map(|body| 1.0 / mass[*body]).sum::<f64>();
+    parameters.law(1.0 / inverse)
+}
+
+/// Law of a hammer's contact with its casting, whose mass counts as at the strike point: `1/m + y^2/J_x + x^2/J_y`.
+fn strike_law(numbering: &Numbering, scene: &Scene, unit: &HammerUnit) -> ContactLaw {
+    let casting = &scene.castings[unit.casting];
+    let [x, y] = unit.strike_point_m;
+    let inertia = casting.inertia.map_or([f64::INFINITY; 2], |j| [j.x_kg_m2, j.y_kg_m2]);
+    let mut inverse = 1.0 / unit.parameters.chisel.mass_kg + 1.0 / casting.mass_kg;
+    for (axis, lever) in [y, x].into_iter().enumerate() {
+        if numbering.rotations[unit.casting][axis] {
+            inverse += lever * lever / inertia[axis];
+        }
+    }
+    unit.parameters.chisel.casting_contact.law(1.0 / inverse)
 }
 
 /// Adds the springs between castings and structure. Interface points of fixtures follow those of the mounts.
@@ -399,7 +420,7 @@ fn gas(environment: &Environment) -> Gas {
 mod tests {
     use super::*;
     use crate::hammer::HammerParameters;
-    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings};
+    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings, Stepping};
     use crate::workpiece::{Casting, Fixture, Inertia};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
@@ -425,6 +446,7 @@ mod tests {
             parameters: HammerParameters::default(),
             supply_pressure_pa: 6e5,
             start_time_s: 0.002,
+            supply_switch_times_s: Vec::new(),
             gate_delay_s: 0.02,
             standoff_m: 0.085,
             mount: Mount { points: vec![("R".into(), 1.0)] },
@@ -434,6 +456,7 @@ mod tests {
         let solver = SolverSettings {
             tolerance: 1e-5,
             guide: Guide::Spring,
+            stepping: Stepping::default(),
             modes: ModeTreatment::Integrated,
             max_steps: 10,
             max_wall_time_s: 1.0,

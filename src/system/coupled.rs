@@ -16,7 +16,10 @@ pub struct Coupled<'a> {
     /// The condensed modes at their last renewal; `None` if modes are integrated.
     pub(super) base: Option<Base>,
     pub(super) closed: Vec<bool>,
-    supply_on: Vec<bool>,
+    /// Whether forces of contacts follow the state alone, see [`System::follow_state`].
+    following: bool,
+    /// How often each supply has been switched: it is on after an odd number of times.
+    supply_switched: Vec<usize>,
     gate_open: Vec<bool>,
     /// When each gate opens; infinite until the hammer's first contact.
     gate_time_s: Vec<f64>,
@@ -49,7 +52,8 @@ impl<'a> Coupled<'a> {
             model,
             base: model.condensation.as_ref().map(|_| Base::at_rest(&model.modes)),
             closed: vec![false; model.elements.contacts().len()],
-            supply_on: vec![false; hammers],
+            following: false,
+            supply_switched: vec![0; hammers],
             gate_open: vec![false; hammers],
             gate_time_s: vec![f64::INFINITY; hammers],
             released_energy_j: 0.0,
@@ -122,7 +126,8 @@ impl<'a> Coupled<'a> {
         for (h, slot) in model.hammers.iter().enumerate() {
             let mut pressure = [0.0; 4];
             pressure.copy_from_slice(&y[layout.pressures(h)]);
-            let supply_pa = if self.supply_on[h] { slot.supply_pressure_pa } else { model.ambient_pressure_pa };
+            let supply_on = self.supply_switched[h] % 2 == 1;
+            let supply_pa = if supply_on { slot.supply_pressure_pa } else { model.ambient_pressure_pa };
             let state = HammerState {
                 position: slot.points.map(|point| self.displacement[point]),
                 velocity: slot.points.map(|point| self.velocity[point]),
@@ -135,7 +140,9 @@ impl<'a> Coupled<'a> {
                 self.force[slot.points[i]] += rates.force[i];
             }
             rate[layout.pressures(h)].copy_from_slice(&rates.pressure_rate);
-            rate[layout.quadrature(h, HammerQuadrature::Air)] = rates.supply_flow_kg_s;
+            // What flows back into a line that is vented does not return to the supply.
+            let drawn = if self.vented(h) { 0.0 } else { rates.supply_flow_kg_s };
+            rate[layout.quadrature(h, HammerQuadrature::Air)] = drawn;
             let arm = self.velocity[layout.bodies + slot.mount];
             rate[layout.quadrature(h, HammerQuadrature::ArmVelocitySquared)] = arm * arm;
             rate[layout.quadrature(h, HammerQuadrature::Work)] = 0.0;
@@ -157,15 +164,18 @@ impl<'a> Coupled<'a> {
             power.dissipated += spring.damping_n_s_per_m * speed * speed;
         }
         for (index, contact) in elements.contacts().iter().enumerate() {
-            if !self.closed[index] {
+            if !(self.closed[index] || self.following) {
                 continue;
             }
             let row = elements.contact_row(index);
             let speed = elements.value(row, &self.velocity);
             let penetration = elements.value(row, &self.displacement) - contact.offset_m;
+            if self.following && contact.law.onset_indicator(penetration, speed) <= 0.0 {
+                continue;
+            }
             let force = contact.law.closed_force(penetration, speed);
             elements.apply(row, force, &mut self.force);
-            power.dissipated += contact.law.damping_n_s_per_m * speed * speed;
+            power.dissipated += contact.law.dissipated_power(penetration, speed);
             if contact.kind == ContactKind::ChiselCasting {
                 let chisel = model.hammers[contact.hammer].points[body::CHISEL];
                 let casting_speed = self.velocity[chisel] - speed;
@@ -245,16 +255,36 @@ impl<'a> Coupled<'a> {
     fn refresh_gate(&mut self, contact: usize, t: f64) {
         let hammer = self.model.elements.contacts()[contact].hammer;
         let first = self.gate_time_s[hammer].is_infinite();
-        if first && self.model.hammers[hammer].strike == contact {
+        if first && !self.vented(hammer) && self.model.hammers[hammer].strike == contact {
             self.gate_time_s[hammer] = t + self.model.hammers[hammer].gate_delay_s;
+        }
+    }
+
+    /// Whether a hammer's supply has been switched off.
+    fn vented(&self, hammer: usize) -> bool {
+        self.supply_switched[hammer] > 0 && self.supply_switched[hammer].is_multiple_of(2)
+    }
+
+    /// Switches a supply over. Off ends the percussion; on starts the hammer anew: the gate waits for the next contact,
+    /// or from now where the chisel rests on the casting.
+    fn switch_supply(&mut self, hammer: usize, time_s: f64) {
+        let slot = &self.model.hammers[hammer];
+        self.supply_switched[hammer] += 1;
+        if self.vented(hammer) {
+            self.gate_open[hammer] = false;
+            self.gate_time_s[hammer] = f64::INFINITY;
+        } else if self.supply_switched[hammer] > 1 && self.closed[slot.strike] {
+            self.gate_time_s[hammer] = time_s + slot.gate_delay_s;
         }
     }
 
     /// The pending stop that is due first: its time, its hammer, and whether it is the supply's.
     fn pending(&self) -> Option<(f64, usize, bool)> {
         let hammers = 0..self.model.hammers.len();
-        let supplies =
-            hammers.clone().filter(|&h| !self.supply_on[h]).map(|h| (self.model.hammers[h].start_time_s, h, true));
+        let supplies = hammers.clone().filter_map(|h| {
+            let time = self.model.hammers[h].supply_times_s.get(self.supply_switched[h])?;
+            Some((*time, h, true))
+        });
         let gates = hammers
             .filter(|&h| !self.gate_open[h] && self.gate_time_s[h].is_finite())
             .map(|h| (self.gate_time_s[h], h, false));
@@ -302,7 +332,7 @@ impl System for Coupled<'_> {
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
         let (d, rate) = self.penetration(guard, t, y);
         let law = &self.model.elements.contacts()[guard].law;
-        if self.closed[guard] { -law.closed_force(d, rate) } else { law.onset_indicator(d, rate) }
+        if self.closed[guard] { law.release_indicator(d, rate) } else { law.onset_indicator(d, rate) }
     }
 
     fn sample_guards(&self, t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
@@ -312,12 +342,17 @@ impl System for Coupled<'_> {
             let (d, speed) = self.penetration(guard, t, y);
             *sample = if self.closed[guard] {
                 let acceleration = self.relative_acceleration(elements.contact_row(guard), t, (y, rate));
-                let value = -law.closed_force(d, speed);
-                GuardSample { value, smooth: value, smooth_rate: -law.closed_force(speed, acceleration) }
+                let (smooth, smooth_rate) = law.smooth_release(d, speed, acceleration);
+                GuardSample { value: law.release_indicator(d, speed), smooth, smooth_rate }
             } else {
                 GuardSample { value: law.onset_indicator(d, speed), smooth: d, smooth_rate: speed }
             };
         }
+    }
+
+    fn follow_state(&mut self, follow: bool) -> bool {
+        self.following = follow;
+        follow
     }
 
     fn horizon(&self) -> f64 {
@@ -339,7 +374,11 @@ impl System for Coupled<'_> {
     }
 
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
-        let (d, _) = self.penetration(guard, t, y);
+        let (mut d, _) = self.penetration(guard, t, y);
+        if self.following {
+            // The state is that before the step in which the bodies met or parted: apart, they store nothing.
+            d = d.max(0.0);
+        }
         let stored = self.model.elements.contacts()[guard].law.stored_energy(d);
         self.closed[guard] = !self.closed[guard];
         if self.closed[guard] {
@@ -356,7 +395,7 @@ impl System for Coupled<'_> {
 
     fn pass_stop(&mut self) {
         match self.pending() {
-            Some((_, hammer, true)) => self.supply_on[hammer] = true,
+            Some((time, hammer, true)) => self.switch_supply(hammer, time),
             Some((_, hammer, false)) => self.gate_open[hammer] = true,
             None => {}
         }

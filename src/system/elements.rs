@@ -6,7 +6,7 @@
 
 use sprs::{CsMat, TriMat};
 
-use crate::contact::ContactParameters;
+use crate::contact::ContactLaw;
 
 /// Which contact of a hammer a row is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub struct Contact {
     /// Which of the hammer's contacts.
     pub kind: ContactKind,
     /// Law.
-    pub law: ContactParameters,
+    pub law: ContactLaw,
     /// Subtracted from the row's value to give the penetration, m.
     pub offset_m: f64,
 }

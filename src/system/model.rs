@@ -22,10 +22,10 @@ pub struct HammerSlot {
     pub percussion: usize,
     /// Casting that it strikes.
     pub casting: usize,
-    /// Supply pressure after the start, absolute, Pa.
+    /// Supply pressure while the supply is on, absolute, Pa.
     pub supply_pressure_pa: f64,
-    /// Start of the supply, s.
-    pub start_time_s: f64,
+    /// Times at which the supply is switched on, off, on, and so on, s.
+    pub supply_times_s: Vec<f64>,
     /// Delay of the percussion after the first contact, s.
     pub gate_delay_s: f64,
 }

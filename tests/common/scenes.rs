@@ -3,14 +3,16 @@
 use decore::contact::ContactParameters;
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step, System};
-use decore::scene::{Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings};
+use decore::scene::{
+    Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings, Stepping,
+};
 use decore::system::{ContactKind, Coupled, CoupledModel, InterfaceModes};
 use decore::workpiece::{Casting, Fixture};
 
 use super::harness::{Run, observe, settings};
 
 /// A contact without damping that is too soft to be felt.
-pub const NO_CONTACT: ContactParameters = ContactParameters { stiffness_n_per_m: 1e-12, damping_n_s_per_m: 0.0 };
+pub const NO_CONTACT: ContactParameters = ContactParameters::kelvin_voigt(1e-12, 0.0);
 
 /// One hammer and one casting as free rigid bodies on rigid ground: no gravity, no gas to speak of, no friction, no
 /// springs. What a test is about it adds. Interface points: the mount, then the casting's one fixture (1e-9 N/m).
@@ -53,6 +55,7 @@ pub fn hammer(name: &str, parameters: HammerParameters) -> HammerUnit {
         parameters,
         supply_pressure_pa: 601_325.0,
         start_time_s: 0.002,
+        supply_switch_times_s: Vec::new(),
         gate_delay_s: 0.020,
         standoff_m: 0.085,
         mount: Mount { points: vec![("M".into(), 1.0)] },
@@ -86,6 +89,7 @@ pub fn solver(guide: Guide) -> SolverSettings {
     SolverSettings {
         tolerance: 1e-5,
         guide,
+        stepping: Stepping::default(),
         modes: ModeTreatment::Integrated,
         max_steps: 5_000_000,
         max_wall_time_s: 60.0,

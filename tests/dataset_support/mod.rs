@@ -55,6 +55,7 @@ pub fn outcome(row: u64) -> RowOutcome {
             rejected_steps: row,
             rhs_evaluations: 7000 + row,
             located_events: 50,
+            factorisations: 0,
             retries: row % 2,
         },
         wall_time_s: 0.25,

@@ -1,0 +1,194 @@
+//! The laws as pure functions of penetration and rate.
+
+/// Exponent of the Hertz law.
+const HERTZ_EXPONENT: f64 = 1.5;
+
+/// A contact law with its coefficients.
+///
+/// So that an integrator only ever sees a smooth right-hand side, every law is split at its two switching surfaces: a
+/// closed contact applies [`Self::closed_force`] until [`Self::release_indicator`] turns positive, an open one applies
+/// nothing until [`Self::onset_indicator`] does. Both indicators are continuous in `d` and `d'`; only their sign and
+/// their zero mean something. For `d < 0`, which a step may touch before its switch is located, elastic forces are
+/// continued as odd functions of `d`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactLaw {
+    /// `N = max(0, k d + c d')` for `d > 0`: pushes and never pulls. Jumps by `c d'` at onset, continuous at release.
+    KelvinVoigt {
+        /// `k` in N/m.
+        stiffness_n_per_m: f64,
+        /// `c` in N s/m.
+        damping_n_s_per_m: f64,
+    },
+    /// `N = k d + c d'` for `d > 0`: the bodies part at zero penetration and pull a little just before.
+    KelvinVoigtSeparating {
+        /// `k` in N/m.
+        stiffness_n_per_m: f64,
+        /// `c` in N s/m.
+        damping_n_s_per_m: f64,
+    },
+    /// `N = max(0, K d^n (1 + a d'))` for `d > 0` (Hunt and Crossley 1975): continuous at onset and release.
+    HuntCrossley {
+        /// `K` in N/m^n.
+        stiffness_n_per_m_n: f64,
+        /// `n`, at least 1.
+        exponent: f64,
+        /// `a` in s/m.
+        damping_s_per_m: f64,
+    },
+    /// `N = max(0, K d^(3/2) + C d^(1/4) d')` for `d > 0`: Hertz with the damping of Tsuji, Tanaka and Ishida (1992),
+    /// whose restitution does not depend on the speed.
+    Hertz {
+        /// `K` in N/m^(3/2).
+        stiffness_n_per_m_1_5: f64,
+        /// `C` in N s/m^(5/4).
+        damping_n_s_per_m_1_25: f64,
+    },
+}
+
+/// `sign(x) |x|^n`.
+#[inline]
+fn odd_power(x: f64, exponent: f64) -> f64 {
+    if exponent == HERTZ_EXPONENT { x * x.abs().sqrt() } else { x.abs().powf(exponent).copysign(x) }
+}
+
+/// `|x|^(1/4)`.
+#[inline]
+fn fourth_root(x: f64) -> f64 {
+    x.abs().sqrt().sqrt()
+}
+
+/// `K sign(d) |d|^(5/4) + C d'` with coefficients `(K, C)`: the Hertz force without its common factor `|d|^(1/4)`.
+#[inline]
+fn reduced_hertz((stiffness, damping): (f64, f64), penetration: f64, rate: f64) -> f64 {
+    stiffness * penetration * fourth_root(penetration) + damping * rate
+}
+
+impl ContactLaw {
+    /// Force of the closed contact in N; may be negative once the contact should have opened.
+    #[inline]
+    pub fn closed_force(&self, penetration: f64, rate: f64) -> f64 {
+        match *self {
+            Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m }
+            | Self::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => {
+                stiffness_n_per_m * penetration + damping_n_s_per_m * rate
+            }
+            Self::HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m } => {
+                stiffness_n_per_m_n * odd_power(penetration, exponent) * (1.0 + damping_s_per_m * rate)
+            }
+            Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
+                stiffness_n_per_m_1_5 * odd_power(penetration, HERTZ_EXPONENT)
+                    + damping_n_s_per_m_1_25 * fourth_root(penetration) * rate
+            }
+        }
+    }
+
+    /// Power dissipated by the closed contact in W: the closed force less the elastic one, times the rate.
+    #[inline]
+    pub fn dissipated_power(&self, penetration: f64, rate: f64) -> f64 {
+        match *self {
+            Self::KelvinVoigt { damping_n_s_per_m, .. } | Self::KelvinVoigtSeparating { damping_n_s_per_m, .. } => {
+                damping_n_s_per_m * rate * rate
+            }
+            Self::HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m } => {
+                stiffness_n_per_m_n * odd_power(penetration, exponent) * damping_s_per_m * rate * rate
+            }
+            Self::Hertz { damping_n_s_per_m_1_25, .. } => {
+                damping_n_s_per_m_1_25 * fourth_root(penetration) * rate * rate
+            }
+        }
+    }
+
+    /// Energy stored in the closed contact in J: `k d^2 / 2`, `K |d|^(n + 1) / (n + 1)`.
+    #[inline]
+    pub fn stored_energy(&self, penetration: f64) -> f64 {
+        match *self {
+            Self::KelvinVoigt { stiffness_n_per_m, .. } | Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
+                0.5 * stiffness_n_per_m * penetration * penetration
+            }
+            Self::HuntCrossley { stiffness_n_per_m_n, exponent, .. } => {
+                stiffness_n_per_m_n * odd_power(penetration, exponent) * penetration / (exponent + 1.0)
+            }
+            Self::Hertz { stiffness_n_per_m_1_5, .. } => {
+                stiffness_n_per_m_1_5 * odd_power(penetration, HERTZ_EXPONENT) * penetration / (HERTZ_EXPONENT + 1.0)
+            }
+        }
+    }
+
+    /// Positive when an open contact must close: where the closed force would push.
+    ///
+    /// While the bodies approach it has the sign of the penetration; while they separate (a contact that opened with
+    /// `d > 0` because it would have pulled) that of the force. Kelvin-Voigt: `k d + c min(d', 0)` in N; with
+    /// separation: `k d`; Hunt-Crossley: the lesser of `d` and `1 + a d'`; Hertz: `K d^(5/4) + C min(d', 0)`, the force
+    /// without its common factor `d^(1/4)`.
+    #[inline]
+    pub fn onset_indicator(&self, penetration: f64, rate: f64) -> f64 {
+        match *self {
+            Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m } => {
+                stiffness_n_per_m * penetration + damping_n_s_per_m * rate.min(0.0)
+            }
+            Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => stiffness_n_per_m * penetration,
+            Self::HuntCrossley { damping_s_per_m, .. } => penetration.min(1.0 + damping_s_per_m * rate),
+            Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
+                reduced_hertz((stiffness_n_per_m_1_5, damping_n_s_per_m_1_25), penetration, rate.min(0.0))
+            }
+        }
+    }
+
+    /// Positive when a closed contact must open: where it would pull, or for separation at zero penetration where the
+    /// bodies part.
+    #[inline]
+    pub fn release_indicator(&self, penetration: f64, rate: f64) -> f64 {
+        match *self {
+            Self::KelvinVoigt { .. } => -self.closed_force(penetration, rate),
+            Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => -stiffness_n_per_m * penetration,
+            Self::HuntCrossley { damping_s_per_m, .. } => (-penetration).max(-1.0 - damping_s_per_m * rate),
+            Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
+                -reduced_hertz((stiffness_n_per_m_1_5, damping_n_s_per_m_1_25), penetration, rate)
+            }
+        }
+    }
+
+    /// A smooth function that is positive only where [`Self::release_indicator`] is, and its rate along a motion of
+    /// penetration `penetration`, rate `rate` and acceleration `acceleration`.
+    #[inline]
+    pub fn smooth_release(&self, penetration: f64, rate: f64, acceleration: f64) -> (f64, f64) {
+        match *self {
+            Self::KelvinVoigt { .. } => (-self.closed_force(penetration, rate), -self.closed_force(rate, acceleration)),
+            Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
+                (-stiffness_n_per_m * penetration, -stiffness_n_per_m * rate)
+            }
+            Self::HuntCrossley { .. } => (-penetration, -rate),
+            Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
+                let elastic = 1.25 * stiffness_n_per_m_1_5 * fourth_root(penetration) * rate;
+                let coefficients = (stiffness_n_per_m_1_5, damping_n_s_per_m_1_25);
+                (-reduced_hertz(coefficients, penetration, rate), -(elastic + damping_n_s_per_m_1_25 * acceleration))
+            }
+        }
+    }
+
+    /// Penetration at which the contact, helped by a linear spring of stiffness `helper_n_per_m`, carries the static
+    /// `force_n`: the zero of `N(d, 0) + k_helper d - F`.
+    pub fn static_penetration(&self, force_n: f64, helper_n_per_m: f64) -> f64 {
+        let (stiffness, exponent) = match *self {
+            Self::KelvinVoigt { stiffness_n_per_m, .. } | Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
+                return force_n / (stiffness_n_per_m + helper_n_per_m);
+            }
+            Self::HuntCrossley { stiffness_n_per_m_n, exponent, .. } => (stiffness_n_per_m_n, exponent),
+            Self::Hertz { stiffness_n_per_m_1_5, .. } => (stiffness_n_per_m_1_5, HERTZ_EXPONENT),
+        };
+        if force_n <= 0.0 {
+            return force_n / helper_n_per_m;
+        }
+        // Convex and increasing: Newton's iterates fall monotonically from any start above the root, here the law alone.
+        let mut d = (force_n / stiffness).powf(1.0 / exponent);
+        for _ in 0..100 {
+            let excess = stiffness * d.powf(exponent) + helper_n_per_m * d - force_n;
+            let next = d - excess / (exponent * stiffness * d.powf(exponent - 1.0) + helper_n_per_m);
+            if next >= d {
+                break;
+            }
+            d = next;
+        }
+        d
+    }
+}
