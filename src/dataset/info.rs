@@ -79,6 +79,10 @@ pub struct DatasetInfo {
     pub rows_per_part: u64,
     /// Factors of the design, in the study's order.
     pub factors: Vec<Factor>,
+    /// Measures of the design's points (smallest distance, discrepancies, correlation, points tried and accepted under
+    /// constraints); null for a design without factors.
+    #[serde(default)]
+    pub design_quality: serde_json::Value,
     /// Names of the hammers, in the scene's order.
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
@@ -101,6 +105,7 @@ impl DatasetInfo {
             rows: 0,
             rows_per_part: 64,
             factors: Vec::new(),
+            design_quality: serde_json::Value::Null,
             hammers: Vec::new(),
             castings: Vec::new(),
         }

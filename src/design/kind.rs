@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::Factor;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
@@ -12,7 +13,6 @@ use super::latin::{Accept, Latin, LatinHypercube};
 use super::permutation::{hash, uniform};
 use super::sensitivity::{Morris, Saltelli};
 use super::sobol::{MAX_DIMENSIONS, Sobol};
-use super::Factor;
 
 /// How the rows are chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,7 +155,7 @@ impl Plan {
                 numbers_only(factors)?;
                 shares(box_behnken(count, *centres)?)
             }
-            Kind::LatinHypercube(spec) => (spec.rows, Generator::Latin(Latin::new(spec, count, seed, correlation)?)),
+            Kind::LatinHypercube(spec) => (spec.rows, Generator::Latin(Latin::new(spec, factors, seed, correlation)?)),
             Kind::Sobol { rows, scramble } => (*rows, Generator::Sobol(sobol(count, scramble.then_some(seed))?)),
             Kind::Halton { rows, scramble } => (*rows, Generator::Halton(Halton::new(count, scramble.then_some(seed)))),
             Kind::Random { rows } => (*rows, Generator::Random(seed)),

@@ -1,7 +1,9 @@
 //! Latin hypercubes: plain, sliced, on orthogonal arrays, optimised, correlated, constrained, grown.
 
+use super::Factor;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
+use super::distribution::Distribution;
 use super::error::DesignError;
 use super::optimise::{CentredDiscrepancy, Criterion, Crowding, Freedom, Schedule, Swap, anneal};
 use super::orthogonal::{Field, bose};
@@ -39,11 +41,9 @@ pub enum HypercubeKind {
     /// Built on an orthogonal array of strength two (Tang 1993): `q^2` rows for a prime power `q`, at most `q + 1`
     /// factors; every pair of factors hits each of its `q x q` cells once.
     OrthogonalArray,
-    /// Sliced (Qian 2012): rows `s, s + slices, s + 2 slices ...` are a Latin hypercube themselves, for every `s`.
-    Sliced {
-        /// Number of slices; divides the number of rows.
-        slices: u64,
-    },
+    /// Sliced over the categories (Qian 2012): there is a slice per combination of categories, row r belongs to slice
+    /// `r mod slices`, and the other factors form a Latin hypercube in each slice and in the whole.
+    Sliced,
 }
 
 /// A Latin hypercube.
@@ -71,6 +71,8 @@ pub(super) struct Latin {
     spec: LatinHypercube,
     seed: u64,
     columns: usize,
+    /// Number of categories per factor, where the hypercube is sliced; 1 for other factors.
+    categories: Vec<u64>,
     form: Form,
 }
 
@@ -94,11 +96,15 @@ impl Latin {
     /// Checks and, where rows cannot be computed alone, makes the table.
     pub(super) fn new(
         spec: &LatinHypercube,
-        columns: usize,
+        factors: &[Factor],
         seed: u64,
         correlation: Option<&Correlation>,
     ) -> Result<Self, DesignError> {
-        Self::open(spec, columns, seed)?.tabulated(correlation, None)
+        let categories = match spec.kind {
+            HypercubeKind::Sliced => factors.iter().map(categories).collect(),
+            _ => vec![1; factors.len()],
+        };
+        Self::open(spec, categories, seed)?.tabulated(correlation, None)
     }
 
     /// The same with rows that `accept` lets pass: entries of a column are swapped until all do.
@@ -110,10 +116,11 @@ impl Latin {
         correlation: Option<&Correlation>,
         accept: &mut Accept<'_>,
     ) -> Result<Self, DesignError> {
-        Self::open(&self.spec, self.columns, self.seed)?.tabulated(correlation, Some(accept))
+        Self::open(&self.spec, self.categories.clone(), self.seed)?.tabulated(correlation, Some(accept))
     }
 
-    fn open(spec: &LatinHypercube, columns: usize, seed: u64) -> Result<Self, DesignError> {
+    fn open(spec: &LatinHypercube, categories: Vec<u64>, seed: u64) -> Result<Self, DesignError> {
+        let columns = categories.len();
         if spec.rows == 0 {
             return Err(DesignError::NoRows);
         }
@@ -126,10 +133,13 @@ impl Latin {
             HypercubeKind::OrthogonalArray => Form::Orthogonal(array_field(spec.rows, columns)?),
             _ => Form::Open,
         };
-        if let HypercubeKind::Sliced { slices } = spec.kind
-            && (slices == 0 || spec.rows as u64 % slices != 0)
-        {
-            let message = format!("{} rows do not divide into {slices} slices of the same size", spec.rows);
+        let slices = categories.iter().try_fold(1_u64, |product, count| product.checked_mul(*count));
+        let slices = slices.ok_or(DesignError::TooManyRows)?;
+        if spec.rows as u64 % slices != 0 {
+            let message = format!(
+                "{} rows do not divide into {slices} slices of the same size, one per combination of categories",
+                spec.rows
+            );
             return Err(DesignError::setting("rows", message));
         }
         let optimised = matches!(spec.kind, HypercubeKind::Maximin | HypercubeKind::CentredDiscrepancy);
@@ -140,7 +150,7 @@ impl Latin {
             );
             return Err(DesignError::setting("rows", message));
         }
-        Ok(Self { spec: spec.clone(), seed, columns, form })
+        Ok(Self { spec: spec.clone(), seed, columns, categories, form })
     }
 
     fn tabulated(
@@ -180,6 +190,12 @@ impl Latin {
     }
 
     pub(super) fn at(&self, row: usize, column: usize) -> Coordinate {
+        let count = self.categories.get(column).copied().unwrap_or(1);
+        if count > 1 {
+            // The last factor's category changes fastest.
+            let faster: u64 = self.categories.iter().skip(column + 1).product();
+            return Coordinate::Step { step: row as u64 / faster % count, count };
+        }
         let (stratum, strata) = match &self.form {
             Form::Table(table) => {
                 let stratum = table.columns.get(column).and_then(|column| column.get(row)).copied().unwrap_or(0);
@@ -204,7 +220,8 @@ impl Latin {
         // A grown design starts as the first one did.
         let rows = self.spec.grown_from.first().copied().unwrap_or(self.spec.rows) as u64;
         match self.spec.kind {
-            HypercubeKind::Sliced { slices } => {
+            HypercubeKind::Sliced => {
+                let slices: u64 = self.categories.iter().product();
                 let (slice, index, coarse) = (row % slices, row / slices, rows / slices);
                 let stratum = Permutation::new(hash(key, 1, slice), coarse).at(index);
                 stratum * slices + Permutation::new(hash(key, 2, stratum), slices).at(slice)
@@ -221,6 +238,14 @@ impl Latin {
         let (symbol, rank) = bose(field, scattered, column);
         let fine = Permutation::new(hash(key, 3, symbol), order).at(rank);
         Permutation::new(key, order).at(symbol) * order + fine
+    }
+}
+
+/// Number of categories; 1 for other factors.
+fn categories(factor: &Factor) -> u64 {
+    match factor.distribution {
+        Distribution::Categories { count } => count as u64,
+        _ => 1,
     }
 }
 

@@ -102,11 +102,6 @@ impl Stream {
         below(self.word(), bound as u64) as usize
     }
 
-    /// The next number in [0, 1).
-    pub(super) fn unit(&mut self) -> f64 {
-        (self.word() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
-    }
-
     /// Puts the entries into a random order.
     pub(super) fn shuffle<T>(&mut self, entries: &mut [T]) {
         for last in (1..entries.len()).rev() {

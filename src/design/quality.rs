@@ -3,12 +3,12 @@
 use super::Design;
 
 /// Rows measured at most: the effort grows with their square.
-pub const MAX_MEASURED_ROWS: usize = 4096;
+pub const MAX_MEASURED_ROWS: usize = 2048;
 /// Exponent p of phi_p.
 pub const PHI_EXPONENT: i32 = 20;
 
 /// Measures of a design in the unit cube, see [`super::Coordinate::unit`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Quality {
     /// Rows measured: all, or the first [`MAX_MEASURED_ROWS`].
     pub rows: usize,

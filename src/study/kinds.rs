@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::factors::FactorInfo;
 use super::file::{AxialName, CorrelationEntry, DesignEntry, DesignKind, OptimiseName, PartEntry};
 use super::table;
-use crate::design::{Axial, DesignError, Distribution, HypercubeKind, Kind, LatinHypercube, Placement};
+use crate::design::{Axial, DesignError, HypercubeKind, Kind, LatinHypercube, Placement};
 
 /// Morris trajectories.
 const TRAJECTORIES: u64 = 10;
@@ -19,8 +19,10 @@ const CENTRE_POINTS: u64 = 1;
 
 /// Path of a key and what is wrong with it.
 type Fault = (Vec<String>, String);
-/// A kind and the files it was read from, with their contents.
-type Chosen = (Kind, Vec<(String, String)>);
+/// Names of files and their contents.
+type Files = Vec<(String, String)>;
+/// A kind and the files it was read from.
+type Chosen = (Kind, Files);
 
 /// The drawn factors of a study, in the order of the design.
 pub(super) struct Drawn<'a> {
@@ -79,13 +81,12 @@ impl<'a> Drawn<'a> {
         Ok((kind, files))
     }
 
-    #[allow(clippy::type_complexity)]
     fn part(
         &self,
         entry: &PartEntry,
         at: Vec<String>,
         (whole, directory): (DesignKind, &Path),
-    ) -> Result<(Kind, Vec<usize>, Vec<(String, String)>), Vec<Fault>> {
+    ) -> Result<(Kind, Vec<usize>, Files), Vec<Fault>> {
         let key = key_at(&at, "factors");
         let places = match (whole, &entry.factors) {
             (DesignKind::Product, Some(names)) => self.places(names).map_err(|message| vec![(key, message)])?,
@@ -212,7 +213,7 @@ impl Part<'_> {
             OptimiseName::Maximin => HypercubeKind::Maximin,
             OptimiseName::CentredDiscrepancy => HypercubeKind::CentredDiscrepancy,
             OptimiseName::OrthogonalArray => HypercubeKind::OrthogonalArray,
-            OptimiseName::Sliced => HypercubeKind::Sliced { slices: 1 },
+            OptimiseName::Sliced => HypercubeKind::Sliced,
         };
         let optimised = matches!(kind, HypercubeKind::Maximin | HypercubeKind::CentredDiscrepancy);
         let centred = entry.centred.unwrap_or(optimised);
@@ -234,9 +235,4 @@ impl Part<'_> {
         let content = format!("{rows:?}");
         Ok((Kind::Table(Arc::new(rows)), vec![(file.clone(), content)]))
     }
-}
-
-/// Whether a factor chooses from a list.
-pub(super) fn is_list(factor: &FactorInfo) -> bool {
-    matches!(factor.distribution, Some(Distribution::Categories { .. }))
 }
