@@ -53,10 +53,9 @@ fn val_discrepancies_equal_scipy() {
 #[test]
 fn val_sobol_and_halton_equal_scipy() {
     let reference = reference();
-    for (name, kind) in [
-        ("sobol", Kind::Sobol { rows: 64, scramble: false }),
-        ("halton", Kind::Halton { rows: 60, scramble: false }),
-    ] {
+    for (name, kind) in
+        [("sobol", Kind::Sobol { rows: 64, scramble: false }), ("halton", Kind::Halton { rows: 60, scramble: false })]
+    {
         let scipy = table(&reference[name]);
         let ours = points(&Design::new(kind, cube(scipy[0].len()), 0).unwrap());
         for (ours, scipy) in ours.iter().flatten().zip(scipy.iter().flatten()) {
@@ -115,9 +114,8 @@ fn marginals_pass_kolmogorov_smirnov_over_seeds() {
                 let share = |row| distribution.cdf(design.row(row).unwrap()[1]);
                 let mut shares: Vec<f64> = (0..n).map(share).collect();
                 shares.sort_by(f64::total_cmp);
-                let gap = |(i, share): (usize, &f64)| {
-                    (share - i as f64 / n as f64).max((i + 1) as f64 / n as f64 - share)
-                };
+                let gap =
+                    |(i, share): (usize, &f64)| (share - i as f64 / n as f64).max((i + 1) as f64 / n as f64 - share);
                 shares.iter().enumerate().map(gap).fold(0.0, f64::max) > critical
             });
             assert!(fails.count() < 5, "{kind:?} {distribution:?}");
@@ -393,7 +391,8 @@ fn sobol_indices(design: &Design, model: impl Fn(&[f64]) -> f64) -> (Vec<f64>, V
     let first = |i: usize| {
         blocks.iter().map(|block| block[factors + 1] * (block[i + 1] - block[0])).sum::<f64>() / n / variance
     };
-    let total = |i: usize| blocks.iter().map(|block| (block[0] - block[i + 1]).powi(2)).sum::<f64>() / 2.0 / n / variance;
+    let total =
+        |i: usize| blocks.iter().map(|block| (block[0] - block[i + 1]).powi(2)).sum::<f64>() / 2.0 / n / variance;
     ((0..factors).map(first).collect(), (0..factors).map(total).collect())
 }
 
@@ -418,7 +417,8 @@ fn angles() -> Vec<Factor> {
 fn analytic_saltelli_gives_the_indices_of_ishigami() {
     let design = Design::new(Kind::Saltelli { base: 8192, second_order: false }, angles(), 1).unwrap();
     let (first, total) = sobol_indices(&design, ishigami);
-    for (found, known) in first.iter().zip([0.31391, 0.44241, 0.0]).chain(total.iter().zip([0.55759, 0.44241, 0.24368])) {
+    for (found, known) in first.iter().zip([0.31391, 0.44241, 0.0]).chain(total.iter().zip([0.55759, 0.44241, 0.24368]))
+    {
         assert!((found - known).abs() < 0.01, "{first:?} {total:?}");
     }
 }
@@ -448,7 +448,8 @@ fn analytic_morris_gives_the_elementary_effects_of_ishigami_and_g() {
         let k = factors.len();
         let mut sums = vec![0.0; k];
         for trajectory in 0..4000 {
-            let rows: Vec<Vec<f64>> = (0..=k).map(|step| design.unit_row(trajectory * (k + 1) + step).unwrap()).collect();
+            let rows: Vec<Vec<f64>> =
+                (0..=k).map(|step| design.unit_row(trajectory * (k + 1) + step).unwrap()).collect();
             let values: Vec<f64> =
                 (0..=k).map(|step| model(&reals(&design.row(trajectory * (k + 1) + step).unwrap()))).collect();
             for step in 0..k {
@@ -488,7 +489,8 @@ fn grid_effect(factors: &[Factor], factor: usize, model: &dyn Fn(&[f64]) -> f64)
 fn optimised_hypercubes_reach_the_best_known_distances() {
     // Best known squared distances on whole levels: spacefillingdesigns.nl.
     for (factors, rows, known, share) in [(2, 10, 10.0, 0.99), (3, 20, 66.0, 0.94), (6, 50, 1218.0, 0.98)] {
-        let quality = Quality::of(&Design::new(latin(rows, HypercubeKind::Maximin), cube(factors), 0).unwrap()).unwrap();
+        let quality =
+            Quality::of(&Design::new(latin(rows, HypercubeKind::Maximin), cube(factors), 0).unwrap()).unwrap();
         let reached = quality.minimum_distance * rows as f64 / f64::sqrt(known);
         assert!(reached > share, "({factors}, {rows}): {reached}");
     }

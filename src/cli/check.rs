@@ -80,7 +80,8 @@ fn describe_design(study: &Study) {
         None => {}
     }
     let Some(quality) = Quality::of(study.design()) else { return };
-    let part = if quality.rows < study.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
+    let part =
+        if quality.rows < study.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
     say(&format_args!(
         "  distance     smallest {:.4}, phi_{} {:.4}{part}",
         quality.minimum_distance, PHI_EXPONENT, quality.phi_p

@@ -114,8 +114,7 @@ impl Distribution {
     }
 
     pub(super) fn check(&self, factor: usize) -> Result<(), DesignError> {
-        let parameter =
-            |parameter, found, expected| Err(DesignError::Parameter { factor, parameter, found, expected });
+        let parameter = |parameter, found, expected| Err(DesignError::Parameter { factor, parameter, found, expected });
         match *self {
             Self::Uniform { low, high } => check_range(factor, low, high),
             Self::LogUniform { low, high } => {
@@ -220,9 +219,8 @@ impl Distribution {
             Self::TruncatedNormal { mean, std_dev, low, high } => {
                 let (a, b) = ((low - mean) / std_dev, (high - mean) / std_dev);
                 // The upper tail is mirrored, where the distribution function keeps its digits.
-                let inner = |a: f64, b: f64, u: f64| {
-                    normal_quantile(normal_cdf(a) + u * (normal_cdf(b) - normal_cdf(a)))
-                };
+                let inner =
+                    |a: f64, b: f64, u: f64| normal_quantile(normal_cdf(a) + u * (normal_cdf(b) - normal_cdf(a)));
                 mean + std_dev * if a > 0.0 { -inner(-b, -a, 1.0 - u) } else { inner(a, b, u) }
             }
             Self::Triangular { low, mode, high } => {
@@ -260,9 +258,7 @@ impl Distribution {
             Self::Normal { mean, std_dev } => normal_cdf((x - mean) / std_dev),
             Self::TruncatedNormal { mean, std_dev, low, high } => {
                 let [a, z, b] = [low, x.clamp(low, high), high].map(|end| (end - mean) / std_dev);
-                let share = |a: f64, z: f64, b: f64| {
-                    (normal_cdf(z) - normal_cdf(a)) / (normal_cdf(b) - normal_cdf(a))
-                };
+                let share = |a: f64, z: f64, b: f64| (normal_cdf(z) - normal_cdf(a)) / (normal_cdf(b) - normal_cdf(a));
                 if a > 0.0 { 1.0 - share(-b, -z, -a) } else { share(a, z, b) }
             }
             Self::Triangular { low, mode, high } if x < mode => (x - low).powi(2) / ((high - low) * (mode - low)),

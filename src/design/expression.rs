@@ -250,7 +250,8 @@ impl Parser {
         while let Some(symbol) = self.take(symbols) {
             let right = self.level(level + 1)?;
             left = Node::Binary(symbol, Box::new(left), Box::new(right));
-            if level == COMPARISONS && matches!(self.tokens.get(self.next), Some((_, Token::Symbol(s))) if symbols.contains(s))
+            if level == COMPARISONS
+                && matches!(self.tokens.get(self.next), Some((_, Token::Symbol(s))) if symbols.contains(s))
             {
                 return self.fault("`and`: comparisons are not chained (write `a < b and b < c`)");
             }
@@ -273,10 +274,7 @@ impl Parser {
         }
     }
 
-    fn nested<T>(
-        &mut self,
-        inner: impl FnOnce(&mut Self) -> Result<T, ExpressionError>,
-    ) -> Result<T, ExpressionError> {
+    fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, ExpressionError>) -> Result<T, ExpressionError> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
             return self.fault("a shorter expression: this one is nested too deeply");
@@ -325,8 +323,7 @@ impl Parser {
     }
 }
 
-const ONE_ARGUMENT: [&str; 11] =
-    ["abs", "sqrt", "exp", "ln", "log10", "sin", "cos", "tan", "floor", "ceil", "round"];
+const ONE_ARGUMENT: [&str; 11] = ["abs", "sqrt", "exp", "ln", "log10", "sin", "cos", "tan", "floor", "ceil", "round"];
 const MORE_ARGUMENTS: [&str; 3] = ["min", "max", "hypot"];
 
 fn builtin(function: &str) -> bool {

@@ -278,7 +278,8 @@ fn blocks(count: usize, block: usize) -> Result<usize, DesignError> {
 
 fn sobol(dimensions: usize, scramble: Option<u64>) -> Result<Sobol, DesignError> {
     if dimensions > MAX_DIMENSIONS {
-        let message = format!("Sobol' points of {dimensions} dimensions are not known, expected {MAX_DIMENSIONS} at most");
+        let message =
+            format!("Sobol' points of {dimensions} dimensions are not known, expected {MAX_DIMENSIONS} at most");
         return Err(DesignError::setting("kind", message));
     }
     Ok(Sobol::new(dimensions, scramble))
@@ -287,9 +288,10 @@ fn sobol(dimensions: usize, scramble: Option<u64>) -> Result<Sobol, DesignError>
 fn two_levels(factors: &[Factor]) -> Result<(), DesignError> {
     let odd = |factor: &Factor| matches!(factor.distribution, Distribution::Categories { count } if count != 2);
     match factors.iter().position(odd) {
-        Some(factor) => {
-            Err(DesignError::FactorKind { factor, expected: "a two-level design needs exactly two values to choose from" })
-        }
+        Some(factor) => Err(DesignError::FactorKind {
+            factor,
+            expected: "a two-level design needs exactly two values to choose from",
+        }),
         None => Ok(()),
     }
 }

@@ -90,7 +90,10 @@ impl Design {
         let categories = |factor: &Factor| matches!(factor.distribution, Distribution::Categories { .. });
         for (index, row) in matrix.iter().enumerate() {
             if factors.get(index).is_some_and(categories) && row.iter().filter(|entry| **entry != 0.0).count() > 1 {
-                return Err(DesignError::FactorKind { factor: index, expected: "categories have no rank to correlate" });
+                return Err(DesignError::FactorKind {
+                    factor: index,
+                    expected: "categories have no rank to correlate",
+                });
             }
         }
         Self::build(kind, factors, seed, Some(correlation))
@@ -123,10 +126,7 @@ impl Design {
     /// # Errors
     /// [`DesignError::Unsatisfiable`] if no row is left, less than a thousandth of the points pass, or a Latin hypercube
     /// cannot be had; errors of `accept` as [`DesignError::Constraint`].
-    pub fn constrained(
-        &self,
-        mut accept: impl FnMut(&[Level]) -> Result<bool, String>,
-    ) -> Result<Self, DesignError> {
+    pub fn constrained(&self, mut accept: impl FnMut(&[Level]) -> Result<bool, String>) -> Result<Self, DesignError> {
         let unselected = Self { selection: None, ..self.clone() };
         let mut accept_levels = |levels: &[Level]| accept(levels).map_err(DesignError::Constraint);
         let mut accept_coordinates = |coordinates: &[Coordinate]| accept_levels(&self.levels(coordinates));

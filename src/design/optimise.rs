@@ -299,8 +299,8 @@ impl Criterion for CentredDiscrepancy {
         // pair with itself is no pair of distinct rows.
         let own = line(a)[b];
         others -= term(line(a)[a], own, x_a) + term(own, line(b)[b], x_b);
-        let selves = line(a)[a] * (pair(x_b, x_b) / pair(x_a, x_a) - 1.0)
-            + line(b)[b] * (pair(x_a, x_a) / pair(x_b, x_b) - 1.0);
+        let selves =
+            line(a)[a] * (pair(x_b, x_b) / pair(x_a, x_a) - 1.0) + line(b)[b] * (pair(x_a, x_a) / pair(x_b, x_b) - 1.0);
         let ratio = single(x_b) / single(x_a);
         let singles = self.singles[a] * (ratio - 1.0) + self.singles[b] * (1.0 / ratio - 1.0);
         let count = rows as f64;

@@ -150,7 +150,13 @@ fn paley(field: &Field, block: impl Fn(bool, i8) -> Vec<Vec<i8>>, width: usize) 
         _ if row == column => 1,
         (0, _) => 1,
         // Antisymmetric where -1 is no square, symmetric where it is.
-        (_, 0) => if width == 1 { -1 } else { 1 },
+        (_, 0) => {
+            if width == 1 {
+                -1
+            } else {
+                1
+            }
+        }
         (row, column) => {
             let difference = field.subtract(row as u64 - 1, column as u64 - 1);
             characters.get(difference as usize).copied().unwrap_or(0)

@@ -52,9 +52,7 @@ fn pairs(points: &[Vec<f64>]) -> impl Iterator<Item = (&Vec<f64>, &Vec<f64>)> {
 }
 
 fn distances(points: &[Vec<f64>]) -> (f64, f64) {
-    let distance = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-        a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-    };
+    let distance = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
     let least = pairs(points).map(distance).fold(f64::INFINITY, f64::min);
     if least == f64::INFINITY {
         return (least, 0.0);
@@ -77,11 +75,8 @@ fn discrepancy(
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| pair(*a, *b)).product::<f64>();
     let own: f64 = points.iter().map(|row| product(row, row)).sum();
     // By rows, so that the sum keeps its digits.
-    let others: f64 = points
-        .iter()
-        .enumerate()
-        .map(|(index, a)| points.iter().take(index).map(|b| product(a, b)).sum::<f64>())
-        .sum();
+    let others: f64 =
+        points.iter().enumerate().map(|(index, a)| points.iter().take(index).map(|b| product(a, b)).sum::<f64>()).sum();
     constant + weight / rows * singles + (own + 2.0 * others) / (rows * rows)
 }
 
@@ -109,9 +104,7 @@ pub fn wrap_around_discrepancy(points: &[Vec<f64>]) -> f64 {
 pub fn mixture_discrepancy(points: &[Vec<f64>]) -> f64 {
     let z = |x: f64| (x - 0.5).abs();
     let single = |x: f64| 5.0 / 3.0 - 0.25 * z(x) - 0.25 * z(x) * z(x);
-    let pair = |a: f64, b: f64| {
-        15.0 / 8.0 - 0.25 * z(a) - 0.25 * z(b) - 0.75 * (a - b).abs() + 0.5 * (a - b) * (a - b)
-    };
+    let pair = |a: f64, b: f64| 15.0 / 8.0 - 0.25 * z(a) - 0.25 * z(b) - 0.75 * (a - b).abs() + 0.5 * (a - b) * (a - b);
     discrepancy(points, (power(19.0 / 12.0, points), -2.0), single, pair)
 }
 

@@ -235,9 +235,8 @@ impl Plan {
             Ok(chosen) if problems.is_empty() => chosen,
             Ok(_) => return Err(problems),
             Err(faults) => {
-                let place = |(at, message): (Vec<String>, String)| {
-                    Problem::new(document.locate(&at), path::join(&at), message)
-                };
+                let place =
+                    |(at, message): (Vec<String>, String)| Problem::new(document.locate(&at), path::join(&at), message);
                 problems.extend(faults.into_iter().map(place));
                 return Err(problems);
             }
@@ -390,9 +389,11 @@ impl Reader<'_> {
         values: &[FactorValue],
         taken: &[Vec<Vec<String>>],
     ) -> (Vec<Vec<String>>, Vec<Link>) {
-        let linked = factor.link.iter().enumerate().map(|(index, link)| {
-            (self.at(name, &["link", &index.to_string(), "path"]), &link.path, link_of(link))
-        });
+        let linked = factor
+            .link
+            .iter()
+            .enumerate()
+            .map(|(index, link)| (self.at(name, &["link", &index.to_string(), "path"]), &link.path, link_of(link)));
         let linked: Vec<(Vec<String>, &String, Link)> = linked.collect();
         let mut texts: Vec<(Vec<String>, &String, Link)> = match (&factor.path, &factor.paths) {
             (Some(path), None) => vec![(self.at(name, &["path"]), path, Link::SAME)],

@@ -93,7 +93,9 @@ impl<'a> Drawn<'a> {
             (DesignKind::Product, None) => {
                 return Err(vec![(key, "missing key: name the factors of this part of the product".into())]);
             }
-            (_, Some(_)) => return Err(vec![(key, "belongs to a product: all parts of a union have all factors".into())]),
+            (_, Some(_)) => {
+                return Err(vec![(key, "belongs to a product: all parts of a union have all factors".into())]);
+            }
             (_, None) => (0..self.factors.len()).collect(),
         };
         let factors = places.iter().filter_map(|place| self.factors.get(*place).copied()).collect();

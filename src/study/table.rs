@@ -38,9 +38,8 @@ fn read_csv(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<String>>, St
     let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let mut lines = text.lines();
-    let split = |line: &str| -> Vec<String> {
-        line.split(',').map(|cell| cell.trim().trim_matches('"').to_string()).collect()
-    };
+    let split =
+        |line: &str| -> Vec<String> { line.split(',').map(|cell| cell.trim().trim_matches('"').to_string()).collect() };
     let header = split(lines.next().unwrap_or(""));
     let places = factors.iter().map(|factor| {
         let place = header.iter().position(|column| *column == factor.name);

@@ -1,0 +1,120 @@
+//! Designs: optimised Latin hypercubes against other programs, and the time of a million rows. Writes its section of
+//! `benches/RESULTS.md`. `DECORE_PYTHON`: a Python with scipy, smt and openturns, for the comparison.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Command;
+
+use decore::design::{Design, Distribution, Factor, HypercubeKind, Kind, LatinHypercube, Placement, Quality};
+
+/// Factors, points, best known squared distance on whole levels (spacefillingdesigns.nl), OpenTURNS' annealing steps.
+const SIZES: [(usize, usize, f64, u64); 4] =
+    [(3, 20, 66.0, 20_000), (6, 50, 1218.0, 50_000), (8, 80, 4695.0, 50_000), (10, 100, 10_233.0, 100_000)];
+const SECTION: [&str; 2] = ["<!-- designs: written by `cargo bench --bench designs` -->", "<!-- end of designs -->"];
+
+/// CPU seconds of this thread.
+fn cpu_s() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|word| word.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1e-9
+}
+
+fn cube(factors: usize) -> Vec<Factor> {
+    vec![Factor { distribution: Distribution::Uniform { low: 0.0, high: 1.0 }, levels: None }; factors]
+}
+
+fn hypercube(factors: usize, rows: usize, kind: HypercubeKind, seed: u64) -> (Quality, f64) {
+    let spec = LatinHypercube { rows, kind, placement: Placement::Centred, ..LatinHypercube::default() };
+    let start = cpu_s();
+    let design = Design::new(Kind::LatinHypercube(spec), cube(factors), seed).expect("a design");
+    let seconds = cpu_s() - start;
+    (Quality::of(&design).expect("factors"), seconds)
+}
+
+fn ours(table: &mut String, (factors, rows, known, _): (usize, usize, f64, u64)) {
+    let runs: Vec<(Quality, f64)> = (0..3).map(|seed| hypercube(factors, rows, HypercubeKind::Maximin, seed)).collect();
+    let shares: Vec<f64> = runs.iter().map(|(q, _)| q.minimum_distance * rows as f64 / known.sqrt()).collect();
+    let mean_s = runs.iter().map(|(_, s)| s).sum::<f64>() / 3.0;
+    let (least, most) = (shares.iter().copied().fold(2.0, f64::min), shares.iter().copied().fold(0.0, f64::max));
+    let (quality, seconds) = hypercube(factors, rows, HypercubeKind::CentredDiscrepancy, 0);
+    let _ =
+        writeln!(table, "| {factors}, {rows} | decore maximin | {least:.3} to {most:.3} (3 seeds) | | {mean_s:.2} |");
+    let _ = writeln!(
+        table,
+        "| {factors}, {rows} | decore centred discrepancy | | {:.3e} | {seconds:.2} |",
+        quality.centred_discrepancy
+    );
+}
+
+fn others(table: &mut String, python: &str, size: (usize, usize, f64, u64)) {
+    let (factors, rows, known, steps) = size;
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/designs_reference.py");
+    let output =
+        Command::new(python).arg(script).arg(format!("{factors},{rows},{steps}")).output().expect("Python runs");
+    for line in String::from_utf8_lossy(&output.stdout).lines() {
+        let Ok((tool, criterion, _, _, value, seconds)) =
+            serde_json::from_str::<(String, String, usize, usize, f64, f64)>(line)
+        else {
+            continue;
+        };
+        let (distance, discrepancy) = match criterion.as_str() {
+            "distance" => (format!("{:.3}", value / known.sqrt()), String::new()),
+            _ => (String::new(), format!("{value:.3e}")),
+        };
+        let _ = writeln!(table, "| {factors}, {rows} | {tool} | {distance} | {discrepancy} | {seconds:.2} |");
+    }
+}
+
+fn million(table: &mut String) {
+    let hypercube = LatinHypercube { rows: 1_000_000, ..LatinHypercube::default() };
+    for (name, kind) in [
+        ("Sobol', scrambled", Kind::Sobol { rows: 1_000_000, scramble: true }),
+        ("Halton, scrambled", Kind::Halton { rows: 1_000_000, scramble: true }),
+        ("Latin hypercube", Kind::LatinHypercube(hypercube)),
+        ("random", Kind::Random { rows: 1_000_000 }),
+        ("Saltelli", Kind::Saltelli { base: 1_000_000 / 22 + 1, second_order: false }),
+        ("Morris", Kind::Morris { trajectories: 1_000_000 / 21 + 1, levels: 4 }),
+    ] {
+        let start = cpu_s();
+        let design = Design::new(kind, cube(20), 1).expect("a design");
+        let mut sum = 0.0;
+        for row in 0..1_000_000 {
+            sum += design.row(row).map_or(0.0, |row| row.len() as f64);
+        }
+        assert_eq!(sum, 2e7);
+        let _ = writeln!(table, "| {name} | {:.2} |", cpu_s() - start);
+    }
+}
+
+fn main() {
+    let mut text = String::from(
+        "## Designs\n\nDistance relative to the best known; squared centred L2 discrepancy; CPU seconds of one thread.\n\n\
+         | factors, points | program | distance | discrepancy | CPU s |\n|---|---|---|---|---|\n",
+    );
+    let python = std::env::var("DECORE_PYTHON").ok();
+    for size in SIZES {
+        ours(&mut text, size);
+        if let Some(python) = &python {
+            others(&mut text, python, size);
+        }
+    }
+    text.push_str("\nA million rows of 20 factors, one after the other, none kept:\n\n| kind | CPU s |\n|---|---|\n");
+    million(&mut text);
+    print!("{text}");
+    if python.is_some() {
+        store(&text);
+    }
+}
+
+/// Puts the section in its place.
+fn store(text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/RESULTS.md");
+    let old = std::fs::read_to_string(&path).unwrap_or_default();
+    let section = format!("{}\n{text}{}\n", SECTION[0], SECTION[1]);
+    let new = match (old.find(SECTION[0]), old.find(SECTION[1])) {
+        (Some(start), Some(end)) => {
+            format!("{}{section}{}", &old[..start], old[end + SECTION[1].len()..].trim_start_matches('\n'))
+        }
+        _ => format!("{old}{section}"),
+    };
+    std::fs::write(path, new).expect("RESULTS.md is written");
+}
