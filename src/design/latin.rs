@@ -449,6 +449,7 @@ impl Builder<'_, '_> {
                 return Err(error);
             }
             let mut result = make();
+            result.refresh();
             swaps.iter().for_each(|swap| result.swap(*swap));
             let badness = result.badness();
             if best.as_ref().is_none_or(|(least, _)| badness < *least) {
