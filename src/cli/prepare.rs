@@ -75,6 +75,8 @@ pub(super) fn dataset_info(
         study_name: study.title().to_owned(),
         study_text: study.text().to_owned(),
         study_hash: study.hash().to_owned(),
+        frame_hash: study.frame_hash(),
+        rows_hash: study.rows_hash(study.row_count()),
         overrides: study.overrides(),
         inputs,
         settings,

@@ -63,6 +63,12 @@ pub struct DatasetInfo {
     pub study_text: String,
     /// Hash that stands for the study's values and those of its hammer files, in hexadecimal.
     pub study_hash: String,
+    /// The same over all but the number of rows: a study that only got more rows has the same one. Empty: not known.
+    #[serde(default)]
+    pub frame_hash: String,
+    /// Hash of the factors' values in the rows, by which a study that got more rows is known to start with the old ones.
+    #[serde(default)]
+    pub rows_hash: String,
     /// Values set over the study's, `path=value`.
     pub overrides: Vec<String>,
     /// BLAKE3 of the files that the rows depend on besides, by the key and name of the file.
@@ -97,6 +103,8 @@ impl DatasetInfo {
             study_name: String::new(),
             study_text: String::new(),
             study_hash: String::new(),
+            frame_hash: String::new(),
+            rows_hash: String::new(),
             overrides: Vec::new(),
             inputs: BTreeMap::new(),
             settings: BTreeMap::new(),

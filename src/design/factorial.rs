@@ -6,6 +6,10 @@ use super::orthogonal::plackett_burman;
 
 /// Most factors of a fractional factorial's words.
 const MAX_BASIC_FACTORS: u32 = 30;
+/// More basic factors are used without further words only: the search for words would take minutes.
+const MAX_SEARCHED_FACTORS: u32 = 12;
+/// Highest resolution that is looked for.
+const MAX_RESOLUTION: u32 = 8;
 
 /// A two-level fraction of `2^basic` rows: column j is the product of the basic factors in its word.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,22 +20,26 @@ pub(super) struct Fraction {
 }
 
 impl Fraction {
-    /// The smallest fraction found in which no effect of `resolution` minus k factors is confused with one of k.
+    /// The smallest fraction found in which no effect of `resolution` minus k factors is confused with one of k; among those
+    /// of the same size the one of the highest resolution.
     ///
-    /// The basic factors come first; the others get, in their turn, the longest word that is no product of fewer than
-    /// `resolution - 1` columns chosen before (a lexicographic code).
+    /// The basic factors come first; the others get, in their turn, a word that is no product of fewer than
+    /// `resolution - 1` columns chosen before (a lexicographic code), short words before long ones: a long word rules out
+    /// more of the others.
     pub(super) fn new(factors: usize, resolution: u32) -> Result<Self, DesignError> {
-        if !(3..=8).contains(&resolution) {
-            let message = format!("the resolution is {resolution}, expected 3 to 8");
+        if !(3..=MAX_RESOLUTION).contains(&resolution) {
+            let message = format!("the resolution is {resolution}, expected 3 to {MAX_RESOLUTION}");
             return Err(DesignError::setting("resolution", message));
         }
-        for basic in 1..=MAX_BASIC_FACTORS.min(factors as u32) {
-            if let Some(words) = words(factors, basic, resolution) {
-                return Ok(Self { basic, words });
-            }
-        }
-        let message = format!("{factors} factors are too many for a fraction of resolution {resolution}");
-        Err(DesignError::setting("resolution", message))
+        let smallest = (1..=MAX_BASIC_FACTORS.min(factors as u32))
+            .find_map(|basic| words(factors, basic, resolution).map(|words| Self { basic, words }));
+        let Some(smallest) = smallest else {
+            let message = format!("{factors} factors are too many for a fraction of resolution {resolution}");
+            return Err(DesignError::setting("resolution", message));
+        };
+        let better =
+            (resolution + 1..=MAX_RESOLUTION).map_while(|higher| words(factors, smallest.basic, higher)).last();
+        Ok(better.map_or(smallest.clone(), |words| Self { words, ..smallest }))
     }
 
     pub(super) fn rows(&self) -> usize {
@@ -52,12 +60,11 @@ fn words(factors: usize, basic: u32, resolution: u32) -> Option<Vec<u64>> {
         chosen.truncate(factors);
         return Some(chosen);
     }
-    // More basic factors than these are searched only where few words can be missing.
-    if basic > 16 {
+    if basic > MAX_SEARCHED_FACTORS {
         return None;
     }
     let mut candidates: Vec<u64> = (1..1_u64 << basic).filter(|word| word.count_ones() + 1 >= resolution).collect();
-    candidates.sort_by_key(|word| (std::cmp::Reverse(word.count_ones()), *word));
+    candidates.sort_by_key(|word| (word.count_ones(), *word));
     for word in candidates {
         if !is_product(&chosen, word, resolution - 2) {
             chosen.push(word);
@@ -98,7 +105,7 @@ pub(super) struct Shares(pub(super) Vec<Vec<f64>>);
 
 /// Central composite design: corners (a fraction of resolution five from five factors on), axial points, centre points.
 pub(super) fn central_composite(factors: usize, axial: Axial, centres: usize) -> Result<Shares, DesignError> {
-    let corners = Fraction::new(factors, if factors < 5 { 8 } else { 5 })?;
+    let corners = Fraction::new(factors, if factors < 5 { MAX_RESOLUTION } else { 5 })?;
     let alpha = (corners.rows() as f64).sqrt().sqrt();
     let reach = match axial {
         Axial::Inscribed => 0.5 / alpha.max(1.0),

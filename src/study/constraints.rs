@@ -2,13 +2,13 @@
 
 use std::cell::OnceCell;
 
+use super::Study;
 use super::error::StudyError;
 use super::factors::{Factors, design_problem};
 use super::file::FactorValue;
 use super::path;
 use super::placement::PointTable;
 use super::resolve::Issue;
-use super::{Study, sorted};
 use crate::design::{Acceptance, Level, Scope, Value};
 use crate::scene::{HammerUnit, Scene};
 
@@ -31,7 +31,7 @@ impl Study {
                 study.plan.design = design;
                 Ok(study)
             }
-            Err(error) => Err(sorted(vec![design_problem(&self.document, &error, &self.plan.factors)])),
+            Err(error) => Err(StudyError::one(design_problem(&self.document, &error, &self.plan.factors))),
         }
     }
 

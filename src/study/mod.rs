@@ -12,6 +12,7 @@ mod document;
 mod error;
 mod factors;
 mod file;
+mod growth;
 mod keys;
 mod kinds;
 mod library;
@@ -172,6 +173,16 @@ impl Study {
 
     /// BLAKE3 over all that determines the rows' scenes; see [`Study::hash`].
     fn compute_hash(&self) -> String {
+        self.hash_of(self.base.clone(), self.overrides.iter(), &self.plan.files)
+    }
+
+    /// BLAKE3 over a study file (its title apart), overrides, the contents of the design's files, and the hammer files.
+    fn hash_of<'a>(
+        &self,
+        typed: StudyFile,
+        overrides: impl Iterator<Item = &'a Override>,
+        files: &[(String, String)],
+    ) -> String {
         let mut hasher = blake3::Hasher::new();
         let mut add = |label: &str, content: String| {
             for part in [label.as_bytes(), content.as_bytes()] {
@@ -179,13 +190,13 @@ impl Study {
                 hasher.update(part);
             }
         };
-        let typed = StudyFile { title: None, ..self.base.clone() };
+        let typed = StudyFile { title: None, ..typed };
         // Both are trees of finite numbers and texts, which JSON can always hold.
         add("study", serde_json::to_string(&typed).unwrap_or_default());
-        for one in &self.overrides {
+        for one in overrides {
             add(&path::join(&one.path), one.value.to_string());
         }
-        for (name, content) in &self.plan.files {
+        for (name, content) in files {
             add(name, content.clone());
         }
         for (name, table) in self.library.contents() {
