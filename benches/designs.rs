@@ -1,6 +1,8 @@
 //! Designs: optimised Latin hypercubes against other programs, and the time of a million rows. Writes its section of
 //! `benches/RESULTS.md`. `DECORE_PYTHON`: a Python with scipy, smt and openturns, for the comparison.
 
+mod support;
+
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
@@ -10,7 +12,6 @@ use decore::design::{Design, Distribution, Factor, HypercubeKind, Kind, LatinHyp
 /// Factors, points, best known squared distance on whole levels (spacefillingdesigns.nl), OpenTURNS' annealing steps.
 const SIZES: [(usize, usize, f64, u64); 4] =
     [(3, 20, 66.0, 20_000), (6, 50, 1218.0, 50_000), (8, 80, 4695.0, 50_000), (10, 100, 10_233.0, 100_000)];
-const SECTION: [&str; 2] = ["<!-- designs: written by `cargo bench --bench designs` -->", "<!-- end of designs -->"];
 
 /// CPU seconds of this thread.
 fn cpu_s() -> f64 {
@@ -101,20 +102,6 @@ fn main() {
     million(&mut text);
     print!("{text}");
     if python.is_some() {
-        store(&text);
+        support::write_section("designs", &text);
     }
-}
-
-/// Puts the section in its place.
-fn store(text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/RESULTS.md");
-    let old = std::fs::read_to_string(&path).unwrap_or_default();
-    let section = format!("{}\n{text}{}\n", SECTION[0], SECTION[1]);
-    let new = match (old.find(SECTION[0]), old.find(SECTION[1])) {
-        (Some(start), Some(end)) => {
-            format!("{}{section}{}", &old[..start], old[end + SECTION[1].len()..].trim_start_matches('\n'))
-        }
-        _ => format!("{old}{section}"),
-    };
-    std::fs::write(path, new).expect("RESULTS.md is written");
 }

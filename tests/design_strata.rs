@@ -1,15 +1,19 @@
-//! Properties of designs.
+//! Strata, grid levels and faults of designs.
 
-use decore::design::{Design, DesignError, Distribution, Factor, Kind, Level, Placement};
+use decore::design::{Design, DesignError, Distribution, Factor, Kind, LatinHypercube, Level, Placement};
 use proptest::prelude::*;
 
 fn factor(distribution: Distribution) -> Factor {
     Factor { distribution, levels: None }
 }
 
+fn latin(rows: usize, placement: Placement) -> Kind {
+    Kind::LatinHypercube(LatinHypercube { rows, placement, ..LatinHypercube::default() })
+}
+
 fn hypercube(rows: usize, placement: Placement, seed: u64, factors: &[Distribution]) -> Design {
-    let factors = factors.iter().copied().map(factor).collect();
-    Design::new(Kind::LatinHypercube { rows, placement }, factors, seed).unwrap()
+    let factors = factors.iter().cloned().map(factor).collect();
+    Design::new(latin(rows, placement), factors, seed).unwrap()
 }
 
 fn real(level: Level) -> f64 {
@@ -32,7 +36,7 @@ proptest! {
         let placement = if centred { Placement::Centred } else { Placement::Random };
         let uniform = Distribution::Uniform { low, high: low + width };
         let log = Distribution::LogUniform { low: 0.01, high: 100.0 };
-        let design = hypercube(rows, placement, seed, &[uniform, log, uniform]);
+        let design = hypercube(rows, placement, seed, &[uniform.clone(), log, uniform]);
         for index in 0..3 {
             let mut hit = vec![0; rows];
             for level in column(&design, index) {
@@ -81,17 +85,17 @@ proptest! {
     #[test]
     fn rows_depend_on_seed_and_row_only(rows in 2usize..200, seed: u64) {
         let uniform = Distribution::Uniform { low: 0.0, high: 1.0 };
-        let design = hypercube(rows, Placement::Random, seed, &[uniform, uniform]);
+        let design = hypercube(rows, Placement::Random, seed, &[uniform.clone(), uniform.clone()]);
         let forward: Vec<_> = (0..rows).map(|row| design.row(row)).collect();
         let mut backward: Vec<_> = (0..rows).rev().map(|row| design.clone().row(row)).collect();
         backward.reverse();
         prop_assert_eq!(&forward, &backward);
         // A further factor leaves the others alone.
-        let more = hypercube(rows, Placement::Random, seed, &[uniform, uniform, Distribution::Categories { count: 3 }]);
+        let more = hypercube(rows, Placement::Random, seed, &[uniform.clone(), uniform.clone(), Distribution::Categories { count: 3 }]);
         for (row, values) in forward.iter().enumerate() {
             prop_assert_eq!(&more.row(row).unwrap()[..2], &values.clone().unwrap()[..]);
         }
-        let other = hypercube(rows, Placement::Random, seed ^ 1, &[uniform, uniform]);
+        let other = hypercube(rows, Placement::Random, seed ^ 1, &[uniform.clone(), uniform.clone()]);
         prop_assert_ne!(forward, (0..rows).map(|row| other.row(row)).collect::<Vec<_>>());
         prop_assert_eq!(design.row(rows), None);
     }
@@ -140,7 +144,7 @@ fn columns_of_a_hypercube_are_uncorrelated() {
     let uniform = Distribution::Uniform { low: 0.0, high: 1.0 };
     let mut squares = 0.0;
     for seed in 0..400 {
-        let design = hypercube(n, Placement::Centred, seed, &[uniform, uniform]);
+        let design = hypercube(n, Placement::Centred, seed, &[uniform.clone(), uniform.clone()]);
         let centred = |index| column(&design, index).into_iter().map(|level| real(level) - 0.5).collect::<Vec<_>>();
         let (a, b) = (centred(0), centred(1));
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -153,7 +157,7 @@ fn columns_of_a_hypercube_are_uncorrelated() {
 #[test]
 fn a_row_of_a_large_design_is_computed_alone() {
     let uniform = Distribution::Uniform { low: 0.0, high: 1.0 };
-    let design = hypercube(1 << 40, Placement::Random, 3, &[uniform; 20]);
+    let design = hypercube(1 << 40, Placement::Random, 3, &vec![uniform; 20]);
     let start = std::time::Instant::now();
     for row in 0..1000 {
         assert_eq!(design.row(row << 30).map(|values| values.len()), Some(20));
@@ -164,27 +168,27 @@ fn a_row_of_a_large_design_is_computed_alone() {
 #[test]
 fn designs_that_make_no_sense_are_errors() {
     let new = |kind, distribution, levels| Design::new(kind, vec![Factor { distribution, levels }], 0).unwrap_err();
-    let cube = Kind::LatinHypercube { rows: 4, placement: Placement::Random };
+    let cube = || latin(4, Placement::Random);
     let range = |low, high| Distribution::Uniform { low, high };
-    assert!(matches!(new(cube, range(1.0, 1.0), None), DesignError::EmptyRange { factor: 0, .. }));
-    assert!(matches!(new(cube, range(2.0, 1.0), None), DesignError::EmptyRange { .. }));
-    assert!(matches!(new(cube, range(f64::NAN, 1.0), None), DesignError::NotFinite { .. }));
-    assert!(matches!(new(cube, range(0.0, f64::INFINITY), None), DesignError::NotFinite { .. }));
+    assert!(matches!(new(cube(), range(1.0, 1.0), None), DesignError::EmptyRange { factor: 0, .. }));
+    assert!(matches!(new(cube(), range(2.0, 1.0), None), DesignError::EmptyRange { .. }));
+    assert!(matches!(new(cube(), range(f64::NAN, 1.0), None), DesignError::NotFinite { .. }));
+    assert!(matches!(new(cube(), range(0.0, f64::INFINITY), None), DesignError::NotFinite { .. }));
     assert!(matches!(
-        new(cube, Distribution::LogUniform { low: 0.0, high: 1.0 }, None),
+        new(cube(), Distribution::LogUniform { low: 0.0, high: 1.0 }, None),
         DesignError::NotPositive { .. }
     ));
-    assert!(matches!(new(cube, Distribution::Integer { low: 1, high: 0 }, None), DesignError::EmptyRange { .. }));
-    assert!(matches!(new(cube, Distribution::Categories { count: 0 }, None), DesignError::NoCategories { .. }));
-    let none = Kind::LatinHypercube { rows: 0, placement: Placement::Random };
+    assert!(matches!(new(cube(), Distribution::Integer { low: 1, high: 0 }, None), DesignError::EmptyRange { .. }));
+    assert!(matches!(new(cube(), Distribution::Categories { count: 0 }, None), DesignError::NoCategories { .. }));
+    let none = latin(0, Placement::Random);
     assert_eq!(new(none, range(0.0, 1.0), None), DesignError::NoRows);
     assert!(matches!(new(Kind::FullFactorial, range(0.0, 1.0), None), DesignError::LevelsNeeded { factor: 0 }));
     assert!(matches!(new(Kind::FullFactorial, range(0.0, 1.0), Some(1)), DesignError::Levels { .. }));
     let few = Distribution::Integer { low: 1, high: 3 };
     assert!(matches!(new(Kind::FullFactorial, few, Some(4)), DesignError::Levels { most: 3, .. }));
     assert!(matches!(new(Kind::Single, range(0.0, 1.0), None), DesignError::Factors(_)));
-    assert!(matches!(Design::new(cube, Vec::new(), 0), Err(DesignError::Factors(_))));
+    assert!(matches!(Design::new(cube(), Vec::new(), 0), Err(DesignError::Factors(_))));
     let wide = Factor { distribution: Distribution::Integer { low: i64::MIN, high: i64::MAX }, levels: None };
-    assert_eq!(Design::new(Kind::FullFactorial, vec![wide; 2], 0), Err(DesignError::TooManyRows));
-    assert!(Design::new(cube, vec![wide], 0).unwrap().row(3).is_some());
+    assert_eq!(Design::new(Kind::FullFactorial, vec![wide.clone(); 2], 0), Err(DesignError::TooManyRows));
+    assert!(Design::new(cube(), vec![wide], 0).unwrap().row(3).is_some());
 }

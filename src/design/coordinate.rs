@@ -39,13 +39,7 @@ impl Coordinate {
             Self::Share(share) => distribution.at_share(share),
             Self::Value(level) => level,
             Self::Step { step, count } => grid_level(distribution, step, count),
-            Self::Stratum { stratum, strata, place } => match distribution.value_count() {
-                // Whole strata go to values, so that counts differ by one at most.
-                Some(values) if values <= strata => {
-                    distribution.discrete((u128::from(stratum) * u128::from(values) / u128::from(strata)) as u64)
-                }
-                _ => distribution.quantile((stratum as f64 + place) / strata as f64),
-            },
+            Self::Stratum { stratum, strata, place } => stratum_level(distribution, (stratum, strata), place),
         }
     }
 
@@ -64,6 +58,19 @@ impl Coordinate {
             Self::Value(level) => distribution.cdf(level),
         }
     }
+}
+
+/// Value in a stratum, at `place` in [0, 1) within it.
+fn stratum_level(distribution: &Distribution, (stratum, strata): (u64, u64), place: f64) -> Level {
+    let Some(values) = distribution.value_count() else {
+        return distribution.quantile((stratum as f64 + place) / strata as f64);
+    };
+    let first = |stratum: u128| (stratum * u128::from(values) / u128::from(strata)) as u64;
+    // Fewer values than strata: whole strata go to values, so that counts differ by one at most. More values: each stratum
+    // chooses among its own, so that no value comes twice.
+    let start = first(u128::from(stratum));
+    let own = first(u128::from(stratum) + 1).saturating_sub(start).max(1);
+    distribution.discrete(start + ((place * own as f64) as u64).min(own - 1))
 }
 
 /// Value at level `step` of `count`, ends included.

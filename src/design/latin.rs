@@ -400,11 +400,16 @@ impl Builder<'_, '_> {
         let scaled = |factor: f64| points.iter().map(|column| column.iter().map(|x| x * factor).collect()).collect();
         match kind {
             HypercubeKind::Maximin => {
-                let proposals = volume.saturating_mul(60).max(200_000).min(limit(600_000_000));
-                // Small designs end in one of many local optima: the best of several.
-                let restarts = if volume < 20_000 { 6 } else { 1 };
+                let proposals = volume.saturating_mul(60).max(20_000).min(limit(600_000_000));
+                // Small designs end in one of many local optima: the best of several, from higher thresholds.
+                let restarts = (60_000 / volume.max(1)).clamp(1, 50) as usize;
+                let thresholds = match volume {
+                    0..3000 => [0.3, 3e-3],
+                    3000..20_000 => [0.1, 1e-3],
+                    _ => [0.05, 1e-4],
+                };
                 let make = || Crowding::new(scaled(rows as f64));
-                self.best_of(table, (frozen, restarts), (make, proposals, [0.05, 1e-4]), stream)
+                self.best_of(table, (frozen, restarts), (make, proposals, thresholds), stream)
             }
             HypercubeKind::CentredDiscrepancy => {
                 let proposals = volume.saturating_mul(10).max(100_000).min(limit(200_000_000));
