@@ -104,11 +104,19 @@ fn design_quality(study: &Study) -> serde_json::Value {
     let Some(serde_json::Value::Object(mut summary)) = quality else {
         return serde_json::Value::Null;
     };
+    for value in summary.values_mut().filter(|value| value.is_f64()) {
+        *value = value.as_f64().map_or(serde_json::Value::Null, nine_digits);
+    }
     if let Some(acceptance) = study.acceptance() {
         summary.insert("points_tried".into(), acceptance.tried.into());
         summary.insert("points_accepted".into(), acceptance.accepted.into());
     }
     summary.into()
+}
+
+/// A number of nine significant digits: more say nothing here, and these survive being read and written again.
+fn nine_digits(value: f64) -> serde_json::Value {
+    format!("{value:.8e}").parse::<f64>().map_or(serde_json::Value::Null, Into::into)
 }
 
 fn factor(info: &study::FactorInfo) -> Factor {

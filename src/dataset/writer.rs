@@ -350,7 +350,8 @@ fn refuse_change(
     (info, range): (&DatasetInfo, RowSpan),
 ) -> Result<(), DatasetError> {
     let mut differences = differences(&manifest.study, info);
-    if manifest.range != range {
+    let is_whole = |span: RowSpan, info: &DatasetInfo| span == RowSpan { first: 0, end: info.rows };
+    if manifest.range != range && !(is_whole(manifest.range, &manifest.study) && is_whole(range, info)) {
         let words = |span: RowSpan| format!("{} to {}", span.first, span.end.saturating_sub(1));
         differences.push(format!("--shard (rows): {} -> {}", words(manifest.range), words(range)));
     }

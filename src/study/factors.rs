@@ -177,16 +177,18 @@ impl Scope for Factors<'_> {
 }
 
 impl Plan {
-    /// Where the tree has no value at a path that a factor drives, puts the first row's there.
-    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
+    /// Where the tree has no value at a path that a factor drives, puts the first row's there; returns these paths.
+    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<Vec<Vec<String>>, (String, String)> {
+        let mut filled = Vec::new();
         for ((value, paths), links) in self.row(0).iter().zip(&self.paths).zip(&self.links) {
             for (at, link) in paths.iter().zip(links) {
                 if path::get(tree, at).is_none() {
                     path::set(tree, at, linked(value, *link)).map_err(|message| (path::join(at), message))?;
+                    filled.push(at.clone());
                 }
             }
         }
-        Ok(())
+        Ok(filled)
     }
 
     /// Reads the design section. `tree` is the study's tree of values, for the names in it; files lie in `directory`.

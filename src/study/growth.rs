@@ -15,9 +15,12 @@ impl Study {
     /// Left out are `rows`, `grown_from`, `trajectories` and `base_points` of the design and its parts, and the contents of a
     /// table of rows.
     pub fn frame_hash(&self) -> String {
-        let typed = StudyFile { design: without_rows(&self.base.design), ..self.base.clone() };
+        let typed = StudyFile { title: None, design: without_rows(&self.base.design), ..self.base.clone() };
+        let mut tree = serde_json::to_value(&typed).unwrap_or_default();
+        // Where only factors give a value, the first row's stands in, which more rows may change.
+        self.filled.iter().for_each(|at| forget(&mut tree, at));
         let overrides = self.overrides.iter().filter(|one| !counts_rows(&one.path));
-        self.hash_of(typed, overrides, &[])
+        self.hash_of(&tree.to_string(), overrides, &[])
     }
 
     /// Hash (hex) of the factors' values in the first `rows` rows, by which two studies of one frame are compared.
@@ -57,6 +60,21 @@ fn without_rows(design: &DesignEntry) -> DesignEntry {
         base_points: None,
         part: design.part.iter().map(part).collect(),
         ..design.clone()
+    }
+}
+
+/// Removes the value at a path.
+fn forget(tree: &mut serde_json::Value, at: &[String]) {
+    match (tree, at) {
+        (serde_json::Value::Object(entries), [last]) => {
+            entries.remove(last);
+        }
+        (serde_json::Value::Object(entries), [first, rest @ ..]) => {
+            if let Some(inner) = entries.get_mut(first) {
+                forget(inner, rest);
+            }
+        }
+        _ => {}
     }
 }
 

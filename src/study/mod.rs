@@ -65,6 +65,8 @@ pub struct Study {
     structure: StructureSettings,
     /// Whether the design's constraints have chosen its rows.
     constrained: bool,
+    /// Paths at which only factors give a value.
+    filled: Vec<Vec<String>>,
     /// Values of the file, overrides and, where the file is silent, row 0's factors applied: a complete study.
     base: StudyFile,
     /// The same as a tree, without what all rows share.
@@ -131,7 +133,7 @@ impl Study {
             design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
         let plan = Plan::read(&design, (&document, &directory), &shape, &tree);
         let plan = plan.map_err(StudyError::several)?;
-        plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
+        let filled = plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
         let base: StudyFile =
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
@@ -147,6 +149,7 @@ impl Study {
             library,
             structure,
             constrained: false,
+            filled,
             base,
             template: tree,
             hash: String::new(),
@@ -173,13 +176,16 @@ impl Study {
 
     /// BLAKE3 over all that determines the rows' scenes; see [`Study::hash`].
     fn compute_hash(&self) -> String {
-        self.hash_of(self.base.clone(), self.overrides.iter(), &self.plan.files)
+        let typed = StudyFile { title: None, ..self.base.clone() };
+        // A tree of finite numbers and texts, which JSON can always hold.
+        let text = serde_json::to_string(&typed).unwrap_or_default();
+        self.hash_of(&text, self.overrides.iter(), &self.plan.files)
     }
 
-    /// BLAKE3 over a study file (its title apart), overrides, the contents of the design's files, and the hammer files.
+    /// BLAKE3 over a study's values, overrides, the contents of the design's files, and the hammer files.
     fn hash_of<'a>(
         &self,
-        typed: StudyFile,
+        values: &str,
         overrides: impl Iterator<Item = &'a Override>,
         files: &[(String, String)],
     ) -> String {
@@ -190,9 +196,7 @@ impl Study {
                 hasher.update(part);
             }
         };
-        let typed = StudyFile { title: None, ..typed };
-        // Both are trees of finite numbers and texts, which JSON can always hold.
-        add("study", serde_json::to_string(&typed).unwrap_or_default());
+        add("study", values.to_string());
         for one in overrides {
             add(&path::join(&one.path), one.value.to_string());
         }
