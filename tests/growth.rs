@@ -93,11 +93,7 @@ fn every_kind_that_can_grow_goes_on_with_its_new_rows() {
         ("kind = 'sobol'\nrows = 100", "kind = 'sobol'\nrows = 150", (100, 150)),
         ("kind = 'halton'\nrows = 64", "kind = 'halton'\nrows = 65", (64, 65)),
         ("kind = 'random'\nrows = 700", "kind = 'random'\nrows = 20000", (700, 20_000)),
-        (
-            "kind = 'latin_hypercube'\nrows = 40",
-            "kind = 'latin_hypercube'\nrows = 120\ngrown_from = [40]",
-            (40, 120),
-        ),
+        ("kind = 'latin_hypercube'\nrows = 40", "kind = 'latin_hypercube'\nrows = 120\ngrown_from = [40]", (40, 120)),
         (
             "kind = 'latin_hypercube'\noptimise = 'maximin'\nrows = 90\ngrown_from = [30]",
             "kind = 'latin_hypercube'\noptimise = 'maximin'\nrows = 100\ngrown_from = [30, 90]",
@@ -133,7 +129,9 @@ fn a_table_may_get_rows_at_its_end() {
     let sweep = Sweep::new();
     let table = sweep.folder("rows.csv");
     let rows = |range: std::ops::Range<u32>| {
-        range.map(|row| format!("{},{},tied\n", 0.001 * f64::from(row), 5.0 - 0.01 * f64::from(row))).collect::<String>()
+        range
+            .map(|row| format!("{},{},tied\n", 0.001 * f64::from(row), 5.0 - 0.01 * f64::from(row)))
+            .collect::<String>()
     };
     let (begin, design) = ("position,pressure,guide\n", "kind = 'table'\nfile = 'rows.csv'");
     fs::write(&table, format!("{begin}{}", rows(0..50))).expect("table");
