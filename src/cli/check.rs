@@ -8,7 +8,7 @@ use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
-use crate::design::{Axis, PHI_EXPONENT, Quality, scatter_matrix};
+use crate::design::{Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
 use crate::run::{RowOutcome, RowStatus, run_row};
 use crate::study::{FactorInfo, Study};
 
@@ -69,10 +69,11 @@ fn describe_design(study: &Study) {
     }
     match study.acceptance() {
         Some(acceptance) => say(&format_args!(
-            "  acceptance   {:.1} % ({} of {} points or blocks of rows)",
+            "  acceptance   {:.1} % ({} of {} {})",
             100.0 * acceptance.rate(),
             acceptance.accepted,
-            acceptance.tried
+            acceptance.tried,
+            if acceptance.accepted == study.row_count() { "points" } else { "blocks of rows that belong together" }
         )),
         None if !study.constraints().is_empty() => {
             say(&"  acceptance   100 % (a Latin hypercube that meets the constraints)");
@@ -95,12 +96,12 @@ fn describe_design(study: &Study) {
 
 fn write_scatter(study: &Study, file: &Path) -> Result<(), Failure> {
     let design = study.design();
-    let rows: Vec<Vec<f64>> =
-        (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.unit_row(row)).collect();
-    let drawn = study.factors().iter().filter(|factor| factor.distribution.is_some());
-    let axis = |(index, factor): (usize, &FactorInfo)| Axis {
-        name: format!("{} ({})", factor.name, factor.domain()),
-        shares: rows.iter().filter_map(|row| row.get(index).copied()).collect(),
+    let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
+    let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution.as_ref()?)));
+    let axis = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Axis {
+        name: factor.name.clone(),
+        domain: format!("{} {}", factor.domain(), factor.unit.as_deref().unwrap_or_default()).trim_end().to_owned(),
+        shares: rows.iter().filter_map(|row| row.get(index)).map(|level| distribution.share(*level)).collect(),
     };
     let axes: Vec<Axis> = drawn.enumerate().map(axis).collect();
     let path = file.display().to_string();

@@ -202,6 +202,18 @@ impl Distribution {
         }
     }
 
+    /// Where a level lies in the range, in [0, 1]: undoes [`Distribution::at_share`]; discrete levels lie in the middle of their
+    /// steps.
+    pub fn share(&self, level: Level) -> f64 {
+        match (self, level, self.range()) {
+            (Self::LogUniform { low, high }, Level::Real(value), _) => {
+                ((value.ln() - low.ln()) / (high.ln() - low.ln())).clamp(0.0, 1.0)
+            }
+            (_, Level::Real(value), Some((low, high))) if high > low => ((value - low) / (high - low)).clamp(0.0, 1.0),
+            _ => self.cdf(level),
+        }
+    }
+
     /// Quantile: the level below which the share `probability` in [0, 1] of the distribution lies.
     ///
     /// Finite and within the ends even at 0 and 1: the tails of a normal distribution are cut at probabilities of 2^-53.

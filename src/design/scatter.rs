@@ -6,16 +6,20 @@ use std::fmt::Write;
 const PANEL: f64 = 120.0;
 /// Space between panels and for the names at the edges.
 const GAP: f64 = 12.0;
-const MARGIN: f64 = 30.0;
+const MARGIN: f64 = 40.0;
+/// Most characters of a domain: as many as a panel is wide.
+const LABEL: usize = 26;
 /// Bars of a histogram.
 const BARS: usize = 12;
 
 /// One factor of the picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// Name and unit.
+    /// Name.
     pub name: String,
-    /// One coordinate in [0, 1] per row.
+    /// What it varies over, in words; cut to the width of a panel.
+    pub domain: String,
+    /// Where each row lies in the range, in [0, 1].
     pub shares: Vec<f64>,
 }
 
@@ -40,23 +44,33 @@ pub fn scatter_matrix(title: &str, axes: &[Axis]) -> String {
                 if row == column { histogram(vertical) } else { cloud(horizontal, vertical) }
             );
         }
-        let (middle, edge) = (start(row) + 0.5 * PANEL, size - 0.5 * MARGIN);
-        let name = escape(&vertical.name);
-        let _ = writeln!(svg, "<text x=\"{middle:.1}\" y=\"{edge:.1}\" text-anchor=\"middle\">{name}</text>");
-        let _ = writeln!(
-            svg,
-            "<text transform=\"translate({:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{name}</text>",
-            0.6 * MARGIN
-        );
+        let middle = start(row) + 0.5 * PANEL;
+        let _ = writeln!(svg, "<g transform=\"translate({middle:.1} {:.1})\">{}</g>", size - MARGIN, label(vertical));
+        let turned = format!("translate({:.1} {middle:.1}) rotate(-90)", 0.2 * MARGIN);
+        let _ = writeln!(svg, "<g transform=\"{turned}\">{}</g>", label(vertical));
     }
     svg.push_str("</svg>\n");
     svg
 }
 
+/// Name and below it the domain, around the origin.
+fn label(axis: &Axis) -> String {
+    let long = axis.domain.chars().count() > LABEL;
+    let domain: String = axis.domain.chars().take(if long { LABEL - 3 } else { LABEL }).collect();
+    let (name, domain) = (escape(&axis.name), escape(&domain));
+    let dots = if long { "..." } else { "" };
+    format!(
+        "<text y=\"6\" text-anchor=\"middle\">{name}</text><text y=\"19\" text-anchor=\"middle\" font-size=\"9\" \
+         fill=\"#666\">{domain}{dots}</text>"
+    )
+}
+
 fn cloud(horizontal: &Axis, vertical: &Axis) -> String {
     let mut path = String::new();
+    // Points at the very ends of a range stay inside their panel.
+    let inset = |share: f64| 4.0 + share * (PANEL - 8.0);
     for (x, y) in horizontal.shares.iter().zip(&vertical.shares) {
-        let _ = write!(path, "M{:.1} {:.1}h0", x * PANEL, (1.0 - y) * PANEL);
+        let _ = write!(path, "M{:.1} {:.1}h0", inset(*x), inset(1.0 - y));
     }
     format!("<path d=\"{path}\" stroke=\"#1f5fa8\" stroke-width=\"3\" stroke-linecap=\"round\" fill=\"none\"/>")
 }
