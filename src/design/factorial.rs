@@ -50,7 +50,7 @@ impl Fraction {
     pub(super) fn is_high(&self, row: u64, column: usize) -> bool {
         let word = self.words.get(column).copied().unwrap_or(0);
         // A product of an even number of lower levels is the upper one.
-        (!row & word).count_ones() % 2 == 0
+        (!row & word).count_ones().is_multiple_of(2)
     }
 }
 

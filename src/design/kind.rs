@@ -307,7 +307,7 @@ fn numbers_only(factors: &[Factor]) -> Result<(), DesignError> {
 }
 
 fn morris(factors: &[Factor], levels: u64, seed: u64) -> Result<Morris, DesignError> {
-    if levels < 2 || levels % 2 != 0 {
+    if levels < 2 || !levels.is_multiple_of(2) {
         let message = format!("a Morris design has an even number of levels, not {levels}");
         return Err(DesignError::setting("morris_levels", message));
     }

@@ -135,7 +135,7 @@ impl Latin {
         };
         let slices = categories.iter().try_fold(1_u64, |product, count| product.checked_mul(*count));
         let slices = slices.ok_or(DesignError::TooManyRows)?;
-        if spec.rows as u64 % slices != 0 {
+        if !(spec.rows as u64).is_multiple_of(slices) {
             let message = format!(
                 "{} rows do not divide into {slices} slices of the same size, one per combination of categories",
                 spec.rows

@@ -90,7 +90,7 @@ impl Field {
 }
 
 fn is_prime(number: u64) -> bool {
-    number >= 2 && (2..).take_while(|divisor| divisor * divisor <= number).all(|divisor| number % divisor != 0)
+    number >= 2 && (2..).take_while(|divisor| divisor * divisor <= number).all(|divisor| !number.is_multiple_of(divisor))
 }
 
 /// Symbol in row `row` and column `column` of the orthogonal array of strength two by Bose: `order^2` rows, up to
@@ -120,7 +120,7 @@ fn hadamard(size: usize) -> Option<Vec<Vec<i8>>> {
     if size == 1 {
         return Some(vec![vec![1]]);
     }
-    if size == 2 || size % 4 != 0 {
+    if size == 2 || !size.is_multiple_of(4) {
         return (size == 2).then(|| vec![vec![1, 1], vec![1, -1]]);
     }
     let order = size as u64 - 1;
