@@ -159,8 +159,9 @@ impl Part<'_> {
             _ => &[],
         };
         let stray = entry.given().into_iter().filter(|key| !allowed.contains(key));
-        let faults: Vec<Fault> =
-            stray.map(|key| (key_at(&self.at, key), "belongs to other kinds of design than this one".to_string())).collect();
+        let faults: Vec<Fault> = stray
+            .map(|key| (key_at(&self.at, key), "belongs to other kinds of design than this one".to_string()))
+            .collect();
         if !faults.is_empty() {
             return Err(faults);
         }
