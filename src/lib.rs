@@ -36,7 +36,7 @@
 //! accuracy   : metrics run scene system
 //! dataset    : metrics run
 //! report     : dataset
-//! cli        : accuracy dataset metrics report run scene structure study system
+//! cli        : accuracy dataset design metrics report run scene structure study system
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.

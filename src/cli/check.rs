@@ -1,6 +1,6 @@
 //! `decore check`: is the study sound, how large is it, how long will it take?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -8,10 +8,14 @@ use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
+use crate::design::{Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
 use crate::run::{RowOutcome, RowStatus, run_row};
+use crate::study::{FactorInfo, Study};
 
 /// Wall time in s spent at most on the row that tells the time of the others.
 const PROBE_WALL_TIME_S: f64 = 10.0;
+/// Rows drawn in a scatter matrix: more only make it black.
+const SCATTERED_ROWS: usize = 2000;
 /// Rows looked at for one that can be simulated.
 const PROBED_ROWS: usize = 100;
 
@@ -25,6 +29,9 @@ pub(super) struct CheckArguments {
     /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
+    /// Write a scatter matrix of the design (SVG), every factor against every other one.
+    #[arg(long, value_name = "FILE")]
+    scatter: Option<PathBuf>,
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
@@ -40,6 +47,10 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
             say(&format_args!("    drives     {path}"));
         }
     }
+    describe_design(study);
+    if let Some(file) = &arguments.scatter {
+        write_scatter(study, file)?;
+    }
     say(&format_args!("hammers        {}", study.hammer_names().join(", ")));
     say(&format_args!("castings       {}", study.casting_names().join(", ")));
     say(&format_args!(
@@ -49,6 +60,54 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     ));
     probe(&prepared, arguments.threads);
     Ok(Exit::Done)
+}
+
+/// Constraints with the share of points that met them, and the design's measures.
+fn describe_design(study: &Study) {
+    for constraint in study.constraints() {
+        say(&format_args!("  constraint   {constraint}"));
+    }
+    match study.acceptance() {
+        Some(acceptance) => say(&format_args!(
+            "  acceptance   {:.1} % ({} of {} {})",
+            100.0 * acceptance.rate(),
+            acceptance.accepted,
+            acceptance.tried,
+            if acceptance.accepted == study.row_count() { "points" } else { "blocks of rows that belong together" }
+        )),
+        None if !study.constraints().is_empty() => {
+            say(&"  acceptance   100 % (a Latin hypercube that meets the constraints)");
+        }
+        None => {}
+    }
+    let Some(quality) = Quality::of(study.design()) else { return };
+    let part =
+        if quality.rows < study.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
+    say(&format_args!(
+        "  distance     smallest {:.4}, phi_{} {:.4}{part}",
+        quality.minimum_distance, PHI_EXPONENT, quality.phi_p
+    ));
+    say(&format_args!(
+        "  discrepancy  centred {:.4e}, wrap-around {:.4e} (squared L2){part}",
+        quality.centred_discrepancy, quality.wrap_around_discrepancy
+    ));
+    say(&format_args!("  correlation  at most {:.4} between two factors{part}", quality.maximum_correlation));
+}
+
+fn write_scatter(study: &Study, file: &Path) -> Result<(), Failure> {
+    let design = study.design();
+    let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
+    let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution.as_ref()?)));
+    let axis = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Axis {
+        name: factor.name.clone(),
+        domain: format!("{} {}", factor.domain(), factor.unit.as_deref().unwrap_or_default()).trim_end().to_owned(),
+        shares: rows.iter().filter_map(|row| row.get(index)).map(|level| distribution.share(*level)).collect(),
+    };
+    let axes: Vec<Axis> = drawn.enumerate().map(axis).collect();
+    let path = file.display().to_string();
+    std::fs::write(file, scatter_matrix(study.title(), &axes)).map_err(|source| Failure::Write { path, source })?;
+    say(&format_args!("scatter        {}", file.display()));
+    Ok(())
 }
 
 /// Simulates the first row that describes a scene and tells what it took.

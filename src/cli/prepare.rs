@@ -6,6 +6,7 @@ use std::path::Path;
 use super::exit::Failure;
 use super::inputs::input_hashes;
 use crate::dataset::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
+use crate::design::Quality;
 use crate::run::{DEFAULT_RETRIES, Machine, RowOutcome, SourceModel, run_row_with_retries};
 use crate::scene::Scene;
 use crate::study::{self, PointTable, Study};
@@ -34,6 +35,7 @@ pub(super) fn prepare(path: &Path, overrides: &[String]) -> Result<Prepared, Fai
     let model = SourceModel::read(study.structure())?;
     let points = model.points();
     study.check(&points)?;
+    let study = study.constrained(&points)?;
     let machine = Machine::new(model, study.structure(), &study.interface_demand())?;
     Ok(Prepared { study, points, machine, retries: DEFAULT_RETRIES, inputs })
 }
@@ -73,6 +75,8 @@ pub(super) fn dataset_info(
         study_name: study.title().to_owned(),
         study_text: study.text().to_owned(),
         study_hash: study.hash().to_owned(),
+        frame_hash: study.frame_hash(),
+        rows_hash: study.rows_hash(study.row_count()),
         overrides: study.overrides(),
         inputs,
         settings,
@@ -81,6 +85,7 @@ pub(super) fn dataset_info(
         rows,
         rows_per_part: rows_per_part(rows),
         factors: study.factors().iter().map(factor).collect(),
+        design_quality: design_quality(study),
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
     }
@@ -90,6 +95,28 @@ pub(super) fn dataset_info(
 pub(super) fn record(study: &Study, row: u64, outcome: RowOutcome) -> RowRecord {
     let factors = study.row_values(row as usize).into_iter().map(value).collect();
     RowRecord { row, factors, outcome }
+}
+
+/// Measures of the design as JSON; `null` without factors.
+fn design_quality(study: &Study) -> serde_json::Value {
+    // Infinite measures (coinciding rows) become null, as JSON has no word for them.
+    let quality = Quality::of(study.design()).and_then(|quality| serde_json::to_value(quality).ok());
+    let Some(serde_json::Value::Object(mut summary)) = quality else {
+        return serde_json::Value::Null;
+    };
+    for value in summary.values_mut().filter(|value| value.is_f64()) {
+        *value = value.as_f64().map_or(serde_json::Value::Null, nine_digits);
+    }
+    if let Some(acceptance) = study.acceptance() {
+        summary.insert("points_tried".into(), acceptance.tried.into());
+        summary.insert("points_accepted".into(), acceptance.accepted.into());
+    }
+    summary.into()
+}
+
+/// A number of nine significant digits: more say nothing here, and these survive being read and written again.
+fn nine_digits(value: f64) -> serde_json::Value {
+    format!("{value:.8e}").parse::<f64>().map_or(serde_json::Value::Null, Into::into)
 }
 
 fn factor(info: &study::FactorInfo) -> Factor {
@@ -102,7 +129,11 @@ fn factor(info: &study::FactorInfo) -> Factor {
         name: info.name.clone(),
         kind,
         unit: info.unit.clone().unwrap_or_else(|| unit.to_owned()),
-        description: format!("Factor of the design; drives {}.", info.paths.join(", ")),
+        description: match (&info.expression, info.paths.is_empty()) {
+            (None, _) => format!("Factor of the design; drives {}.", info.paths.join(", ")),
+            (Some(expression), true) => format!("Derived: {expression}."),
+            (Some(expression), false) => format!("Derived: {expression}; drives {}.", info.paths.join(", ")),
+        },
     }
 }
 

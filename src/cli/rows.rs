@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::exit::Failure;
 use super::prepare::{Prepared, dataset_info, load, prepare, record};
 use crate::dataset::{DatasetInfo, RowRecord};
-use crate::run::{RowOutcome, StubRows};
+use crate::run::{RowOutcome, SourceModel, StubRows};
 use crate::study::Study;
 
 /// The rows of a sweep.
@@ -31,8 +31,14 @@ impl Rows {
         let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
         let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
         let study = load(study, overrides)?;
+        let study = if study.constraints().is_empty() { study } else { constrained(&study)? };
         let rows = StubRows { duration, hammers: study.hammer_names().len(), castings: study.casting_names().len() };
         Ok(Self::Stub { study: Box::new(study), rows })
+    }
+
+    /// Hash of the factors' values in the first rows, see [`Study::rows_hash`].
+    pub fn rows_hash(&self, rows: u64) -> String {
+        self.study().rows_hash(rows as usize)
     }
 
     fn study(&self) -> &Study {
@@ -66,4 +72,11 @@ impl Rows {
     pub fn record(&self, row: u64, outcome: RowOutcome) -> RowRecord {
         record(self.study(), row, outcome)
     }
+}
+
+/// The study with its constraints applied: they may ask for the machine's geometry.
+fn constrained(study: &Study) -> Result<Study, Failure> {
+    let points = SourceModel::read(study.structure())?.points();
+    study.check(&points)?;
+    Ok(study.constrained(&points)?)
 }

@@ -11,8 +11,8 @@ use super::rows::Rows;
 use super::shard::Shard;
 use super::text::{self, say, tell};
 use crate::dataset::{
-    Columns, DatasetError, DatasetReader, DatasetWriter, Existing, RowRecorder, RowSpan, StoredRow, SweepState,
-    SweepStatus, TableName,
+    Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, Growth, RowRecorder, RowSpan,
+    StoredRow, SweepState, SweepStatus, TableName, grow,
 };
 use crate::report::{ReportSettings, summarise};
 use crate::run::{
@@ -73,8 +73,9 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     });
     // Before the rows are run, not after.
     let settings = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
-    check_ranking(&rows, &settings.rank_by)?;
-    let exit = sweep(&rows, &folder, arguments)?;
+    let info = rows.info();
+    check_ranking(&info, &settings.rank_by)?;
+    let exit = sweep((&rows, &info), &folder, arguments)?;
     let reader = DatasetReader::open(&folder)?;
     say(&summarise(&reader, &settings)?.to_string().trim_end());
     Ok(exit)
@@ -86,9 +87,9 @@ pub(super) fn default_folder(study: &Path) -> PathBuf {
 }
 
 /// The column that the summary ranks by must be there and hold numbers.
-fn check_ranking(rows: &Rows, name: &str) -> Result<(), DatasetError> {
+fn check_ranking(info: &DatasetInfo, name: &str) -> Result<(), DatasetError> {
     let table = TableName::Runs;
-    let columns = Columns::new(&rows.info())?.describe(table);
+    let columns = Columns::new(info)?.describe(table);
     match columns.iter().find(|column| column.name == name) {
         Some(column) if column.unit.is_empty() => {
             Err(DatasetError::NotANumber { table: table.folder(), column: name.to_owned() })
@@ -127,12 +128,15 @@ impl RowTask for SweepTask<'_> {
 }
 
 /// Runs the rows that are still to be run.
-fn sweep(rows: &Rows, folder: &Path, arguments: &RunArguments) -> Result<Exit, Failure> {
-    let info = rows.info();
+fn sweep((rows, info): (&Rows, &DatasetInfo), folder: &Path, arguments: &RunArguments) -> Result<Exit, Failure> {
     let whole = RowSpan { first: 0, end: info.rows };
     let range = arguments.shard.map_or(whole, |shard| shard.rows(info.rows));
     let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
-    let mut writer = DatasetWriter::open(folder, &info, range, existing)?;
+    if existing == Existing::Resume && range == whole {
+        let growth = grow(folder, info, &|first| rows.rows_hash(first))?;
+        growth.iter().for_each(|growth| tell_of_growth(growth, info.rows));
+    }
+    let mut writer = DatasetWriter::open(folder, info, range, existing)?;
     let recovered = writer.recovered();
     tell_of_earlier_runs(&writer, range, folder);
     let monitor = Monitor::new(Beginning {
@@ -203,16 +207,25 @@ fn ending(
 }
 
 fn tell_of_earlier_runs(writer: &DatasetWriter, range: RowSpan, folder: &Path) {
-    for damage in writer.damaged() {
-        tell(&format_args!("damaged: {damage}"));
-    }
-    if !writer.damaged().is_empty() {
-        tell(&"the rows of the damaged parts are computed again");
-    }
+    tell_of_damage(writer.damaged());
     match writer.recovered().0 {
         0 => {}
         done if done == range.len() => tell(&format_args!("all {done} rows are in {} already", folder.display())),
         done => tell(&format_args!("continuing: {done} of {} rows are in {} already", range.len(), folder.display())),
+    }
+}
+
+fn tell_of_growth(growth: &Growth, rows: u64) {
+    tell(&format_args!("the study has grown from {} to {rows} rows: rows that are done are kept", growth.rows_before));
+    tell_of_damage(&growth.damaged);
+}
+
+fn tell_of_damage(damaged: &[DatasetError]) {
+    for damage in damaged {
+        tell(&format_args!("damaged: {damage}"));
+    }
+    if !damaged.is_empty() {
+        tell(&"the rows of the damaged parts are computed again");
     }
 }
 

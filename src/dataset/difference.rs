@@ -30,11 +30,13 @@ pub fn differences(before: &DatasetInfo, now: &DatasetInfo) -> Vec<String> {
     found.extend(keyed("--", &before.settings, &now.settings));
     let numbers = [
         ("seed", before.seed, now.seed),
-        ("rows of the design", before.rows, now.rows),
+        ("rows", before.rows, now.rows),
         ("rows per part", before.rows_per_part, now.rows_per_part),
     ];
     for (name, was, is) in numbers {
-        if was != is && !found.iter().any(|line| line.contains(name)) {
+        // The key of the study that made the difference says more.
+        let key = format!("design.{name}");
+        if was != is && !found.iter().any(|line| line.contains(&key)) {
             found.push(format!("{name}: {was} -> {is}"));
         }
     }

@@ -63,6 +63,12 @@ pub struct DatasetInfo {
     pub study_text: String,
     /// Hash that stands for the study's values and those of its hammer files, in hexadecimal.
     pub study_hash: String,
+    /// The same over all but the number of rows: a study that only got more rows has the same one. Empty: not known.
+    #[serde(default)]
+    pub frame_hash: String,
+    /// Hash of the factors' values in the rows, by which a study that got more rows is known to start with the old ones.
+    #[serde(default)]
+    pub rows_hash: String,
     /// Values set over the study's, `path=value`.
     pub overrides: Vec<String>,
     /// BLAKE3 of the files that the rows depend on besides, by the key and name of the file.
@@ -79,6 +85,10 @@ pub struct DatasetInfo {
     pub rows_per_part: u64,
     /// Factors of the design, in the study's order.
     pub factors: Vec<Factor>,
+    /// Measures of the design's points (smallest distance, discrepancies, correlation, points tried and accepted under
+    /// constraints); null for a design without factors.
+    #[serde(default)]
+    pub design_quality: serde_json::Value,
     /// Names of the hammers, in the scene's order.
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
@@ -93,6 +103,8 @@ impl DatasetInfo {
             study_name: String::new(),
             study_text: String::new(),
             study_hash: String::new(),
+            frame_hash: String::new(),
+            rows_hash: String::new(),
             overrides: Vec::new(),
             inputs: BTreeMap::new(),
             settings: BTreeMap::new(),
@@ -101,6 +113,7 @@ impl DatasetInfo {
             rows: 0,
             rows_per_part: 64,
             factors: Vec::new(),
+            design_quality: serde_json::Value::Null,
             hammers: Vec::new(),
             castings: Vec::new(),
         }

@@ -10,7 +10,7 @@
 //! DIR/blows/blows-000000000000.parquet   long: one row per blow
 //! DIR/timings/timings-000000000000.parquet   wall time of each row
 //! DIR/.journal/                          rows that are not yet in a part
-//! DIR/.staging/, DIR/.lock               only while a run writes
+//! DIR/.staging/, DIR/.growing/, DIR/.lock    only while a run writes
 //! ```
 //!
 //! A part holds a fixed block of row indices and is named by the block's first row, so its bytes depend on the study
@@ -27,7 +27,7 @@
 //! manifest lists; it is whole, and its bytes are the ones that the next run puts there.
 //!
 //! [`Existing::Resume`] checks every part against its checksum, takes damaged ones away, and names the rows that are to be
-//! run. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! run. [`grow`] goes on with a study that only got more rows. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
@@ -40,6 +40,7 @@ mod columns;
 mod difference;
 mod durable;
 mod error;
+mod growth;
 mod info;
 mod journal;
 mod lock;
@@ -58,6 +59,7 @@ pub use columns::{
     BlowRecord, Cell, Column, ColumnDescription, ColumnGroup, ColumnKind, Columns, TableName, status_text,
 };
 pub use error::DatasetError;
+pub use growth::{Growth, grow};
 pub use info::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
 pub use lock::host_name;
 pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use super::columns::{Columns, TableName};
 use super::difference::differences;
 use super::durable::failed_to;
+use super::growth::GROWING;
 use super::journal::{JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock};
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
@@ -349,12 +350,21 @@ fn refuse_change(
     (info, range): (&DatasetInfo, RowSpan),
 ) -> Result<(), DatasetError> {
     let mut differences = differences(&manifest.study, info);
-    if manifest.range != range {
+    let is_whole = |span: RowSpan, info: &DatasetInfo| span == RowSpan { first: 0, end: info.rows };
+    if manifest.range != range && !(is_whole(manifest.range, &manifest.study) && is_whole(range, info)) {
         let words = |span: RowSpan| format!("{} to {}", span.first, span.end.saturating_sub(1));
         differences.push(format!("--shard (rows): {} -> {}", words(manifest.range), words(range)));
     }
     if differences.is_empty() {
         return Ok(());
+    }
+    let before = &manifest.study;
+    if before.frame_hash == info.frame_hash && before.rows < info.rows {
+        differences.push(format!(
+            "with these rows the first {rows} are others than before, so they cannot be kept: a Latin hypercube keeps them with \
+             `grown_from = [{rows}]`, a table if rows are added at its end",
+            rows = before.rows
+        ));
     }
     Err(DatasetError::Changed {
         path: folder.to_owned(),
@@ -375,7 +385,7 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
         let entry = entry.map_err(failed_to("read the folder", folder))?;
         let name = entry.file_name();
         let is_table = TableName::ALL.iter().any(|table| name == table.folder());
-        let is_ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME]
+        let is_ours = [STAGING, JOURNAL, GROWING, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME]
             .iter()
             .any(|ours| name == *ours);
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
@@ -391,7 +401,7 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
 fn remove_dataset(folder: &Path) -> Result<(), DatasetError> {
     let tables = TableName::ALL.map(TableName::folder);
     let files = [STAGED_STATUS_NAME, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME];
-    let names = tables.into_iter().chain([STAGING, JOURNAL]).chain(files);
+    let names = tables.into_iter().chain([STAGING, JOURNAL, GROWING]).chain(files);
     names.map(|name| folder.join(name)).try_for_each(|path| remove(&path))
 }
 

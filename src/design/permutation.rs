@@ -23,7 +23,7 @@ pub(super) fn uniform(seed: u64, stream: u64, index: u64) -> f64 {
 
 /// A pseudo-random permutation of 0..n, evaluated one element at a time.
 ///
-/// A Feistel network on the rectangle a x b with a b >= n and modular addition; elements that leave 0..n are sent through
+/// A Feistel network on the rectangle a x b with a b >= n and addition around its sides; elements that leave 0..n are sent through
 /// again until they return (cycle walking), which keeps the map one to one. `a b - n < sqrt(n) + 1`, so this is rare.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Permutation {
@@ -59,17 +59,55 @@ impl Permutation {
     fn pass(&self, element: u64) -> u64 {
         let (mut left, mut right) = (element % self.width, element / self.width);
         for round in 0..ROUNDS {
-            left = shift(left, hash(self.key, 2 * round, right), self.width);
-            right = shift(right, hash(self.key, 2 * round + 1, left), self.height);
+            left = shift(left, mix(self.key ^ (right << 8) ^ (2 * round)), self.width);
+            right = shift(right, mix(self.key ^ (left << 8) ^ (2 * round + 1)), self.height);
         }
         right * self.width + left
     }
 }
 
-/// `(value + offset) mod modulus` without overflow, for `value < modulus`.
-fn shift(value: u64, offset: u64, modulus: u64) -> u64 {
-    let sum = u128::from(value) + u128::from(offset % modulus);
-    (sum % u128::from(modulus)) as u64
+/// `value` moved on by a part of `modulus` in proportion to `word`, around the end: no division, no overflow, as both
+/// halves of the network are below 2^33.
+fn shift(value: u64, word: u64, modulus: u64) -> u64 {
+    let sum = value + below(word, modulus);
+    if sum >= modulus { sum - modulus } else { sum }
+}
+
+/// A random word scaled to 0..`bound`.
+pub(super) fn below(word: u64, bound: u64) -> u64 {
+    ((u128::from(word) * u128::from(bound)) >> 64) as u64
+}
+
+/// A stream of random numbers for algorithms that need many, one after the other (SplitMix64).
+#[derive(Debug, Clone)]
+pub(super) struct Stream {
+    key: u64,
+    count: u64,
+}
+
+impl Stream {
+    /// The stream that belongs to `key`.
+    pub(super) fn new(key: u64) -> Self {
+        Self { key, count: 0 }
+    }
+
+    /// The next word.
+    pub(super) fn word(&mut self) -> u64 {
+        self.count += 1;
+        mix(self.key.wrapping_add(self.count.wrapping_mul(0x9E37_79B9_7F4A_7C15)))
+    }
+
+    /// The next index below `bound` (at least 1).
+    pub(super) fn below(&mut self, bound: usize) -> usize {
+        below(self.word(), bound as u64) as usize
+    }
+
+    /// Puts the entries into a random order.
+    pub(super) fn shuffle<T>(&mut self, entries: &mut [T]) {
+        for last in (1..entries.len()).rev() {
+            entries.swap(last, self.below(last + 1));
+        }
+    }
 }
 
 #[cfg(test)]

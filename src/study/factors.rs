@@ -1,13 +1,16 @@
 //! The design section: factors bound to paths, values drawn by the design.
 
+use std::path::Path;
+
 use toml::Value;
 
 use super::document::Document;
 use super::error::{Problem, nearest_name};
-use super::file::{DesignEntry, DesignKind, FactorEntry, FactorValue, Scale};
+use super::file::{DesignEntry, DistributionName, FactorEntry, FactorValue, LinkEntry, Scale};
 use super::keys::{Shape, shape_at};
+use super::kinds;
 use super::path;
-use crate::design::{Design, DesignError, Distribution, Factor, Kind, Level, Placement};
+use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level, Scope, Value as ExpressionValue};
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
 const DRIVABLE: [&str; 6] = ["hammer", "casting", "solver", "outputs", "environment", "duration_s"];
@@ -34,20 +37,33 @@ pub struct FactorInfo {
     pub paths: Vec<String>,
     /// Its unit, if the study names one.
     pub unit: Option<String>,
-    /// What it varies over; categories stand for `values`.
-    pub distribution: Distribution,
+    /// What it varies over; categories stand for `values`. `None` for a derived factor.
+    pub distribution: Option<Distribution>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<FactorValue>,
+    /// The expression that gives a derived factor its value.
+    pub expression: Option<String>,
 }
 
 impl FactorInfo {
-    /// What it varies over, in words: a range or its values.
+    /// What it varies over, in words: a range, a distribution, its values or its expression.
     pub fn domain(&self) -> String {
         match &self.distribution {
-            Distribution::Uniform { low, high } => format!("{low} to {high}"),
-            Distribution::LogUniform { low, high } => format!("{low} to {high} (logarithmic)"),
-            Distribution::Integer { low, high } => format!("{low} to {high} (whole numbers)"),
-            Distribution::Categories { .. } => {
+            None => format!("= {}", self.expression.as_deref().unwrap_or_default()),
+            Some(Distribution::Uniform { low, high }) => format!("{low} to {high}"),
+            Some(Distribution::LogUniform { low, high }) => format!("{low} to {high} (logarithmic)"),
+            Some(Distribution::Normal { mean, std_dev }) => format!("normal, {mean} +- {std_dev}"),
+            Some(Distribution::TruncatedNormal { mean, std_dev, low, high }) => {
+                format!("{low} to {high} (normal, {mean} +- {std_dev}, cut)")
+            }
+            Some(Distribution::Triangular { low, mode, high }) => format!("{low} to {high} (triangular about {mode})"),
+            Some(Distribution::Beta { alpha, beta, low, high }) => format!("{low} to {high} (beta {alpha}, {beta})"),
+            Some(Distribution::Empirical { sorted }) => {
+                let end = |end: Option<&f64>| end.copied().unwrap_or_default();
+                format!("{} to {} ({} observations)", end(sorted.first()), end(sorted.last()), sorted.len())
+            }
+            Some(Distribution::Integer { low, high }) => format!("{low} to {high} (whole numbers)"),
+            Some(Distribution::Categories { .. }) => {
                 self.values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" | ")
             }
         }
@@ -66,16 +82,13 @@ impl FactorInfo {
         }
     }
 
-    /// The values at the ends of its range, or all its categories: what has to be sound for every row to be.
-    pub(super) fn extremes(&self) -> Vec<FactorValue> {
-        match self.distribution {
-            Distribution::Uniform { low, high } | Distribution::LogUniform { low, high } => {
-                vec![FactorValue::Real(low), FactorValue::Real(high)]
-            }
-            Distribution::Integer { low, high } => {
-                vec![FactorValue::Integer(low), FactorValue::Integer(high)]
-            }
-            Distribution::Categories { count } => (0..count).map(|index| self.value(Level::Category(index))).collect(),
+    /// The levels at the ends of its range, or all its categories: what has to be sound for every row to be.
+    pub(super) fn extremes(&self) -> Vec<Level> {
+        match &self.distribution {
+            None => Vec::new(),
+            Some(Distribution::Integer { low, high }) => vec![Level::Integer(*low), Level::Integer(*high)],
+            Some(Distribution::Categories { count }) => (0..*count).map(Level::Category).collect(),
+            Some(real) => real.range().map_or(Vec::new(), |(low, high)| vec![Level::Real(low), Level::Real(high)]),
         }
     }
 }
@@ -89,64 +102,190 @@ pub(super) fn to_toml(value: &FactorValue) -> Value {
     }
 }
 
+/// The value of a parameter linked to a factor, as TOML.
+pub(super) fn linked(value: &FactorValue, link: Link) -> Value {
+    match value {
+        _ if link == Link::SAME => to_toml(value),
+        FactorValue::Integer(number) => Value::Float(link.factor * *number as f64 + link.offset),
+        FactorValue::Real(number) => Value::Float(link.factor * number + link.offset),
+        FactorValue::Text(_) => to_toml(value),
+    }
+}
+
+/// How a parameter follows its factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Link {
+    pub factor: f64,
+    pub offset: f64,
+}
+
+impl Link {
+    /// The same value.
+    pub const SAME: Self = Self { factor: 1.0, offset: 0.0 };
+}
+
+/// Where a factor's value comes from.
+#[derive(Debug, Clone)]
+pub(super) enum Source {
+    /// The design's factor of this index.
+    Drawn(usize),
+    /// An expression of factors before it.
+    Derived(Expression),
+}
+
 /// The design of a study with its factors.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub design: Design,
     pub factors: Vec<FactorInfo>,
+    pub sources: Vec<Source>,
     /// Paths that each factor drives, split.
     pub paths: Vec<Vec<Vec<String>>>,
+    /// How each of these parameters follows.
+    pub links: Vec<Vec<Link>>,
+    /// Constraints with their texts.
+    pub constraints: Vec<(String, Expression)>,
+    /// Contents of the files that the design names, for the study's hash.
+    pub files: Vec<(String, String)>,
+}
+
+/// Values of the factors so far, as names of an expression.
+pub(super) struct Factors<'a> {
+    pub names: &'a [FactorInfo],
+    pub values: &'a [FactorValue],
+}
+
+impl Factors<'_> {
+    pub fn get(&self, name: &str) -> Option<ExpressionValue> {
+        let pair = self.names.iter().zip(self.values).find(|(info, _)| info.name == name);
+        pair.map(|(_, value)| match value {
+            FactorValue::Integer(number) => ExpressionValue::Number(*number as f64),
+            FactorValue::Real(number) => ExpressionValue::Number(*number),
+            FactorValue::Text(text) => ExpressionValue::Text(text.clone()),
+        })
+    }
+}
+
+impl Scope for Factors<'_> {
+    fn value(&self, name: &str) -> Result<ExpressionValue, String> {
+        self.get(name).ok_or_else(|| format!("there is no factor `{name}`"))
+    }
+
+    fn call(&self, function: &str, _: &[&str]) -> Result<f64, String> {
+        Err(format!("there is no function `{function}`"))
+    }
 }
 
 impl Plan {
-    /// Where the tree has no value at a path that a factor drives, puts the first row's there.
-    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
-        let first = self.design.row(0).unwrap_or_default();
-        for ((factor, level), paths) in self.factors.iter().zip(first).zip(&self.paths) {
-            for at in paths {
+    /// Where the tree has no value at a path that a factor drives, puts the first row's there; returns these paths.
+    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<Vec<Vec<String>>, (String, String)> {
+        let mut filled = Vec::new();
+        for ((value, paths), links) in self.row(0).iter().zip(&self.paths).zip(&self.links) {
+            for (at, link) in paths.iter().zip(links) {
                 if path::get(tree, at).is_none() {
-                    let value = to_toml(&factor.value(level));
-                    path::set(tree, at, value).map_err(|message| (path::join(at), message))?;
+                    path::set(tree, at, linked(value, *link)).map_err(|message| (path::join(at), message))?;
+                    filled.push(at.clone());
                 }
             }
         }
-        Ok(())
+        Ok(filled)
     }
 
-    /// Reads the design section. `tree` is the study's tree of values, for the names in it.
+    /// Reads the design section. `tree` is the study's tree of values, for the names in it; files lie in `directory`.
     pub fn read(
         entry: &DesignEntry,
-        document: &Document,
+        (document, directory): (&Document, &Path),
         shape: &Shape,
         tree: &toml::Table,
     ) -> Result<Self, Vec<Problem>> {
         let mut reader = Reader { document, shape, tree, problems: Vec::new() };
-        let mut factors = Vec::new();
-        let mut paths: Vec<Vec<Vec<String>>> = Vec::new();
-        let mut design_factors = Vec::new();
+        let (mut factors, mut sources): (Vec<FactorInfo>, Vec<Source>) = (Vec::new(), Vec::new());
+        let (mut paths, mut links): (Vec<Vec<Vec<String>>>, Vec<Vec<Link>>) = (Vec::new(), Vec::new());
+        let mut drawn = Vec::new();
         for (name, factor) in &entry.factor {
             let values = reader.values(name, factor);
-            let driven = reader.paths(name, factor, &values, &paths);
-            let distribution = reader.distribution(name, factor, &values);
-            design_factors.push(Factor { distribution, levels: factor.levels.map(clamp_count) });
+            let (driven, followed) = reader.paths(name, factor, &values, &paths);
+            let source = match &factor.expression {
+                Some(text) => Source::Derived(reader.derived(name, factor, (text, &factors))),
+                None => {
+                    let distribution = reader.distribution(name, factor, &values);
+                    drawn.push(Factor { distribution, levels: factor.levels.map(clamp_count) });
+                    Source::Drawn(drawn.len() - 1)
+                }
+            };
+            let distribution = match &source {
+                Source::Drawn(index) => drawn.get(*index).map(|factor| factor.distribution.clone()),
+                Source::Derived(_) => None,
+            };
             factors.push(FactorInfo {
                 name: name.clone(),
-                kind: kind_of(distribution, &values),
+                kind: distribution.as_ref().map_or(FactorKind::Real, |distribution| kind_of(distribution, &values)),
                 paths: driven.iter().map(|driven| path::join(driven)).collect(),
                 unit: factor.unit.clone(),
                 distribution,
                 values,
+                expression: factor.expression.clone(),
             });
+            sources.push(source);
             paths.push(driven);
+            links.push(followed);
         }
-        let kind = reader.kind(entry);
-        if !reader.problems.is_empty() {
-            return Err(reader.problems);
+        let constraints = reader.constraints(entry);
+        let chosen = kinds::Drawn::new(&factors).kind(entry, directory);
+        let mut problems = reader.problems;
+        let (kind, files) = match chosen {
+            Ok(chosen) if problems.is_empty() => chosen,
+            Ok(_) => return Err(problems),
+            Err(faults) => {
+                let place =
+                    |(at, message): (Vec<String>, String)| Problem::new(document.locate(&at), path::join(&at), message);
+                problems.extend(faults.into_iter().map(place));
+                return Err(problems);
+            }
+        };
+        let seed = entry.seed.unwrap_or(0);
+        let design = match &entry.correlation {
+            None => Design::new(kind, drawn, seed),
+            Some(correlation) => kinds::Drawn::new(&factors)
+                .correlations(correlation)
+                .and_then(|matrix| Design::with_correlation(kind, drawn, seed, &matrix)),
+        };
+        match design {
+            Ok(design) => Ok(Self { design, factors, sources, paths, links, constraints, files }),
+            Err(error) => Err(vec![design_problem(document, &error, &factors)]),
         }
-        match Design::new(kind, design_factors, entry.seed.unwrap_or(0)) {
-            Ok(design) => Ok(Self { design, factors, paths }),
-            Err(error) => Err(vec![reader.design_problem(&error, &factors)]),
+    }
+
+    /// Values of all factors, in the study's order, for the levels of the drawn ones.
+    ///
+    /// A derived factor whose expression has no value is not a number; the error says why.
+    pub fn values(&self, levels: &[Level]) -> (Vec<FactorValue>, Option<String>) {
+        let mut values = Vec::with_capacity(self.factors.len());
+        let mut fault = None;
+        for (factor, source) in self.factors.iter().zip(&self.sources) {
+            let value = match source {
+                Source::Drawn(index) => factor.value(levels.get(*index).copied().unwrap_or(Level::Real(f64::NAN))),
+                Source::Derived(expression) => {
+                    let scope = Factors { names: &self.factors, values: &values };
+                    let number = match expression.evaluate(&scope) {
+                        Ok(ExpressionValue::Number(number)) => Ok(number),
+                        Ok(other) => Err(format!("expected a number, found {other}")),
+                        Err(message) => Err(message),
+                    };
+                    FactorValue::Real(number.unwrap_or_else(|message| {
+                        fault = Some(format!("factor `{}`: {message}", factor.name));
+                        f64::NAN
+                    }))
+                }
+            };
+            values.push(value);
         }
+        (values, fault)
+    }
+
+    /// Values of all factors in a row; empty past the last row.
+    pub fn row(&self, row: usize) -> Vec<FactorValue> {
+        self.design.row(row).map_or(Vec::new(), |levels| self.values(&levels).0)
     }
 }
 
@@ -154,10 +293,9 @@ fn clamp_count(count: u64) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)
 }
 
-fn kind_of(distribution: Distribution, values: &[FactorValue]) -> FactorKind {
+fn kind_of(distribution: &Distribution, values: &[FactorValue]) -> FactorKind {
     match distribution {
         Distribution::Integer { .. } => FactorKind::Integer,
-        Distribution::Uniform { .. } | Distribution::LogUniform { .. } => FactorKind::Real,
         Distribution::Categories { .. } => {
             if values.iter().any(|value| matches!(value, FactorValue::Text(_))) {
                 FactorKind::Text
@@ -167,6 +305,7 @@ fn kind_of(distribution: Distribution, values: &[FactorValue]) -> FactorKind {
                 FactorKind::Real
             }
         }
+        _ => FactorKind::Real,
     }
 }
 
@@ -190,25 +329,41 @@ impl Reader<'_> {
         &mut self.problems[index]
     }
 
-    fn kind(&mut self, entry: &DesignEntry) -> Kind {
-        let at = |key: &str| ["design".to_string(), key.to_string()];
-        let placement = if entry.centred == Some(true) { Placement::Centred } else { Placement::Random };
-        let kind = entry.kind.unwrap_or_default();
-        if kind != DesignKind::LatinHypercube {
-            for (key, given) in [("rows", entry.rows.is_some()), ("centred", entry.centred.is_some())] {
-                if given {
-                    self.problem(&at(key), "belongs to `kind = \"latin_hypercube\"` only");
+    fn constraints(&mut self, entry: &DesignEntry) -> Vec<(String, Expression)> {
+        let mut constraints = Vec::new();
+        for (index, text) in entry.constraints.iter().enumerate() {
+            match Expression::parse(text) {
+                Ok(expression) => constraints.push((text.clone(), expression)),
+                Err(error) => {
+                    let at = ["design", "constraints", &index.to_string()].map(str::to_string);
+                    self.problem(&at, error.to_string()).expected =
+                        Some("a comparison of factors, e.g. \"a + b <= 3\"".into());
                 }
             }
         }
-        match (kind, entry.rows) {
-            (DesignKind::None, _) => Kind::Single,
-            (DesignKind::FullFactorial, _) => Kind::FullFactorial,
-            (DesignKind::LatinHypercube, Some(rows)) => Kind::LatinHypercube { rows: clamp_count(rows), placement },
-            (DesignKind::LatinHypercube, None) => {
-                self.problem(&at("rows"), "missing key").expected =
-                    Some("the number of rows of the Latin hypercube".into());
-                Kind::LatinHypercube { rows: 1, placement }
+        constraints
+    }
+
+    /// Reads a derived factor's expression; `before` are the factors that it may use.
+    fn derived(&mut self, name: &str, factor: &FactorEntry, (text, before): (&str, &[FactorInfo])) -> Expression {
+        let at = self.at(name, &["expression"]);
+        if factor.range.is_some() || factor.values.is_some() || factor.distribution.is_some() {
+            self.problem(&at, "gives the factor's value, so it has no range, values or distribution");
+        }
+        match Expression::parse(text) {
+            Ok(expression) => {
+                let unknown = |used: &&str| before.iter().all(|info| info.name != *used);
+                if let Some(used) = expression.names().into_iter().find(unknown) {
+                    let problem = self.problem(&at, format!("there is no factor `{used}` before this one"));
+                    problem.nearest = nearest_name(used, before.iter().map(|info| info.name.as_str()));
+                } else if expression.calls_scope() {
+                    self.problem(&at, "calls a function that is not known here");
+                }
+                expression
+            }
+            Err(error) => {
+                self.problem(&at, error.to_string());
+                Expression::constant(0.0)
             }
         }
     }
@@ -235,22 +390,35 @@ impl Reader<'_> {
         factor: &FactorEntry,
         values: &[FactorValue],
         taken: &[Vec<Vec<String>>],
-    ) -> Vec<Vec<String>> {
-        let texts: Vec<(Vec<String>, &String)> = match (&factor.path, &factor.paths) {
-            (Some(path), None) => vec![(self.at(name, &["path"]), path)],
+    ) -> (Vec<Vec<String>>, Vec<Link>) {
+        let linked = factor
+            .link
+            .iter()
+            .enumerate()
+            .map(|(index, link)| (self.at(name, &["link", &index.to_string(), "path"]), &link.path, link_of(link)));
+        let linked: Vec<(Vec<String>, &String, Link)> = linked.collect();
+        let mut texts: Vec<(Vec<String>, &String, Link)> = match (&factor.path, &factor.paths) {
+            (Some(path), None) => vec![(self.at(name, &["path"]), path, Link::SAME)],
             (None, Some(paths)) if !paths.is_empty() => {
                 let at = |index: usize| self.at(name, &["paths", &index.to_string()]);
-                paths.iter().enumerate().map(|(index, path)| (at(index), path)).collect()
+                paths.iter().enumerate().map(|(index, path)| (at(index), path, Link::SAME)).collect()
             }
+            // A derived factor, or one that others or the constraints use, may drive nothing.
+            (None, None) if !linked.is_empty() || factor.expression.is_some() => Vec::new(),
             _ => {
                 let at = self.at(name, &[]);
                 let expected = "either `path` or `paths`, the parameters that the factor drives";
                 self.problem(&at, "says not (or twice) what it drives").expected = Some(expected.into());
-                return Vec::new();
+                return Default::default();
             }
         };
-        let mut driven: Vec<Vec<String>> = Vec::new();
-        for (at, text) in texts {
+        texts.extend(linked);
+        let texts_only = values.iter().any(|value| matches!(value, FactorValue::Text(_)));
+        let (mut driven, mut links): (Vec<Vec<String>>, Vec<Link>) = Default::default();
+        for (at, text, link) in texts {
+            if texts_only && link != Link::SAME {
+                self.problem(&at, "a text has no factor or offset");
+            }
             let Some(segments) = self.drivable(&at, text) else {
                 continue;
             };
@@ -259,8 +427,9 @@ impl Reader<'_> {
             }
             self.fits(name, factor, values, &segments);
             driven.push(segments);
+            links.push(link);
         }
-        driven
+        (driven, links)
     }
 
     /// The path as segments, if rows may change it.
@@ -327,6 +496,9 @@ impl Reader<'_> {
 
     fn distribution(&mut self, name: &str, factor: &FactorEntry, values: &[FactorValue]) -> Distribution {
         let fallback = Distribution::Categories { count: values.len().max(1) };
+        if let Some(distribution) = self.shaped(name, factor) {
+            return distribution;
+        }
         let (Some([low, high]), None) = (factor.range, &factor.values) else {
             if factor.values.is_none() || factor.range.is_some() {
                 let at = self.at(name, &[]);
@@ -368,21 +540,89 @@ impl Reader<'_> {
         }
     }
 
-    fn design_problem(&self, error: &DesignError, factors: &[FactorInfo]) -> Problem {
-        let name = error.factor().and_then(|index| factors.get(index)).map(|factor| factor.name.as_str());
-        let key = match error {
-            DesignError::NoCategories { .. } => "values",
-            DesignError::Levels { .. } | DesignError::LevelsNeeded { .. } => "levels",
-            DesignError::NoRows => "rows",
-            DesignError::Factors(_) | DesignError::TooManyRows => "kind",
-            DesignError::NotFinite { .. } | DesignError::EmptyRange { .. } | DesignError::NotPositive { .. } => "range",
-        };
-        let at = match name {
-            Some(name) => self.at(name, &[key]),
-            None => vec!["design".to_string(), key.to_string()],
-        };
-        Problem::new(self.document.locate(&at), path::join(&at), error.to_string())
+    /// A distribution other than uniform; `None` for uniform ones and where it is at fault.
+    fn shaped(&mut self, name: &str, factor: &FactorEntry) -> Option<Distribution> {
+        let kind = factor.distribution.unwrap_or_default();
+        let given = [
+            ("mean", factor.mean, &[DistributionName::Normal]),
+            ("std_dev", factor.std_dev, &[DistributionName::Normal]),
+            ("mode", factor.mode, &[DistributionName::Triangular]),
+            ("alpha", factor.alpha, &[DistributionName::Beta]),
+            ("beta", factor.beta, &[DistributionName::Beta]),
+        ];
+        let mut sound = true;
+        for (key, value, [owner]) in given {
+            if (*owner == kind) != value.is_some() {
+                let at = self.at(name, &[key]);
+                let message = if *owner == kind { "missing key" } else { "does not belong to this distribution" };
+                self.problem(&at, message).expected = (*owner == kind).then(|| "a number".into());
+                sound = false;
+            }
+        }
+        if (kind == DistributionName::Empirical) != factor.data.is_some() {
+            let at = self.at(name, &["data"]);
+            self.problem(&at, "belongs to `distribution = \"empirical\"`, which needs it").expected =
+                Some("a list of observations".into());
+            sound = false;
+        }
+        let plain = kind == DistributionName::Uniform;
+        if !plain && (factor.scale.is_some() || factor.integer == Some(true) || factor.values.is_some()) {
+            let at = self.at(name, &["distribution"]);
+            self.problem(&at, "is for real numbers: it takes no `scale`, `integer` or `values`");
+            sound = false;
+        }
+        if plain || !sound {
+            return None;
+        }
+        let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let (mean, std_dev) = (number(factor.mean), number(factor.std_dev));
+        match (kind, factor.range) {
+            (DistributionName::Normal, None) => Some(Distribution::Normal { mean, std_dev }),
+            (DistributionName::Normal, Some([low, high])) => {
+                Some(Distribution::TruncatedNormal { mean, std_dev, low, high })
+            }
+            (DistributionName::Empirical, None) => {
+                Some(Distribution::empirical(factor.data.clone().unwrap_or_default()))
+            }
+            (DistributionName::Triangular, Some([low, high])) => {
+                Some(Distribution::Triangular { low, mode: number(factor.mode), high })
+            }
+            (DistributionName::Beta, Some([low, high])) => {
+                Some(Distribution::Beta { alpha: number(factor.alpha), beta: number(factor.beta), low, high })
+            }
+            (DistributionName::Empirical, Some(_)) => {
+                let at = self.at(name, &["range"]);
+                self.problem(&at, "the data tell the range");
+                None
+            }
+            _ => None,
+        }
     }
+}
+
+fn link_of(link: &LinkEntry) -> Link {
+    Link { factor: link.factor.unwrap_or(1.0), offset: link.offset.unwrap_or(0.0) }
+}
+
+/// A design's fault with its place in the study.
+pub(super) fn design_problem(document: &Document, error: &DesignError, factors: &[FactorInfo]) -> Problem {
+    let drawn = |index: usize| factors.iter().filter(|factor| factor.distribution.is_some()).nth(index);
+    let name = error.factor().and_then(drawn).map(|factor| factor.name.as_str());
+    let key = match error {
+        DesignError::NoCategories { .. } | DesignError::FactorKind { .. } => "values",
+        DesignError::Levels { .. } | DesignError::LevelsNeeded { .. } => "levels",
+        DesignError::NoRows => "rows",
+        DesignError::Setting { key, .. } | DesignError::Parameter { parameter: key, .. } => key,
+        DesignError::Factors(_) | DesignError::TooManyRows => "kind",
+        DesignError::Correlation(_) => "correlation",
+        DesignError::Unsatisfiable(_) | DesignError::Constraint(_) => "constraints",
+        DesignError::NotFinite { .. } | DesignError::EmptyRange { .. } | DesignError::NotPositive { .. } => "range",
+    };
+    let at: Vec<String> = match name {
+        Some(name) => ["design", "factor", name, key].map(str::to_string).to_vec(),
+        None => ["design", key].map(str::to_string).to_vec(),
+    };
+    Problem::new(document.locate(&at), path::join(&at), error.to_string())
 }
 
 fn same(a: &FactorValue, b: &FactorValue) -> bool {

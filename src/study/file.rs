@@ -260,25 +260,128 @@ pub enum Fidelity {
     Reference,
 }
 
-/// The design of the runs.
+/// Keys that say how rows are chosen: one list for `[design]` and for the parts of a union or product.
+macro_rules! design_entries {
+    ($($(#[$note:meta])* $name:ident: $kind:ty,)*) => {
+        /// The design of the runs.
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct DesignEntry {
+            $($(#[$note])* #[serde(skip_serializing_if = "Option::is_none")] pub $name: Option<$kind>,)*
+            /// Seed of the design's random numbers. Default 0.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub seed: Option<u64>,
+            /// Parts of a union (all of them with all factors) or product (each with factors of its own).
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            pub part: Vec<PartEntry>,
+            /// Rank correlations of factors.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub correlation: Option<CorrelationEntry>,
+            /// Expressions that hold in every row, e.g. `"distance(left, right) >= 0.12"`. Names are factors or paths of the
+            /// study; functions of hammers: `mount_x`, `mount_y`, `mount_z`, `distance`, `strike_x`, `strike_y`,
+            /// `strike_margin` (m), `air_flow` (kg/s).
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            pub constraints: Vec<String>,
+            /// Factors by name; their order is the order of the columns and belongs to the design.
+            #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+            pub factor: IndexMap<String, FactorEntry>,
+        }
+
+        /// A part of a union or product.
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct PartEntry {
+            $($(#[$note])* #[serde(skip_serializing_if = "Option::is_none")] pub $name: Option<$kind>,)*
+            /// Names of the part's factors, in a product.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub factors: Option<Vec<String>>,
+        }
+
+        impl DesignEntry {
+            /// How the whole design's rows are chosen, as a part without factors of its own.
+            pub fn as_part(&self) -> PartEntry {
+                PartEntry { $($name: self.$name.clone(),)* factors: None }
+            }
+        }
+
+        impl PartEntry {
+            /// Names of the keys that are given, `kind` and `factors` apart.
+            pub fn given(&self) -> Vec<&'static str> {
+                let all = [$((stringify!($name), self.$name.is_some())),*];
+                all.into_iter().filter(|(name, given)| *given && *name != "kind").map(|(name, _)| name).collect()
+            }
+        }
+    };
+}
+
+design_entries! {
+    /// Kind of design. Default `none`: one row.
+    kind: DesignKind,
+    /// Number of rows (Latin hypercube, Sobol', Halton, random).
+    rows: u64,
+    /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false; true where the
+    /// hypercube is optimised.
+    centred: bool,
+    /// What a Latin hypercube is chosen for. Default `none`.
+    optimise: OptimiseName,
+    /// Numbers of rows that a Latin hypercube had before: its first rows are that design's.
+    grown_from: Vec<u64>,
+    /// Whether Sobol' or Halton points are scrambled. Default true.
+    scramble: bool,
+    /// Resolution of a fractional factorial, 3 to 8. Default 4.
+    resolution: u64,
+    /// Where a central composite design has its axial points. Default `inscribed`.
+    axial: AxialName,
+    /// Number of centre points (central composite, Box-Behnken). Default 1.
+    centre_points: u64,
+    /// Number of Morris trajectories. Default 10.
+    trajectories: u64,
+    /// Levels of the Morris grid, even. Default 4.
+    morris_levels: u64,
+    /// Number of base points of a Saltelli design; powers of two are best.
+    base_points: u64,
+    /// Whether a Saltelli design serves second-order indices. Default false.
+    second_order: bool,
+    /// File with the rows of a table, CSV or Parquet, one column per factor, relative to the study.
+    file: String,
+}
+
+/// What a Latin hypercube is chosen for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OptimiseName {
+    /// At random among all.
+    #[default]
+    None,
+    /// A large smallest distance.
+    Maximin,
+    /// A small centred L2 discrepancy.
+    CentredDiscrepancy,
+    /// Every pair of factors hits each of its cells once: rows the square of a prime power.
+    OrthogonalArray,
+    /// A Latin hypercube in each slice: the combinations of the factors with `values`.
+    Sliced,
+}
+
+/// Where the axial points of a central composite design lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AxialName {
+    /// At the ends of the ranges, the corners drawn in (rotatable).
+    #[default]
+    Inscribed,
+    /// In the middle of the faces, the corners at the ends of the ranges.
+    Faces,
+}
+
+/// Rank correlations (Spearman) of some factors.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct DesignEntry {
-    /// Kind of design. Default `none`: one row.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub kind: Option<DesignKind>,
-    /// Number of rows of a Latin hypercube.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rows: Option<u64>,
-    /// Seed of the design's random numbers. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u64>,
-    /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub centred: Option<bool>,
-    /// Factors by name; their order is the order of the columns and belongs to the design.
-    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
-    pub factor: IndexMap<String, FactorEntry>,
+pub struct CorrelationEntry {
+    /// Names of the factors; all others are uncorrelated.
+    pub factors: Vec<String>,
+    /// Matrix, a row per factor named.
+    pub matrix: Vec<Vec<f64>>,
 }
 
 /// Kind of design.
@@ -290,8 +393,34 @@ pub enum DesignKind {
     None,
     /// Every combination of the factors' levels.
     FullFactorial,
+    /// A regular fraction of the two-level factorial.
+    FractionalFactorial,
+    /// The fewest rows for main effects at two levels.
+    PlackettBurman,
+    /// Corners, axial points and centre.
+    CentralComposite,
+    /// Middles of edges and centre.
+    BoxBehnken,
     /// Latin hypercube.
     LatinHypercube,
+    /// Sobol' points.
+    Sobol,
+    /// Halton points.
+    Halton,
+    /// Independent random points.
+    Random,
+    /// Each factor alone, the others in the middle of their ranges.
+    OneAtATime,
+    /// Morris trajectories.
+    Morris,
+    /// Saltelli's design for Sobol' indices.
+    Saltelli,
+    /// Rows from a file.
+    Table,
+    /// The rows of several parts, one part after the other.
+    Union,
+    /// Every row of each part with every row of the others.
+    Product,
 }
 
 /// One factor: what it drives and what it varies over, either `range` or `values`.
@@ -319,9 +448,67 @@ pub struct FactorEntry {
     /// Values to choose from: texts or numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<FactorValue>>,
+    /// Distribution of a real number. Default `uniform` in the range (`scale = "log"`: in its logarithm).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distribution: Option<DistributionName>,
+    /// Mean (normal; with a range: before it is cut).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean: Option<f64>,
+    /// Standard deviation (normal; with a range: before it is cut).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_dev: Option<f64>,
+    /// Most likely value (triangular).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode: Option<f64>,
+    /// First shape (beta).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<f64>,
+    /// Second shape (beta).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beta: Option<f64>,
+    /// Observations (empirical).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<Vec<f64>>,
+    /// Expression of factors before it that gives its value, instead of a range or values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expression: Option<String>,
+    /// Parameters that it drives with a factor and an offset.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub link: Vec<LinkEntry>,
     /// Unit, stored with the tables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+}
+
+/// A parameter driven with `factor * value + offset`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LinkEntry {
+    /// Path of the parameter.
+    pub path: String,
+    /// Factor. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factor: Option<f64>,
+    /// Offset. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<f64>,
+}
+
+/// Distribution of a real number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DistributionName {
+    /// Uniform in the range.
+    #[default]
+    Uniform,
+    /// Normal with `mean` and `std_dev`; cut to the range if one is given.
+    Normal,
+    /// Triangular in the range with `mode`.
+    Triangular,
+    /// Beta in the range with `alpha` and `beta`.
+    Beta,
+    /// As observed: `data`.
+    Empirical,
 }
 
 /// Spacing of a range.

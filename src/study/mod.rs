@@ -6,12 +6,15 @@
 //! A row's values are put at their paths into the tree of the file's values, which is then read like any file: whatever
 //! the file can say, a factor or a `--set` can vary.
 
+mod constraints;
 mod demand;
 mod document;
 mod error;
 mod factors;
 mod file;
+mod growth;
 mod keys;
+mod kinds;
 mod layers;
 mod library;
 mod overrides;
@@ -20,11 +23,12 @@ mod placement;
 mod resolve;
 mod schema;
 mod structure;
+mod table;
 
 use std::path::{Path, PathBuf};
 
 use document::Document;
-use factors::{Plan, to_toml};
+use factors::{Plan, Source, linked};
 use keys::Shape;
 use library::Library;
 use overrides::Override;
@@ -34,13 +38,15 @@ pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    CastingEntry, DampingRatio, DesignEntry, DesignKind, FactorEntry, FactorValue, Fidelity, FixtureEntry, HammerEntry,
-    Housings, ParameterOverrides, Scale, SolverEntry, SourceName, StructureEntry, StudyFile,
+    AxialName, CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DesignKind, DistributionName, FactorEntry,
+    FactorValue, Fidelity, FixtureEntry, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry,
+    Scale, SolverEntry, SourceName, StructureEntry, StudyFile,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};
 pub use structure::{StructureSettings, StructureSource};
 
+use crate::design::Level;
 use crate::scene::Scene;
 
 /// A commented study that shows every key: what `init` writes.
@@ -58,6 +64,10 @@ pub struct Study {
     plan: Plan,
     library: Library,
     structure: StructureSettings,
+    /// Whether the design's constraints have chosen its rows.
+    constrained: bool,
+    /// Paths at which only factors give a value.
+    filled: Vec<Vec<String>>,
     /// Values of the file, overrides and, where the file is silent, row 0's factors applied: a complete study.
     base: StudyFile,
     /// The same as a tree, without what all rows share.
@@ -122,9 +132,9 @@ impl Study {
         let design = tree.get("design").cloned().map(read_tree::<DesignEntry>);
         let design =
             design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
-        let plan = Plan::read(&design, &document, &shape, &tree);
+        let plan = Plan::read(&design, (&document, &directory), &shape, &tree);
         let plan = plan.map_err(StudyError::several)?;
-        plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
+        let filled = plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
         let base: StudyFile =
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
@@ -139,6 +149,8 @@ impl Study {
             plan,
             library,
             structure,
+            constrained: false,
+            filled,
             base,
             template: tree,
             hash: String::new(),
@@ -165,6 +177,19 @@ impl Study {
 
     /// BLAKE3 over all that determines the rows' scenes; see [`Study::hash`].
     fn compute_hash(&self) -> String {
+        let typed = StudyFile { title: None, ..self.base.clone() };
+        // A tree of finite numbers and texts, which JSON can always hold.
+        let text = serde_json::to_string(&typed).unwrap_or_default();
+        self.hash_of(&text, self.overrides.iter(), &self.plan.files)
+    }
+
+    /// BLAKE3 over a study's values, overrides, the contents of the design's files, and the hammer files.
+    fn hash_of<'a>(
+        &self,
+        values: &str,
+        overrides: impl Iterator<Item = &'a Override>,
+        files: &[(String, String)],
+    ) -> String {
         let mut hasher = blake3::Hasher::new();
         let mut add = |label: &str, content: String| {
             for part in [label.as_bytes(), content.as_bytes()] {
@@ -172,11 +197,12 @@ impl Study {
                 hasher.update(part);
             }
         };
-        let typed = StudyFile { title: None, ..self.base.clone() };
-        // Both are trees of finite numbers and texts, which JSON can always hold.
-        add("study", serde_json::to_string(&typed).unwrap_or_default());
-        for one in &self.overrides {
+        add("study", values.to_string());
+        for one in overrides {
             add(&path::join(&one.path), one.value.to_string());
+        }
+        for (name, content) in files {
+            add(name, content.clone());
         }
         for (name, table) in self.library.contents() {
             add(name, serde_json::to_string(&table).unwrap_or_default());
@@ -237,16 +263,15 @@ impl Study {
     ///
     /// A factor all of whose paths are overridden has the override's value.
     pub fn row_values(&self, row: usize) -> Vec<FactorValue> {
-        let levels = self.plan.design.row(row).unwrap_or_default();
-        let drawn = self.plan.factors.iter().zip(levels).zip(&self.plan.paths);
+        let drawn = self.plan.row(row).into_iter().zip(&self.plan.paths);
         drawn
-            .map(|((factor, level), paths)| {
+            .map(|(value, paths)| {
                 let overridden: Option<Vec<FactorValue>> = paths.iter().map(|at| self.overridden(at)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
-                match (first, factor.kind) {
-                    (Some(FactorValue::Integer(value)), FactorKind::Real) => FactorValue::Real(value as f64),
+                match (first, &value) {
+                    (Some(FactorValue::Integer(whole)), FactorValue::Real(_)) => FactorValue::Real(whole as f64),
                     (Some(value), _) => value,
-                    (None, _) => factor.value(level),
+                    (None, _) => value,
                 }
             })
             .collect()
@@ -284,8 +309,15 @@ impl Study {
         let levels = self.plan.design.row(row).ok_or_else(|| InvalidRow {
             reason: format!("row {row} does not exist: the study has the rows 0 to {}", self.row_count() - 1),
         })?;
-        let values = self.plan.factors.iter().zip(levels).map(|(factor, level)| factor.value(level));
-        self.resolve_with(&values.collect::<Vec<_>>(), points).map_err(|issues| {
+        if !self.plan.constraints.is_empty() && !self.constrained {
+            let reason = "the constraints of the design are not applied: call `Study::constrained` first".to_string();
+            return Err(InvalidRow { reason });
+        }
+        let (values, fault) = self.plan.values(&levels);
+        if let Some(reason) = fault {
+            return Err(InvalidRow { reason });
+        }
+        self.resolve_with(&values, points).map_err(|issues| {
             let words = issues.iter().map(|issue| match &issue.nearest {
                 Some(nearest) => format!("`{}`: {} (did you mean `{nearest}`?)", issue.path, issue.message),
                 None => format!("`{}`: {}", issue.path, issue.message),
@@ -298,9 +330,9 @@ impl Study {
     fn resolve_with(&self, values: &[FactorValue], points: &PointTable) -> Result<Scene, Vec<Issue>> {
         let fault = |path: String, message: String| vec![Issue { path, message, nearest: None, row_only: false }];
         let mut tree = self.template.clone();
-        for (paths, value) in self.plan.paths.iter().zip(values) {
-            for at in paths {
-                path::set(&mut tree, at, to_toml(value)).map_err(|message| fault(path::join(at), message))?;
+        for ((paths, links), value) in self.plan.paths.iter().zip(&self.plan.links).zip(values) {
+            for (at, link) in paths.iter().zip(links) {
+                path::set(&mut tree, at, linked(value, *link)).map_err(|message| fault(path::join(at), message))?;
             }
         }
         for one in self.overrides.iter().filter(|one| one.reaches_rows()) {
@@ -322,16 +354,15 @@ impl Study {
     pub fn check(&self, points: &PointTable) -> Result<(), StudyError> {
         let mut problems = self.check_names(points);
         let first = self.plan.design.row(0).unwrap_or_default();
-        let drawn: Vec<FactorValue> =
-            self.plan.factors.iter().zip(first).map(|(factor, level)| factor.value(level)).collect();
-        self.collect_issues(&drawn, points, &mut problems);
-        for (index, factor) in self.plan.factors.iter().enumerate() {
+        self.collect_issues(&first, points, &mut problems);
+        for (source, factor) in self.plan.sources.iter().zip(&self.plan.factors) {
+            let Source::Drawn(index) = *source else { continue };
             for extreme in factor.extremes() {
-                let mut values = drawn.clone();
-                if let Some(value) = values.get_mut(index) {
-                    *value = extreme;
+                let mut levels = first.clone();
+                if let Some(level) = levels.get_mut(index) {
+                    *level = extreme;
                 }
-                self.collect_issues(&values, points, &mut problems);
+                self.collect_issues(&levels, points, &mut problems);
             }
         }
         // Rows share their faults: one report per place and key.
@@ -343,7 +374,14 @@ impl Study {
         StudyError::from_problems(problems)
     }
 
-    fn collect_issues(&self, values: &[FactorValue], points: &PointTable, problems: &mut Vec<Problem>) {
+    fn collect_issues(&self, levels: &[Level], points: &PointTable, problems: &mut Vec<Problem>) {
+        let (values, fault) = self.plan.values(levels);
+        if let Some(message) = fault {
+            let at = "design.factor".to_string();
+            problems.push(self.problem(Issue { path: at, message, nearest: None, row_only: false }));
+            return;
+        }
+        let values = values.as_slice();
         let issues = self.resolve_with(values, points).err().unwrap_or_default();
         let studies = issues.into_iter().filter(|issue| !issue.row_only);
         problems.extend(studies.map(|issue| self.problem(issue)));
@@ -368,7 +406,11 @@ impl Study {
         if let Some(index) = self.plan.paths.iter().position(drives)
             && let Some(factor) = self.plan.factors.get(index)
         {
-            let key = if factor.values.is_empty() { "range" } else { "values" };
+            let key = match (&factor.expression, factor.values.is_empty()) {
+                (Some(_), _) => "expression",
+                (None, true) => "range",
+                (None, false) => "values",
+            };
             let section = ["design", "factor", factor.name.as_str(), key].map(str::to_string);
             return self.document.locate(&section);
         }

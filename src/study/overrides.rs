@@ -66,7 +66,9 @@ pub(super) fn driven_paths(tree: &toml::Table) -> Vec<Vec<String>> {
     let texts = factors.into_iter().flat_map(|factors| factors.values()).flat_map(|factor| {
         let one = factor.get("path").and_then(Value::as_str);
         let several = factor.get("paths").and_then(Value::as_array);
-        one.into_iter().chain(several.into_iter().flatten().filter_map(Value::as_str))
+        let links = factor.get("link").and_then(Value::as_array).into_iter().flatten();
+        let linked = links.filter_map(|link| link.get("path").and_then(Value::as_str));
+        one.into_iter().chain(several.into_iter().flatten().filter_map(Value::as_str)).chain(linked)
     });
     texts.filter_map(|text| path::split(text).ok()).collect()
 }

@@ -22,6 +22,8 @@ pub fn info() -> DatasetInfo {
         study_name: "synthetic".to_owned(),
         study_text: "[study]\nname = \"synthetic\"  # Gußteil\n".to_owned(),
         study_hash: "0123456789abcdef".to_owned(),
+        frame_hash: String::new(),
+        rows_hash: String::new(),
         overrides: Vec::new(),
         inputs: BTreeMap::new(),
         settings: BTreeMap::new(),
@@ -36,6 +38,7 @@ pub fn info() -> DatasetInfo {
         ],
         hammers: vec!["left".to_owned(), "right-hand".to_owned()],
         castings: vec!["1st".to_owned()],
+        design_quality: serde_json::Value::Null,
     }
 }
 

@@ -1,0 +1,130 @@
+//! A dataset whose study got more rows: the rows that are there stay, under the new study's name.
+//!
+//! The parts of the grown study are written into a folder of their own from the rows of the old parts and the journal, block
+//! by block, and put in place when they are complete. Every file names its study, so even blocks that stay the same are
+//! encoded again: a grown dataset has the bytes of one that was run in one go.
+
+use std::fs::{self, File};
+use std::path::Path;
+
+use super::columns::TableName;
+use super::durable::{failed_to, sync_folder};
+use super::journal::JOURNAL;
+use super::lock::Lock;
+use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest};
+use super::recovery::{Recovered, read_parts, recover};
+use super::store::{columns_of, remove};
+use super::{DatasetError, DatasetInfo, DatasetWriter, Existing};
+
+/// Folder of the grown dataset while it is written, below the dataset's.
+pub const GROWING: &str = ".growing";
+/// Says that the grown dataset is whole and replaces the one around it.
+const READY: &str = "ready";
+
+/// What a dataset was before it grew.
+#[derive(Debug)]
+pub struct Growth {
+    /// Rows of the design before.
+    pub rows_before: u64,
+    /// Parts that were damaged; their rows are to be computed again.
+    pub damaged: Vec<DatasetError>,
+}
+
+/// Makes the dataset in `folder` one of the study `info`, if that is its study with rows added after the last one.
+///
+/// `rows_hash`: [`DatasetInfo::rows_hash`] of the first rows of `info`'s study, by their number. `None`: the folder was left as
+/// it is, because it holds no dataset, one of an unchanged study, of a shard, or of another study. A growth that was
+/// interrupted is completed or undone first.
+///
+/// Takes the room of the dataset on the disk a second time while it lasts.
+///
+/// # Errors
+/// [`DatasetError::InUse`]; the reader's and the writer's. The dataset is then still the old one, or the next call completes
+/// the new one.
+pub fn grow(
+    folder: &Path,
+    info: &DatasetInfo,
+    rows_hash: &dyn Fn(u64) -> String,
+) -> Result<Option<Growth>, DatasetError> {
+    if folder.join(GROWING).exists() {
+        let _lock = Lock::take(folder)?;
+        settle(folder)?;
+    }
+    match Manifest::read(folder) {
+        Ok(manifest) if has_grown(&manifest, info, rows_hash) => {}
+        // Whoever opens the dataset says what is wrong with it.
+        _ => return Ok(None),
+    }
+    let _lock = Lock::take(folder)?;
+    // Another process may have written until the lock was taken.
+    let manifest = Manifest::read(folder)?;
+    let timings = TimingsManifest::read(folder).unwrap_or_default();
+    let columns = columns_of(&manifest.study)?;
+    let mut recovered = recover(folder, &columns, (manifest, timings))?;
+    let growth = Growth { rows_before: recovered.manifest.study.rows, damaged: std::mem::take(&mut recovered.damaged) };
+    let growing = folder.join(GROWING);
+    copy_rows(folder, recovered, DatasetWriter::create(&growing, info, Existing::Replace)?)?;
+    let ready = growing.join(READY);
+    File::create(&ready).and_then(|file| file.sync_all()).map_err(failed_to("create", &ready))?;
+    sync_folder(&growing)?;
+    settle(folder)?;
+    Ok(Some(growth))
+}
+
+/// Whether `info` is the study of the manifest with rows added.
+fn has_grown(manifest: &Manifest, info: &DatasetInfo, rows_hash: &dyn Fn(u64) -> String) -> bool {
+    let before = &manifest.study;
+    let frame = |info: &DatasetInfo| {
+        let DatasetInfo { frame_hash, program_version, inputs, settings, .. } = info.clone();
+        (frame_hash, program_version, inputs, settings)
+    };
+    let whole = manifest.range.first == 0 && manifest.range.end == before.rows;
+    whole
+        && !before.frame_hash.is_empty()
+        && frame(before) == frame(info)
+        && before.rows < info.rows
+        && before.rows_hash == rows_hash(before.rows)
+}
+
+/// Hands all rows of a dataset to the writer of another one.
+fn copy_rows(folder: &Path, recovered: Recovered, mut writer: DatasetWriter) -> Result<(), DatasetError> {
+    let Recovered { manifest, timings, pending, .. } = recovered;
+    let columns = columns_of(&manifest.study)?;
+    let part = |parts: &[Part], first_row: u64| parts.iter().find(|part| part.first_row == first_row).cloned();
+    for runs in &manifest.runs {
+        if pending.contains_key(&(runs.first_row / manifest.study.rows_per_part)) {
+            continue;
+        }
+        let beside = (part(&timings.timings, runs.first_row), part(&manifest.blows, runs.first_row));
+        if let (Some(timings), Some(blows)) = beside {
+            let mut rows = Vec::new();
+            read_parts(folder, &columns, [runs, &timings, &blows], &mut |row| rows.push(row))?;
+            rows.into_iter().try_for_each(|row| writer.accept(row))?;
+        }
+    }
+    let mut left = pending.into_values().flat_map(std::collections::BTreeMap::into_values);
+    left.try_for_each(|row| writer.accept(row))?;
+    writer.finish().map(|_| ())
+}
+
+/// Puts a grown dataset that is whole in place, or removes one that is not.
+fn settle(folder: &Path) -> Result<(), DatasetError> {
+    let growing = folder.join(GROWING);
+    if growing.join(READY).exists() {
+        remove(&folder.join(JOURNAL))?;
+        // The manifest goes last: until then the dataset is the old one with parts that its manifest calls damaged.
+        let tables = TableName::ALL.map(TableName::folder);
+        for name in tables.into_iter().chain([TIMINGS_NAME, MANIFEST_NAME]) {
+            let (from, to) = (growing.join(name), folder.join(name));
+            if from.exists() {
+                // A file is replaced in one step, a folder is not.
+                if to.is_dir() {
+                    remove(&to)?;
+                }
+                fs::rename(&from, &to).map_err(failed_to("rename into place", &to))?;
+            }
+        }
+        sync_folder(folder)?;
+    }
+    remove(&growing)
+}

@@ -1,0 +1,180 @@
+//! Constraints of a design: expressions over factors, parameters and geometry that hold in every row.
+
+use std::cell::OnceCell;
+
+use super::Study;
+use super::error::StudyError;
+use super::factors::{Factors, design_problem};
+use super::file::FactorValue;
+use super::path;
+use super::placement::PointTable;
+use super::resolve::Issue;
+use crate::design::{Acceptance, Level, Scope, Value};
+use crate::scene::{HammerUnit, Scene};
+
+impl Study {
+    /// The study with its rows chosen by the constraints of the design; the same study where there are none.
+    ///
+    /// `points`: the machine's interface points, for constraints on geometry. A row whose hammer misses its casting meets no
+    /// constraint that asks for geometry.
+    ///
+    /// # Errors
+    /// [`StudyError::Invalid`] if a constraint cannot be evaluated, or the constraints leave too few rows.
+    pub fn constrained(&self, points: &PointTable) -> Result<Self, StudyError> {
+        let mut study = self.clone();
+        study.constrained = true;
+        if self.plan.constraints.is_empty() {
+            return Ok(study);
+        }
+        match self.plan.design.constrained(|levels| study.accepts(levels, points)) {
+            Ok(design) => {
+                study.plan.design = design;
+                Ok(study)
+            }
+            Err(error) => Err(StudyError::one(design_problem(&self.document, &error, &self.plan.factors))),
+        }
+    }
+
+    /// How many points met the constraints; `None` where none were left out.
+    pub fn acceptance(&self) -> Option<Acceptance> {
+        self.plan.design.acceptance()
+    }
+
+    /// The constraints, as written.
+    pub fn constraints(&self) -> Vec<&str> {
+        self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
+    }
+
+    fn accepts(&self, levels: &[Level], points: &PointTable) -> Result<bool, String> {
+        let (values, fault) = self.plan.values(levels);
+        // A derived factor without a value is no row.
+        if fault.is_some() {
+            return Ok(false);
+        }
+        let row = RowScope { study: self, values: &values, points, scene: OnceCell::new() };
+        for (text, expression) in &self.plan.constraints {
+            let value = expression.evaluate(&row);
+            if row.misses() {
+                return Ok(false);
+            }
+            match value {
+                Ok(Value::Truth(true)) => {}
+                Ok(Value::Truth(false)) => return Ok(false),
+                Ok(other) => return Err(format!("`{text}`: expected a comparison, found {other}")),
+                Err(message) => return Err(format!("`{text}`: {message}")),
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// What an expression sees of a row.
+struct RowScope<'a> {
+    study: &'a Study,
+    values: &'a [FactorValue],
+    points: &'a PointTable,
+    /// Worked out when first asked for.
+    scene: OnceCell<Result<Scene, Vec<Issue>>>,
+}
+
+impl Scope for RowScope<'_> {
+    fn value(&self, name: &str) -> Result<Value, String> {
+        let factors = Factors { names: &self.study.plan.factors, values: self.values };
+        if let Some(value) = factors.get(name) {
+            return Ok(value);
+        }
+        let at = path::split(name)?;
+        let plan = &self.study.plan;
+        for ((paths, links), value) in plan.paths.iter().zip(&plan.links).zip(self.values) {
+            if let Some(place) = paths.iter().position(|path| *path == at) {
+                return as_value(&super::factors::linked(value, links[place]), name);
+            }
+        }
+        let value = path::get(&self.study.template, &at);
+        let value = value.ok_or_else(|| format!("`{name}` is no factor, and no value that the study gives"))?;
+        as_value(value, name)
+    }
+
+    fn call(&self, function: &str, arguments: &[&str]) -> Result<f64, String> {
+        let hammers = arguments.iter().map(|name| self.hammer(name)).collect::<Result<Vec<&HammerUnit>, String>>()?;
+        match (function, hammers.as_slice()) {
+            ("mount_x", [hammer]) => Ok(self.mount(hammer)[0]),
+            ("mount_y", [hammer]) => Ok(self.mount(hammer)[1]),
+            ("mount_z", [hammer]) => Ok(self.mount(hammer)[2]),
+            ("distance", [a, b]) => {
+                let (a, b) = (self.mount(a), self.mount(b));
+                Ok(a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt())
+            }
+            ("strike_x", [hammer]) => Ok(hammer.strike_point_m[0]),
+            ("strike_y", [hammer]) => Ok(hammer.strike_point_m[1]),
+            ("strike_margin", [hammer]) => self.margin(hammer),
+            ("air_flow", [hammer]) => self.air_flow(hammer),
+            _ => Err(format!(
+                "there is no function `{function}` of {} hammers; there are mount_x, mount_y, mount_z, strike_x, \
+                 strike_y, strike_margin, air_flow (of one) and distance (of two)",
+                arguments.len()
+            )),
+        }
+    }
+}
+
+impl RowScope<'_> {
+    /// Whether the row was found to describe no scene, by its own values only.
+    fn misses(&self) -> bool {
+        matches!(self.scene.get(), Some(Err(issues)) if issues.iter().all(|issue| issue.row_only))
+    }
+
+    fn scene(&self) -> Result<&Scene, String> {
+        let scene = self.scene.get_or_init(|| self.study.resolve_with(self.values, self.points));
+        scene.as_ref().map_err(|issues| {
+            let words = issues.iter().map(|issue| format!("`{}`: {}", issue.path, issue.message));
+            words.collect::<Vec<_>>().join("; ")
+        })
+    }
+
+    fn hammer(&self, name: &str) -> Result<&HammerUnit, String> {
+        let hammers = &self.scene()?.hammers;
+        let known = || hammers.iter().map(|hammer| hammer.name.as_str()).collect::<Vec<_>>().join(", ");
+        let hammer = hammers.iter().find(|hammer| hammer.name == name);
+        hammer.ok_or_else(|| format!("there is no hammer `{name}`; the study has: {}", known()))
+    }
+
+    /// Position of a hammer's mount in m.
+    fn mount(&self, hammer: &HammerUnit) -> [f64; 3] {
+        let mut position = [0.0; 3];
+        for (point, weight) in &hammer.mount.points {
+            let place = self.points.position(point).unwrap_or_default();
+            position.iter_mut().zip(place).for_each(|(sum, value)| *sum += weight * value);
+        }
+        position
+    }
+
+    /// Distance of the strike point from the casting's nearest edge in m, negative outside.
+    fn margin(&self, hammer: &HammerUnit) -> Result<f64, String> {
+        let size = self.scene()?.castings.get(hammer.casting).and_then(|casting| casting.size_m);
+        let size = size.ok_or_else(|| format!("the casting of hammer `{}` has no `size_m`", hammer.name))?;
+        let margin = |axis: usize| 0.5 * size[axis] - hammer.strike_point_m[axis].abs();
+        Ok(margin(0).min(margin(1)))
+    }
+
+    /// Choked flow through the larger feed of the hammer's valve at supply pressure, in kg/s: no hammer takes more.
+    fn air_flow(&self, hammer: &HammerUnit) -> Result<f64, String> {
+        let gas = &self.scene()?.environment;
+        let kappa = gas.isentropic_exponent;
+        let choked = (2.0 / (kappa + 1.0)).powf((kappa + 1.0) / (2.0 * (kappa - 1.0)));
+        let valve = &hammer.parameters.valve;
+        let area_m2 = valve.rear_feed_area_m2.max(valve.front_feed_area_m2);
+        let factor = (kappa / (gas.gas_constant_j_per_kg_k * gas.temperature_k)).sqrt();
+        Ok(area_m2 * hammer.supply_pressure_pa * factor * choked)
+    }
+}
+
+fn as_value(value: &toml::Value, name: &str) -> Result<Value, String> {
+    match value {
+        toml::Value::Float(number) => Ok(Value::Number(*number)),
+        toml::Value::Integer(number) => Ok(Value::Number(*number as f64)),
+        toml::Value::Boolean(truth) => Ok(Value::Truth(*truth)),
+        toml::Value::String(text) => Ok(Value::Text(text.clone())),
+        _ => Err(format!("`{name}` is no single value")),
+    }
+}

@@ -1,0 +1,241 @@
+//! From the keys of the design section to the kind of design, its parts and correlations.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::factors::FactorInfo;
+use super::file::{AxialName, CorrelationEntry, DesignEntry, DesignKind, OptimiseName, PartEntry};
+use super::table;
+use crate::design::{Axial, DesignError, HypercubeKind, Kind, LatinHypercube, Placement};
+
+/// Morris trajectories.
+const TRAJECTORIES: u64 = 10;
+/// Levels of the Morris grid.
+const MORRIS_LEVELS: u64 = 4;
+/// Resolution of a fractional factorial: main effects clear of products of two factors.
+const RESOLUTION: u64 = 4;
+/// Centre points: more would repeat a deterministic simulation.
+const CENTRE_POINTS: u64 = 1;
+
+/// Path of a key and what is wrong with it.
+type Fault = (Vec<String>, String);
+/// Names of files and their contents.
+type Files = Vec<(String, String)>;
+/// A kind and the files it was read from.
+type Chosen = (Kind, Files);
+
+/// The drawn factors of a study, in the order of the design.
+pub(super) struct Drawn<'a> {
+    factors: Vec<&'a FactorInfo>,
+}
+
+/// A part with its place in the study and its factors.
+struct Part<'a> {
+    entry: &'a PartEntry,
+    at: Vec<String>,
+    factors: Vec<&'a FactorInfo>,
+    directory: &'a Path,
+}
+
+impl<'a> Drawn<'a> {
+    pub fn new(factors: &'a [FactorInfo]) -> Self {
+        Self { factors: factors.iter().filter(|factor| factor.distribution.is_some()).collect() }
+    }
+
+    /// The kind of design that the study asks for.
+    pub fn kind(&self, entry: &DesignEntry, directory: &Path) -> Result<Chosen, Vec<Fault>> {
+        let root = vec!["design".to_string()];
+        let fault = |key: &str, message: &str| Err(vec![(key_at(&root, key), message.to_string())]);
+        let whole = entry.as_part();
+        let kind = entry.kind.unwrap_or_default();
+        if !matches!(kind, DesignKind::Union | DesignKind::Product) {
+            if !entry.part.is_empty() {
+                return fault("part", "belongs to `kind = \"union\"` or `kind = \"product\"`");
+            }
+            return Part { entry: &whole, at: root, factors: self.factors.clone(), directory }.kind();
+        }
+        if let Some(key) = whole.given().first() {
+            return fault(key, "belongs to a part (`[[design.part]]`), not to the whole union or product");
+        }
+        if entry.part.is_empty() {
+            return fault("part", "missing key: a union or product needs parts (`[[design.part]]`)");
+        }
+        let (mut kinds, mut files, mut faults) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, part) in entry.part.iter().enumerate() {
+            let at = key_at(&key_at(&root, "part"), &index.to_string());
+            match self.part(part, at, (kind, directory)) {
+                Ok((kind, places, more)) => {
+                    kinds.push((kind, places));
+                    files.extend(more);
+                }
+                Err(more) => faults.extend(more),
+            }
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let kind = match kind {
+            DesignKind::Union => Kind::Union(kinds.into_iter().map(|(kind, _)| kind).collect()),
+            _ => Kind::Product(kinds),
+        };
+        Ok((kind, files))
+    }
+
+    fn part(
+        &self,
+        entry: &PartEntry,
+        at: Vec<String>,
+        (whole, directory): (DesignKind, &Path),
+    ) -> Result<(Kind, Vec<usize>, Files), Vec<Fault>> {
+        let key = key_at(&at, "factors");
+        let places = match (whole, &entry.factors) {
+            (DesignKind::Product, Some(names)) => self.places(names).map_err(|message| vec![(key, message)])?,
+            (DesignKind::Product, None) => {
+                return Err(vec![(key, "missing key: name the factors of this part of the product".into())]);
+            }
+            (_, Some(_)) => {
+                return Err(vec![(key, "belongs to a product: all parts of a union have all factors".into())]);
+            }
+            (_, None) => (0..self.factors.len()).collect(),
+        };
+        let factors = places.iter().filter_map(|place| self.factors.get(*place).copied()).collect();
+        let (kind, files) = Part { entry, at, factors, directory }.kind()?;
+        Ok((kind, places, files))
+    }
+
+    fn places(&self, names: &[String]) -> Result<Vec<usize>, String> {
+        let place = |name: &String| {
+            let place = self.factors.iter().position(|factor| factor.name == *name);
+            place.ok_or_else(|| format!("there is no drawn factor `{name}`"))
+        };
+        names.iter().map(place).collect()
+    }
+
+    /// The matrix of rank correlations of all drawn factors.
+    pub fn correlations(&self, entry: &CorrelationEntry) -> Result<Vec<Vec<f64>>, DesignError> {
+        let places = self.places(&entry.factors).map_err(DesignError::Correlation)?;
+        let size = self.factors.len();
+        let mut whole: Vec<Vec<f64>> =
+            (0..size).map(|i| (0..size).map(|j| if i == j { 1.0 } else { 0.0 }).collect()).collect();
+        let square = entry.matrix.len() == places.len() && entry.matrix.iter().all(|row| row.len() == places.len());
+        let mut seen = places.clone();
+        seen.sort_unstable();
+        seen.dedup();
+        if !square || seen.len() != places.len() {
+            let message = format!("expected a square matrix with a row for each of {} different factors", seen.len());
+            return Err(DesignError::Correlation(message));
+        }
+        for (i, row) in places.iter().zip(&entry.matrix) {
+            for (j, value) in places.iter().zip(row) {
+                whole[*i][*j] = *value;
+            }
+        }
+        Ok(whole)
+    }
+}
+
+fn key_at(at: &[String], key: &str) -> Vec<String> {
+    at.iter().cloned().chain([key.to_string()]).collect()
+}
+
+fn count(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}
+
+impl Part<'_> {
+    fn kind(&self) -> Result<Chosen, Vec<Fault>> {
+        let entry = self.entry;
+        let kind = entry.kind.unwrap_or_default();
+        let allowed: &[&str] = match kind {
+            DesignKind::LatinHypercube => &["rows", "centred", "optimise", "grown_from"],
+            DesignKind::Sobol | DesignKind::Halton => &["rows", "scramble"],
+            DesignKind::Random => &["rows"],
+            DesignKind::FractionalFactorial => &["resolution"],
+            DesignKind::CentralComposite => &["axial", "centre_points"],
+            DesignKind::BoxBehnken => &["centre_points"],
+            DesignKind::Morris => &["trajectories", "morris_levels"],
+            DesignKind::Saltelli => &["base_points", "second_order"],
+            DesignKind::Table => &["file"],
+            _ => &[],
+        };
+        let stray = entry.given().into_iter().filter(|key| !allowed.contains(key));
+        let faults: Vec<Fault> = stray
+            .map(|key| (key_at(&self.at, key), "belongs to other kinds of design than this one".to_string()))
+            .collect();
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let scramble = entry.scramble.unwrap_or(true);
+        let centres = count(entry.centre_points.unwrap_or(CENTRE_POINTS));
+        let kind = match kind {
+            DesignKind::None => Kind::Single,
+            DesignKind::FullFactorial => Kind::FullFactorial,
+            DesignKind::FractionalFactorial => {
+                let resolution = entry.resolution.unwrap_or(RESOLUTION);
+                Kind::FractionalFactorial { resolution: u32::try_from(resolution).unwrap_or(u32::MAX) }
+            }
+            DesignKind::PlackettBurman => Kind::PlackettBurman,
+            DesignKind::CentralComposite => {
+                let axial = match entry.axial.unwrap_or_default() {
+                    AxialName::Inscribed => Axial::Inscribed,
+                    AxialName::Faces => Axial::Faces,
+                };
+                Kind::CentralComposite { axial, centres }
+            }
+            DesignKind::BoxBehnken => Kind::BoxBehnken { centres },
+            DesignKind::LatinHypercube => Kind::LatinHypercube(self.hypercube()?),
+            DesignKind::Sobol => Kind::Sobol { rows: self.needed("rows", entry.rows)?, scramble },
+            DesignKind::Halton => Kind::Halton { rows: self.needed("rows", entry.rows)?, scramble },
+            DesignKind::Random => Kind::Random { rows: self.needed("rows", entry.rows)? },
+            DesignKind::OneAtATime => Kind::OneAtATime,
+            DesignKind::Morris => Kind::Morris {
+                trajectories: count(entry.trajectories.unwrap_or(TRAJECTORIES)),
+                levels: entry.morris_levels.unwrap_or(MORRIS_LEVELS),
+            },
+            DesignKind::Saltelli => Kind::Saltelli {
+                base: self.needed("base_points", entry.base_points)?,
+                second_order: entry.second_order.unwrap_or(false),
+            },
+            DesignKind::Table => return self.table(),
+            DesignKind::Union | DesignKind::Product => {
+                return Err(vec![(key_at(&self.at, "kind"), "a part cannot have parts itself".into())]);
+            }
+        };
+        Ok((kind, Vec::new()))
+    }
+
+    fn needed(&self, key: &str, number: Option<u64>) -> Result<usize, Vec<Fault>> {
+        let missing = || vec![(key_at(&self.at, key), "missing key: this kind of design needs a number".to_string())];
+        number.map(count).ok_or_else(missing)
+    }
+
+    fn hypercube(&self) -> Result<LatinHypercube, Vec<Fault>> {
+        let entry = self.entry;
+        let kind = match entry.optimise.unwrap_or_default() {
+            OptimiseName::None => HypercubeKind::Random,
+            OptimiseName::Maximin => HypercubeKind::Maximin,
+            OptimiseName::CentredDiscrepancy => HypercubeKind::CentredDiscrepancy,
+            OptimiseName::OrthogonalArray => HypercubeKind::OrthogonalArray,
+            OptimiseName::Sliced => HypercubeKind::Sliced,
+        };
+        let optimised = matches!(kind, HypercubeKind::Maximin | HypercubeKind::CentredDiscrepancy);
+        let centred = entry.centred.unwrap_or(optimised);
+        Ok(LatinHypercube {
+            rows: self.needed("rows", entry.rows)?,
+            grown_from: entry.grown_from.iter().flatten().map(|rows| count(*rows)).collect(),
+            placement: if centred { Placement::Centred } else { Placement::Random },
+            kind,
+        })
+    }
+
+    fn table(&self) -> Result<Chosen, Vec<Fault>> {
+        let at = key_at(&self.at, "file");
+        let Some(file) = &self.entry.file else {
+            return Err(vec![(at, "missing key: a table needs a file (CSV or Parquet)".into())]);
+        };
+        let rows = table::read(&self.directory.join(file), &self.factors).map_err(|message| vec![(at, message)])?;
+        // The values themselves stand for the file: its format does not matter.
+        let content = format!("{rows:?}");
+        Ok((Kind::Table(Arc::new(rows)), vec![(file.clone(), content)]))
+    }
+}
