@@ -33,12 +33,12 @@ pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    CastingEntry, DampingRatio, DesignEntry, DesignKind, FactorEntry, FactorValue, Fidelity, FixtureEntry, HammerEntry,
-    Housings, ParameterOverrides, Scale, SolverEntry, SourceName, StructureEntry, StudyFile,
+    CastingEntry, DampingRatio, DesignEntry, DesignKind, FactorEntry, FactorValue, Fidelity, FixtureEntry, FormatName,
+    HammerEntry, Housings, ParameterOverrides, Scale, SolverEntry, SourceName, StructureEntry, StudyFile, UnitsName,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};
-pub use structure::{StructureSettings, StructureSource};
+pub use structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 
 use crate::scene::Scene;
 
