@@ -3,7 +3,7 @@
 python structures.py FOLDER superlu|cholmod MODES
 
 FOLDER holds K and M as raw arrays (K.indptr, K.indices, K.data, ...) and the interface rows (b.rows). Prints one line of JSON:
-seconds of every step and the peak memory of the process.
+processor seconds of every step and the peak memory of the process.
 """
 
 import json
@@ -43,11 +43,11 @@ def main():
     b = np.fromfile(f"{folder}/b.rows", dtype=np.int64)
     o = np.setdiff1d(np.arange(k.shape[0]), b)
     steps = {}
-    begin = time.perf_counter()
+    begin = time.process_time()
 
     def step(name):
         nonlocal begin
-        now = time.perf_counter()
+        now = time.process_time()
         steps[name] = now - begin
         begin = now
 

@@ -186,7 +186,7 @@ fn own(size: usize) -> Outcome {
             name if name.starts_with("fixed-interface") => "modes",
             _ => "projection",
         };
-        *steps.entry(name.to_owned()).or_insert(0.0) += record.time_s;
+        *steps.entry(name.to_owned()).or_insert(0.0) += record.cpu_s.unwrap_or(record.time_s);
         peak_bytes = peak_bytes.max(record.peak_bytes.unwrap_or(0) as f64);
     }
     let b = facts.interface;
@@ -279,7 +279,7 @@ fn measure(size: usize, alone: bool) -> Row {
 
 fn section(rows: &[Row]) -> String {
     let mut text = String::from(
-        "# Reduction at scale\n\nWritten by `cargo bench --bench structures`: Craig-Bampton with 24 interface DOFs and all fixed-interface modes below a\ncut-off that leaves about 50, one thread, each program in a process of its own. `count` is the proof that no mode is missing\n(a factorisation that the others do without); ratios are the other program's figure over decore's, so more than 1 is in\ndecore's favour. SuperLU in symmetric mode with minimum degree, CHOLMOD with METIS, both with ARPACK on their factor.\n\n| model | DOF | modes | order s | factor s | constraint s | modes s | count s | all s | peak MB |\n|---|---|---|---|---|---|---|---|---|---|\n",
+        "# Reduction at scale\n\nWritten by `cargo bench --bench structures`: Craig-Bampton with 24 interface DOFs and all fixed-interface modes below a\ncut-off that leaves about 50, one thread, each program in a process of its own; times are processor times. `count` is the proof that no mode is missing\n(a factorisation that the others do without); ratios are the other program's figure over decore's, so more than 1 is in\ndecore's favour. SuperLU in symmetric mode with minimum degree, CHOLMOD with METIS, both with ARPACK on their factor.\n\n| model | DOF | modes | order s | factor s | constraint s | modes s | count s | all s | peak MB |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in rows {
         let step = |name: &str| row.own.steps.get(name).copied().unwrap_or(0.0);
@@ -327,6 +327,9 @@ fn section(rows: &[Row]) -> String {
     text
 }
 
+/// Title, place from the left, decades of the axis, figure.
+type Panel = (&'static str, f64, [f64; 2], &'static dyn Fn(&Outcome) -> f64);
+
 /// Time and memory of the cubes over DOF, both axes logarithmic.
 fn growth(rows: &[Row]) -> String {
     let cubes: Vec<&Row> = rows.iter().filter(|row| row.name.starts_with("cube")).collect();
@@ -334,7 +337,7 @@ fn growth(rows: &[Row]) -> String {
     let mut svg = String::from(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"820\" height=\"330\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"820\" height=\"330\" fill=\"white\"/>\n",
     );
-    let panels: [(&str, f64, [f64; 2], &dyn Fn(&Outcome) -> f64); 2] = [
+    let panels: [Panel; 2] = [
         ("time in s", 0.0, [-2.0, 3.0], &|outcome| outcome.total()),
         ("peak memory in MB", 410.0, [1.0, 4.0], &|outcome| outcome.peak_bytes / 1e6),
     ];
@@ -404,12 +407,15 @@ fn main() {
     let limit = arguments.iter().find_map(|word| word.parse::<usize>().ok()).unwrap_or(usize::MAX);
     let alone = arguments.iter().any(|word| word == "--sizes-only");
     let sizes = std::iter::once(0).chain(SIZES).filter(|size| 3 * (size + 1) * (size + 1) * size <= limit);
-    let rows: Vec<Row> = sizes.map(|size| measure(size, alone)).collect();
-    let text = section(&rows);
-    print!("{text}");
-    if limit == usize::MAX && !alone {
-        let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/structures.svg");
-        fs::write(path, growth(&rows)).expect("written");
-        support::write_section("structures", &text);
+    let mut rows = Vec::new();
+    for size in sizes {
+        rows.push(measure(size, alone));
+        // Written after every model: the large ones take long.
+        if limit == usize::MAX && !alone {
+            let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/structures.svg");
+            fs::write(path, growth(&rows)).expect("written");
+            support::write_section("structures", &section(&rows));
+        }
     }
+    print!("{}", section(&rows));
 }

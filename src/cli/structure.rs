@@ -169,6 +169,13 @@ fn readable(report: &QualityReport) -> String {
         "\n{:>5} {:>13} {:>13} {:>11} {:>9}   effective mass x, y, z in % (full)",
         "mode", "full Hz", "reduced Hz", "error", "MAC"
     ));
+    mode_lines(report, &mut lines);
+    static_lines(report, &mut lines);
+    effort_lines(report, &mut lines);
+    lines.join("\n")
+}
+
+fn mode_lines(report: &QualityReport, lines: &mut Vec<String>) {
     for (index, mode) in report.modes.iter().enumerate() {
         let error = mode.relative_error.map_or("rigid".to_owned(), |error| format!("{error:.2e}"));
         let mass = mode
@@ -182,6 +189,9 @@ fn readable(report: &QualityReport) -> String {
             mode.mac
         ));
     }
+}
+
+fn static_lines(report: &QualityReport, lines: &mut Vec<String>) {
     if report.static_stiffness.is_empty() {
         lines.push("\nThe structure floats: no static stiffness.".to_owned());
     } else {
@@ -199,6 +209,10 @@ fn readable(report: &QualityReport) -> String {
     for curve in &report.mobility {
         lines.push(format!("{:<16} {:<16} {:>9.1e}", curve.response, curve.force, curve.largest_relative_difference));
     }
+}
+
+fn effort_lines(report: &QualityReport, lines: &mut Vec<String>) {
+    let facts = &report.facts;
     let number = |value: Option<f64>| value.map_or("none".to_owned(), |value| format!("{value:.1e}"));
     let conditions = &report.conditions;
     lines.push(format!(
@@ -217,5 +231,4 @@ fn readable(report: &QualityReport) -> String {
         let memory = step.peak_bytes.map_or(String::new(), |bytes| format!(", peak {:.0} MB", bytes as f64 / 1e6));
         lines.push(format!("{:>9.3} s    {}{memory}", step.time_s, step.name));
     }
-    lines.join("\n")
 }

@@ -15,11 +15,12 @@ use super::LinalgError;
 use super::dense::{symmetric_eigen, symmetric_eigenvalues, view, view_mut};
 use super::pencil::{PencilFactor, SymmetricPencil};
 
-/// Columns of a block: the factor is read once per block and solve, and eigenvalues may be this often repeated.
-const BLOCK: usize = 12;
+/// Columns of a block: the factor is read once per block and solve, and eigenvalues may be this often repeated. More columns
+/// make a solve cheaper per column, but the basis larger.
+const BLOCK: usize = 8;
 /// Residual at which an eigenpair of C counts as found, relative to its eigenvalue; the eigenvalue is then exact to
 /// rounding.
-const TOLERANCE: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-8;
 /// Relative distance at which an eigenvalue cannot be told from the limit.
 const AT_LIMIT: f64 = 1e-8;
 /// Times that new random directions are added before missing eigenvalues become an error.
@@ -63,7 +64,8 @@ pub fn modes_below(
         if krylov.done < next_check && !exhausted {
             continue;
         }
-        next_check = krylov.done + BLOCK.max(krylov.done / 8);
+        // A look at T costs little beside a block of solutions as long as T is small.
+        next_check = krylov.done + BLOCK.max(krylov.done.saturating_sub(300) / 8);
         let ritz = krylov.ritz()?;
         let value = |index: usize| ritz.theta.get(index).map(|theta| theta.recip() - shift);
         let converged = |index: usize| ritz.residual[index] <= TOLERANCE * ritz.theta[index];

@@ -237,10 +237,10 @@ impl<'a> SymmetricPencil<'a> {
         let values = self.shifted(shift);
         let mut sums = vec![0.0; order];
         for column in 0..order {
-            for index in self.pointers[column]..self.pointers[column + 1] {
-                let (row, value) = (self.indices[index], values[index].abs());
-                sums[column] += value;
-                sums[row] += if row == column { 0.0 } else { value };
+            let range = self.pointers[column]..self.pointers[column + 1];
+            for (&row, value) in self.indices[range.clone()].iter().zip(&values[range]) {
+                sums[column] += value.abs();
+                sums[row] += if row == column { 0.0 } else { value.abs() };
             }
         }
         let norm = sums.iter().copied().fold(0.0, f64::max);

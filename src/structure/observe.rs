@@ -9,6 +9,8 @@ pub struct StepRecord {
     pub name: String,
     /// Wall time in s.
     pub time_s: f64,
+    /// Time of the calling thread on a processor in s, where the system tells it; the work is done on that thread.
+    pub cpu_s: Option<f64>,
     /// Largest resident memory of the process during the step in bytes, where the system tells it.
     pub peak_bytes: Option<u64>,
 }
@@ -44,9 +46,11 @@ impl Observer {
     pub fn step<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
         let Some(records) = &mut self.records else { return work() };
         reset_peak();
-        let begin = Instant::now();
+        let (begin, cpu) = (Instant::now(), thread_cpu_s());
         let result = work();
-        records.push(StepRecord { name: name.to_owned(), time_s: begin.elapsed().as_secs_f64(), peak_bytes: peak() });
+        let cpu_s = thread_cpu_s().zip(cpu).map(|(end, begin)| end - begin);
+        let time_s = begin.elapsed().as_secs_f64();
+        records.push(StepRecord { name: name.to_owned(), time_s, cpu_s, peak_bytes: peak() });
         result
     }
 }
@@ -62,4 +66,11 @@ fn peak() -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
     Some(kib * 1024)
+}
+
+/// Time of this thread on a processor since its start.
+fn thread_cpu_s() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    let nanoseconds: u64 = text.split_whitespace().next()?.parse().ok()?;
+    Some(nanoseconds as f64 * 1e-9)
 }

@@ -336,6 +336,9 @@ fn curve_frequencies(cutoff_hz: f64) -> Vec<f64> {
     (0..CURVE_POINTS).map(|i| (low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64).exp()).collect()
 }
 
+/// A complex value of the full model and of the reduced structure.
+type FullAndReduced = ([f64; 2], [f64; 2]);
+
 fn mobilities(
     names: &[(String, usize)],
     (full, residual, reduced): (&Shapes, &Residual, &Shapes),
@@ -358,8 +361,8 @@ fn mobilities(
                 receptance(reduced, (i, j), omega, damping_ratio, 0.0),
             )
         };
-        let values: Vec<([f64; 2], [f64; 2])> = frequency_hz.iter().map(at).collect();
-        let magnitudes = |pick: fn(&([f64; 2], [f64; 2])) -> [f64; 2]| -> Vec<f64> {
+        let values: Vec<FullAndReduced> = frequency_hz.iter().map(at).collect();
+        let magnitudes = |pick: fn(&FullAndReduced) -> [f64; 2]| -> Vec<f64> {
             values.iter().map(pick).zip(frequency_hz).map(|([re, im], hz)| TAU * hz * re.hypot(im)).collect()
         };
         let (full, reduced) = (magnitudes(|pair| pair.0), magnitudes(|pair| pair.1));
