@@ -325,7 +325,7 @@ fn bad_matrices_name_file_and_reason() {
         ("K.mtx", &cut, "K.mtx"),
         ("K.mtx", &asymmetric, "symmetric"),
         ("K.mtx", &oblong, "square"),
-        ("M.mtx", &not_positive, "positive"),
+        ("M.mtx", &not_positive, "a mass is not negative"),
     ];
     fs::write(
         scratch.path().join("points.csv"),

@@ -4,10 +4,12 @@
 //! else is said).
 
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 use decore::structure::{
-    Damping, FeModel, InterfacePoint, InterfacePoints, ModalOptions, ModalTable, ReducedStructure, ReductionSettings,
-    RigidMass, StructureError, StructureModes, reduce,
+    Damping, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions, ModalTable, ModelFiles,
+    ModelMatrices, PointPlace, ReducedStructure, ReductionSettings, RigidMass, StructureError, StructureModes, Units,
+    reduce,
 };
 use serde_json::Value;
 use sprs::{CsMat, TriMat};
@@ -54,6 +56,10 @@ fn station(settings: &ReductionSettings) -> ReducedStructure {
     reduce(&FeModel::station().expect("shipped data"), settings).expect("reduces")
 }
 
+fn fe_model(mass: CsMat<f64>, stiffness: CsMat<f64>, points: InterfacePoints) -> Result<FeModel, StructureError> {
+    FeModel::new(ModelMatrices { mass, stiffness, damping: None, labels: Vec::new() }, points)
+}
+
 /// The station with the housing of R5 in its mass matrix, as the reference has it.
 fn station_with_housing() -> FeModel {
     let bare = FeModel::station().expect("shipped data");
@@ -73,13 +79,16 @@ fn station_with_housing() -> FeModel {
             mass.add_triplet(first + 3 + j, first + i, -m * value);
         }
     }
-    FeModel::new(mass.to_csr(), bare.stiffness().clone(), bare.points().clone()).expect("valid")
+    fe_model(mass.to_csr(), bare.stiffness().clone(), bare.points().clone()).expect("valid")
 }
 
 /// Interface DOFs from rows of the matrices.
 fn interface_of_rows(model: &FeModel, rows: &[f64]) -> Vec<(String, usize)> {
     let name = |row: usize| {
-        let point = model.points().iter().find(|point| point.first_row.is_some_and(|first| first == row / 6 * 6));
+        let point = model
+            .points()
+            .iter()
+            .find(|point| matches!(point.place, PointPlace::Rows { first, .. } if first == row / 6 * 6));
         (point.expect("an interface row").name.clone(), row % 6)
     };
     rows.iter().map(|row| name(*row as usize)).collect()
@@ -228,14 +237,14 @@ fn chain(n: usize) -> FeModel {
             k.add_triplet(6 * i + 6, 6 * i, -500.0);
         }
     }
-    FeModel::new(m.to_csr(), k.to_csr(), points(n)).expect("valid")
+    fe_model(m.to_csr(), k.to_csr(), points(n)).expect("valid")
 }
 
 fn points(n: usize) -> InterfacePoints {
     let point = |i: usize| InterfacePoint {
         name: format!("N{i}"),
         role: "mount".to_owned(),
-        first_row: Some(6 * i),
+        place: PointPlace::Rows { first: 6 * i, dofs: 6 },
         position_m: [i as f64, 0.0, 0.0],
     };
     InterfacePoints::new((0..n).map(point).collect()).expect("unique")
@@ -297,9 +306,9 @@ fn floating_structure_has_rigid_modes_and_no_static_flexibility() {
             k.add_triplet(i + 6, i, -500.0);
         }
     }
-    let model = FeModel::new(m.to_csr(), k.to_csr(), points(n)).expect("valid");
+    let model = fe_model(m.to_csr(), k.to_csr(), points(n)).expect("valid");
     let interface: Vec<_> = (0..6).map(|dof| ("N3".to_owned(), dof)).collect();
-    let settings = ReductionSettings { interface: interface.clone(), fixed_interface_cutoff_hz: 1e4 };
+    let settings = ReductionSettings { interface, fixed_interface_cutoff_hz: 1e4 };
     let reduced = reduce(&model, &settings).expect("reduces");
     assert!(reduced.static_flexibility().is_none());
     let modes = reduced.modes(&[housing(&[("N3", 1.0)])], &options(5.0)).expect("modes");
@@ -310,10 +319,6 @@ fn floating_structure_has_rigid_modes_and_no_static_flexibility() {
     let row = modes.row(&point, Z).expect("kept");
     let rigid: f64 = row[..6].iter().map(|value| value * value).sum();
     assert!((rigid * 47.0 - 1.0).abs() < 1e-9, "{rigid}");
-
-    let loose = ReductionSettings { interface: interface[..1].to_vec(), fixed_interface_cutoff_hz: 1e4 };
-    let error = reduce(&model, &loose).expect_err("moves with N3.x held").to_string();
-    assert!(error.contains("with the interface held the machine still moves freely"), "{error}");
 }
 
 #[test]
@@ -440,16 +445,16 @@ fn diagonal(values: &[f64]) -> CsMat<f64> {
 #[test]
 fn bad_models_are_errors() {
     let fails = |mass: CsMat<f64>, stiffness: CsMat<f64>, points: InterfacePoints, wanted: &str| {
-        let error = FeModel::new(mass, stiffness, points).expect_err(wanted).to_string();
+        let error = fe_model(mass, stiffness, points).expect_err(wanted).to_string();
         assert!(error.contains(wanted), "{error}");
     };
     let one = || diagonal(&[1.0; 6]);
-    fails(diagonal(&[1.0; 7]), one(), points(1), "mass: 7 rows, but the stiffness stiffness has 6");
+    fails(diagonal(&[1.0; 7]), one(), points(1), "stiffness: 6 rows, but the mass mass has 7");
     fails(
-        diagonal(&[1.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
+        diagonal(&[1.0, -2.0, 1.0, 1.0, 1.0, 1.0]),
         one(),
         points(1),
-        "mass: diagonal 2 is 0e0: every mass must be positive",
+        "mass: diagonal 2 is -2e0: a mass is not negative",
     );
     fails(one(), diagonal(&[1.0, 1.0, -1.0, 1.0, 1.0, 1.0]), points(1), "stiffness: diagonal 3 is -1e0");
     fails(diagonal(&[1.0, f64::NAN, 1.0, 1.0, 1.0, 1.0]), one(), points(1), "mass: an entry is not finite");
@@ -462,10 +467,15 @@ fn bad_models_are_errors() {
         triplets.add_triplet(1, 0, 1.5);
         triplets.to_csr()
     };
-    fails(coupled(1.5), one(), points(1), "mass: the mass matrix is not positive definite");
-    fails(one(), coupled(1.4), points(1), "stiffness: not symmetric: entries (1, 2) and (2, 1) differ");
+    fails(coupled(1.5), one(), points(1), "mass: the mass matrix is not positive semidefinite");
+    fails(
+        one(),
+        coupled(1.4),
+        points(1),
+        "stiffness: the matrix is not symmetric: entry (1, 2) is 1.4e0, entry (2, 1) is 1.5e0",
+    );
     let no_rows = InterfacePoints::parse("p", "name,role,x_m,y_m,z_m\nA,mount,0,0,0\n").expect("valid");
-    fails(one(), one(), no_rows, "points: column first_row_0based is missing: point A");
+    fails(one(), one(), no_rows, "points: column first_row_0based or node is missing: point A");
 }
 
 #[test]
@@ -480,16 +490,29 @@ fn files_are_read_and_their_faults_named() {
     let entries: String = (1..=6).map(|i| format!("{i} {i} {i}\n")).collect();
     let mass = write("M.mtx", &format!("{HEAD}{entries}"));
     let points = write("points.csv", "name,role,first_row_0based,x_m,y_m,z_m\nA,mount,0,0,0,0\n");
-    let model = FeModel::read(&mass, &mass, &points).expect("valid");
+    let read = |mass: &Path, stiffness: &Path| {
+        let file = |path: &Path| MatrixFile { path: path.to_owned(), name: String::new() };
+        FeModel::read(&ModelFiles {
+            format: MatrixFormat::MatrixMarket,
+            units: Units::Si,
+            stiffness: file(stiffness),
+            mass: file(mass),
+            damping: None,
+            dofs: None,
+            dofs_per_node: None,
+            points: points.clone(),
+        })
+    };
+    let model = read(&mass, &mass).expect("valid");
     assert_eq!((model.order(), model.points().iter().count()), (6, 1));
     let cut = write("K.mtx", &format!("{HEAD}{}", entries.split_at(12).0));
-    let error = FeModel::read(&mass, &cut, &points).expect_err("cut").to_string();
+    let error = read(&mass, &cut).expect_err("cut").to_string();
     assert!(error.contains("K.mtx, line 5: the file is cut short: entry 3 of 6 expected"), "{error}");
-    let missing = FeModel::read(&folder.path().join("none.mtx"), &mass, &points);
+    let missing = read(&folder.path().join("none.mtx"), &mass);
     assert!(matches!(missing, Err(StructureError::Read { .. })), "{missing:?}");
     let binary = folder.path().join("binary.mtx");
     std::fs::write(&binary, [0xff, 0xfe, 0x00, 0x9f]).expect("written");
-    assert!(FeModel::read(&binary, &mass, &points).is_err());
+    assert!(read(&binary, &mass).is_err());
 }
 
 #[test]
@@ -545,7 +568,7 @@ fn wrong_signs_of_the_stiffness_are_found() {
     (0..6).for_each(|i| k.add_triplet(i, i, 1e4));
     k.add_triplet(0, 1, 1.001e4);
     k.add_triplet(1, 0, 1.001e4);
-    let model = FeModel::new(diagonal(&[1.0; 6]), k.to_csr(), points(1)).expect("valid");
+    let model = fe_model(diagonal(&[1.0; 6]), k.to_csr(), points(1)).expect("valid");
     let interface = (0..6).map(|dof| ("N0".to_owned(), dof)).collect();
     let error =
         reduce(&model, &ReductionSettings { interface, fixed_interface_cutoff_hz: 1.0 }).expect_err("indefinite");

@@ -13,9 +13,7 @@ pub(super) fn input_hashes(source: &StructureSource) -> Result<BTreeMap<String, 
     let files: Vec<(&str, &Path)> = match source {
         // Built in: the program's version stands for it.
         StructureSource::Station => Vec::new(),
-        StructureSource::Matrices { stiffness, mass, points } => {
-            vec![("stiffness_file", stiffness), ("mass_file", mass), ("points_file", points)]
-        }
+        StructureSource::Matrices(matrices) => matrices.files(),
         StructureSource::ModalTable { table, points } => vec![("modal_file", table), ("points_file", points)],
     };
     let mut hashes = BTreeMap::new();

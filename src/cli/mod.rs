@@ -14,6 +14,7 @@ mod run;
 mod scene;
 mod shard;
 mod status;
+mod structure;
 mod text;
 
 use std::process::ExitCode;
@@ -46,6 +47,8 @@ enum Command {
     Run(run::RunArguments),
     /// Validate a study; print its size, the machine's modes, and the time it will take.
     Check(check::CheckArguments),
+    /// Compare a machine's reduction with its full model: frequencies, shapes, statics, mobilities, time and memory.
+    Structure(structure::StructureArguments),
     /// Simulate one row of a study and print all its outputs.
     Scene(scene::SceneArguments),
     /// Measure speed against error on one row of a study.
@@ -67,6 +70,7 @@ pub fn run() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
+        Command::Structure(arguments) => structure::structure(&arguments),
         Command::Scene(arguments) => scene::scene(&arguments),
         Command::Accuracy(arguments) => accuracy::accuracy(&arguments),
         Command::Status(arguments) => status::status(&arguments),

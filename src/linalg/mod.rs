@@ -5,13 +5,16 @@
 //! running rows side by side.
 
 mod dense;
-mod sparse;
+mod lanczos;
+mod ordering;
+mod pencil;
 
 pub use dense::{
     SymmetricEigen, cholesky, multiply, multiply_transposed, solve_lower, solve_lower_transposed, symmetric_eigen,
     symmetric_eigenvalues,
 };
-pub use sparse::SparseCholesky;
+pub use lanczos::{PencilModes, lowest_eigenvalue, modes_below};
+pub use pencil::{PencilFactor, SymmetricPencil};
 
 use thiserror::Error;
 
@@ -31,6 +34,20 @@ pub enum LinalgError {
         left: (usize, usize),
         /// Rows and columns of the second operand.
         right: (usize, usize),
+    },
+    /// An LDL' factorisation met a pivot that is 0.
+    #[error("the matrix of order {order} has a pivot that is 0")]
+    ZeroPivot {
+        /// Number of rows.
+        order: usize,
+    },
+    /// The eigenvalue iteration found another number of eigenvalues than the inertia of the shifted matrix says.
+    #[error("found {found} of the {counted} eigenvalues that lie below the limit")]
+    Incomplete {
+        /// Eigenvalues found.
+        found: usize,
+        /// Eigenvalues that are there.
+        counted: usize,
     },
     /// The eigenvalue iteration did not converge.
     #[error("the eigenvalues of the matrix of order {order} did not converge")]

@@ -5,10 +5,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::scene::Scene;
 use crate::structure::{
-    Damping, FeModel, InterfacePoints, ModalOptions, ModalTable, ReducedStructure, ReductionSettings, RigidMass,
-    StructureError, StructureModes, reduce,
+    Damping, DirectedPoints, FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions, ModalTable,
+    ModeSelection, ModelFiles, ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError,
+    StructureModes, Units, reduce, reduce_files,
 };
-use crate::study::{DampingRatio, Housings, InterfaceDemand, PointTable, StructureSettings, StructureSource};
+use crate::study::{
+    DampingRatio, FormatName, Housings, InterfaceDemand, MatrixSource, PointTable, StructureSettings, StructureSource,
+    UnitsName,
+};
 use crate::system::InterfaceModes;
 
 /// Direction of every strike in the machine's coordinates: vertical, downwards.
@@ -32,11 +36,13 @@ pub struct Machine {
     cache: Mutex<HashMap<PlacementKey, Arc<StructureModes>>>,
 }
 
-/// A structure as read, before its reduction: what a study is checked against.
+/// A structure before its reduction: what a study is checked against.
 #[derive(Debug)]
 pub enum SourceModel {
-    /// Finite element matrices.
-    Matrices(FeModel),
+    /// A finite element model.
+    Model(Box<FeModel>),
+    /// The files of a finite element model, of which only the points have been read: a reduction may be at hand.
+    Files(Box<ModelFiles>, InterfacePoints, bool),
     /// Modal table with its points.
     ModalTable(ModalTable, InterfacePoints),
 }
@@ -48,9 +54,11 @@ impl SourceModel {
     /// What is wrong with its files.
     pub fn read(settings: &StructureSettings) -> Result<Self, StructureError> {
         Ok(match &settings.source {
-            StructureSource::Station => Self::Matrices(FeModel::station()?),
-            StructureSource::Matrices { stiffness, mass, points } => {
-                Self::Matrices(FeModel::read(mass, stiffness, points)?)
+            StructureSource::Station => Self::Model(Box::new(FeModel::station()?)),
+            StructureSource::Matrices(source) => {
+                let files = model_files(source);
+                let points = InterfacePoints::read(&files.points)?;
+                Self::Files(Box::new(files), points, source.cache)
             }
             StructureSource::ModalTable { table, points } => {
                 Self::ModalTable(ModalTable::read(table)?, InterfacePoints::read(points)?)
@@ -61,8 +69,8 @@ impl SourceModel {
     /// Names and positions of its interface points.
     pub fn points(&self) -> PointTable {
         let points = match self {
-            Self::Matrices(model) => model.points(),
-            Self::ModalTable(_, points) => points,
+            Self::Model(model) => model.points(),
+            Self::Files(_, points, _) | Self::ModalTable(_, points) => points,
         };
         points.iter().map(|point| (point.name.clone(), point.position_m)).collect()
     }
@@ -79,16 +87,10 @@ impl Machine {
         settings: &StructureSettings,
         demand: &InterfaceDemand,
     ) -> Result<Self, StructureError> {
+        let settings_of = || reduction_settings(settings, demand);
         let reduced = match model {
-            SourceModel::Matrices(model) => {
-                let mut interface: Vec<(String, usize)> = Vec::new();
-                for mount in &demand.mounts {
-                    interface.extend((0..POINT_DOFS).map(|dof| (mount.clone(), dof)));
-                }
-                interface.extend(demand.fixtures.iter().map(|point| (point.clone(), VERTICAL)));
-                let fixed_interface_cutoff_hz = settings.fixed_interface_cutoff_hz;
-                reduce(&model, &ReductionSettings { interface, fixed_interface_cutoff_hz })?
-            }
+            SourceModel::Model(model) => reduce(&model, &settings_of())?,
+            SourceModel::Files(files, _, cache) => reduce_files(&files, &settings_of(), cache)?.0,
             SourceModel::ModalTable(table, points) => ReducedStructure::from_modal_table(&table, points)?,
         };
         let damping = match &settings.damping_ratio {
@@ -122,6 +124,19 @@ impl Machine {
         })
     }
 
+    /// The modes that matter to a scene's mounts (first) and fixtures, by a stated bound, and the static flexibility that the
+    /// others leave between those rows.
+    ///
+    /// # Errors
+    /// As for [`Machine::modes`]; settings out of range.
+    pub fn selection(&self, scene: &Scene, settings: SelectionSettings) -> Result<ModeSelection, StructureError> {
+        let mounts = scene.hammers.iter().map(|hammer| hammer.mount.points.clone());
+        let fixtures = scene.castings.iter().flat_map(|casting| &casting.fixtures);
+        let fixtures = fixtures.map(|fixture| vec![(fixture.point.clone(), 1.0)]);
+        let rows: Vec<DirectedPoints> = mounts.chain(fixtures).map(|points| (points, STRIKE_DIRECTION)).collect();
+        self.placed(scene)?.select(&rows, settings)
+    }
+
     /// The modes of a placement, from the cache where it is there. A pure function of the scene: the cache only saves time.
     fn placed(&self, scene: &Scene) -> Result<Arc<StructureModes>, StructureError> {
         let housings = match self.housings {
@@ -140,6 +155,39 @@ impl Machine {
             cache.insert(key, Arc::clone(&modes));
         }
         Ok(modes)
+    }
+}
+
+/// What a study's reduction keeps: all six DOFs of every candidate mount, the vertical of every fixture point.
+pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand) -> ReductionSettings {
+    let mounts = demand.mounts.iter().flat_map(|mount| (0..POINT_DOFS).map(|dof| (mount.clone(), dof)));
+    let fixtures = demand.fixtures.iter().map(|point| (point.clone(), VERTICAL));
+    let interface = mounts.chain(fixtures).collect();
+    ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz }
+}
+
+/// The files of matrices as the structure module reads them.
+pub fn model_files(source: &MatrixSource) -> ModelFiles {
+    let file = |(path, name): &(std::path::PathBuf, String)| MatrixFile { path: path.clone(), name: name.clone() };
+    ModelFiles {
+        format: match source.format {
+            FormatName::MatrixMarket => MatrixFormat::MatrixMarket,
+            FormatName::Calculix => MatrixFormat::Calculix,
+            FormatName::Dmig => MatrixFormat::Dmig,
+            FormatName::Op4 => MatrixFormat::Op4,
+            FormatName::HarwellBoeing => MatrixFormat::HarwellBoeing,
+            FormatName::Abaqus => MatrixFormat::Abaqus,
+        },
+        units: match source.units {
+            UnitsName::Si => Units::Si,
+            UnitsName::MmTS => Units::MillimetreTonneSecond,
+        },
+        stiffness: file(&source.stiffness),
+        mass: file(&source.mass),
+        damping: source.damping.as_ref().map(file),
+        dofs: source.dofs.clone(),
+        dofs_per_node: source.dofs_per_node,
+        points: source.points.clone(),
     }
 }
 

@@ -9,7 +9,7 @@ mod row;
 mod stub;
 
 pub use batch::{BatchError, BatchProgress, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowTask, run_batch};
-pub use machine::{Machine, SourceModel};
+pub use machine::{Machine, SourceModel, model_files, reduction_settings};
 pub use outcome::{RowOutcome, RowStatus, SolverCounters};
 pub use progress::{DEFAULT_INTERVAL, Progress, clock};
 pub use retry::{DEFAULT_RETRIES, TIGHTENING, run_row_with_retries};

@@ -27,6 +27,14 @@ pub enum StructureError {
         /// The system's reason.
         reason: String,
     },
+    /// A file that cannot be written.
+    #[error("{file}: cannot be written: {reason}")]
+    Write {
+        /// The file as it was named.
+        file: String,
+        /// The system's reason.
+        reason: String,
+    },
     /// A line that does not say what it should, or is missing.
     #[error(transparent)]
     Line(#[from] FileFault),
@@ -78,16 +86,31 @@ pub enum StructureError {
         /// What to do.
         advice: &'static str,
     },
-    /// A model too large for the solver.
+    /// A direction of an interface point that the model does not have.
     #[error(
-        "{inner} inner degrees of freedom: fixed-interface modes are computed with a dense solver for at most {limit}; \
-         reduce the model in the finite element program first, or give a modal table"
+        "interface point \"{point}\": the model has no row for direction {dof} (it has: {known}); it is fixed or condensed \
+         there, or its elements have no such direction: use another point or direction"
     )]
-    TooLarge {
-        /// DOFs that are not interface DOFs.
-        inner: usize,
-        /// The most that can be handled.
-        limit: usize,
+    NoSuchDof {
+        /// The point asked for.
+        point: String,
+        /// The direction asked for.
+        dof: String,
+        /// The directions that the model has there, separated by blanks.
+        known: String,
+    },
+    /// A direction of an interface point whose row is empty.
+    #[error(
+        "interface point \"{point}\": direction {dof} (row {row}) carries neither mass nor stiffness: it is fixed in the \
+         finite element program or belongs to no element; use another point or direction"
+    )]
+    EmptyDof {
+        /// The point asked for.
+        point: String,
+        /// The direction asked for.
+        dof: String,
+        /// Row of the matrices, counted from 1.
+        row: usize,
     },
     /// No mode lies below the cut-off.
     #[error("no mode below {cutoff_hz} Hz; the lowest lies at {lowest_hz:.4} Hz: raise the cut-off frequency")]

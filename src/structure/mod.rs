@@ -1,9 +1,9 @@
 //! The machine structure: finite element matrices in, modes of the interface points out.
 //!
 //! ```text
-//! K, M (Matrix Market) + points (CSV) -> FeModel -> reduce() -+
-//!                                                             +-> ReducedStructure -> modes(housings) -> StructureModes
-//! modal table (CSV) + points (CSV) -> ModalTable -------------+
+//! K, M (files of many programs) + points (CSV) -> FeModel -> reduce() -+
+//!                                                                      +-> ReducedStructure -> modes(housings) -> StructureModes
+//! modal table (CSV) + points (CSV) -> ModalTable ----------------------+
 //! ```
 //!
 //! 1. [`reduce`] is the Craig-Bampton reduction (Craig and Bampton 1968): interface DOFs b, all others o, constraint modes
@@ -17,23 +17,39 @@
 //! SI units, rotations in rad. All results are independent of the number of threads.
 
 mod attached;
+mod cache;
 mod csv;
 mod error;
-mod matrix_market;
+mod fixed_interface;
+mod import;
 mod modal_table;
 mod model;
 mod modes;
+mod observe;
+mod partition;
 mod points;
+mod quality;
+mod quality_page;
 mod reduced;
 mod reduction;
+mod selection;
 mod symmetric;
 
 pub use attached::RigidMass;
+pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
 pub use error::{FileFault, StructureError};
-pub use matrix_market::{parse_matrix_market, read_matrix_market};
+pub use import::{
+    ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, parse_matrix_market, read_matrix_market, write_model,
+};
 pub use modal_table::ModalTable;
-pub use model::FeModel;
+pub use model::{DofLabel, FeModel, ModelMatrices, SCALAR};
 pub use modes::StructureModes;
-pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints};
+pub use observe::{Observer, StepRecord};
+pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};
+pub use quality::{
+    Conditions, MOBILITY_SHARE, MobilityCurve, ModePair, QualityReport, QualitySettings, StaticStiffness, assess,
+};
+pub use quality_page::quality_page;
 pub use reduced::{Damping, ModalOptions, ReducedStructure};
-pub use reduction::{ReductionSettings, reduce};
+pub use reduction::{ReductionFacts, ReductionSettings, reduce, reduce_observed};
+pub use selection::{DirectedPoints, ModeSelection, SelectionSettings};

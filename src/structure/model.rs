@@ -1,30 +1,62 @@
 //! A finite element model: mass, stiffness and the points that other parts act on.
 
-use std::path::Path;
+use std::collections::HashMap;
 
 use sprs::CsMat;
 
 use super::error::StructureError;
-use super::matrix_market::{asymmetric_pair, parse_matrix_market, read_matrix_market};
-use super::points::InterfacePoints;
-use crate::linalg::{LinalgError, SparseCholesky};
+use super::import::{parse_matrix_market, symmetric};
+use super::points::{DOF_NAMES, InterfacePoints, PointPlace};
+use crate::linalg::lowest_eigenvalue;
+
+/// A mass matrix whose lowest eigenvalue, relative to the diagonal, lies below this is not positive semidefinite: rounding
+/// in exported matrices stays above it.
+const LEAST_MASS_EIGENVALUE: f64 = -1e-8;
+
+/// What a row of the matrices stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct DofLabel {
+    /// Number of the node.
+    pub node: i64,
+    /// Direction 0 to 5, see [`DOF_NAMES`], or [`SCALAR`].
+    pub dof: usize,
+}
+
+/// The direction of a coordinate that is not the motion of a point: a modal coordinate of an earlier reduction.
+pub const SCALAR: usize = 6;
+
+/// Matrices of a model, both triangles stored, with what their rows stand for where that is known.
+#[derive(Debug, Clone)]
+pub struct ModelMatrices {
+    /// Mass, positive semidefinite.
+    pub mass: CsMat<f64>,
+    /// Stiffness, positive semidefinite.
+    pub stiffness: CsMat<f64>,
+    /// Viscous damping, where the model has one.
+    pub damping: Option<CsMat<f64>>,
+    /// One label per row; empty where the rows have none.
+    pub labels: Vec<DofLabel>,
+}
 
 /// Finite element matrices of a machine with its interface points.
 ///
-/// `M u'' + K u = F` in SI units; both matrices are symmetric and hold both triangles. M is positive definite, K may be
-/// singular. A value of this type has passed [`FeModel::new`].
+/// `M u'' + D u' + K u = F` in SI units; the matrices are symmetric and hold both triangles. M is positive semidefinite (DOFs
+/// may have no mass), K may be singular. A value of this type has passed [`FeModel::new`].
 #[derive(Debug, Clone)]
 pub struct FeModel {
-    mass: CsMat<f64>,
-    stiffness: CsMat<f64>,
+    matrices: ModelMatrices,
     points: InterfacePoints,
+    /// Rows of the six DOFs of every point; `None` where the model has no such DOF.
+    rows: Vec<[Option<usize>; 6]>,
 }
 
-/// The names that errors use for the three sources.
-struct Sources<'a> {
-    mass: &'a str,
-    stiffness: &'a str,
-    points: &'a str,
+/// The names that errors use for the sources.
+#[derive(Debug, Clone)]
+pub(super) struct Sources {
+    pub mass: String,
+    pub stiffness: String,
+    pub damping: String,
+    pub points: String,
 }
 
 impl FeModel {
@@ -36,96 +68,83 @@ impl FeModel {
         const MASS: &[u8] = include_bytes!("../../studies/station/M_bare.mtx.gz");
         const STIFFNESS: &[u8] = include_bytes!("../../studies/station/K.mtx.gz");
         const POINTS: &str = include_str!("../../studies/station/interface_points.csv");
-        let names = Sources {
-            mass: "station/M_bare.mtx.gz",
-            stiffness: "station/K.mtx.gz",
-            points: "station/interface_points.csv",
+        let sources = Sources {
+            mass: "station/M_bare.mtx.gz".to_owned(),
+            stiffness: "station/K.mtx.gz".to_owned(),
+            damping: String::new(),
+            points: "station/interface_points.csv".to_owned(),
         };
-        Self {
-            mass: parse_matrix_market(names.mass, MASS)?,
-            stiffness: parse_matrix_market(names.stiffness, STIFFNESS)?,
-            points: InterfacePoints::parse(names.points, POINTS)?,
-        }
-        .validated(&names)
+        let mass = parse_matrix_market(&sources.mass, MASS)?;
+        let stiffness = parse_matrix_market(&sources.stiffness, STIFFNESS)?;
+        let labels = regular_labels(mass.rows(), 6);
+        let points = InterfacePoints::parse(&sources.points, POINTS)?;
+        Self::validated(ModelMatrices { mass, stiffness, damping: None, labels }, points, &sources)
     }
 
-    /// Reads mass and stiffness (Matrix Market) and the table of interface points (CSV with `first_row_0based`).
-    ///
-    /// # Errors
-    /// As for [`read_matrix_market`], [`InterfacePoints::read`] and [`FeModel::new`], with the file's name.
-    pub fn read(mass: &Path, stiffness: &Path, points: &Path) -> Result<Self, StructureError> {
-        let names = [mass, stiffness, points].map(|path| path.display().to_string());
-        let [mass_name, stiffness_name, points_name] = &names;
-        Self {
-            mass: read_matrix_market(mass)?,
-            stiffness: read_matrix_market(stiffness)?,
-            points: InterfacePoints::read(points)?,
-        }
-        .validated(&Sources { mass: mass_name, stiffness: stiffness_name, points: points_name })
-    }
-
-    /// A model from matrices in memory, both triangles stored.
+    /// A model from matrices in memory, both triangles stored, SI units.
     ///
     /// # Errors
     /// Sizes that differ, a matrix that is not square, not symmetric or not finite, a mass matrix that is not positive
-    /// definite, a negative diagonal of the stiffness, a point whose six rows lie outside the matrices.
-    pub fn new(mass: CsMat<f64>, stiffness: CsMat<f64>, points: InterfacePoints) -> Result<Self, StructureError> {
-        Self { mass, stiffness, points }.validated(&Sources { mass: "mass", stiffness: "stiffness", points: "points" })
+    /// semidefinite, a negative diagonal of the stiffness, a point without a place in the matrices.
+    pub fn new(matrices: ModelMatrices, points: InterfacePoints) -> Result<Self, StructureError> {
+        let [mass, stiffness, damping, points_name] = ["mass", "stiffness", "damping", "points"].map(str::to_owned);
+        Self::validated(matrices, points, &Sources { mass, stiffness, damping, points: points_name })
     }
 
-    fn validated(self, names: &Sources) -> Result<Self, StructureError> {
-        let fault = |file: &str, reason: String| StructureError::Matrix { file: file.to_owned(), reason };
-        require_symmetric(names.mass, &self.mass)?;
-        require_symmetric(names.stiffness, &self.stiffness)?;
-        let (order, rows) = (self.mass.rows(), self.stiffness.rows());
-        if order != rows {
-            let reason = format!("{order} rows, but the stiffness {} has {rows}: both must be equal", names.stiffness);
-            return Err(fault(names.mass, reason));
-        }
-        for row in 0..order {
-            let at = |matrix: &CsMat<f64>| matrix.get(row, row).copied().unwrap_or(0.0);
-            if at(&self.mass) <= 0.0 {
-                let reason = format!("diagonal {} is {:e}: every mass must be positive", row + 1, at(&self.mass));
-                return Err(fault(names.mass, reason));
+    pub(super) fn validated(
+        matrices: ModelMatrices,
+        points: InterfacePoints,
+        names: &Sources,
+    ) -> Result<Self, StructureError> {
+        let ModelMatrices { mass, stiffness, damping, labels } = matrices;
+        let mass = sound(&names.mass, mass)?;
+        let stiffness = sound(&names.stiffness, stiffness)?;
+        let damping = damping.map(|damping| sound(&names.damping, damping)).transpose()?;
+        let matrices = ModelMatrices { mass, stiffness, damping, labels };
+        let order = matrices.mass.rows();
+        let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
+        for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
+            if matrix.rows() != order {
+                let reason =
+                    format!("{} rows, but the mass {} has {order}: both must be equal", matrix.rows(), names.mass);
+                return Err(fault(name, reason));
             }
-            if at(&self.stiffness) < 0.0 {
-                let reason = format!("diagonal {} is {:e}: a stiffness is not negative", row + 1, at(&self.stiffness));
-                return Err(fault(names.stiffness, reason));
-            }
-        }
-        SparseCholesky::new(&self.mass).map_err(|error| match error {
-            LinalgError::NotPositiveDefinite { .. } => {
-                fault(names.mass, "the mass matrix is not positive definite".to_owned())
-            }
-            other => fault(names.mass, other.to_string()),
-        })?;
-        for point in self.points.iter() {
-            let name = &point.name;
-            match point.first_row {
-                None => {
-                    let reason =
-                        format!("column first_row_0based is missing: point {name} has no place in the matrices");
-                    return Err(fault(names.points, reason));
-                }
-                Some(row) if row.saturating_add(6) > order => {
-                    let reason =
-                        format!("point {name}: rows {row} to {} exceed the matrices' {order}", row.saturating_add(5));
-                    return Err(fault(names.points, reason));
-                }
-                Some(_) => {}
+            if let Some((row, value)) = negative_diagonal(matrix) {
+                return Err(fault(name, format!("diagonal {} is {value:e}: it must not be negative", row + 1)));
             }
         }
-        Ok(self)
+        require_mass(&names.mass, &matrices.mass)?;
+        if !matrices.labels.is_empty() && matrices.labels.len() != order {
+            let reason = format!("{order} rows, but {} labels of rows", matrices.labels.len());
+            return Err(fault(&names.mass, reason));
+        }
+        let rows = place(&matrices.labels, order, &points).map_err(|reason| fault(&names.points, reason))?;
+        Ok(Self { matrices, points, rows })
     }
 
     /// The mass matrix, both triangles.
     pub fn mass(&self) -> &CsMat<f64> {
-        &self.mass
+        &self.matrices.mass
     }
 
     /// The stiffness matrix, both triangles.
     pub fn stiffness(&self) -> &CsMat<f64> {
-        &self.stiffness
+        &self.matrices.stiffness
+    }
+
+    /// The damping matrix, both triangles, where the model has one.
+    pub fn damping(&self) -> Option<&CsMat<f64>> {
+        self.matrices.damping.as_ref()
+    }
+
+    /// What the rows stand for; empty where that is not known.
+    pub fn labels(&self) -> &[DofLabel] {
+        &self.matrices.labels
+    }
+
+    /// All matrices with the labels of their rows.
+    pub fn matrices(&self) -> &ModelMatrices {
+        &self.matrices
     }
 
     /// The interface points.
@@ -133,22 +152,136 @@ impl FeModel {
         &self.points
     }
 
+    /// Rows of the six DOFs of a point; `None` for a DOF that the model does not have (an element type without rotations,
+    /// a DOF that is fixed or was condensed).
+    ///
+    /// # Errors
+    /// An unknown point.
+    pub fn rows_of(&self, point: &str) -> Result<[Option<usize>; 6], StructureError> {
+        self.points.get(point)?;
+        let index = self.points.iter().position(|other| other.name == point);
+        Ok(index.and_then(|index| self.rows.get(index).copied()).unwrap_or_default())
+    }
+
+    /// Rows that are rotations, by their label or by an interface point.
+    pub(super) fn rotation_rows(&self) -> Vec<usize> {
+        let rotation = |dof: usize| (3..SCALAR).contains(&dof);
+        let labelled = self.labels().iter().enumerate().filter(|(_, label)| rotation(label.dof)).map(|(row, _)| row);
+        labelled.chain(self.rows.iter().flat_map(|rows| rows[3..].iter().copied().flatten())).collect()
+    }
+
+    /// Changes every matrix; what makes a model sound must stay.
+    pub(super) fn for_each_matrix(&mut self, change: impl Fn(&mut CsMat<f64>)) {
+        let matrices = &mut self.matrices;
+        [&mut matrices.mass, &mut matrices.stiffness].into_iter().chain(matrices.damping.as_mut()).for_each(change);
+    }
+
     /// Number of degrees of freedom.
     pub fn order(&self) -> usize {
-        self.mass.rows()
+        self.matrices.mass.rows()
     }
 }
 
-fn require_symmetric(file: &str, matrix: &CsMat<f64>) -> Result<(), StructureError> {
-    let fault = |reason: String| Err(StructureError::Matrix { file: file.to_owned(), reason });
+/// Labels of rows that are numbered node by node, `dofs` per node; nodes are counted from 1.
+pub(super) fn regular_labels(order: usize, dofs: usize) -> Vec<DofLabel> {
+    (0..order).map(|row| DofLabel { node: (row / dofs) as i64 + 1, dof: row % dofs }).collect()
+}
+
+fn fault(file: &str, reason: String) -> StructureError {
+    StructureError::Matrix { file: file.to_owned(), reason }
+}
+
+fn place(labels: &[DofLabel], order: usize, points: &InterfacePoints) -> Result<Vec<[Option<usize>; 6]>, String> {
+    let mut by_label: HashMap<DofLabel, usize> = HashMap::new();
+    if points.iter().any(|point| matches!(point.place, PointPlace::Node { .. })) {
+        for (row, label) in labels.iter().enumerate() {
+            if let Some(other) = by_label.insert(*label, row) {
+                let name = DOF_NAMES.get(label.dof).copied().unwrap_or("?");
+                return Err(format!("rows {} and {} both are node {} {name}", other + 1, row + 1, label.node));
+            }
+        }
+    }
+    let row_of = |node: i64, dof: usize| by_label.get(&DofLabel { node, dof }).copied();
+    let place = |point: &super::points::InterfacePoint| {
+        let name = &point.name;
+        let mut rows = [None; 6];
+        match point.place {
+            PointPlace::None => {
+                return Err(format!(
+                    "column first_row_0based or node is missing: point {name} has no place in the matrices"
+                ));
+            }
+            PointPlace::Rows { first, dofs } => {
+                let last = first.saturating_add(dofs.saturating_sub(1));
+                if last >= order {
+                    return Err(format!("point {name}: rows {first} to {last} exceed the matrices' {order}"));
+                }
+                rows.iter_mut().zip(first..=last).for_each(|(slot, row)| *slot = Some(row));
+            }
+            PointPlace::Node { node, rotation_node } => {
+                for (dof, slot) in rows.iter_mut().enumerate() {
+                    *slot = row_of(node, dof);
+                }
+                for dof in 0..3 {
+                    let rotation = rotation_node.and_then(|node| row_of(node, dof));
+                    rows[dof + 3] = rotation.or(rows[dof + 3]);
+                }
+                if labels.is_empty() {
+                    return Err(format!(
+                        "point {name} is given by its node, but the rows of the matrices have no labels: name a dof_file, or give first_row_0based"
+                    ));
+                }
+                if rows == [None; 6] {
+                    return Err(format!(
+                        "point {name}: no row of the matrices belongs to node {node} (fixed, condensed, or a wrong number)"
+                    ));
+                }
+            }
+        }
+        Ok(rows)
+    };
+    points.iter().map(place).collect()
+}
+
+/// Square, finite, symmetric but for rounding; the mean of mirrored entries is taken.
+fn sound(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
     if matrix.rows() != matrix.cols() {
-        return fault(format!("not square: {} rows, {} columns", matrix.rows(), matrix.cols()));
+        return Err(fault(file, format!("not square: {} rows, {} columns", matrix.rows(), matrix.cols())));
     }
     if matrix.data().iter().any(|value| !value.is_finite()) {
-        return fault("an entry is not finite".to_owned());
+        return Err(fault(file, "an entry is not finite".to_owned()));
     }
-    if let Some((row, column)) = asymmetric_pair(matrix) {
-        return fault(format!("not symmetric: entries ({0}, {1}) and ({1}, {0}) differ", row + 1, column + 1));
+    symmetric(file, matrix)
+}
+
+fn negative_diagonal(matrix: &CsMat<f64>) -> Option<(usize, f64)> {
+    let diagonal = |row: usize| matrix.get(row, row).copied().unwrap_or(0.0);
+    (0..matrix.rows()).map(|row| (row, diagonal(row))).find(|(_, value)| *value < 0.0)
+}
+
+/// Positive semidefinite: no negative diagonal, no coupling of a DOF without mass, no negative eigenvalue that stands out.
+fn require_mass(file: &str, mass: &CsMat<f64>) -> Result<(), StructureError> {
+    if let Some((row, value)) = negative_diagonal(mass) {
+        return Err(fault(file, format!("diagonal {} is {value:e}: a mass is not negative", row + 1)));
+    }
+    for (row, view) in mass.outer_iterator().enumerate() {
+        if mass.get(row, row).copied().unwrap_or(0.0) == 0.0
+            && let Some((column, value)) = view.iter().find(|(_, value)| **value != 0.0)
+        {
+            let reason = format!(
+                "diagonal {0} is 0, but entry ({0}, {1}) is {value:e}: a DOF without mass must not be coupled",
+                row + 1,
+                column + 1
+            );
+            return Err(fault(file, reason));
+        }
+    }
+    let lowest = lowest_eigenvalue(mass).map_err(|error| fault(file, error.to_string()))?;
+    if lowest < LEAST_MASS_EIGENVALUE {
+        let reason = format!(
+            "the mass matrix is not positive semidefinite: scaled to a diagonal of 1 it has the eigenvalue {lowest:.3e}"
+        );
+        return Err(fault(file, reason));
     }
     Ok(())
 }

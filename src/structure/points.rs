@@ -16,11 +16,32 @@ pub struct InterfacePoint {
     pub name: String,
     /// What it is for, as the table says (`mount`, `fixture`, ...); information only.
     pub role: String,
-    /// Row of its first DOF (x) in the finite element matrices, counted from 0; the other five follow. `None` where there
-    /// are no matrices (modal table).
-    pub first_row: Option<usize>,
+    /// Where its DOFs are in the finite element matrices.
+    pub place: PointPlace,
     /// Coordinates x, y, z in m.
     pub position_m: [f64; 3],
+}
+
+/// Where the DOFs of a point are in the finite element matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PointPlace {
+    /// Nowhere: there are no matrices (modal table).
+    #[default]
+    None,
+    /// In consecutive rows.
+    Rows {
+        /// Row of the x displacement, counted from 0.
+        first: usize,
+        /// Rows that belong to the point: 3 (displacements) or 6 (and rotations).
+        dofs: usize,
+    },
+    /// In the rows that carry the label of a node.
+    Node {
+        /// Number of the node.
+        node: i64,
+        /// Node whose directions 1 to 3 are the point's rotations (the rotation node of a CalculiX rigid body).
+        rotation_node: Option<i64>,
+    },
 }
 
 /// The table of interface points, in the order of its file.
@@ -52,8 +73,10 @@ impl InterfacePoints {
         Ok(Self { points })
     }
 
-    /// Reads a CSV table with the columns `name`, `role`, `x_m`, `y_m`, `z_m` and, for finite element matrices,
-    /// `first_row_0based`. Other columns are an error.
+    /// Reads a CSV table with the columns `name`, `role`, `x_m`, `y_m`, `z_m` and, for finite element matrices, where the
+    /// point is: `first_row_0based` (row of its x displacement; with `dofs` 6, the default, or 3), or `node` (for matrices
+    /// with labels; with `rotation_node` where the rotations have a node of their own, empty where not). Other columns are
+    /// an error.
     ///
     /// # Errors
     /// File, line and reason.
@@ -66,16 +89,16 @@ impl InterfacePoints {
     /// # Errors
     /// As for [`InterfacePoints::read`].
     pub fn parse(file: &str, text: &str) -> Result<Self, StructureError> {
-        const ROW: &str = "first_row_0based";
+        const KNOWN: [&str; 9] =
+            ["name", "role", "x_m", "y_m", "z_m", "first_row_0based", "dofs", "node", "rotation_node"];
         let table = Table::parse(file, text)?;
         let (name, role) = (table.column("name")?, table.column("role")?);
         let axes = [table.column("x_m")?, table.column("y_m")?, table.column("z_m")?];
-        let row_column = table.column(ROW).ok();
-        let known = ["name", "role", "x_m", "y_m", "z_m", ROW];
-        if let Some(other) = table.header.iter().find(|column| !known.contains(&column.as_str())) {
-            let reason = format!("unknown column \"{other}\"; expected {}", known.join(", "));
+        if let Some(other) = table.header.iter().find(|column| !KNOWN.contains(&column.as_str())) {
+            let reason = format!("unknown column \"{other}\"; expected {}", KNOWN.join(", "));
             return Err(table.fault(table.header_line, reason));
         }
+        let places = PlaceColumns::new(&table)?;
         let mut points: Vec<InterfacePoint> = Vec::with_capacity(table.rows.len());
         for index in 0..table.rows.len() {
             let new_name = |text: &str| {
@@ -86,18 +109,34 @@ impl InterfacePoints {
             for (value, &axis) in position_m.iter_mut().zip(&axes) {
                 *value = table.number(index, axis)?;
             }
-            let first_row = match row_column {
-                Some(column) => Some(table.field(index, column, "a row counted from 0", |text| text.parse().ok())?),
-                None => None,
-            };
             points.push(InterfacePoint {
                 name: table.field(index, name, "a unique, non-empty name", new_name)?,
                 role: table.field(index, role, "text", |text| Some(text.to_owned()))?,
-                first_row,
+                place: places.read(&table, index)?,
                 position_m,
             });
         }
         Ok(Self { points })
+    }
+
+    /// The table as [`InterfacePoints::parse`] reads it. A file has one way to say where points are; the first point's is
+    /// used.
+    pub fn to_csv(&self) -> String {
+        let by_node = matches!(self.points.first().map(|point| point.place), Some(PointPlace::Node { .. }));
+        let mut text = String::from("name,role,x_m,y_m,z_m");
+        text += if by_node { ",node,rotation_node\n" } else { ",first_row_0based,dofs\n" };
+        for point in &self.points {
+            let [x, y, z] = point.position_m;
+            let place = match point.place {
+                PointPlace::None => ",".to_owned(),
+                PointPlace::Rows { first, dofs } => format!("{first},{dofs}"),
+                PointPlace::Node { node, rotation_node } => {
+                    format!("{node},{}", rotation_node.map(|node| node.to_string()).unwrap_or_default())
+                }
+            };
+            text += &format!("{},{},{x:e},{y:e},{z:e},{place}\n", point.name, point.role);
+        }
+        text
     }
 
     /// All points, in the order of the table.
@@ -113,6 +152,61 @@ impl InterfacePoints {
         self.points.iter().find(|point| point.name == name).ok_or_else(|| StructureError::UnknownPoint {
             name: name.to_owned(),
             nearest: nearest(name, self.points.iter().map(|point| point.name.as_str())),
+        })
+    }
+}
+
+/// The columns that say where a point is.
+enum PlaceColumns {
+    None,
+    Rows { first: usize, dofs: Option<usize> },
+    Node { node: usize, rotation_node: Option<usize> },
+}
+
+impl PlaceColumns {
+    fn new(table: &Table) -> Result<Self, StructureError> {
+        let column = |name: &str| table.column(name).ok();
+        let (first, dofs) = (column("first_row_0based"), column("dofs"));
+        let (node, rotation_node) = (column("node"), column("rotation_node"));
+        match (first, node) {
+            (Some(_), Some(_)) => {
+                let reason = "columns \"first_row_0based\" and \"node\" both say where a point is; give one".to_owned();
+                Err(table.fault(table.header_line, reason))
+            }
+            (Some(first), None) if rotation_node.is_none() => Ok(Self::Rows { first, dofs }),
+            (None, Some(node)) if dofs.is_none() => Ok(Self::Node { node, rotation_node }),
+            (None, None) if dofs.is_none() && rotation_node.is_none() => Ok(Self::None),
+            _ => {
+                let reason =
+                    "column \"dofs\" goes with \"first_row_0based\", \"rotation_node\" with \"node\"".to_owned();
+                Err(table.fault(table.header_line, reason))
+            }
+        }
+    }
+
+    fn read(&self, table: &Table, index: usize) -> Result<PointPlace, StructureError> {
+        Ok(match *self {
+            Self::None => PointPlace::None,
+            Self::Rows { first, dofs } => PointPlace::Rows {
+                first: table.field(index, first, "a row counted from 0", |text| text.parse().ok())?,
+                dofs: match dofs {
+                    None => DOF_NAMES.len(),
+                    Some(dofs) => table.field(index, dofs, "3 or 6", |text| match text {
+                        "3" => Some(3),
+                        "6" => Some(6),
+                        _ => None,
+                    })?,
+                },
+            },
+            Self::Node { node, rotation_node } => PointPlace::Node {
+                node: table.field(index, node, "the number of a node", |text| text.parse().ok())?,
+                rotation_node: match rotation_node {
+                    None => None,
+                    Some(column) => table.field(index, column, "the number of a node, or nothing", |text| {
+                        if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) }
+                    })?,
+                },
+            },
         })
     }
 }
@@ -150,6 +244,16 @@ impl Interface {
         }
         let len = rows.iter().map(|(_, row)| row + 1).max().unwrap_or(0);
         Self { points, index, len }
+    }
+
+    /// Every DOF with its row, by name of the point and direction.
+    pub(super) fn dofs(&self) -> Vec<(InterfaceDof, usize)> {
+        let of_point = |(point, rows): (&String, &[Option<usize>; 6])| {
+            let point = point.clone();
+            let dofs = rows.iter().enumerate().filter_map(|(dof, row)| Some((dof, (*row)?)));
+            dofs.map(move |(dof, row)| (InterfaceDof { point: point.clone(), dof }, row)).collect::<Vec<_>>()
+        };
+        self.index.iter().flat_map(of_point).collect()
     }
 
     /// Coordinates of all points.

@@ -19,7 +19,7 @@ const SHIFT: f64 = TAU * TAU;
 
 /// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0: rounding in the matrices does not
 /// let a frequency be told from zero.
-const RIGID_BODY_HZ: f64 = 0.01;
+pub(super) const RIGID_BODY_HZ: f64 = 0.01;
 
 const CHECK_INPUT: &str = "check signs and units of mass and stiffness";
 
@@ -38,7 +38,7 @@ pub enum Damping {
 pub struct ModalOptions {
     /// Modes below this frequency are kept, in Hz.
     pub cutoff_hz: f64,
-    /// Damping of the kept modes. A structure with damping of its own (modal table) uses that instead.
+    /// Damping of the kept modes. A structure with damping of its own (modal table, damping matrix) uses that instead.
     pub damping: Damping,
 }
 
@@ -50,13 +50,25 @@ pub struct ModalOptions {
 pub struct ReducedStructure {
     m_zz: DMatrix<f64>,
     k_zz: DMatrix<f64>,
+    d_zz: Option<DMatrix<f64>>,
+    transfer: DMatrix<f64>,
     interface: Arc<Interface>,
     static_flexibility: Option<Arc<DMatrix<f64>>>,
     /// `C = L^-1 M_zz L^-T` with `L L' = K_zz + shift M_zz`.
     c: DMatrix<f64>,
     /// `P = B L^-T`, interface rows over the coordinates of C.
     p: DMatrix<f64>,
+    /// `L^-1 D_zz L^-T`, for a structure with damping of its own.
+    d: Option<DMatrix<f64>>,
     own: Option<OwnModes>,
+}
+
+/// Reduced matrices and the transfer `u_b = B z` (n_b x n_z).
+pub(super) struct ReducedMatrices {
+    pub m_zz: DMatrix<f64>,
+    pub k_zz: DMatrix<f64>,
+    pub d_zz: Option<DMatrix<f64>>,
+    pub transfer: DMatrix<f64>,
 }
 
 /// What a modal table brings: modes that are returned as they are when nothing is attached.
@@ -68,15 +80,12 @@ struct OwnModes {
 }
 
 impl ReducedStructure {
-    /// From reduced matrices and the transfer `u_b = B z` (n_b x n_z).
-    pub(super) fn new(
-        m_zz: DMatrix<f64>,
-        k_zz: DMatrix<f64>,
-        transfer: DMatrix<f64>,
-        interface: Interface,
-    ) -> Result<Self, StructureError> {
+    /// From reduced matrices.
+    pub(super) fn new(matrices: ReducedMatrices, interface: Interface) -> Result<Self, StructureError> {
+        let ReducedMatrices { m_zz, k_zz, d_zz, transfer } = matrices;
         let l = cholesky(&k_zz + &m_zz * SHIFT).step("factorisation of the reduced structure", CHECK_INPUT)?;
         let c = congruence(&l, m_zz.clone())?;
+        let d = d_zz.clone().map(|d_zz| congruence(&l, d_zz)).transpose()?;
         let mut p = transfer.transpose();
         solve_lower(&l, &mut p).step("factorisation of the reduced structure", CHECK_INPUT)?;
         let largest = symmetric_eigenvalues(&c)
@@ -87,7 +96,7 @@ impl ReducedStructure {
         let static_flexibility =
             if omega_of(largest)? > 0.0 { Some(Arc::new(flexibility(&k_zz, &transfer)?)) } else { None };
         let interface = Arc::new(interface);
-        Ok(Self { m_zz, k_zz, interface, static_flexibility, c, p: p.transpose(), own: None })
+        Ok(Self { m_zz, k_zz, d_zz, transfer, interface, static_flexibility, c, p: p.transpose(), d, own: None })
     }
 
     /// From a table of mass-normalised modes: `M_zz = I`, `K_zz = diag(omega^2)`, B the table's columns.
@@ -104,7 +113,10 @@ impl ReducedStructure {
         let k_zz = DMatrix::from_diagonal(&DVector::from_iterator(order, omega.iter().map(|value| value * value)));
         let rows: Vec<_> = table.dofs.iter().cloned().zip(0..).collect();
         let interface = Interface::new(points, &rows);
-        let mut structure = Self::new(DMatrix::identity(order, order), k_zz, table.shapes.clone(), interface)?;
+        let rates = omega.iter().zip(&table.damping_ratio).map(|(omega, ratio)| 2.0 * ratio * omega);
+        let d_zz = Some(DMatrix::from_diagonal(&DVector::from_iterator(order, rates)));
+        let m_zz = DMatrix::identity(order, order);
+        let mut structure = Self::new(ReducedMatrices { m_zz, k_zz, d_zz, transfer: table.shapes.clone() }, interface)?;
         structure.own = Some(OwnModes {
             omega_rad_s: omega,
             damping_ratio: table.damping_ratio.clone(),
@@ -123,14 +135,25 @@ impl ReducedStructure {
         &self.k_zz
     }
 
+    /// Reduced damping `D_zz` (n_z x n_z), where the structure brings its own.
+    pub fn d_zz(&self) -> Option<&DMatrix<f64>> {
+        self.d_zz.as_ref()
+    }
+
+    /// The transfer B of `u_b = B z` (n_b x n_z).
+    pub fn transfer(&self) -> &DMatrix<f64> {
+        &self.transfer
+    }
+
     /// The interface DOFs and the points' coordinates.
     pub fn interface(&self) -> &Interface {
         &self.interface
     }
 
-    /// Whether the structure brings its own damping (modal table), so that [`ModalOptions::damping`] is not used.
+    /// Whether the structure brings its own damping (modal table, damping matrix), so that [`ModalOptions::damping`] is not
+    /// used.
     pub fn has_own_damping(&self) -> bool {
-        self.own.is_some()
+        self.d.is_some()
     }
 
     /// Static flexibility of the interface DOFs, `B K_zz^-1 B'` in m/N (n_b x n_b); `None` for a structure that floats.
@@ -143,8 +166,8 @@ impl ReducedStructure {
     ///
     /// The sign of a mode is fixed: its largest interface entry is positive. Modes below 0.01 Hz are rigid-body motions
     /// and get omega = 0. A modal table to which nothing is attached returns its own modes and damping unchanged (its
-    /// frequencies may include the housings); with bodies attached its damping becomes the diagonal of
-    /// `Phi' diag(2 xi omega) Phi`.
+    /// frequencies may include the housings). Damping that the structure brings, `diag(2 xi omega)` of a table or a matrix D,
+    /// becomes the diagonal of `Phi' D Phi`: couplings of modes by damping are left out.
     ///
     /// # Errors
     /// A mount that is unknown or lacks one of its six DOFs, arguments out of range, fewer damping ratios than modes, no
@@ -156,7 +179,7 @@ impl ReducedStructure {
         }
         let solution = match &self.own {
             Some(own) if attached.is_empty() => own.below(cutoff_hz)?,
-            own => self.solve(attached, cutoff_hz, own.as_ref())?,
+            _ => self.solve(attached, cutoff_hz)?,
         };
         let damping_ratio = match solution.damping_ratio {
             Some(own) => own,
@@ -175,12 +198,7 @@ impl ReducedStructure {
     ///
     /// U carries the bodies' mass into the coordinates of C. The shift acts on the bodies too:
     /// `L^-1 (K + shift M) L^-T = I + shift U U'`, and G is the inverse square root of that.
-    fn solve(
-        &self,
-        attached: &[RigidMass],
-        cutoff_hz: f64,
-        own: Option<&OwnModes>,
-    ) -> Result<Solution, StructureError> {
+    fn solve(&self, attached: &[RigidMass], cutoff_hz: f64) -> Result<Solution, StructureError> {
         const STEP: &str = "second eigenproblem";
         let factor = mass_factor(&self.interface, attached)?;
         let u = multiply_transposed(&self.p, &factor).step(STEP, CHECK_INPUT)?;
@@ -204,7 +222,7 @@ impl ReducedStructure {
         let omega_rad_s = kept.iter().map(|&i| omega_of(eigen.values[i])).collect::<Result<Vec<_>, _>>()?;
         let mut shapes = multiply(&self.p, &y).step(STEP, CHECK_INPUT)?;
         fix_signs(&mut shapes);
-        let damping_ratio = own.map(|own| own.projected(&y, &omega_rad_s));
+        let damping_ratio = self.d.as_ref().map(|d| projected_damping(d, &y, &omega_rad_s)).transpose()?;
         Ok(Solution { omega_rad_s, damping_ratio, shapes })
     }
 }
@@ -229,22 +247,13 @@ impl OwnModes {
             shapes: self.shapes.columns(0, kept).into_owned(),
         })
     }
+}
 
-    /// Ratios of new modes `phi = L^-T y`, `L = diag(sqrt(omega^2 + shift))`:
-    /// `2 xi_s omega_s = sum_i 2 xi_i omega_i phi_is^2`.
-    fn projected(&self, y: &DMatrix<f64>, omega_rad_s: &[f64]) -> Vec<f64> {
-        let weights: Vec<f64> = self
-            .omega_rad_s
-            .iter()
-            .zip(&self.damping_ratio)
-            .map(|(omega, ratio)| ratio * omega / (omega * omega + SHIFT))
-            .collect();
-        let ratio = |column: nalgebra::DVectorView<f64>, omega: f64| {
-            let sum: f64 = column.iter().zip(&weights).map(|(value, weight)| weight * value * value).sum();
-            if omega > 0.0 { sum / omega } else { 0.0 }
-        };
-        y.column_iter().zip(omega_rad_s).map(|(column, &omega)| ratio(column.as_view(), omega)).collect()
-    }
+/// Ratios of modes `phi = L^-T y`: `2 xi_s omega_s = y_s' (L^-1 D L^-T) y_s`; 0 for rigid-body motions.
+fn projected_damping(d: &DMatrix<f64>, y: &DMatrix<f64>, omega_rad_s: &[f64]) -> Result<Vec<f64>, StructureError> {
+    let product = multiply(d, y).step("damping of the modes", CHECK_INPUT)?;
+    let rates = y.column_iter().zip(product.column_iter()).map(|(y, dy)| y.dot(&dy));
+    Ok(rates.zip(omega_rad_s).map(|(rate, &omega)| if omega > 0.0 { rate / (2.0 * omega) } else { 0.0 }).collect())
 }
 
 /// `(I + shift U U')^-1/2 = I + V diag(f(lambda)) V'` with `U'U = Q diag(lambda) Q'`, `V = U Q` and

@@ -37,6 +37,14 @@ pub struct StudyFile {
     pub design: DesignEntry,
 }
 
+/// A file that describes a machine alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StructureFile {
+    /// The machine.
+    pub structure: StructureEntry,
+}
+
 /// Where the machine comes from and how it is reduced.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -44,12 +52,44 @@ pub struct StructureEntry {
     /// Source of the machine. Default `station`, the built-in one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<SourceName>,
-    /// Stiffness matrix (Matrix Market, may be gzipped), relative to the study; for `matrices`.
+    /// Stiffness matrix, plain or gzip, relative to the study; for `matrices`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness_file: Option<String>,
-    /// Mass matrix without housings (Matrix Market, may be gzipped), relative to the study; for `matrices`.
+    /// Mass matrix without housings, plain or gzip, relative to the study; for `matrices`. It may be the file of the
+    /// stiffness where a format keeps several matrices in one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_file: Option<String>,
+    /// Matrix of viscous damping, relative to the study; for `matrices`. Its diagonal over the modes takes the place of
+    /// `damping_ratio`. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_file: Option<String>,
+    /// List of what the rows of the matrices stand for, one line per row: `12.3` (node 12, direction 3), `12 3` or
+    /// `5 12 UZ`, relative to the study; for `matrices`. CalculiX writes it as `.dof`, ANSYS as `.mapping`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dof_file: Option<String>,
+    /// Format of the matrices. Default: told by the end of the stiffness file's name (.mtx, .sti, .pch or .bdf, .op4,
+    /// .matrix or .rsa; .gz may follow).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<FormatName>,
+    /// Units of the matrices. Default `si`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<UnitsName>,
+    /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node; serves the quality report. Default:
+    /// not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dofs_per_node: Option<u32>,
+    /// Name of the stiffness in a file of several matrices (`dmig`, `op4`). Default `KAAX`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_name: Option<String>,
+    /// Name of the mass in a file of several matrices. Default `MAAX`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_name: Option<String>,
+    /// Name of the damping in a file of several matrices. Default `BAAX`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_name: Option<String>,
+    /// Whether reductions are kept beside the stiffness file (folder `.decore-cache`) and used again. Default true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cache: Option<bool>,
     /// Modal table, relative to the study; for `modal_table`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modal_file: Option<String>,
@@ -85,6 +125,35 @@ pub enum SourceName {
     Matrices,
     /// A modal table: `modal_file`, `points_file`.
     ModalTable,
+}
+
+/// Exchange format of matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FormatName {
+    /// Matrix Market coordinate text.
+    MatrixMarket,
+    /// CalculiX `.sti` and `.mas` with the `.dof` file as `dof_file`.
+    Calculix,
+    /// Nastran DMIG entries in a punch or bulk data file.
+    Dmig,
+    /// Nastran OUTPUT4, text or binary.
+    Op4,
+    /// Harwell-Boeing text, as ANSYS writes it.
+    HarwellBoeing,
+    /// Abaqus matrix text.
+    Abaqus,
+}
+
+/// Units of matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UnitsName {
+    /// m, kg, s, N.
+    #[default]
+    Si,
+    /// mm, t, s, N.
+    MmTS,
 }
 
 /// Modal damping.

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::document::Document;
-use super::error::Problem;
-use super::file::{DampingRatio, Housings, SourceName, StructureEntry};
+use super::error::{Problem, StudyError};
+use super::file::{DampingRatio, FormatName, Housings, SourceName, StructureEntry, StructureFile, UnitsName};
+use super::keys::Shape;
 use super::placement::Rail;
+use super::{check_keys, read_tree};
 
 /// Modes of the coupled machine are kept up to this frequency in Hz.
 const CUTOFF_HZ: f64 = 1000.0;
@@ -22,14 +24,7 @@ pub enum StructureSource {
     /// The built-in station.
     Station,
     /// Finite element matrices.
-    Matrices {
-        /// Stiffness matrix, Matrix Market.
-        stiffness: PathBuf,
-        /// Mass matrix without housings, Matrix Market.
-        mass: PathBuf,
-        /// Table of interface points.
-        points: PathBuf,
-    },
+    Matrices(Box<MatrixSource>),
     /// Modal table.
     ModalTable {
         /// Frequencies, damping and rows per interface point.
@@ -37,6 +32,40 @@ pub enum StructureSource {
         /// Table of interface points.
         points: PathBuf,
     },
+}
+
+/// Finite element matrices and how to read them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MatrixSource {
+    /// Stiffness, and its name where the file holds several matrices.
+    pub stiffness: (PathBuf, String),
+    /// Mass without housings, and its name.
+    pub mass: (PathBuf, String),
+    /// Viscous damping, and its name.
+    pub damping: Option<(PathBuf, String)>,
+    /// List of what the rows stand for.
+    pub dofs: Option<PathBuf>,
+    /// Table of interface points.
+    pub points: PathBuf,
+    /// Exchange format.
+    pub format: FormatName,
+    /// Units.
+    pub units: UnitsName,
+    /// DOFs per node of rows that are numbered node by node.
+    pub dofs_per_node: Option<usize>,
+    /// Whether reductions are kept and used again.
+    pub cache: bool,
+}
+
+impl MatrixSource {
+    /// Every file with its key in the study.
+    pub fn files(&self) -> Vec<(&'static str, &Path)> {
+        let mut files: Vec<(&'static str, &Path)> =
+            vec![("stiffness_file", &self.stiffness.0), ("mass_file", &self.mass.0), ("points_file", &self.points)];
+        files.extend(self.damping.iter().map(|(path, _)| ("damping_file", path.as_path())));
+        files.extend(self.dofs.iter().map(|path| ("dof_file", path.as_path())));
+        files
+    }
 }
 
 /// The machine and its reduction.
@@ -54,6 +83,28 @@ pub struct StructureSettings {
     pub housings: Housings,
     /// Rails on which hammers can stand.
     pub rails: Vec<Rail>,
+}
+
+/// Reads a file that has the table `[structure]` and nothing else; `None` for a study, told by its hammers or castings.
+///
+/// # Errors
+/// [`StudyError::Read`] if the file cannot be read, [`StudyError::Invalid`] with all faults found.
+pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyError> {
+    let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+    let name = path.display().to_string();
+    let document = Document::parse(&name, &text).map_err(|problems| StudyError::Invalid { problems })?;
+    let root = document.root.table();
+    if !root.contains_key("structure") || root.contains_key("hammer") || root.contains_key("casting") {
+        return Ok(None);
+    }
+    let shape = Shape::from_schema(&schemars::schema_for!(StructureFile).to_value());
+    let tree = check_keys(&document, &shape, &[])?;
+    let file: StructureFile = read_tree(toml::Value::Table(tree)).map_err(|(key, message)| {
+        let at = super::path::split(&key).unwrap_or_default();
+        StudyError::one(Problem::new(document.locate(&at), key, message))
+    })?;
+    let directory = path.parent().unwrap_or(Path::new(""));
+    StructureSettings::read(&file.structure, &document, directory).map(Some).map_err(StudyError::several)
 }
 
 impl StructureSettings {
@@ -74,6 +125,22 @@ impl StructureSettings {
             rails: reader.rails(),
         };
         if reader.problems.is_empty() { Ok(settings) } else { Err(reader.problems) }
+    }
+}
+
+impl FormatName {
+    /// The format that the end of a file's name stands for.
+    fn of_file(file: &str) -> Option<Self> {
+        let name = file.to_ascii_lowercase();
+        let name = name.strip_suffix(".gz").unwrap_or(&name);
+        Some(match name.rsplit_once('.')?.1 {
+            "mtx" => Self::MatrixMarket,
+            "sti" | "mas" => Self::Calculix,
+            "pch" | "bdf" | "dmig" => Self::Dmig,
+            "op4" => Self::Op4,
+            "matrix" | "rsa" | "hb" => Self::HarwellBoeing,
+            _ => return None,
+        })
     }
 }
 
@@ -98,34 +165,87 @@ impl Reader<'_> {
             SourceName::Matrices => (&["stiffness_file", "mass_file", "points_file"], "matrices"),
             SourceName::ModalTable => (&["modal_file", "points_file"], "modal_table"),
         };
+        let optional: &[&str] = if name == SourceName::Matrices { &["damping_file", "dof_file"] } else { &[] };
         let given = [
             ("stiffness_file", &self.entry.stiffness_file),
             ("mass_file", &self.entry.mass_file),
+            ("damping_file", &self.entry.damping_file),
+            ("dof_file", &self.entry.dof_file),
             ("modal_file", &self.entry.modal_file),
             ("points_file", &self.entry.points_file),
         ];
         for (key, file) in given {
             match (wanted.contains(&key), file) {
                 (true, None) => self.problem(&[key], format!("missing key: `source = \"{words}\"` needs this file")),
-                (false, Some(_)) => self.problem(&[key], format!("does not belong to `source = \"{words}\"`")),
-                (true, Some(file)) if !self.directory.join(file).is_file() => {
+                (false, Some(_)) if !optional.contains(&key) => {
+                    self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
+                }
+                (_, Some(file)) if !self.directory.join(file).is_file() => {
                     self.problem(&[key], format!("there is no file {}", self.directory.join(file).display()));
                 }
                 _ => {}
             }
         }
-        let full = |file: &Option<String>| self.directory.join(file.as_deref().unwrap_or_default());
+        if name != SourceName::Matrices {
+            self.refuse_matrix_keys(words);
+        }
         match name {
             SourceName::Station => StructureSource::Station,
-            SourceName::Matrices => StructureSource::Matrices {
-                stiffness: full(&self.entry.stiffness_file),
-                mass: full(&self.entry.mass_file),
-                points: full(&self.entry.points_file),
-            },
+            SourceName::Matrices => StructureSource::Matrices(Box::new(self.matrices())),
             SourceName::ModalTable => StructureSource::ModalTable {
-                table: full(&self.entry.modal_file),
-                points: full(&self.entry.points_file),
+                table: self.full(&self.entry.modal_file),
+                points: self.full(&self.entry.points_file),
             },
+        }
+    }
+
+    fn full(&self, file: &Option<String>) -> PathBuf {
+        self.directory.join(file.as_deref().unwrap_or_default())
+    }
+
+    fn refuse_matrix_keys(&mut self, words: &str) {
+        let entry = self.entry;
+        let given = [
+            ("format", entry.format.is_some()),
+            ("units", entry.units.is_some()),
+            ("dofs_per_node", entry.dofs_per_node.is_some()),
+            ("stiffness_name", entry.stiffness_name.is_some()),
+            ("mass_name", entry.mass_name.is_some()),
+            ("damping_name", entry.damping_name.is_some()),
+            ("cache", entry.cache.is_some()),
+        ];
+        for (key, _) in given.into_iter().filter(|(_, given)| *given) {
+            self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
+        }
+    }
+
+    fn matrices(&mut self) -> MatrixSource {
+        let entry = self.entry;
+        let stiffness = entry.stiffness_file.as_deref().unwrap_or_default();
+        let format = entry.format.or_else(|| FormatName::of_file(stiffness)).unwrap_or_else(|| {
+            if !stiffness.is_empty() {
+                let message = format!("missing key: the end of `{stiffness}` does not tell the format of the matrices");
+                self.problem(&["format"], message);
+            }
+            FormatName::MatrixMarket
+        });
+        if entry.dofs_per_node.is_some_and(|dofs| dofs != 3 && dofs != 6) {
+            self.problem(&["dofs_per_node"], "expected 3 (displacements) or 6 (and rotations)");
+        }
+        let name = |given: &Option<String>, default: &str| given.clone().unwrap_or_else(|| default.to_owned());
+        MatrixSource {
+            stiffness: (self.full(&entry.stiffness_file), name(&entry.stiffness_name, "KAAX")),
+            mass: (self.full(&entry.mass_file), name(&entry.mass_name, "MAAX")),
+            damping: entry
+                .damping_file
+                .is_some()
+                .then(|| (self.full(&entry.damping_file), name(&entry.damping_name, "BAAX"))),
+            dofs: entry.dof_file.is_some().then(|| self.full(&entry.dof_file)),
+            points: self.full(&entry.points_file),
+            format,
+            units: entry.units.unwrap_or_default(),
+            dofs_per_node: entry.dofs_per_node.map(|dofs| dofs as usize),
+            cache: entry.cache.unwrap_or(true),
         }
     }
 

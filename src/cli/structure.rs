@@ -1,0 +1,234 @@
+//! `decore structure`: how good is the reduction of a machine?
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::exit::{Exit, Failure};
+use super::prepare::prepare;
+use super::text::{plural, say};
+use crate::run::{model_files, reduction_settings};
+use crate::structure::{
+    CACHE_FOLDER, DOF_NAMES, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
+    SelectionSettings, assess, quality_page, write_model,
+};
+use crate::study::{DampingRatio, StructureSettings, StructureSource, Study, load_structure};
+
+#[derive(Debug, Args)]
+pub(super) struct StructureArguments {
+    /// Study file (TOML), or a file with the table `[structure]` alone. A study's mounts and fixtures are the interface; a
+    /// structure alone has all its points in all their directions as interface.
+    file: PathBuf,
+    /// Set a value of the study, e.g. `structure.cutoff_hz=500`; may be given several times. Needs a study.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Print the report as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Also write the report as an HTML page with plots.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Write the model's matrices in another format instead of a report: matrix_market, matrix_market_gz, calculix, dmig,
+    /// op4, op4_binary, harwell_boeing or abaqus. Needs --to.
+    #[arg(long, value_name = "FORMAT", value_parser = export_format, requires = "to")]
+    export: Option<ExportFormat>,
+    /// Folder for --export; it must exist.
+    #[arg(long, value_name = "FOLDER")]
+    to: Option<PathBuf>,
+}
+
+fn export_format(text: &str) -> Result<ExportFormat, String> {
+    let known = ExportFormat::NAMES.iter().find(|(name, _)| *name == text);
+    known.map(|(_, format)| *format).ok_or_else(|| {
+        let names: Vec<&str> = ExportFormat::NAMES.iter().map(|(name, _)| *name).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure> {
+    let (settings, interface) = settings(arguments)?;
+    let model = match &settings.source {
+        StructureSource::Station => FeModel::station()?,
+        StructureSource::Matrices(source) => FeModel::read(&model_files(source))?,
+        StructureSource::ModalTable { .. } => {
+            let reason = "a modal table is not reduced: there is no full model to compare with";
+            return Err(Failure::Argument(reason.to_owned()));
+        }
+    };
+    if let (Some(format), Some(folder)) = (arguments.export, &arguments.to) {
+        return export(&model, format, folder);
+    }
+    let has_scene = interface.is_some();
+    let reduction = interface.map_or_else(|| whole_interface(&model, &settings), Ok)?;
+    let damping_ratio = match &settings.damping_ratio {
+        DampingRatio::Uniform(ratio) => *ratio,
+        DampingRatio::PerMode(ratios) => ratios.first().copied().unwrap_or(0.0),
+    };
+    let report = assess(&model, &QualitySettings { reduction, cutoff_hz: settings.cutoff_hz, damping_ratio })?;
+    if let Some(path) = &arguments.html {
+        let title = format!("Reduction of {}", arguments.file.display());
+        std::fs::write(path, quality_page(&report, &title))
+            .map_err(|source| Failure::Write { path: path.display().to_string(), source })?;
+    }
+    if arguments.json {
+        say(&serde_json::to_string_pretty(&report).map_err(|error| Failure::Argument(error.to_string()))?);
+    } else {
+        say(&readable(&report).trim_end());
+        if has_scene {
+            selections(arguments)?;
+        }
+        if let Some(path) = &arguments.html {
+            say(&format_args!("\npage           {}", path.display()));
+        }
+        if matches!(&settings.source, StructureSource::Matrices(source) if source.cache) {
+            say(&format_args!("cache          runs keep reductions in {CACHE_FOLDER} beside the stiffness file"));
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// How many modes the scene of a study's first row needs, by the error of the receptances between its points.
+fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
+    const TOLERANCES: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-3, 1e-2];
+    let prepared = prepare(&arguments.file, &arguments.overrides)?;
+    let Ok(scene) = prepared.study.scene(0, &prepared.points) else { return Ok(()) };
+    let band_hz = prepared.study.structure().cutoff_hz;
+    say(&format_args!(
+        "\nmodes for the scene of row 0, housings added; error of receptances up to {band_hz} Hz over static flexibility\n{:>9} {:>6} {:>5} {:>10}",
+        "tolerance", "kept", "of", "reached"
+    ));
+    for tolerance in TOLERANCES {
+        let selection = prepared.machine.selection(&scene, SelectionSettings { tolerance, band_hz })?;
+        let (kept, available) = (selection.kept.len(), selection.available);
+        say(&format_args!("{tolerance:>9.0e} {kept:>6} {available:>5} {:>10.1e}", selection.bound));
+    }
+    Ok(())
+}
+
+/// Settings of the structure, and what a study needs of it.
+fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
+    if let Some(settings) = load_structure(&arguments.file)? {
+        if !arguments.overrides.is_empty() {
+            return Err(Failure::Argument("--set needs a study; this file has the table [structure] alone".to_owned()));
+        }
+        return Ok((settings, None));
+    }
+    let mut study = Study::load(&arguments.file)?;
+    if !arguments.overrides.is_empty() {
+        study = study.with_overrides(&arguments.overrides)?;
+    }
+    let reduction = reduction_settings(study.structure(), &study.interface_demand());
+    Ok((study.structure().clone(), Some(reduction)))
+}
+
+/// All points in all directions that the model has there.
+fn whole_interface(model: &FeModel, settings: &StructureSettings) -> Result<ReductionSettings, Failure> {
+    let mut interface = Vec::new();
+    for point in model.points().iter() {
+        let rows = model.rows_of(&point.name)?;
+        let known = (0..DOF_NAMES.len()).filter(|dof| rows[*dof].is_some());
+        interface.extend(known.map(|dof| (point.name.clone(), dof)));
+    }
+    Ok(ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz })
+}
+
+fn export(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<Exit, Failure> {
+    let files = write_model(model, format, folder)?;
+    say(&format_args!("stiffness      {}", files.stiffness.path.display()));
+    say(&format_args!("mass           {}", files.mass.path.display()));
+    if let Some(damping) = &files.damping {
+        say(&format_args!("damping        {}", damping.path.display()));
+    }
+    if let Some(dofs) = &files.dofs {
+        say(&format_args!("rows           {}", dofs.display()));
+    }
+    say(&format_args!("points         {}", files.points.display()));
+    Ok(Exit::Done)
+}
+
+fn readable(report: &QualityReport) -> String {
+    let facts = &report.facts;
+    let mut lines = vec![
+        format!("model          {} rows, {} of them interface", facts.order, facts.interface),
+        format!(
+            "basis          {} and {}",
+            plural(facts.interface, "constraint mode"),
+            plural(facts.fixed_interface_hz.len(), "fixed-interface mode")
+        ),
+    ];
+    if facts.empty_rows > 0 {
+        lines.push(format!("left out       {} without mass and stiffness", plural(facts.empty_rows, "row")));
+    }
+    if facts.shift_hz > 0.0 {
+        lines.push(format!(
+            "shift          the interface does not hold the structure; shifted by ({:.3} Hz)^2",
+            facts.shift_hz
+        ));
+    }
+    lines.push(format!(
+        "\n{:>5} {:>13} {:>13} {:>11} {:>9}   effective mass x, y, z in % (full)",
+        "mode", "full Hz", "reduced Hz", "error", "MAC"
+    ));
+    mode_lines(report, &mut lines);
+    static_lines(report, &mut lines);
+    effort_lines(report, &mut lines);
+    lines.join("\n")
+}
+
+fn mode_lines(report: &QualityReport, lines: &mut Vec<String>) {
+    for (index, mode) in report.modes.iter().enumerate() {
+        let error = mode.relative_error.map_or("rigid".to_owned(), |error| format!("{error:.2e}"));
+        let mass = mode
+            .effective_mass_full
+            .map_or(String::new(), |share| share.map(|value| format!("{:7.2}", 100.0 * value)).join(" "));
+        lines.push(format!(
+            "{:>5} {:>13.5} {:>13.5} {error:>11} {:>9.6}   {mass}",
+            index + 1,
+            mode.full_hz,
+            mode.reduced_hz,
+            mode.mac
+        ));
+    }
+}
+
+fn static_lines(report: &QualityReport, lines: &mut Vec<String>) {
+    if report.static_stiffness.is_empty() {
+        lines.push("\nThe structure floats: no static stiffness.".to_owned());
+    } else {
+        lines.push(format!(
+            "\n{:<16} {:>15} {:>15} {:>9}   static, N/m or N m/rad",
+            "interface DOF", "full", "reduced", "error"
+        ));
+    }
+    for one in &report.static_stiffness {
+        lines.push(format!("{:<16} {:>15.6e} {:>15.6e} {:>9.1e}", one.dof, one.full, one.reduced, one.relative_error));
+    }
+    let last = report.frequency_hz.last().copied().unwrap_or(0.0);
+    lines
+        .push(format!("\nmobility: largest difference of the curves up to {last:.0} Hz, relative to the curve's peak"));
+    for curve in &report.mobility {
+        lines.push(format!("{:<16} {:<16} {:>9.1e}", curve.response, curve.force, curve.largest_relative_difference));
+    }
+}
+
+fn effort_lines(report: &QualityReport, lines: &mut Vec<String>) {
+    let facts = &report.facts;
+    let number = |value: Option<f64>| value.map_or("none".to_owned(), |value| format!("{value:.1e}"));
+    let conditions = &report.conditions;
+    lines.push(format!(
+        "\ncondition      full stiffness {}, inner {}, reduced {}, reduced mass {}",
+        number(conditions.full_stiffness),
+        number(conditions.inner_stiffness),
+        number(conditions.reduced_stiffness),
+        number(conditions.reduced_mass)
+    ));
+    lines.push(format!(
+        "factor         {:.1} MB, Lanczos basis of {} columns",
+        facts.factor_len as f64 * 8e-6,
+        facts.lanczos_basis
+    ));
+    for step in &report.steps {
+        let memory = step.peak_bytes.map_or(String::new(), |bytes| format!(", peak {:.0} MB", bytes as f64 / 1e6));
+        lines.push(format!("{:>9.3} s    {}{memory}", step.time_s, step.name));
+    }
+}

@@ -1,0 +1,93 @@
+//! Lists of what the rows of a matrix stand for.
+
+use std::fmt::Write as _;
+
+use super::lines::Lines;
+use crate::structure::error::StructureError;
+use crate::structure::model::{DofLabel, SCALAR};
+use crate::structure::points::DOF_NAMES;
+
+/// Reads a list of row labels, one line per row: `12.3` (CalculiX `.dof`), `12 3`, `5 12 3` (row first), with directions 1 to
+/// 6 (0: a modal coordinate) or names as `UX`, `ROTZ`, `x`, `rz` (ANSYS `.mapping`; a first line without numbers is a
+/// heading).
+pub(super) fn parse_dofs(file: &str, bytes: &[u8]) -> Result<Vec<DofLabel>, StructureError> {
+    let mut lines = Lines::new(file, bytes);
+    let mut labels = Vec::new();
+    let mut heading = true;
+    while lines.advance_past(&["#"])? {
+        let words: Vec<&str> = lines.text.split([' ', '\t', ',']).filter(|word| !word.is_empty()).collect();
+        let label = match words[..] {
+            [one] => one.split_once('.').and_then(|(node, dof)| label(node, dof)),
+            [node, dof] => label(node, dof),
+            [row, node, dof] if row.parse() == Ok(labels.len() + 1) => label(node, dof),
+            _ => None,
+        };
+        match label {
+            Some(label) => labels.push(label),
+            None if heading && words.iter().all(|word| word.parse::<f64>().is_err()) => {}
+            None => {
+                let row = labels.len() + 1;
+                let reason = format!(
+                    "expected node and direction of row {row} (for instance 12.3, 12 3 or {row} 12 UZ), found \"{}\"",
+                    lines.text.trim()
+                );
+                return Err(lines.fault(reason));
+            }
+        }
+        heading = false;
+    }
+    if labels.is_empty() {
+        return Err(lines.fault("the list of rows is empty"));
+    }
+    Ok(labels)
+}
+
+fn label(node: &str, dof: &str) -> Option<DofLabel> {
+    const ANSYS: [&str; 6] = ["UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"];
+    let node = node.parse().ok()?;
+    let named = |names: &[&str; 6]| names.iter().position(|name| name.eq_ignore_ascii_case(dof));
+    let dof = named(&ANSYS).or_else(|| named(&DOF_NAMES)).or_else(|| direction(dof))?;
+    Some(DofLabel { node, dof })
+}
+
+/// Direction 1 to 6 as a DOF from 0, and 0 as a modal coordinate.
+pub(super) fn direction(text: &str) -> Option<usize> {
+    match text.trim().parse::<usize>().ok()? {
+        0 => Some(SCALAR),
+        number @ 1..=6 => Some(number - 1),
+        _ => None,
+    }
+}
+
+/// The number that stands for a DOF in exchange formats: 1 to 6, 0 for a modal coordinate.
+pub(super) fn number(dof: usize) -> usize {
+    if dof == SCALAR { 0 } else { dof + 1 }
+}
+
+/// A list that [`parse_dofs`] reads: `node.direction` per line.
+pub(super) fn write_dofs(labels: &[DofLabel]) -> String {
+    let mut text = String::new();
+    for label in labels {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}.{}", label.node, number(label.dof));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forms_of_a_row() {
+        let dof = |node, dof| DofLabel { node, dof };
+        let read = |text: &str| parse_dofs("d", text.as_bytes()).expect("valid");
+        assert_eq!(read("10.1\n10.6\n-3.2\n"), [dof(10, 0), dof(10, 5), dof(-3, 1)]);
+        assert_eq!(read("# rows\n10 1\n12, 3\n7 0\n"), [dof(10, 0), dof(12, 2), dof(7, SCALAR)]);
+        assert_eq!(read(" Eqn Node DOF\n 1 10 UX\n 2 10 ROTZ\n"), [dof(10, 0), dof(10, 5)]);
+        for (text, line) in [("10.7\n", 1), ("10.1\n10\n", 2), ("1 10 UX\n3 10 UY\n", 2), ("", 1), ("x\ny\n", 2)] {
+            let error = parse_dofs("d", text.as_bytes()).expect_err(text).to_string();
+            assert!(error.starts_with(&format!("d, line {line}: ")), "{error}");
+        }
+    }
+}

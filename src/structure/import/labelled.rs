@@ -1,0 +1,64 @@
+//! Matrices whose entries name nodes and directions instead of rows.
+
+use std::collections::{BTreeSet, HashMap};
+
+use sprs::CsMat;
+
+use super::triplets::Triplets;
+use crate::structure::error::StructureError;
+use crate::structure::model::DofLabel;
+
+/// Entries with labels, in the order of a file; a label stands for its place in `labels`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LabelledMatrix {
+    labels: Vec<DofLabel>,
+    known: HashMap<DofLabel, u32>,
+    entries: Triplets,
+}
+
+impl LabelledMatrix {
+    fn place(&mut self, label: DofLabel) -> u32 {
+        *self.known.entry(label).or_insert_with(|| {
+            self.labels.push(label);
+            (self.labels.len() - 1) as u32
+        })
+    }
+
+    /// Adds an entry.
+    pub fn push(&mut self, row: DofLabel, column: DofLabel, value: f64) {
+        let (row, column) = (self.place(row), self.place(column));
+        self.entries.push(row, column, value);
+    }
+
+    /// Adds a label that may have no entry.
+    pub fn mention(&mut self, label: DofLabel) {
+        self.place(label);
+    }
+
+    /// Labels that appear.
+    pub fn labels(&self) -> &[DofLabel] {
+        &self.labels
+    }
+
+    /// The matrix over all DOFs of a list.
+    pub fn over(&self, file: &str, all: &[DofLabel]) -> Result<CsMat<f64>, StructureError> {
+        let rows: HashMap<DofLabel, u32> = all.iter().copied().zip(0..).collect();
+        let row_of = |place: &u32| -> Result<u32, StructureError> {
+            let label = self.labels[*place as usize];
+            rows.get(&label).copied().ok_or_else(|| StructureError::Matrix {
+                file: file.to_owned(),
+                reason: format!("node {} direction {} is not in the list of rows", label.node, label.dof + 1),
+            })
+        };
+        let mut entries = Triplets { values: self.entries.values.clone(), ..Triplets::default() };
+        entries.rows = self.entries.rows.iter().map(row_of).collect::<Result<_, _>>()?;
+        entries.columns = self.entries.columns.iter().map(row_of).collect::<Result<_, _>>()?;
+        entries.assemble_as_found(file, all.len())
+    }
+}
+
+/// All labels of several matrices in rising order: by node, then direction.
+pub(super) fn all_labels<'a>(matrices: impl IntoIterator<Item = &'a LabelledMatrix>) -> Vec<DofLabel> {
+    let labels: BTreeSet<DofLabel> = matrices.into_iter().flat_map(|matrix| matrix.labels().iter().copied()).collect();
+    labels.into_iter().collect()
+}

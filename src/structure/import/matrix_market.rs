@@ -1,0 +1,156 @@
+//! Matrix Market: symmetric matrices in coordinate form, plain or gzip.
+
+use std::path::Path;
+
+use sprs::CsMat;
+
+use super::lines::{Lines, read_bytes};
+use super::triplets::{Storage, Triplets};
+use crate::structure::error::StructureError;
+
+const COMMENT: &[&str] = &["%"];
+
+/// Reads a symmetric matrix from a Matrix Market file, plain or gzip (told by its first two bytes).
+///
+/// Accepted: `matrix coordinate real|integer symmetric|general`, square. The result holds both triangles.
+/// A symmetric file may use the lower or the upper triangle, but not both; a general one must be symmetric to 1e-9 (the
+/// mean of the two entries is taken). Entries given several times are summed, as finite element exporters write unassembled
+/// contributions.
+///
+/// # Errors
+/// File, line and reason: not readable, cut short, wrong header, not square, index out of range, not finite, asymmetric.
+pub fn read_matrix_market(path: &Path) -> Result<CsMat<f64>, StructureError> {
+    parse_matrix_market(&path.display().to_string(), &read_bytes(path)?)
+}
+
+/// Like [`read_matrix_market`], from bytes in memory; `file` is the name that errors carry.
+///
+/// # Errors
+/// As for [`read_matrix_market`].
+pub fn parse_matrix_market(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureError> {
+    let mut lines = Lines::new(file, bytes);
+    let storage = read_banner(&mut lines)?;
+    let (order, count) = read_size(&mut lines)?;
+    read_entries(&mut lines, order, count, storage)?.assemble(file, order, storage)
+}
+
+fn read_banner(lines: &mut Lines) -> Result<Storage, StructureError> {
+    const EXPECTED: &str = "expected \"%%MatrixMarket matrix coordinate real symmetric\" (or integer, general)";
+    if !lines.advance()? {
+        return Err(lines.fault(format!("the file is empty: {EXPECTED}")));
+    }
+    let words: Vec<String> = lines.text.split_whitespace().map(str::to_ascii_lowercase).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    match words[..] {
+        ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", symmetry @ ("symmetric" | "general")] => {
+            Ok(if symmetry == "symmetric" { Storage::OneTriangle } else { Storage::Both })
+        }
+        _ => Err(lines.fault(format!("{EXPECTED}, found \"{}\"", lines.text.trim()))),
+    }
+}
+
+fn read_size(lines: &mut Lines) -> Result<(usize, usize), StructureError> {
+    lines.advance_to(COMMENT, "the size line (rows, columns, entries)")?;
+    let numbers: Vec<Option<usize>> = lines.text.split_whitespace().map(|word| word.parse().ok()).collect();
+    match numbers[..] {
+        [Some(rows), Some(columns), Some(_)] if rows != columns => {
+            Err(lines.fault(format!("the matrix is not square: {rows} rows, {columns} columns")))
+        }
+        [Some(0), Some(_), Some(_)] => Err(lines.fault("the matrix is empty: at least one row expected")),
+        [Some(rows), Some(_), Some(count)] => Ok((rows, count)),
+        _ => Err(lines.fault(format!("expected rows, columns and entries, found \"{}\"", lines.text.trim()))),
+    }
+}
+
+fn read_entries(lines: &mut Lines, order: usize, count: usize, storage: Storage) -> Result<Triplets, StructureError> {
+    let mut entries = Triplets::default();
+    // A symmetric file that uses both triangles would count couplings twice.
+    let mut lower: Option<bool> = None;
+    for index in 0..count {
+        lines.advance_to(COMMENT, &format!("entry {} of {count}", index + 1))?;
+        let (row, column, value) = read_entry(lines, order)?;
+        if storage == Storage::OneTriangle && row != column && *lower.get_or_insert(row > column) != (row > column) {
+            return Err(lines.fault("a symmetric file must hold one triangle only, found entries of both"));
+        }
+        entries.push(row, column, value);
+    }
+    if lines.advance_past(COMMENT)? {
+        return Err(lines.fault(format!("more than the {count} entries that the size line announces")));
+    }
+    Ok(entries)
+}
+
+fn read_entry(lines: &Lines, order: usize) -> Result<(u32, u32, f64), StructureError> {
+    let mut words = lines.text.split_whitespace();
+    let (Some(row), Some(column), Some(value), None) = (words.next(), words.next(), words.next(), words.next()) else {
+        let text = lines.text.trim();
+        return Err(lines.fault(format!("expected row, column and value, found \"{text}\"")));
+    };
+    Ok((lines.index_in(row, order, "row")?, lines.index_in(column, order, "column")?, lines.number_in(value)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "%%MatrixMarket matrix coordinate real ";
+
+    fn fails(text: &str, line: usize, part: &str) {
+        let error = parse_matrix_market("K.mtx", text.as_bytes()).expect_err(part);
+        let StructureError::Line(fault) = &error else { panic!("{error}") };
+        assert_eq!((fault.file.as_str(), fault.line), ("K.mtx", line), "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+    }
+
+    #[test]
+    fn both_triangles_and_summed_duplicates() {
+        let text = format!("{HEAD}symmetric\n% comment\n\n2 2 4\n1 1 2\n2 1 -0.5\n2 1 -0.5\n2 2 3e0\n\n");
+        let matrix = parse_matrix_market("K", text.as_bytes()).expect("valid");
+        assert_eq!(matrix.to_dense(), CsMat::csc_from_dense(matrix.to_dense().view(), 0.0).to_dense());
+        let at = |i, j| matrix.get(i, j).copied();
+        assert_eq!([at(0, 0), at(0, 1), at(1, 0), at(1, 1)], [Some(2.0), Some(-1.0), Some(-1.0), Some(3.0)]);
+    }
+
+    #[test]
+    fn upper_triangle_and_general_give_the_same() {
+        let lower = format!("{HEAD}symmetric\n3 3 4\n1 1 2\n3 1 -1\n2 2 5\n3 3 3\n");
+        let upper = format!("{HEAD}symmetric\n3 3 4\n1 1 2\n1 3 -1\n2 2 5\n3 3 3\n");
+        let general = format!("{HEAD}general\n3 3 5\n1 1 2\n1 3 -1\n3 1 -1\n2 2 5\n3 3 3\n");
+        let read = |text: &str| parse_matrix_market("K", text.as_bytes()).expect("valid");
+        assert_eq!(read(&lower), read(&upper));
+        assert_eq!(read(&lower), read(&general));
+    }
+
+    #[test]
+    fn faults_name_file_line_and_reason() {
+        fails("", 1, "empty");
+        fails("%%MatrixMarket matrix array real general\n", 1, "coordinate real symmetric");
+        fails(&format!("{HEAD}skew-symmetric\n"), 1, "expected");
+        fails(&format!("{HEAD}symmetric\n% only\n"), 3, "cut short");
+        fails(&format!("{HEAD}symmetric\n2 3 1\n1 1 1\n"), 2, "not square: 2 rows, 3 columns");
+        fails(&format!("{HEAD}symmetric\n2 x 1\n"), 2, "rows, columns and entries");
+        fails(&format!("{HEAD}symmetric\n2 2 3\n1 1 1\n2 2 1\n"), 5, "entry 3 of 3");
+        fails(&format!("{HEAD}symmetric\n2 2 1\n1 1 1\n2 2 1\n"), 4, "more than the 1 entries");
+        fails(&format!("{HEAD}symmetric\n2 2 1\n1 3 1\n"), 3, "column out of range: expected 1 to 2, found \"3\"");
+        fails(&format!("{HEAD}symmetric\n2 2 1\n0 1 1\n"), 3, "row out of range");
+        fails(&format!("{HEAD}symmetric\n2 2 1\n1 1 NaN\n"), 3, "finite number, found \"NaN\"");
+        fails(&format!("{HEAD}symmetric\n2 2 1\n1 1\n"), 3, "row, column and value");
+        fails(&format!("{HEAD}symmetric\n3 3 2\n2 1 1\n1 3 1\n"), 4, "one triangle only");
+    }
+
+    #[test]
+    fn asymmetric_general_matrix_is_an_error() {
+        let text = format!("{HEAD}general\n2 2 4\n1 1 2\n1 2 -1\n2 1 -1.001\n2 2 3\n");
+        let error = parse_matrix_market("K.mtx", text.as_bytes()).expect_err("asymmetric").to_string();
+        assert!(error.starts_with("K.mtx: the matrix is not symmetric: entry (1, 2) is -1e0"), "{error}");
+        let one_sided = format!("{HEAD}general\n2 2 3\n1 1 2\n1 2 -1\n2 2 3\n");
+        assert!(parse_matrix_market("K.mtx", one_sided.as_bytes()).is_err());
+    }
+
+    #[test]
+    fn cut_gzip_is_an_error() {
+        let whole: &[u8] = include_bytes!("../../../studies/station/K.mtx.gz");
+        let error = parse_matrix_market("K.mtx.gz", &whole[..whole.len() / 2]).expect_err("cut").to_string();
+        assert!(error.contains("cut short"), "{error}");
+    }
+}

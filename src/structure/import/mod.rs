@@ -1,0 +1,140 @@
+//! Matrices from and to the files of finite element programs.
+//!
+//! Every reader takes plain and gzip files and gives both triangles. Entries given several times are summed; whether a file
+//! holds one triangle or both is declared by its format or told by its entries, and a mixture is an error. Faults name file,
+//! line and reason.
+
+mod abaqus;
+mod calculix;
+mod dmig;
+mod dofs;
+mod harwell_boeing;
+mod labelled;
+mod lines;
+mod matrix_market;
+mod op4;
+mod source;
+mod triplets;
+mod units;
+mod write;
+
+use std::path::Path;
+
+use sprs::CsMat;
+
+use self::abaqus::AbaqusMatrix;
+use self::labelled::{LabelledMatrix, all_labels};
+use self::lines::read_bytes;
+use super::error::StructureError;
+use super::model::{DofLabel, FeModel, ModelMatrices, Sources, regular_labels};
+use super::points::InterfacePoints;
+
+pub use matrix_market::{parse_matrix_market, read_matrix_market};
+pub use source::{MatrixFile, MatrixFormat, ModelFiles, Units};
+pub(super) use triplets::symmetric;
+pub use write::{ExportFormat, write_model};
+
+/// A matrix as its file gives it.
+enum Imported {
+    Rows(CsMat<f64>),
+    Labels(LabelledMatrix),
+}
+
+impl FeModel {
+    /// Reads a finite element model and converts it to SI units.
+    ///
+    /// # Errors
+    /// File, line and reason: not readable, cut short, not of the format, entries out of range; what [`FeModel::new`] finds
+    /// wrong with the matrices.
+    pub fn read(files: &ModelFiles) -> Result<Self, StructureError> {
+        let name = |path: &Path| path.display().to_string();
+        let labels = match &files.dofs {
+            Some(path) => Some(dofs::parse_dofs(&name(path), &read_bytes(path)?)?),
+            None => None,
+        };
+        let order = labels.as_ref().map(Vec::len);
+        let mut imported = vec![read_matrix(files, &files.stiffness, order)?, read_matrix(files, &files.mass, order)?];
+        let mut names = vec![name(&files.stiffness.path), name(&files.mass.path)];
+        if let Some(damping) = &files.damping {
+            imported.push(read_matrix(files, damping, order)?);
+            names.push(name(&damping.path));
+        }
+        let mut matrices = combine(imported, &names, labels)?;
+        let order = matrices.mass.rows();
+        if let (true, Some(dofs)) = (matrices.labels.is_empty(), files.dofs_per_node) {
+            matrices.labels = regular_labels(order, dofs);
+        }
+        let [stiffness, mass] = [0, 1].map(|index| names.get(index).cloned().unwrap_or_default());
+        let sources = Sources {
+            stiffness,
+            mass,
+            damping: names.get(2).cloned().unwrap_or_default(),
+            points: name(&files.points),
+        };
+        let points = InterfacePoints::read(&files.points)?;
+        let model = Self::validated(matrices, points, &sources)?;
+        Ok(match files.units {
+            Units::Si => model,
+            Units::MillimetreTonneSecond => units::from_millimetre_tonne(model),
+        })
+    }
+}
+
+fn read_matrix(files: &ModelFiles, source: &MatrixFile, order: Option<usize>) -> Result<Imported, StructureError> {
+    let file = source.path.display().to_string();
+    let bytes = read_bytes(&source.path)?;
+    Ok(match files.format {
+        MatrixFormat::MatrixMarket => Imported::Rows(parse_matrix_market(&file, &bytes)?),
+        MatrixFormat::Calculix => {
+            let order = order.ok_or_else(|| StructureError::Matrix {
+                file: file.clone(),
+                reason: "CalculiX matrices need their .dof file: name it as dof_file".to_owned(),
+            })?;
+            Imported::Rows(calculix::parse(&file, &bytes, order)?)
+        }
+        MatrixFormat::Dmig => Imported::Labels(dmig::parse(&file, &bytes, &source.name)?),
+        MatrixFormat::Op4 => Imported::Rows(op4::parse(&file, &bytes, &source.name)?),
+        MatrixFormat::HarwellBoeing => Imported::Rows(harwell_boeing::parse(&file, &bytes)?),
+        MatrixFormat::Abaqus => match abaqus::parse(&file, &bytes)? {
+            AbaqusMatrix::Labelled(matrix) => Imported::Labels(matrix),
+            AbaqusMatrix::Coordinate(matrix) => Imported::Rows(matrix),
+        },
+    })
+}
+
+/// Stiffness, mass and damping over the same rows.
+fn combine(
+    imported: Vec<Imported>,
+    names: &[String],
+    labels: Option<Vec<DofLabel>>,
+) -> Result<ModelMatrices, StructureError> {
+    let labelled = imported.iter().filter_map(|matrix| match matrix {
+        Imported::Labels(matrix) => Some(matrix),
+        Imported::Rows(_) => None,
+    });
+    let found = all_labels(labelled);
+    let labels = labels.unwrap_or(found);
+    // Coordinate files end with their last entry; the list of rows, or the largest file, tells how many there are.
+    let rows = imported.iter().map(|matrix| match matrix {
+        Imported::Rows(matrix) => matrix.rows(),
+        Imported::Labels(_) => labels.len(),
+    });
+    let order = rows.max().unwrap_or(0).max(labels.len());
+    let mut matrices = Vec::new();
+    for (matrix, name) in imported.into_iter().zip(names) {
+        let matrix = match matrix {
+            Imported::Labels(matrix) => matrix.over(name, &labels)?,
+            Imported::Rows(matrix) => matrix,
+        };
+        if matrix.rows() != order && !labels.is_empty() {
+            let reason = format!("{} rows, but {order} are expected (list of rows, other matrices)", matrix.rows());
+            return Err(StructureError::Matrix { file: name.clone(), reason });
+        }
+        matrices.push(matrix);
+    }
+    let mut matrices = matrices.into_iter();
+    let (Some(stiffness), Some(mass)) = (matrices.next(), matrices.next()) else {
+        return Err(StructureError::argument("matrices", "stiffness and mass", "fewer"));
+    };
+    Ok(ModelMatrices { mass, stiffness, damping: matrices.next(), labels })
+}

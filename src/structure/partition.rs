@@ -1,0 +1,113 @@
+//! The model split into interface DOFs b and inner DOFs o.
+
+use nalgebra::DMatrix;
+use sprs::CsMat;
+
+use super::error::StructureError;
+use super::model::FeModel;
+use super::points::{DOF_NAMES, InterfaceDof};
+
+/// Names of interface DOFs and their rows in the interface displacement.
+pub(super) type NamedRows = Vec<(InterfaceDof, usize)>;
+
+/// The distinct matrix rows of the interface in order, and which of them each named DOF uses.
+///
+/// DOFs of two points on the same node share a row.
+pub(super) fn interface_rows(
+    model: &FeModel,
+    interface: &[(String, usize)],
+) -> Result<(Vec<usize>, NamedRows), StructureError> {
+    let mut place: Vec<Option<usize>> = vec![None; model.order()];
+    let (mut rows, mut dofs) = (Vec::new(), Vec::new());
+    for (point, dof) in interface {
+        let row = interface_row(model, point, *dof)?;
+        let Some(slot) = place.get_mut(row) else { continue };
+        let position = *slot.get_or_insert_with(|| {
+            rows.push(row);
+            rows.len() - 1
+        });
+        dofs.push((InterfaceDof { point: point.clone(), dof: *dof }, position));
+    }
+    if rows.is_empty() {
+        return Err(StructureError::argument("interface", "at least one interface DOF", "none"));
+    }
+    Ok((rows, dofs))
+}
+
+fn interface_row(model: &FeModel, point: &str, dof: usize) -> Result<usize, StructureError> {
+    let known = model.rows_of(point)?;
+    let Some(row) = known.get(dof) else {
+        let name = format!("direction of interface point {point}");
+        return Err(StructureError::argument(name, "0 to 5 (x, y, z, rx, ry, rz)", dof));
+    };
+    let named = |wanted: bool| {
+        let rows = DOF_NAMES.iter().zip(known).filter(|(_, row)| row.is_some() == wanted);
+        rows.map(|(name, _)| *name).collect::<Vec<_>>().join(" ")
+    };
+    let Some(row) = *row else {
+        return Err(StructureError::NoSuchDof {
+            point: point.to_owned(),
+            dof: DOF_NAMES.get(dof).copied().unwrap_or_default().to_owned(),
+            known: named(true),
+        });
+    };
+    if is_empty(model.stiffness(), row) && is_empty(model.mass(), row) {
+        return Err(StructureError::EmptyDof {
+            point: point.to_owned(),
+            dof: DOF_NAMES.get(dof).copied().unwrap_or_default().to_owned(),
+            row: row + 1,
+        });
+    }
+    Ok(row)
+}
+
+/// Inner rows: all but those of the interface and those that carry neither mass nor stiffness, as programs leave them for
+/// DOFs that they fixed themselves. Second: the number of the latter.
+pub(super) fn inner_rows(model: &FeModel, interface: &[usize]) -> (Vec<bool>, usize) {
+    let mut kept: Vec<bool> =
+        (0..model.order()).map(|row| !is_empty(model.stiffness(), row) || !is_empty(model.mass(), row)).collect();
+    let empty = kept.iter().filter(|kept| !**kept).count();
+    for &row in interface {
+        kept[row] = false;
+    }
+    (kept, empty)
+}
+
+fn is_empty(matrix: &CsMat<f64>, row: usize) -> bool {
+    matrix.outer_view(row).is_none_or(|view| view.data().iter().all(|value| *value == 0.0))
+}
+
+/// Blocks `A_ob` (inner rows in the given order, interface rows) and `A_bb` of a symmetric matrix.
+pub(super) fn blocks(matrix: &CsMat<f64>, inner: &[u32], interface: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
+    // Ok(i): inner DOF i; Err(i): interface DOF i.
+    let mut place: Vec<Option<Result<usize, usize>>> = vec![None; matrix.rows()];
+    for (position, &row) in inner.iter().enumerate() {
+        place[row as usize] = Some(Ok(position));
+    }
+    for (position, &row) in interface.iter().enumerate() {
+        place[row] = Some(Err(position));
+    }
+    let mut ob = DMatrix::zeros(inner.len(), interface.len());
+    let mut bb = DMatrix::zeros(interface.len(), interface.len());
+    for (column, &row) in interface.iter().enumerate() {
+        for (other, &value) in matrix.outer_view(row).iter().flat_map(|view| view.iter()) {
+            match place[other] {
+                Some(Ok(position)) => ob[(position, column)] = value,
+                Some(Err(position)) => bb[(position, column)] = value,
+                None => {}
+            }
+        }
+    }
+    (ob, bb)
+}
+
+/// `A X` for a sparse symmetric A with both triangles.
+pub(super) fn sparse_times(a: &CsMat<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(a.rows(), x.ncols());
+    for (source, mut target) in x.column_iter().zip(out.column_iter_mut()) {
+        for (value, row) in target.iter_mut().zip(a.outer_iterator()) {
+            *value = row.iter().map(|(column, entry)| entry * source[column]).sum();
+        }
+    }
+    out
+}
