@@ -3,6 +3,10 @@
 //! `cargo bench --bench runner`; `DECORE_BENCH_ROWS` sets the number of rows (default 1,000,000: nine minutes). Fails if the
 //! memory or the overhead is above its limit, or if DuckDB (`pip install duckdb`) does not open the dataset in a second.
 
+#[path = "support/mod.rs"]
+mod support;
+
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,6 +16,15 @@ const MEMORY_LIMIT_BYTES: u64 = 300_000_000;
 const OVERHEAD_LIMIT: f64 = 0.02;
 /// Longest time in s in which DuckDB opens the dataset and counts its rows.
 const OPEN_LIMIT_S: f64 = 1.0;
+
+const HEAD: &str = "# Runner
+
+Written by `cargo bench --bench runner`: a sweep of the built-in test scene, whose rows sleep for 1 ms, on two threads. Overhead
+is the threads' wall time over the rows' own time, less one.
+
+|||
+|---|---|
+";
 
 fn main() {
     let rows = std::env::var("DECORE_BENCH_ROWS").unwrap_or_else(|_| "1000000".to_owned());
@@ -32,15 +45,21 @@ fn main() {
     let number = |key: &str| summary[key].as_f64().expect("a number");
     let overhead = 2.0 * number("wall_time_s") / number("row_time_s") - 1.0;
     let memory = summary["peak_memory_bytes"].as_u64().unwrap_or(0);
-    println!("rows                 {rows}");
-    println!("wall time            {:.1} s", number("wall_time_s"));
-    println!("rows' own time       {:.1} s on 2 threads", number("row_time_s"));
-    println!("overhead             {:.2} %", 100.0 * overhead);
-    println!("peak memory          {} MB", memory / 1_000_000);
-    if let Some(seconds) = open_with_duckdb(&folder) {
-        println!("opened by DuckDB in  {seconds:.2} s");
-        assert!(seconds < OPEN_LIMIT_S, "DuckDB took {seconds} s");
+    let open_s = open_with_duckdb(&folder);
+    let mut text = String::from(HEAD);
+    let _ = writeln!(
+        text,
+        "| rows | {rows} |\n| rows' own time, mean | {:.3} ms |",
+        1e3 * number("row_time_s") / number("rows_done")
+    );
+    let _ = writeln!(text, "| overhead | {:.2} % (limit {:.0} %) |", 100.0 * overhead, 100.0 * OVERHEAD_LIMIT);
+    let _ = writeln!(text, "| peak memory | {} MB (limit {}) |", memory / 1_000_000, MEMORY_LIMIT_BYTES / 1_000_000);
+    if let Some(seconds) = open_s {
+        let _ = writeln!(text, "| opened by DuckDB in | {seconds:.2} s (limit {OPEN_LIMIT_S} s) |");
     }
+    println!("{text}");
+    support::write_section("runner", &text);
+    assert!(open_s.is_none_or(|seconds| seconds < OPEN_LIMIT_S), "DuckDB took {open_s:?} s");
     assert!(memory < MEMORY_LIMIT_BYTES, "{memory} bytes");
     assert!(overhead < OVERHEAD_LIMIT, "overhead {overhead}");
 }

@@ -50,13 +50,13 @@ impl Journal {
     /// The system's, such as a full disk: the rows before are kept, this one and later ones are refused.
     pub fn append(&self, row: &StoredRow) -> Result<(), DatasetError> {
         let block = row.row() / self.rows_per_part;
-        let path = self.path(block);
+        let path = || self.path(block);
         let head = frame_head(row.bytes());
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kind) = state.failed {
-            return Err(failed_to("write", &path)(kind.into()));
+            return Err(failed_to("write", &path())(kind.into()));
         }
-        let written = state.file(block, &path).and_then(|file| append_frame(&file, &head, row.bytes()).map(|()| file));
+        let written = state.file(block, path).and_then(|file| append_frame(&file, &head, row.bytes()).map(|()| file));
         match written {
             Ok(file) => {
                 state.unsynced.insert(block, file);
@@ -64,7 +64,7 @@ impl Journal {
             }
             Err(error) => {
                 state.failed = Some(error.kind());
-                Err(failed_to("write", &path)(error))
+                Err(failed_to("write", &path())(error))
             }
         }
     }
@@ -100,11 +100,11 @@ impl Journal {
 }
 
 impl State {
-    fn file(&mut self, block: u64, path: &Path) -> io::Result<Arc<File>> {
+    fn file(&mut self, block: u64, path: impl Fn() -> PathBuf) -> io::Result<Arc<File>> {
         if let Some(file) = self.files.get(&block) {
             return Ok(Arc::clone(file));
         }
-        let file = Arc::new(OpenOptions::new().append(true).create(true).open(path)?);
+        let file = Arc::new(OpenOptions::new().append(true).create(true).open(path())?);
         if file.metadata()?.len() == 0 {
             (&*file).write_all(MAGIC)?;
         }
