@@ -19,8 +19,9 @@ const OPEN_LIMIT_S: f64 = 1.0;
 
 const HEAD: &str = "# Runner
 
-Written by `cargo bench --bench runner`: a sweep of the built-in test scene, whose rows sleep for 1 ms, on two threads. Overhead
-is the threads' wall time over the rows' own time, less one.
+Written by `cargo bench --bench runner`: a sweep of the built-in test scene, whose rows keep a processor busy for 1 ms,
+on two threads and two processors. Overhead is the wall time of both threads over the rows' own processor time, less one: what
+starting rows, the journal, parts and progress take.
 
 |||
 |---|---|
@@ -32,7 +33,7 @@ fn main() {
     let summary = folder.with_extension("json");
     let study = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/placement.toml");
     let status = Command::new(env!("CARGO_BIN_EXE_decore"))
-        .args(["run", study, "--replace", "--threads", "2", "--stub-row-ms", "1", "--set"])
+        .args(["run", study, "--replace", "--threads", "2", "--stub-row-ms", "1", "--stub-busy", "--set"])
         .arg(format!("design.rows={rows}"))
         .arg("--output")
         .arg(&folder)

@@ -414,3 +414,49 @@ fn a_dataset_knows_the_quality_of_its_design() {
     assert!((number("maximum_correlation") / measured.maximum_correlation - 1.0).abs() < 1e-8);
     assert!(number("phi_p") > 0.0 && number("points_accepted") == 40.0 && number("points_tried") > 50.0);
 }
+
+/// A factor over machines: every row runs on its own, and what names no machine is found before any row.
+#[test]
+fn a_factor_chooses_the_machine() {
+    let scratch = TempDir::new().unwrap();
+    let text = "duration_s = 0.02\nmachine = \"few\"\n[structure]\ncutoff_hz = 300\n[structures.few]\ncutoff_hz = 60\n\
+        [hammer.a]\nmount = \"R5\"\nstrike_point_m = [0.0, 0.0]\n[casting.c]\nmass_kg = 0.5\n[casting.c.fixture.f]\npoint = \"T5\"\nstiffness_n_per_m = 3e7\n\
+        [design]\nkind = \"full_factorial\"\n[design.factor.machine]\npath = \"machine\"\nvalues = [\"structure\", \"few\"]\n";
+    let write = |text: &str| {
+        let path = scratch.path().join("study.toml");
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let run = |path: &Path| {
+        let folder = scratch.path().join("out");
+        let output = Command::new(env!("CARGO_BIN_EXE_decore"))
+            .args(["run", "--replace", "--output"])
+            .arg(&folder)
+            .arg(path)
+            .output()
+            .unwrap();
+        (output, folder)
+    };
+    let (output, folder) = run(&write(text));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut modes = Vec::new();
+    let reader = decore::dataset::DatasetReader::open(&folder).unwrap();
+    let table = decore::dataset::TableName::Runs;
+    reader.visit(table, &["factor_machine", "modes"], |cells| modes.push(format!("{cells:?}"))).unwrap();
+    assert!(modes[0].contains("structure") && modes[0].contains("19"), "{modes:?}");
+    assert!(modes[1].contains("few") && modes[1].contains("10"), "{modes:?}");
+    for (from, to, word) in [
+        ("\"structure\", \"few\"]", "\"structure\", \"fews\"]", "did you mean `few`"),
+        (
+            "[structures.few]\n",
+            "[structures.few]\nrails.r = [\"R1\", \"R2\"]\n",
+            "rails belong to the table [structure]",
+        ),
+        ("path = \"machine\"", "path = \"structures.few.cutoff_hz\"", "structures"),
+    ] {
+        let (output, _) = run(&write(&text.replace(from, to)));
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(word), "no `{word}` in {stderr}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use decore::accuracy::main_differences;
 use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row};
 use decore::study::Study;
 use serde_json::Value;
@@ -131,4 +132,33 @@ fn val_three_hammers_on_two_castings() {
     matches(&outcome, "three_hammers_two_castings", 2e-2);
     // First impacts converge; periodic values of hammers that share a casting scatter between any two methods.
     converges(&outcome, "three_hammers_two_castings", [2e-6, 5e-3, 1e-4]);
+}
+
+/// Truncation of modes counts as error: against all modes of the structure, the modes that a scene needs with residual modes
+/// for the others keep the promise that as many modes below a cut-off break.
+#[test]
+fn val_selected_modes_stand_for_the_whole_structure() {
+    let outputs = |settings: &[&str]| {
+        let basis = ["structure.fixed_interface_cutoff_hz=20000", "solver.guide=tied"];
+        let settings: Vec<String> = basis.iter().chain(settings).map(|setting| (*setting).to_owned()).collect();
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
+        let study = Study::load(&path).and_then(|study| study.with_overrides(&settings)).unwrap();
+        let model = SourceModel::read(study.structure()).unwrap();
+        let points = model.points();
+        let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
+        let scene = study.scene(0, &points).unwrap();
+        let modes = machine.modes(&scene).unwrap();
+        let metrics = run_row(&scene, &modes).metrics.unwrap();
+        (modes.omega_rad_s.len(), metrics)
+    };
+    let (all, whole) = outputs(&["structure.mode_tolerance=0"]);
+    let (few, selected) = outputs(&["structure.mode_tolerance=1e-2"]);
+    let (cut, truncated) = outputs(&["structure.cutoff_hz=1000"]);
+    assert!(all > 500 && few == 60 && cut == 60, "{all} {few} {cut}");
+    // First-impact energy, periodic energy, frequency, peak velocity; measured 3e-6, 1e-7, 3e-6, 9e-5.
+    for (error, bound) in main_differences(&selected, &whole).into_iter().zip([1e-5, 1e-5, 1e-5, 1e-4]) {
+        assert!(error < bound, "selected modes: {error:.1e} > {bound:.0e}");
+    }
+    let [.., peak] = main_differences(&truncated, &whole);
+    assert!(peak > 2e-3, "the cut-off loses the local flexibility of the fixture point: {peak:.1e}");
 }

@@ -13,7 +13,7 @@ use crate::run::{RowStatus, SolverCounters};
 use crate::scene::{Guide, ModeTreatment, SolverSettings};
 
 pub use measure::{AccuracyError, Experiment, measure};
-pub use outputs::{MAIN_OUTPUTS, Output};
+pub use outputs::{MAIN_OUTPUTS, Output, main_differences};
 pub use plot::plot;
 pub use text::text;
 

@@ -30,6 +30,16 @@ pub(super) fn differences(found: &RunMetrics, reference: &RunMetrics) -> Vec<f64
     differences
 }
 
+/// Relative differences of the [`MAIN_OUTPUTS`].
+pub fn main_differences(found: &RunMetrics, reference: &RunMetrics) -> [f64; MAIN_OUTPUTS.len()] {
+    let all = differences(found, reference);
+    let names = outputs();
+    MAIN_OUTPUTS.map(|name| {
+        let at = names.iter().position(|output| output.name == name);
+        at.and_then(|at| all.get(at)).copied().unwrap_or(f64::NAN)
+    })
+}
+
 fn quantities<T>(quantities: &[Quantity<T>], found: &[T], reference: &[T]) -> Vec<f64> {
     let largest = |quantity: &Quantity<T>| {
         let pairs = found.iter().zip(reference).map(|(a, b)| ((quantity.value)(a), (quantity.value)(b)));

@@ -122,6 +122,13 @@ fn probe(prepared: &Prepared, threads: usize) {
         scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
         let outcome = run_row(&scene, &modes);
         say(&format_args!("modes          {} kept (row {row})", outcome.modes));
+        if let Ok(Some(selection)) = prepared.machine_of(&scene).selection(&scene) {
+            let residual = selection.residual.omega_rad_s.len();
+            let (kept, available, bound) = (selection.kept.len(), selection.available, selection.bound);
+            say(&format_args!(
+                "               {kept} of {available} and {residual} residual; receptances within {bound:.1e} of static flexibility"
+            ));
+        }
         say(&format_args!("states         {}", outcome.states));
         say(&estimate(&outcome, scene.duration_s, (rows, threads)));
         if invalid > 0 {

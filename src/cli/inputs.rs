@@ -9,7 +9,9 @@ use crate::study::StructureSource;
 
 /// BLAKE3 of every file of a structure by its key in the study and the file's name. Folders do not count: a sweep may be
 /// continued elsewhere.
-pub(super) fn input_hashes(source: &StructureSource) -> Result<BTreeMap<String, String>, Failure> {
+///
+/// `table`: where the structure stands in the study.
+pub(super) fn input_hashes(table: &str, source: &StructureSource) -> Result<BTreeMap<String, String>, Failure> {
     let files: Vec<(&str, &Path)> = match source {
         // Built in: the program's version stands for it.
         StructureSource::Station => Vec::new(),
@@ -19,7 +21,7 @@ pub(super) fn input_hashes(source: &StructureSource) -> Result<BTreeMap<String, 
     let mut hashes = BTreeMap::new();
     for (key, path) in files {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        hashes.insert(format!("structure.{key} ({name})"), hash(path)?);
+        hashes.insert(format!("{table}.{key} ({name})"), hash(path)?);
     }
     Ok(hashes)
 }

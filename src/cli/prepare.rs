@@ -9,14 +9,19 @@ use crate::dataset::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, ro
 use crate::design::Quality;
 use crate::run::{DEFAULT_RETRIES, Machine, RowOutcome, SourceModel, run_row_with_retries};
 use crate::scene::Scene;
-use crate::study::{self, PointTable, Study};
+use crate::study::{self, InterfaceDemand, PointTable, Study};
 use crate::system::InterfaceModes;
+
+/// Distance in m within which two points are the same.
+const SAME_PLACE_M: f64 = 1e-6;
 
 /// A study ready to run.
 pub(super) struct Prepared {
     pub study: Study,
     pub points: PointTable,
-    pub machine: Machine,
+    machine: Machine,
+    /// The study's further machines.
+    further: Vec<Machine>,
     /// Times a row that diverges is run again.
     pub retries: u32,
     inputs: BTreeMap<String, String>,
@@ -31,21 +36,52 @@ pub(super) fn load(path: &Path, overrides: &[String]) -> Result<Study, Failure> 
 /// Loads a study with the overrides `path=value`, checks it, reads and reduces its machine.
 pub(super) fn prepare(path: &Path, overrides: &[String]) -> Result<Prepared, Failure> {
     let study = load(path, overrides)?;
-    let inputs = input_hashes(&study.structure().source)?;
+    let mut inputs = input_hashes("structure", &study.structure().source)?;
     let model = SourceModel::read(study.structure())?;
     let points = model.points();
     study.check(&points)?;
     let study = study.constrained(&points)?;
-    let machine = Machine::new(model, study.structure(), &study.interface_demand())?;
-    Ok(Prepared { study, points, machine, retries: DEFAULT_RETRIES, inputs })
+    let demand = study.interface_demand();
+    let machine = Machine::new(model, study.structure(), &demand)?;
+    let mut further = Vec::new();
+    for (name, settings) in study.structures() {
+        let table = format!("structures.{name}");
+        inputs.extend(input_hashes(&table, &settings.source)?);
+        let model = SourceModel::read(settings)?;
+        same_points(&table, &demand, [&points, &model.points()])?;
+        further.push(Machine::new(model, settings, &demand)?);
+    }
+    Ok(Prepared { study, points, machine, further, retries: DEFAULT_RETRIES, inputs })
+}
+
+/// Strikes follow from where points are: the machines of a study have those that it uses at the same places.
+fn same_points(table: &str, demand: &InterfaceDemand, [first, other]: [&PointTable; 2]) -> Result<(), Failure> {
+    for name in demand.mounts.iter().chain(&demand.fixtures) {
+        let (Some(expected), Some(found)) = (first.position(name), other.position(name)) else {
+            return Err(Failure::Argument(format!("[{table}] has no interface point `{name}`, which the study uses")));
+        };
+        let apart = expected.iter().zip(found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        if apart > SAME_PLACE_M {
+            return Err(Failure::Argument(format!(
+                "interface point `{name}` of [{table}] is at {found:?}, that of [structure] at {expected:?}: the machines of \
+                 a study have the points that it uses at the same places"
+            )));
+        }
+    }
+    Ok(())
 }
 
 impl Prepared {
     /// The scene of a row and the machine's modes for it; the reason if the row describes none.
     pub fn scene(&self, row: usize) -> Result<(Scene, InterfaceModes), String> {
         let scene = self.study.scene(row, &self.points).map_err(|invalid| invalid.reason)?;
-        let modes = self.machine.modes(&scene).map_err(|error| error.to_string())?;
+        let modes = self.machine_of(&scene).modes(&scene).map_err(|error| error.to_string())?;
         Ok((scene, modes))
+    }
+
+    /// The machine that a scene is on.
+    pub fn machine_of(&self, scene: &Scene) -> &Machine {
+        scene.machine.and_then(|index| self.further.get(index)).unwrap_or(&self.machine)
     }
 
     /// Simulates a row. Pure: depends on the study and the row alone.

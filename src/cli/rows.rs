@@ -26,13 +26,14 @@ impl Rows {
         Ok(Self::Simulated(Box::new(prepared)))
     }
 
-    /// Rows of the built-in test scene that take `milliseconds` each.
-    pub fn stub(study: &Path, overrides: &[String], milliseconds: f64) -> Result<Self, Failure> {
+    /// Rows of the built-in test scene that take `milliseconds` each, computing or sleeping.
+    pub fn stub(study: &Path, overrides: &[String], (milliseconds, busy): (f64, bool)) -> Result<Self, Failure> {
         let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
         let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
         let study = load(study, overrides)?;
         let study = if study.constraints().is_empty() { study } else { constrained(&study)? };
-        let rows = StubRows { duration, hammers: study.hammer_names().len(), castings: study.casting_names().len() };
+        let (hammers, castings) = (study.hammer_names().len(), study.casting_names().len());
+        let rows = StubRows { duration, busy, hammers, castings };
         Ok(Self::Stub { study: Box::new(study), rows })
     }
 

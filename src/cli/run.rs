@@ -59,12 +59,15 @@ pub(super) struct RunArguments {
     /// Built-in test scene: rows that take this time in ms and whose outcomes are made up.
     #[arg(long, value_name = "MS", hide = true)]
     stub_row_ms: Option<f64>,
+    /// Rows of the test scene compute for their time instead of sleeping.
+    #[arg(long, hide = true, requires = "stub_row_ms")]
+    stub_busy: bool,
 }
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
     let rows = match arguments.stub_row_ms {
-        Some(milliseconds) => Rows::stub(&arguments.study, &arguments.overrides, milliseconds)?,
+        Some(milliseconds) => Rows::stub(&arguments.study, &arguments.overrides, (milliseconds, arguments.stub_busy))?,
         None => Rows::simulated(&arguments.study, &arguments.overrides, arguments.retries)?,
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {

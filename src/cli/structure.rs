@@ -7,7 +7,8 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::prepare::prepare;
 use super::text::{plural, say};
-use crate::run::{model_files, reduction_settings};
+use crate::accuracy::{MAIN_OUTPUTS, main_differences};
+use crate::run::{model_files, reduction_settings, run_row};
 use crate::structure::{
     CACHE_FOLDER, DOF_NAMES, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess, quality_page, write_model,
@@ -22,6 +23,10 @@ pub(super) struct StructureArguments {
     /// Set a value of the study, e.g. `structure.cutoff_hz=500`; may be given several times. Needs a study.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
+    /// Also run the scene of a study's first row with all modes and with each selection of them, and tell what the outputs
+    /// move.
+    #[arg(long)]
+    effects: bool,
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
@@ -87,20 +92,34 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     Ok(Exit::Done)
 }
 
-/// How many modes the scene of a study's first row needs, by the error of the receptances between its points.
+/// How many modes the scene of a study's first row needs, by the error of the receptances between its points and, where
+/// asked for, by what the outputs of a run move.
 fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
-    const TOLERANCES: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-3, 1e-2];
-    let prepared = prepare(&arguments.file, &arguments.overrides)?;
-    let Ok(scene) = prepared.study.scene(0, &prepared.points) else { return Ok(()) };
-    let band_hz = prepared.study.structure().cutoff_hz;
+    const TOLERANCES: [f64; 5] = [1e-6, 1e-4, 1e-3, 1e-2, 1e-1];
+    let mut overrides = arguments.overrides.clone();
+    overrides.push("structure.mode_tolerance=0".to_owned());
+    let prepared = prepare(&arguments.file, &overrides)?;
+    let Ok((scene, modes)) = prepared.scene(0) else { return Ok(()) };
+    let band_hz = prepared.study.structure().mode_band_hz;
+    let reference = arguments.effects.then(|| run_row(&scene, &modes).metrics).flatten();
+    let effects =
+        if reference.is_some() { format!("  largest change of {}", MAIN_OUTPUTS.join(", ")) } else { String::new() };
     say(&format_args!(
-        "\nmodes for the scene of row 0, housings added; error of receptances up to {band_hz} Hz over static flexibility\n{:>9} {:>6} {:>5} {:>10}",
-        "tolerance", "kept", "of", "reached"
+        "\nmodes for the scene of row 0 out of all of the basis, housings added; error of receptances up to {band_hz} Hz over static \
+         flexibility\n{:>9} {:>6} {:>5} {:>9} {:>10}{effects}",
+        "tolerance", "kept", "of", "residual", "reached"
     ));
     for tolerance in TOLERANCES {
-        let selection = prepared.machine.selection(&scene, SelectionSettings { tolerance, band_hz })?;
+        let (selection, modes) =
+            prepared.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
         let (kept, available) = (selection.kept.len(), selection.available);
-        say(&format_args!("{tolerance:>9.0e} {kept:>6} {available:>5} {:>10.1e}", selection.bound));
+        let residual = selection.residual.omega_rad_s.len();
+        let mut line = format!("{tolerance:>9.0e} {kept:>6} {available:>5} {residual:>9} {:>10.1e}", selection.bound);
+        if let Some(reference) = &reference {
+            let changes = run_row(&scene, &modes).metrics.map(|metrics| main_differences(&metrics, reference));
+            changes.iter().flatten().for_each(|change| line.push_str(&format!(" {change:>8.0e}")));
+        }
+        say(&line);
     }
     Ok(())
 }

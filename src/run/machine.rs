@@ -32,6 +32,8 @@ type PlacementKey = Vec<(Vec<(String, u64)>, [u64; 7])>;
 pub struct Machine {
     reduced: ReducedStructure,
     options: ModalOptions,
+    /// Where modes are selected per scene.
+    selection: Option<SelectionSettings>,
     housings: Housings,
     cache: Mutex<HashMap<PlacementKey, Arc<StructureModes>>>,
 }
@@ -97,44 +99,61 @@ impl Machine {
             DampingRatio::Uniform(ratio) => Damping::Ratio(*ratio),
             DampingRatio::PerMode(ratios) => Damping::PerMode(ratios.clone()),
         };
+        let selection = settings.mode_tolerance;
         Ok(Self {
             reduced,
-            options: ModalOptions { cutoff_hz: settings.cutoff_hz, damping },
+            // What is selected from is all that the basis has.
+            options: ModalOptions { cutoff_hz: selection.map_or(settings.cutoff_hz, |_| f64::MAX), damping },
+            selection: selection.map(|tolerance| SelectionSettings { tolerance, band_hz: settings.mode_band_hz }),
             housings: settings.housings,
             cache: Mutex::default(),
         })
     }
 
-    /// Modes of the machine with the housings of a scene on their mounts, and their shapes at the scene's interface points.
+    /// Modes of the machine with the housings of a scene on their mounts, and their shapes at the scene's interface points;
+    /// where the study sets a tolerance, those that the scene needs and the residual modes of the others.
     ///
     /// # Errors
     /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
     pub fn modes(&self, scene: &Scene) -> Result<InterfaceModes, StructureError> {
+        if let Some(settings) = self.selection {
+            return self.select(scene, settings).map(|(_, modes)| modes);
+        }
         let modes = self.placed(scene)?;
-        let row = |points: &[(String, f64)]| modes.row(points, STRIKE_DIRECTION);
-        let mounts = scene.hammers.iter().map(|hammer| row(&hammer.mount.points));
-        let fixtures = scene.castings.iter().map(|casting| {
-            casting.fixtures.iter().map(|fixture| row(&[(fixture.point.clone(), 1.0)])).collect::<Result<_, _>>()
-        });
-        Ok(InterfaceModes {
-            mounts: mounts.collect::<Result<_, _>>()?,
-            fixtures: fixtures.collect::<Result<_, _>>()?,
-            omega_rad_s: modes.omega_rad_s.clone(),
-            damping_ratio: modes.damping_ratio.clone(),
-        })
+        let rows = interface_rows(scene);
+        let shapes = rows.iter().map(|(points, direction)| modes.row(points, *direction)).collect::<Result<_, _>>()?;
+        Ok(interface_modes(scene, shapes, (modes.omega_rad_s.clone(), modes.damping_ratio.clone())))
     }
 
-    /// The modes that matter to a scene's mounts (first) and fixtures, by a stated bound, and the static flexibility that the
-    /// others leave between those rows.
+    /// What was selected for a scene; `None` where the study sets no tolerance.
+    ///
+    /// # Errors
+    /// As for [`Machine::modes`].
+    pub fn selection(&self, scene: &Scene) -> Result<Option<ModeSelection>, StructureError> {
+        self.selection.map(|settings| self.select(scene, settings).map(|(selection, _)| selection)).transpose()
+    }
+
+    /// Selects the modes that matter to a scene's mounts (first) and fixtures: what was selected, and the modes to run on.
     ///
     /// # Errors
     /// As for [`Machine::modes`]; settings out of range.
-    pub fn selection(&self, scene: &Scene, settings: SelectionSettings) -> Result<ModeSelection, StructureError> {
-        let mounts = scene.hammers.iter().map(|hammer| hammer.mount.points.clone());
-        let fixtures = scene.castings.iter().flat_map(|casting| &casting.fixtures);
-        let fixtures = fixtures.map(|fixture| vec![(fixture.point.clone(), 1.0)]);
-        let rows: Vec<DirectedPoints> = mounts.chain(fixtures).map(|points| (points, STRIKE_DIRECTION)).collect();
-        self.placed(scene)?.select(&rows, settings)
+    pub fn select(
+        &self,
+        scene: &Scene,
+        settings: SelectionSettings,
+    ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
+        let modes = self.placed(scene)?;
+        let selection = modes.select(&interface_rows(scene), settings)?;
+        let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {
+            selection.kept.iter().map(|&mode| of[mode]).chain(residual.iter().copied()).collect()
+        };
+        let residual = &selection.residual;
+        let omega_rad_s = with_residual(&modes.omega_rad_s, &residual.omega_rad_s);
+        let damping_ratio = with_residual(&modes.damping_ratio, &residual.damping_ratio);
+        let rows = selection.rows.row_iter().zip(residual.rows.row_iter());
+        let shapes = rows.map(|(kept, residual)| kept.iter().chain(residual.iter()).copied().collect()).collect();
+        let interface = interface_modes(scene, shapes, (omega_rad_s, damping_ratio));
+        Ok((selection, interface))
     }
 
     /// The modes of a placement, from the cache where it is there. A pure function of the scene: the cache only saves time.
@@ -155,6 +174,29 @@ impl Machine {
             cache.insert(key, Arc::clone(&modes));
         }
         Ok(modes)
+    }
+}
+
+/// The points and directions at which a scene touches the structure: its mounts, then its fixtures.
+fn interface_rows(scene: &Scene) -> Vec<DirectedPoints> {
+    let mounts = scene.hammers.iter().map(|hammer| hammer.mount.points.clone());
+    let fixtures = scene.castings.iter().flat_map(|casting| &casting.fixtures);
+    let fixtures = fixtures.map(|fixture| vec![(fixture.point.clone(), 1.0)]);
+    mounts.chain(fixtures).map(|points| (points, STRIKE_DIRECTION)).collect()
+}
+
+/// Modes with their shapes at the [`interface_rows`] of a scene.
+fn interface_modes(
+    scene: &Scene,
+    shapes: Vec<Vec<f64>>,
+    (omega_rad_s, damping_ratio): (Vec<f64>, Vec<f64>),
+) -> InterfaceModes {
+    let mut shapes = shapes.into_iter();
+    InterfaceModes {
+        mounts: shapes.by_ref().take(scene.hammers.len()).collect(),
+        fixtures: scene.castings.iter().map(|casting| shapes.by_ref().take(casting.fixtures.len()).collect()).collect(),
+        omega_rad_s,
+        damping_ratio,
     }
 }
 

@@ -44,6 +44,7 @@ mod tests {
 
     fn scene() -> Scene {
         Scene {
+            machine: None,
             environment: Environment::default(),
             hammers: Vec::new(),
             castings: Vec::new(),

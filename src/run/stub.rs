@@ -2,19 +2,41 @@
 
 use std::time::{Duration, Instant};
 
+use cpu_time::ThreadTime;
+
 use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics};
 use crate::run::{RowOutcome, RowStatus, SolverCounters};
 
 /// One row in this many diverges.
 const ROWS_PER_FAILURE: u64 = 1000;
+/// Turns of a busy row between two looks at the clock.
+const SPINS: u32 = 50;
 /// The one among them that does.
 const FAILING_ROW: u64 = 613;
+
+/// Keeps the processor busy; returns the processor time that it took.
+fn compute(duration: Duration) -> Duration {
+    let begin = ThreadTime::now();
+    while begin.elapsed() < duration {
+        (0..SPINS).for_each(|_| std::hint::spin_loop());
+    }
+    begin.elapsed()
+}
+
+/// Sleeps; returns the wall time that it took.
+fn sleep(duration: Duration) -> Duration {
+    let begin = Instant::now();
+    std::thread::sleep(duration);
+    begin.elapsed()
+}
 
 /// Rows without a simulation. Outcomes are pure functions of the row, as the simulated ones are.
 #[derive(Debug, Clone, Copy)]
 pub struct StubRows {
     /// Time that a row takes.
     pub duration: Duration,
+    /// Whether a row keeps its thread's processor busy for that time, as a simulation does, or sleeps.
+    pub busy: bool,
     /// Hammers of the study; each delivers one blow to casting 0, if there is one.
     pub hammers: usize,
     /// Castings of the study.
@@ -24,8 +46,7 @@ pub struct StubRows {
 impl StubRows {
     /// Waits, then gives the row's outcome; row 613 of every thousand diverges.
     pub fn run(&self, row: u64) -> RowOutcome {
-        let begin = Instant::now();
-        std::thread::sleep(self.duration);
+        let own_time = if self.busy { compute(self.duration) } else { sleep(self.duration) };
         let diverged = row % ROWS_PER_FAILURE == FAILING_ROW;
         RowOutcome {
             status: if diverged { RowStatus::Diverged } else { RowStatus::Done },
@@ -42,7 +63,7 @@ impl StubRows {
                 factorisations: 0,
                 retries: u64::from(diverged),
             },
-            wall_time_s: begin.elapsed().as_secs_f64(),
+            wall_time_s: own_time.as_secs_f64(),
         }
     }
 

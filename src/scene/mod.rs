@@ -178,6 +178,8 @@ impl Default for OutputSettings {
 /// All that one run needs besides the reduced structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
+    /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
+    pub machine: Option<usize>,
     /// Gas, surroundings and gravity.
     pub environment: Environment,
     /// The hammers, in the study's order.

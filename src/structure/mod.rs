@@ -52,4 +52,4 @@ pub use quality::{
 pub use quality_page::quality_page;
 pub use reduced::{Damping, ModalOptions, ReducedStructure};
 pub use reduction::{ReductionFacts, ReductionSettings, reduce, reduce_observed};
-pub use selection::{DirectedPoints, ModeSelection, SelectionSettings};
+pub use selection::{DirectedPoints, ModeSelection, ResidualModes, SelectionSettings};

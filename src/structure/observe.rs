@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use cpu_time::ThreadTime;
+
 /// One step of a computation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct StepRecord {
@@ -70,7 +72,5 @@ fn peak() -> Option<u64> {
 
 /// Time of this thread on a processor since its start.
 fn thread_cpu_s() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    let nanoseconds: u64 = text.split_whitespace().next()?.parse().ok()?;
-    Some(nanoseconds as f64 * 1e-9)
+    Some(ThreadTime::try_now().ok()?.as_duration().as_secs_f64())
 }

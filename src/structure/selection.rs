@@ -1,19 +1,29 @@
-//! The modes that matter to some rows of the interface, by a stated bound; the others as static flexibility.
+//! The modes that matter to some rows of the interface, by a stated bound; the others as residual modes.
 //!
 //! A mode that is dropped is replaced by its static part `phi phi' / omega_s^2`. With `x = (omega / omega_s)^2` and
 //! `a = 4 xi_s^2` that errs by `phi phi' / omega_s^2` times `sqrt((x^2 + a x) / ((1 - x)^2 + a x))`, which rises up to
 //! `x = (1 + sqrt(1 + 2 a)) / 2`, just above the resonance. `g_s` is the largest error per `phi phi'` up to the band edge.
 //!
-//! Modes are dropped as long as for every row n the sum `sum phi_ns^2 g_s` stays within `tolerance * F_nn`, F the static
-//! flexibility of the modes. By Cauchy and Schwarz the error of every receptance between two rows n, m is then within
-//! `tolerance * sqrt(F_nn F_mm)` at all frequencies of the band.
+//! The static part of all dropped modes together, `R = sum phi phi' / omega_s^2`, must carry mass to be integrated in time.
+//! It is given the mass of the same modes, `A = sum phi phi'`: the eigenproblem `R u = lambda A u` has one residual mode
+//! `psi = A u`, `omega = 1 / sqrt(lambda)` per independent row, with `sum psi psi' = A` and `sum psi psi' / omega^2 = R`. The
+//! rows so keep their static flexibility and their response to a jump of force, exactly, whatever is dropped.
+//!
+//! Modes are dropped as long as for every row n the sum `sum phi_ns^2 g_s` over dropped and residual modes stays within
+//! `tolerance * F_nn`, F the static flexibility of the modes. By Cauchy and Schwarz the error of every receptance between two
+//! rows n, m is then within `tolerance * sqrt(F_nn F_mm)` at all frequencies of the band.
 
 use std::f64::consts::TAU;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::error::StructureError;
 use super::modes::StructureModes;
+
+/// Share of the largest eigenvalue of `A` below which a combination of rows counts as one that no dropped mode moves.
+const RANK: f64 = 1e-12;
+/// Smallest part of the tolerance that is tried for the dropped modes before none is dropped.
+const LEAST_PART: f64 = 1e-6;
 
 /// A weighted set of points and a direction, as in [`StructureModes::row`].
 pub type DirectedPoints = (Vec<(String, f64)>, [f64; 3]);
@@ -27,11 +37,21 @@ pub struct ModeSelection {
     pub available: usize,
     /// The rows over the kept modes (rows x kept), 1/sqrt(kg).
     pub rows: DMatrix<f64>,
-    /// Static flexibility of the dropped modes between the rows (rows x rows), m/N; modes above the cut-off of the structure
-    /// included where it stands.
-    pub residual_m_per_n: DMatrix<f64>,
+    /// What stands for the dropped modes.
+    pub residual: ResidualModes,
     /// The bound that was reached: largest `sum phi_ns^2 g_s / F_nn` of a row; at most the tolerance.
     pub bound: f64,
+}
+
+/// Modes that together have the static flexibility and the mass of many.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResidualModes {
+    /// Circular frequencies in rad/s.
+    pub omega_rad_s: Vec<f64>,
+    /// Damping ratios: the damping of the dropped modes seen along each residual mode.
+    pub damping_ratio: Vec<f64>,
+    /// The rows over the residual modes (rows x modes), 1/sqrt(kg).
+    pub rows: DMatrix<f64>,
 }
 
 /// How modes are selected.
@@ -68,63 +88,113 @@ impl StructureModes {
         let mut order: Vec<usize> = (0..self.len()).filter(|mode| self.omega_rad_s[*mode] > 0.0).collect();
         let largest = |mode: usize| shares.iter().map(|row| row[mode]).fold(0.0, f64::max);
         order.sort_by(|a, b| largest(*a).total_cmp(&largest(*b)));
-        let mut kept = vec![true; self.len()];
-        let mut sums = vec![0.0; rows.len()];
-        for mode in order {
-            let next: Vec<f64> = sums.iter().zip(&shares).map(|(sum, row)| sum + row[mode]).collect();
-            if next.iter().any(|sum| *sum > tolerance) {
+        // The residual modes take their part of the tolerance: less is left to the dropped ones until both fit.
+        let mut allowance = tolerance;
+        loop {
+            let (kept, dropped) = self.split(&order, &shares, allowance);
+            let residual = self.residual(&phi, &dropped);
+            let bound = self.bound(&phi, &shares, (&dropped, &residual), TAU * band_hz);
+            if bound <= tolerance || dropped.is_empty() {
+                let rows = DMatrix::from_fn(rows.len(), kept.len(), |row, column| phi[row][kept[column]]);
+                return Ok(ModeSelection { rows, available: self.len(), kept, residual, bound });
+            }
+            allowance = if allowance > LEAST_PART * tolerance { 0.5 * allowance } else { 0.0 };
+        }
+    }
+
+    /// Kept and dropped modes, both rising, if the shares of the dropped ones may sum up to `allowance` in every row.
+    fn split(&self, order: &[usize], shares: &[Vec<f64>], allowance: f64) -> (Vec<usize>, Vec<usize>) {
+        let mut is_kept = vec![true; self.len()];
+        let mut sums = vec![0.0; shares.len()];
+        for &mode in order {
+            sums.iter_mut().zip(shares).for_each(|(sum, row)| *sum += row[mode]);
+            if sums.iter().any(|sum| *sum > allowance) {
                 break;
             }
-            sums = next;
-            kept[mode] = false;
+            is_kept[mode] = false;
         }
-        let kept: Vec<usize> = (0..self.len()).filter(|mode| kept[*mode]).collect();
-        let residual_m_per_n = self.residual(rows, &phi, &kept)?;
-        Ok(ModeSelection {
-            rows: DMatrix::from_fn(rows.len(), kept.len(), |row, column| phi[row][kept[column]]),
-            available: self.len(),
-            kept,
-            residual_m_per_n,
-            bound: sums.into_iter().fold(0.0, f64::max),
-        })
+        (0..self.len()).partition(|mode| is_kept[*mode])
+    }
+
+    /// Largest share of a row that dropped and residual modes err by together.
+    fn bound(
+        &self,
+        phi: &[Vec<f64>],
+        shares: &[Vec<f64>],
+        (dropped, residual): (&[usize], &ResidualModes),
+        band: f64,
+    ) -> f64 {
+        let of_row = |row: usize| {
+            let of_dropped: f64 = dropped.iter().map(|&mode| shares[row][mode]).sum();
+            let parameters = residual.omega_rad_s.iter().zip(&residual.damping_ratio);
+            let squares = residual.rows.row(row).map(|psi| psi * psi);
+            let errors = parameters.map(|(omega, xi)| static_error(*omega, *xi, band));
+            let of_residual: f64 = squares.iter().zip(errors).map(|(square, error)| square * error).sum();
+            let flexibility = self.flexibility(&phi[row]);
+            of_dropped + if flexibility > 0.0 { of_residual / flexibility } else { 0.0 }
+        };
+        (0..phi.len()).map(of_row).fold(0.0, f64::max)
+    }
+
+    /// Static flexibility of a row, rigid-body motions left out, m/N.
+    fn flexibility(&self, row: &[f64]) -> f64 {
+        let elastic = row.iter().zip(&self.omega_rad_s).filter(|(_, omega)| **omega > 0.0);
+        elastic.map(|(value, omega)| (value / omega).powi(2)).sum()
     }
 
     /// `phi_ns^2 g_s / F_nn` per row and mode; 0 for rigid-body motions.
     fn shares(&self, phi: &[Vec<f64>], band: f64) -> Vec<Vec<f64>> {
-        let elastic = |omega: &f64| *omega > 0.0;
         let share = |row: &Vec<f64>| {
-            let terms = row.iter().zip(&self.omega_rad_s).filter(|(_, omega)| elastic(omega));
-            let flexibility: f64 = terms.map(|(value, omega)| (value / omega).powi(2)).sum();
+            let flexibility = self.flexibility(row);
             let of_mode = |((value, &omega), &xi): ((&f64, &f64), &f64)| {
-                if !elastic(&omega) || *value == 0.0 {
-                    return 0.0;
+                if omega > 0.0 && *value != 0.0 {
+                    value * value * static_error(omega, xi, band) / flexibility
+                } else {
+                    0.0
                 }
-                let error = static_error(omega, xi, band);
-                value * value * error / flexibility
             };
             row.iter().zip(&self.omega_rad_s).zip(&self.damping_ratio).map(of_mode).collect()
         };
         phi.iter().map(share).collect()
     }
 
-    fn residual(
-        &self,
-        rows: &[DirectedPoints],
-        phi: &[Vec<f64>],
-        kept: &[usize],
-    ) -> Result<DMatrix<f64>, StructureError> {
-        let elastic: Vec<usize> = (0..self.len()).filter(|mode| self.omega_rad_s[*mode] > 0.0).collect();
-        let dropped: Vec<usize> = elastic.into_iter().filter(|mode| kept.binary_search(mode).is_err()).collect();
-        let mut residual = DMatrix::zeros(rows.len(), rows.len());
-        for (i, first) in rows.iter().enumerate() {
-            for (j, second) in rows.iter().enumerate() {
-                let above = self.residual_flexibility((&first.0, first.1), (&second.0, second.1))?.unwrap_or(0.0);
-                let below: f64 =
-                    dropped.iter().map(|&mode| phi[i][mode] * phi[j][mode] / self.omega_rad_s[mode].powi(2)).sum();
-                residual[(i, j)] = above + below;
+    /// The residual modes of some modes.
+    fn residual(&self, phi: &[Vec<f64>], dropped: &[usize]) -> ResidualModes {
+        let shapes = DMatrix::from_fn(phi.len(), dropped.len(), |row, column| phi[row][dropped[column]]);
+        let weighted = |weight: &dyn Fn(usize) -> f64| {
+            let mut scaled = shapes.clone();
+            for (mut column, &mode) in scaled.column_iter_mut().zip(dropped) {
+                column.scale_mut(weight(mode));
             }
+            scaled * shapes.transpose()
+        };
+        let mass = SymmetricEigen::new(weighted(&|_| 1.0));
+        let least = RANK * mass.eigenvalues.max().max(0.0);
+        let seen: Vec<usize> = (0..phi.len()).filter(|&i| mass.eigenvalues[i] > least).collect();
+        if seen.is_empty() {
+            let rows = DMatrix::zeros(phi.len(), 0);
+            return ResidualModes { omega_rad_s: Vec::new(), damping_ratio: Vec::new(), rows };
         }
-        Ok(residual)
+        let axes = mass.eigenvectors.select_columns(&seen);
+        // `axes / sqrt(D)` and `axes sqrt(D)`: both ways between the rows and coordinates in which A is 1.
+        let scaled = |power: f64| {
+            let mut axes = axes.clone();
+            for (mut axis, &i) in axes.column_iter_mut().zip(&seen) {
+                axis.scale_mut(mass.eigenvalues[i].powf(power));
+            }
+            axes
+        };
+        let into = scaled(-0.5);
+        let seen_by = |matrix: DMatrix<f64>| into.tr_mul(&(matrix * &into));
+        let flexibility = SymmetricEigen::new(seen_by(weighted(&|mode| self.omega_rad_s[mode].powi(-2))));
+        let rate = seen_by(weighted(&|mode| 2.0 * self.damping_ratio[mode] * self.omega_rad_s[mode]));
+        let turned = flexibility.eigenvectors.tr_mul(&(rate * &flexibility.eigenvectors));
+        let omega_rad_s: Vec<f64> = flexibility.eigenvalues.iter().map(|lambda| lambda.sqrt().recip()).collect();
+        ResidualModes {
+            damping_ratio: omega_rad_s.iter().zip(turned.diagonal().iter()).map(|(w, rate)| 0.5 * rate / w).collect(),
+            rows: scaled(0.5) * &flexibility.eigenvectors,
+            omega_rad_s,
+        }
     }
 }
 

@@ -1,10 +1,11 @@
 //! Which interface points the rows of a study can use.
 
 use super::Study;
-use super::error::{Place, Problem};
+use super::error::{Place, Problem, nearest_name};
 use super::factors::to_toml;
 use super::path;
 use super::placement::PointTable;
+use super::resolve::DEFAULT_MACHINE;
 
 /// The interface points that some row of a study can use: what the reduced machine must keep.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -116,6 +117,15 @@ impl Study {
             if points.position(&candidate.value).is_none() {
                 let message = format!("the machine has no interface point `{}`", candidate.value);
                 let nearest = points.nearest_name(&candidate.value);
+                problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
+            }
+        }
+        for candidate in self.candidates(&["machine".to_string()]) {
+            let mut known = self.structures.iter().map(|(name, _)| name.as_str()).chain([DEFAULT_MACHINE]);
+            if known.clone().all(|name| name != candidate.value) {
+                let message =
+                    format!("no machine `{}`: expected one of [structures], or `{DEFAULT_MACHINE}`", candidate.value);
+                let nearest = nearest_name(&candidate.value, known.by_ref());
                 problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
             }
         }

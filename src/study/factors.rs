@@ -13,7 +13,7 @@ use super::path;
 use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level, Scope, Value as ExpressionValue};
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
-const DRIVABLE: [&str; 6] = ["hammer", "casting", "solver", "outputs", "environment", "duration_s"];
+const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
 
 /// Type of a factor's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -19,6 +19,14 @@ pub struct StudyFile {
     /// The machine.
     #[serde(default)]
     pub structure: StructureEntry,
+    /// Further machines by name, described as `structure` is, without rails. Each must have the interface points that the
+    /// study uses, at the same places.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub structures: IndexMap<String, StructureEntry>,
+    /// Which of `structures` the hammers stand on; can be driven by a factor. Default and `structure`: the machine of that
+    /// table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub machine: Option<String>,
     /// Hammers by name; their order is the order of the columns.
     pub hammer: IndexMap<String, HammerEntry>,
     /// Castings by name; their order is the order of the columns.
@@ -99,6 +107,14 @@ pub struct StructureEntry {
     /// Modes of the coupled machine are kept up to this frequency in Hz. Default 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cutoff_hz: Option<f64>,
+    /// Instead of all modes up to `cutoff_hz`: of all modes of the basis those that a scene's points need, so that its
+    /// receptances err by no more than this up to `mode_band_hz`, relative to static flexibility; the others are lumped into
+    /// one residual mode per point. From 0 (all that move a point) to below 1. Default: no selection.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode_tolerance: Option<f64>,
+    /// Edge of the band for `mode_tolerance` in Hz: what the contacts excite. Default 5000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode_band_hz: Option<f64>,
     /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz. Default 3000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed_interface_cutoff_hz: Option<f64>,

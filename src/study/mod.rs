@@ -53,7 +53,7 @@ use crate::scene::Scene;
 pub const TEMPLATE: &str = include_str!("template.toml");
 
 /// Top-level keys that all rows share.
-const SHARED_KEYS: [&str; 3] = ["title", "structure", "design"];
+const SHARED_KEYS: [&str; 4] = ["title", "structure", "structures", "design"];
 
 /// A loaded study.
 #[derive(Debug, Clone)]
@@ -64,6 +64,8 @@ pub struct Study {
     plan: Plan,
     library: Library,
     structure: StructureSettings,
+    /// The further machines by name.
+    structures: Vec<(String, StructureSettings)>,
     /// Whether the design's constraints have chosen its rows.
     constrained: bool,
     /// Paths at which only factors give a value.
@@ -138,7 +140,11 @@ impl Study {
         let base: StudyFile =
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
-        let structure = StructureSettings::read(&base.structure, &document, &directory).map_err(StudyError::several)?;
+        let read = |entry, at: &[&str]| StructureSettings::read(entry, (&document, &directory), at);
+        let structure = read(&base.structure, &["structure"]).map_err(StudyError::several)?;
+        let further =
+            base.structures.iter().map(|(name, entry)| Ok((name.clone(), read(entry, &["structures", name])?)));
+        let structures = further.collect::<Result<_, _>>().map_err(StudyError::several)?;
         for key in SHARED_KEYS {
             tree.remove(key);
         }
@@ -149,6 +155,7 @@ impl Study {
             plan,
             library,
             structure,
+            structures,
             constrained: false,
             filled,
             base,
@@ -298,6 +305,11 @@ impl Study {
         &self.structure
     }
 
+    /// Settings of the further machines, [`Scene::machine`] counts them.
+    pub fn structures(&self) -> &[(String, StructureSettings)] {
+        &self.structures
+    }
+
     /// The scene of a row; `points`: the machine's interface points.
     ///
     /// Pure: touches no file, depends on no other row.
@@ -340,7 +352,8 @@ impl Study {
                 .map_err(|message| fault(path::join(&one.path), message))?;
         }
         let file: StudyFile = read_tree(toml::Value::Table(tree)).map_err(|(key, message)| fault(key, message))?;
-        let context = Context { rails: &self.structure.rails, library: &self.library, points };
+        let machines: Vec<&str> = self.structures.iter().map(|(name, _)| name.as_str()).collect();
+        let context = Context { rails: &self.structure.rails, machines: &machines, library: &self.library, points };
         resolve(&file, &context)
     }
 

@@ -57,6 +57,8 @@ impl Issue {
 /// What rows share.
 pub(super) struct Context<'a> {
     pub rails: &'a [Rail],
+    /// Names of the further machines.
+    pub machines: &'a [&'a str],
     pub library: &'a Library,
     pub points: &'a PointTable,
 }
@@ -70,6 +72,7 @@ pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, 
     if file.casting.is_empty() {
         issues.push(Issue::new("casting".into(), "a study needs at least one casting: [casting.NAME]"));
     }
+    let machine = machine(file.machine.as_deref(), context.machines, &mut issues);
     let mut castings = Vec::new();
     for (name, entry) in &file.casting {
         castings.push(casting(name, entry, context.points, &mut issues));
@@ -83,6 +86,7 @@ pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, 
         return Err(issues);
     }
     let scene = Scene {
+        machine,
         environment: file.environment,
         hammers,
         castings,
@@ -101,6 +105,21 @@ pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, 
         nearest: None,
     };
     Err(problems.into_iter().map(issue).collect())
+}
+
+/// Name of the machine of the table `[structure]`.
+pub(super) const DEFAULT_MACHINE: &str = "structure";
+
+/// Index of the machine among the further ones.
+fn machine(name: Option<&str>, known: &[&str], issues: &mut Vec<Issue>) -> Option<usize> {
+    let name = name.filter(|name| *name != DEFAULT_MACHINE)?;
+    let found = known.iter().position(|known| *known == name);
+    if found.is_none() {
+        let nearest = nearest_name(name, known.iter().copied().chain([DEFAULT_MACHINE]));
+        let message = format!("no machine `{name}`: it is neither `{DEFAULT_MACHINE}` nor in [structures]");
+        issues.push(Issue { nearest, ..Issue::new("machine".into(), message) });
+    }
+    found
 }
 
 fn solver(entry: &SolverEntry) -> SolverSettings {

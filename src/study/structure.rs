@@ -13,6 +13,8 @@ use super::{check_keys, read_tree};
 const CUTOFF_HZ: f64 = 1000.0;
 /// Fixed-interface modes are kept up to this frequency in Hz.
 const FIXED_INTERFACE_CUTOFF_HZ: f64 = 3000.0;
+/// Band for which modes are selected, in Hz: half the period of a contact of chisel and casting is some 100 us.
+const MODE_BAND_HZ: f64 = 5000.0;
 /// Modal damping ratio.
 const DAMPING_RATIO: f64 = 0.02;
 /// The rail of the built-in station.
@@ -75,6 +77,10 @@ pub struct StructureSettings {
     pub source: StructureSource,
     /// Modes of the coupled machine are kept up to this frequency in Hz.
     pub cutoff_hz: f64,
+    /// Instead of all modes up to the cut-off, those of all that a scene needs for this error of its receptances.
+    pub mode_tolerance: Option<f64>,
+    /// Edge of the band for which that error holds, in Hz.
+    pub mode_band_hz: f64,
     /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz.
     pub fixed_interface_cutoff_hz: f64,
     /// Modal damping.
@@ -104,17 +110,27 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
         StudyError::one(Problem::new(document.locate(&at), key, message))
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
-    StructureSettings::read(&file.structure, &document, directory).map(Some).map_err(StudyError::several)
+    StructureSettings::read(&file.structure, (&document, directory), &["structure"])
+        .map(Some)
+        .map_err(StudyError::several)
 }
 
 impl StructureSettings {
     /// Fills in defaults and resolves paths against the study's directory.
-    pub(super) fn read(entry: &StructureEntry, document: &Document, directory: &Path) -> Result<Self, Vec<Problem>> {
-        let mut reader = Reader { entry, document, directory, problems: Vec::new() };
+    ///
+    /// `at`: where the table stands in the document.
+    pub(super) fn read(
+        entry: &StructureEntry,
+        (document, directory): (&Document, &Path),
+        at: &[&str],
+    ) -> Result<Self, Vec<Problem>> {
+        let mut reader = Reader { entry, document, directory, at, problems: Vec::new() };
         let source = reader.source();
         let settings = Self {
             source,
             cutoff_hz: reader.frequency("cutoff_hz", entry.cutoff_hz, CUTOFF_HZ),
+            mode_tolerance: reader.mode_tolerance(),
+            mode_band_hz: reader.frequency("mode_band_hz", entry.mode_band_hz, MODE_BAND_HZ),
             fixed_interface_cutoff_hz: reader.frequency(
                 "fixed_interface_cutoff_hz",
                 entry.fixed_interface_cutoff_hz,
@@ -148,14 +164,23 @@ struct Reader<'a> {
     entry: &'a StructureEntry,
     document: &'a Document,
     directory: &'a Path,
+    at: &'a [&'a str],
     problems: Vec<Problem>,
 }
 
 impl Reader<'_> {
     fn problem(&mut self, keys: &[&str], message: impl Into<String>) {
-        let at: Vec<String> = std::iter::once("structure").chain(keys.iter().copied()).map(str::to_string).collect();
+        let at: Vec<String> = self.at.iter().chain(keys).copied().map(str::to_string).collect();
         let problem = Problem::new(self.document.locate(&at), super::path::join(&at), message);
         self.problems.push(problem);
+    }
+
+    fn mode_tolerance(&mut self) -> Option<f64> {
+        let tolerance = self.entry.mode_tolerance?;
+        if !(0.0..1.0).contains(&tolerance) {
+            self.problem(&["mode_tolerance"], format!("expected a number from 0 to below 1, found {tolerance}"));
+        }
+        Some(tolerance)
     }
 
     fn source(&mut self) -> StructureSource {
@@ -274,6 +299,12 @@ impl Reader<'_> {
     }
 
     fn rails(&mut self) -> Vec<Rail> {
+        if self.at.first() != Some(&"structure") {
+            if !self.entry.rails.is_empty() {
+                self.problem(&["rails"], "rails belong to the table [structure]: all machines of a study share them");
+            }
+            return Vec::new();
+        }
         let mut rails: Vec<Rail> =
             self.entry.rails.iter().map(|(name, points)| Rail { name: name.clone(), points: points.clone() }).collect();
         let short: Vec<String> =

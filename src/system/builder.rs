@@ -462,6 +462,7 @@ mod tests {
             max_wall_time_s: 1.0,
         };
         let scene = Scene {
+            machine: None,
             environment: Environment::default(),
             hammers: vec![unit],
             castings: vec![casting],

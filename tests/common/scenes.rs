@@ -32,6 +32,7 @@ pub fn bench() -> (Scene, InterfaceModes) {
     (v.rear_feed_area_m2, v.front_feed_area_m2, v.friction_viscous_n_s_per_m) = (0.0, 0.0, 0.0);
     parameters.chisel.friction_viscous_n_s_per_m = 0.0;
     let scene = Scene {
+        machine: None,
         environment: Environment { gravity_m_s2: 0.0, ..Environment::default() },
         hammers: vec![hammer("left", parameters)],
         castings: vec![casting("part", &[(1e-9, 0.0)])],
