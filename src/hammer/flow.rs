@@ -58,7 +58,7 @@ impl FlowFunction {
     }
 
     /// The flow function at pressure ratio `ratio` in [0, 1].
-    #[inline]
+    #[inline(always)]
     pub fn psi(&self, ratio: f64) -> f64 {
         if ratio <= self.critical_ratio {
             return self.choked;
@@ -71,7 +71,7 @@ impl FlowFunction {
     }
 
     /// Mass flow in kg/s from `from_pa` to `to_pa` through the effective area `area_m2`; negative when it reverses.
-    #[inline]
+    #[inline(always)]
     pub fn mass_flow(&self, from_pa: f64, to_pa: f64, area_m2: f64) -> f64 {
         if from_pa >= to_pa {
             area_m2 * from_pa * self.flow_factor * self.psi(to_pa / from_pa)

@@ -171,7 +171,7 @@ impl HammerModel {
     }
 
     /// Current chamber volumes in m3.
-    #[inline]
+    #[inline(always)]
     pub fn volumes(&self, position: &[f64; body::COUNT]) -> [f64; chamber::COUNT] {
         let extension = position[body::CYLINDER] - position[body::GUIDE];
         let piston = position[body::PISTON] - position[body::CYLINDER];
@@ -190,7 +190,7 @@ impl HammerModel {
     }
 
     /// Forces, pressure rates, power and flows at a state.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate(&self, state: &HammerState) -> HammerRates {
         let mut rates = HammerRates {
             force: self.weight,
@@ -209,7 +209,7 @@ impl HammerModel {
     }
 
     /// Gas, return spring and friction of the telescope: acts on the cylinder, reacts on the guide.
-    #[inline]
+    #[inline(always)]
     fn telescope_forces(&self, state: &HammerState, rates: &mut HammerRates) {
         let t = &self.parameters.telescope;
         let e = state.position[body::CYLINDER] - state.position[body::GUIDE];
@@ -229,7 +229,7 @@ impl HammerModel {
     }
 
     /// Gas and viscous forces on piston, spool and chisel, with their reactions on the cylinder.
-    #[inline]
+    #[inline(always)]
     fn cylinder_forces(&self, state: &HammerState, rates: &mut HammerRates) {
         let (p, v) = (&self.parameters.piston, &self.parameters.valve);
         let ambient = self.gas.ambient_pressure_pa;
@@ -252,7 +252,7 @@ impl HammerModel {
     }
 
     /// Pressure rates of the four chambers.
-    #[inline]
+    #[inline(always)]
     fn pressure_rates(&self, state: &HammerState, rates: &mut HammerRates) {
         let t = &self.parameters.telescope;
         let pressure = &state.pressure;
@@ -287,7 +287,7 @@ impl HammerModel {
     }
 
     /// Effective areas of the percussion: rear feed, front feed, rear exhaust, front exhaust, in m2.
-    #[inline]
+    #[inline(always)]
     fn valve_areas(&self, state: &HammerState) -> [f64; 4] {
         let (p, v) = (&self.parameters.piston, &self.parameters.valve);
         let piston = state.position[body::PISTON] - state.position[body::CYLINDER];
@@ -305,7 +305,7 @@ impl HammerModel {
 
     /// `P' = (R T (a_in m_in - a_out m_out) - a P V') / V`; a volume that is not positive gives NaN, which an
     /// integrator rejects.
-    #[inline]
+    #[inline(always)]
     fn pressure_rate(&self, flows: &ChamberFlows, pressure_volume_rate: f64, volume: f64) -> f64 {
         let weighted = |inward: f64| {
             if inward >= 0.0 { self.gas.inflow_exponent * inward } else { self.gas.outflow_exponent * inward }

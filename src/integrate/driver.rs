@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::integrate::locate::{Ends, first_events};
 use crate::integrate::step::Dense;
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
@@ -215,10 +217,12 @@ impl Integrator {
         self.stage::<S, 4>(system, h);
         self.stage::<S, 5>(system, h);
         let (done, last) = self.stages.split_at_mut((STAGES - 1) * n);
-        combine::<{ STAGES - 1 }>(&A[STAGES - 1], h, &self.y, done, &mut self.y_new);
+        let (y, out) = (&self.y, &mut self.y_new[..]);
+        Arch::new().dispatch(Combination::<{ STAGES - 1 }> { weights: &A[STAGES - 1], h, y, stages: done, out });
         system.rhs(self.t + h, &self.y_new, last);
         self.counters.rhs += (STAGES - 1) as u64;
-        error_norm(&self.inverse_scales, h, &self.stages, n) / self.settings.tolerance
+        let norm = ErrorNorm { inverse_scales: &self.inverse_scales, h, stages: &self.stages, n };
+        Arch::new().dispatch(norm) / self.settings.tolerance
     }
 
     /// Computes stage `K` (counted from 0).
@@ -227,7 +231,8 @@ impl Integrator {
         let (done, rest) = self.stages.split_at_mut(K * n);
         // Quadratures feed no right-hand side: their stage values are not needed.
         let c = self.controlled;
-        combine::<K>(&A[K], h, &self.y, done, &mut self.scratch[..c]);
+        let (y, out) = (&self.y, &mut self.scratch[..c]);
+        Arch::new().dispatch(Combination::<K> { weights: &A[K], h, y, stages: done, out });
         system.rhs(self.t + C[K] * h, &self.scratch, &mut rest[..n]);
     }
 
@@ -335,19 +340,32 @@ struct Trial {
 }
 
 /// `out = y + h sum_j weights[j] k_j` over the leading `out.len()` components; stage `j` starts at `j * n`.
-#[inline]
-fn combine<const K: usize>(weights: &[f64], h: f64, y: &[f64], stages: &[f64], out: &mut [f64]) {
-    let n = stages.len() / K;
-    let len = out.len();
-    let w: [f64; K] = std::array::from_fn(|j| h * weights[j]);
-    let k: [&[f64]; K] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
-    let y = &y[..len];
-    for i in 0..len {
-        let mut sum = y[i];
-        for j in 0..K {
-            sum += w[j] * k[j][i];
+struct Combination<'c, const K: usize> {
+    weights: &'c [f64],
+    h: f64,
+    y: &'c [f64],
+    stages: &'c [f64],
+    out: &'c mut [f64],
+}
+
+impl<const K: usize> WithSimd for Combination<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { weights, h, y, stages, out } = self;
+        let n = stages.len() / K;
+        let len = out.len();
+        let w: [f64; K] = std::array::from_fn(|j| h * weights[j]);
+        let k: [&[f64]; K] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
+        let y = &y[..len];
+        for i in 0..len {
+            let mut sum = y[i];
+            for j in 0..K {
+                sum += w[j] * k[j][i];
+            }
+            out[i] = sum;
         }
-        out[i] = sum;
     }
 }
 
@@ -355,32 +373,46 @@ fn combine<const K: usize>(weights: &[f64], h: f64, y: &[f64], stages: &[f64], o
 const LANES: usize = 4;
 
 /// Largest error estimate over the controlled components, each in units of its scale; NaN if any is not finite.
-fn error_norm(inverse_scales: &[f64], h: f64, stages: &[f64], n: usize) -> f64 {
-    let len = inverse_scales.len();
-    let k: [&[f64]; STAGES] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
-    let scaled = |i: usize| {
-        let mut estimate = ERROR[0] * k[0][i];
-        for j in 1..STAGES {
-            estimate += ERROR[j] * k[j][i];
+struct ErrorNorm<'e> {
+    inverse_scales: &'e [f64],
+    h: f64,
+    stages: &'e [f64],
+    /// Length of a stage.
+    n: usize,
+}
+
+impl WithSimd for ErrorNorm<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { inverse_scales, h, stages, n } = self;
+        let len = inverse_scales.len();
+        let k: [&[f64]; STAGES] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
+        let scaled = |i: usize| {
+            let mut estimate = ERROR[0] * k[0][i];
+            for j in 1..STAGES {
+                estimate += ERROR[j] * k[j][i];
+            }
+            (h * estimate * inverse_scales[i]).abs()
+        };
+        // A NaN must survive: a maximum alone would drop it, a sum keeps it.
+        let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+        let blocks = len / LANES;
+        for block in 0..blocks {
+            for lane in 0..LANES {
+                let value = scaled(block * LANES + lane);
+                largest[lane] = if value > largest[lane] { value } else { largest[lane] };
+                sum[lane] += value;
+            }
         }
-        (h * estimate * inverse_scales[i]).abs()
-    };
-    // A NaN must survive: a maximum alone would drop it, a sum keeps it.
-    let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0_f64; LANES]);
-    let blocks = len / LANES;
-    for block in 0..blocks {
-        for lane in 0..LANES {
-            let value = scaled(block * LANES + lane);
-            largest[lane] = if value > largest[lane] { value } else { largest[lane] };
-            sum[lane] += value;
+        for i in blocks * LANES..len {
+            let value = scaled(i);
+            largest[0] = largest[0].max(value);
+            sum[0] += value;
         }
+        if sum.iter().sum::<f64>().is_finite() { largest.into_iter().fold(0.0, f64::max) } else { f64::NAN }
     }
-    for i in blocks * LANES..len {
-        let value = scaled(i);
-        largest[0] = largest[0].max(value);
-        sum[0] += value;
-    }
-    if sum.iter().sum::<f64>().is_finite() { largest.into_iter().fold(0.0, f64::max) } else { f64::NAN }
 }
 
 #[cfg(test)]
@@ -396,12 +428,13 @@ mod tests {
         stages[(STAGES - 1) * n + 1] = -660.0;
         // The third component is a quadrature: not controlled.
         stages[(STAGES - 1) * n + 2] = 1e9;
-        assert!((error_norm(&[1.0, 0.5], 0.1, &stages, n) - 0.5).abs() < 1e-15);
+        let norm = |stages: &[f64]| Arch::new().dispatch(ErrorNorm { inverse_scales: &[1.0, 0.5], h: 0.1, stages, n });
+        assert!((norm(&stages) - 0.5).abs() < 1e-15);
         for bad in [f64::NAN, f64::INFINITY] {
             for stage in 0..STAGES {
                 let mut spoilt = stages.clone();
                 spoilt[stage * n] = bad;
-                assert!(error_norm(&[1.0, 0.5], 0.1, &spoilt, n).is_nan(), "{bad} in stage {stage}");
+                assert!(norm(&spoilt).is_nan(), "{bad} in stage {stage}");
             }
         }
     }

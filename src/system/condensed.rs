@@ -17,7 +17,8 @@
 //! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base is renewed: the modes are brought up to date and the
 //! integrals start again at zero.
 
-use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
+use nalgebra::{DMatrix, DVector};
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::system::model::Modes;
 
@@ -119,12 +120,16 @@ impl Condensation {
         1.0 / largest
     }
 
-    /// Motion of all points at `tau` after the base; `z` are the integrals.
-    #[inline]
-    pub fn motion(&self, base: &Base, tau: f64, z: &[f64], out: &mut Motion<'_>) {
+    /// Motion of all points at `tau` after the base; `z` are the integrals. Accelerations are left out unless `accelerated`.
+    #[inline(always)]
+    pub fn motion(&self, (base, tau): (&Base, f64), z: &[f64], accelerated: bool, out: &mut Motion<'_>) {
         let powers = powers(tau);
         for n in 0..self.points {
-            [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at(base, &powers, z, n);
+            if accelerated {
+                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(base, &powers, z, n);
+            } else {
+                [out.displacement[n], out.velocity[n]] = self.at::<2>(base, &powers, z, n);
+            }
         }
     }
 
@@ -133,21 +138,48 @@ impl Condensation {
         self.at(base, &powers(tau), z, n)
     }
 
-    #[inline]
-    fn at(&self, base: &Base, powers: &[f64; TERMS], z: &[f64], n: usize) -> [f64; 3] {
+    /// The first `D` of displacement, velocity and acceleration of point `n`: one pass over the kernel serves all.
+    #[inline(always)]
+    fn at<const D: usize>(&self, base: &Base, powers: &[f64; TERMS], z: &[f64], n: usize) -> [f64; D] {
         let (states, points) = (self.states(), self.points);
         let kernel = &self.kernel[n * states..(n + 1) * states];
         let free = &base.free[n];
-        [
-            dot(&kernel[..states - points], &z[points..]) + dot(&free[0], powers),
-            dot(kernel, z) + dot(&free[1], powers),
-            dot(&kernel[points..], &z[..states - points]) + dot(&free[2], powers),
-        ]
+        let mut sums = [[0.0; LANES]; D];
+        for block in 0..TERMS / LANES {
+            for (sum, free) in sums.iter_mut().zip(free) {
+                for lane in 0..LANES {
+                    sum[lane] += free[block * LANES + lane] * powers[block * LANES + lane];
+                }
+            }
+        }
+        // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}.
+        let (early, late) = (&z[..states - points], &z[points..states]);
+        let (first, next) = (&kernel[..states - points], &kernel[points..]);
+        let whole = early.len() / LANES * LANES;
+        for i in (0..whole).step_by(LANES) {
+            for lane in i..i + LANES {
+                sums[0][lane - i] += first[lane] * late[lane];
+                sums[1][lane - i] += next[lane] * late[lane];
+                if D == 3 {
+                    sums[2][lane - i] += next[lane] * early[lane];
+                }
+            }
+        }
+        let mut motion = sums.map(|sum| (sum[0] + sum[2]) + (sum[1] + sum[3]));
+        for i in whole..early.len() {
+            motion[0] += first[i] * late[i];
+            motion[1] += next[i] * late[i];
+            if D == 3 {
+                motion[2] += next[i] * early[i];
+            }
+        }
+        motion[1] += kernel.iter().zip(z).take(points).map(|(kernel, z)| kernel * z).sum::<f64>();
+        motion
     }
 }
 
 /// Powers of `tau` from 0 on.
-#[inline]
+#[inline(always)]
 fn powers(tau: f64) -> [f64; TERMS] {
     let square = tau * tau;
     let mut powers = [1.0; TERMS];
@@ -161,7 +193,7 @@ fn powers(tau: f64) -> [f64; TERMS] {
 /// Independent sums, so that the compiler can use vector registers.
 const LANES: usize = 4;
 
-#[inline]
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
@@ -185,7 +217,6 @@ pub(super) struct Base {
     series: DMatrix<f64>,
     /// Coefficients of the free displacement, velocity and acceleration of each interface point.
     free: Vec<[[f64; TERMS]; 3]>,
-    polynomial: DMatrix<f64>,
     scratch: DVector<f64>,
 }
 
@@ -199,7 +230,6 @@ impl Base {
             velocity: DVector::zeros(count),
             series: DMatrix::zeros(count, DEGREE + 1),
             free: vec![[[0.0; TERMS]; 3]; points],
-            polynomial: DMatrix::zeros(DEGREE + 1, points),
             scratch: DVector::zeros(count),
         }
     }
@@ -214,69 +244,64 @@ impl Base {
     }
 
     /// Brings displacements and velocities of the modes to time `t`.
+    #[inline(always)]
     fn advance(&mut self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) {
         let tau = t - self.time_s;
-        let Self { displacement, velocity, series, scratch, .. } = self;
-        displacement.copy_from(&series.column(DEGREE));
+        let (points, count) = (condensation.points, modes.omega_squared.len());
+        let (displacement, velocity) = (self.displacement.as_mut_slice(), self.velocity.as_mut_slice());
+        let column = |k: usize| &self.series.as_slice()[k * count..(k + 1) * count];
+        displacement.copy_from_slice(column(DEGREE));
         velocity.fill(0.0);
         for k in (0..DEGREE).rev() {
-            let coefficients = series.column(k);
-            for s in 0..scratch.len() {
-                velocity[s] = velocity[s] * tau + displacement[s];
-                displacement[s] = displacement[s] * tau + coefficients[s];
+            for ((v, d), coefficient) in velocity.iter_mut().zip(&mut *displacement).zip(column(k)) {
+                *v = *v * tau + *d;
+                *d = *d * tau + coefficient;
             }
         }
-        for k in 1..=ORDER {
-            scratch.gemv(
-                1.0,
-                &modes.phi,
-                &DVectorView::from_slice(&z[(k - 1) * condensation.points..], condensation.points),
-                0.0,
-            );
-            let gamma = condensation.impulse.column(k - 1);
-            if k == 1 {
-                *velocity += &*scratch;
-                continue;
+        let impulse = condensation.impulse.as_slice();
+        let gamma = |k: usize| &impulse[k * count..(k + 1) * count];
+        for k in 0..ORDER {
+            let force = self.scratch.as_mut_slice();
+            force.fill(0.0);
+            for (phi, z) in modes.phi.as_slice().chunks_exact(count).zip(&z[k * points..]) {
+                force.iter_mut().zip(phi).for_each(|(force, phi)| *force += phi * z);
             }
-            let below = condensation.impulse.column(k - 2);
-            for s in 0..scratch.len() {
-                displacement[s] += below[s] * scratch[s];
-                velocity[s] += gamma[s] * scratch[s];
-            }
+            let below = if k > 0 { gamma(k - 1) } else { &[] };
+            velocity.iter_mut().zip(&*force).zip(gamma(k)).for_each(|((v, force), gamma)| *v += gamma * force);
+            displacement.iter_mut().zip(&*force).zip(below).for_each(|((d, force), gamma)| *d += gamma * force);
         }
         self.time_s = t;
     }
 
     /// Renews the base at time `t`.
     pub fn renew(&mut self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) {
-        self.advance(modes, condensation, t, z);
-        self.expand(modes);
+        Arch::new().dispatch(Renewal { base: self, modes, condensation, t, z });
     }
 
     /// The series of the free motion from the present displacements and velocities.
+    #[inline(always)]
     fn expand(&mut self, modes: &Modes) {
         let count = self.velocity.len();
-        self.series.column_mut(0).copy_from(&self.displacement);
-        self.series.column_mut(1).copy_from(&self.velocity);
+        let series = self.series.as_mut_slice();
+        series[..count].copy_from_slice(self.displacement.as_slice());
+        series[count..2 * count].copy_from_slice(self.velocity.as_slice());
+        let (damping, stiffness) = (modes.damping.as_slice(), modes.omega_squared.as_slice());
         for k in 0..DEGREE - 1 {
             let inverse = 1.0 / (k + 2) as f64;
-            let (first, second) = (inverse, inverse / (k + 1) as f64);
-            let (known, rest) = self.series.as_mut_slice().split_at_mut((k + 2) * count);
+            let (first, second) = (-inverse, -inverse / (k + 1) as f64);
+            let (known, rest) = series.split_at_mut((k + 2) * count);
             let (u0, u1) = known[k * count..].split_at(count);
-            for s in 0..count {
-                rest[s] = -modes.damping[s] * first * u1[s] - modes.omega_squared[s] * second * u0[s];
+            let terms = damping.iter().zip(stiffness).zip(u0.iter().zip(u1));
+            for (next, ((damping, stiffness), (u0, u1))) in rest.iter_mut().zip(terms) {
+                *next = first * damping * u1 + second * stiffness * u0;
             }
         }
-        self.polynomial.gemm_tr(
-            1.0,
-            &DMatrixView::from_slice(self.series.as_slice(), count, DEGREE + 1),
-            &modes.phi,
-            0.0,
-        );
-        for (free, coefficients) in self.free.iter_mut().zip(self.polynomial.column_iter()) {
-            let [displacement, velocity, acceleration] = free;
-            for (k, coefficient) in coefficients.iter().enumerate() {
-                displacement[k] = *coefficient;
+        for (k, coefficients) in self.series.as_slice().chunks_exact(count).enumerate() {
+            for ([displacement, velocity, acceleration], phi) in
+                self.free.iter_mut().zip(modes.phi.as_slice().chunks_exact(count))
+            {
+                let coefficient = dot(coefficients, phi);
+                displacement[k] = coefficient;
                 if k >= 1 {
                     velocity[k - 1] = k as f64 * coefficient;
                 }
@@ -285,6 +310,25 @@ impl Base {
                 }
             }
         }
+    }
+}
+
+/// A renewal to be done.
+struct Renewal<'r> {
+    base: &'r mut Base,
+    modes: &'r Modes,
+    condensation: &'r Condensation,
+    t: f64,
+    z: &'r [f64],
+}
+
+impl WithSimd for Renewal<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.base.advance(self.modes, self.condensation, self.t, self.z);
+        self.base.expand(self.modes);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The coupled model with its discrete state, as the integrator sees it.
 
 use nalgebra::{DVector, DVectorView, DVectorViewMut};
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::hammer::{HammerState, body};
 use crate::integrate::{GuardSample, System};
@@ -86,7 +87,21 @@ impl<'a> Coupled<'a> {
         self.gate_open[hammer]
     }
 
+    /// Writes the right-hand side.
+    #[inline(always)]
+    fn evaluate(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
+        let mut power = Power::default();
+        self.gather(t, y);
+        self.force.fill(0.0);
+        self.hammers(y, rate, &mut power);
+        self.elements(rate, &mut power);
+        self.accelerations(y, rate, &mut power);
+        rate[self.model.layout.work_in()] = power.put_in;
+        rate[self.model.layout.dissipated()] = power.dissipated;
+    }
+
     /// Displacements and velocities of all points: bodies as they are, interface points from the structure.
+    #[inline(always)]
     fn gather(&mut self, t: f64, y: &[f64]) {
         let layout = &self.model.layout;
         let b = layout.bodies;
@@ -99,7 +114,10 @@ impl<'a> Coupled<'a> {
                     velocity: &mut self.velocity[b..],
                     acceleration: &mut self.acceleration,
                 };
-                condensation.motion(base, t - base.time_s, &y[layout.structure_displacements()], &mut motion);
+                // Only tied guides ask for accelerations.
+                let accelerated = self.model.tied.is_some();
+                let z = &y[layout.structure_displacements()];
+                condensation.motion((base, t - base.time_s), z, accelerated, &mut motion);
             }
             _ => {
                 let parts = [
@@ -120,6 +138,7 @@ impl<'a> Coupled<'a> {
     }
 
     /// Forces, pressure rates and quadratures of the hammers.
+    #[inline(always)]
     fn hammers(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
         let model = self.model;
         let layout = &model.layout;
@@ -153,6 +172,7 @@ impl<'a> Coupled<'a> {
     }
 
     /// Forces of springs and closed contacts.
+    #[inline(always)]
     fn elements(&mut self, rate: &mut [f64], power: &mut Power) {
         let model = self.model;
         let elements = &model.elements;
@@ -187,6 +207,7 @@ impl<'a> Coupled<'a> {
     }
 
     /// Accelerations of the bodies and rates of the structure from the forces on the points.
+    #[inline(always)]
     fn accelerations(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
         let model = self.model;
         let layout = &model.layout;
@@ -202,6 +223,7 @@ impl<'a> Coupled<'a> {
     }
 
     /// `z_1' = F`, `z_{k+1}' = z_k`; tied guides take their share of the forces on their mounts.
+    #[inline(always)]
     fn integral_rates(&mut self, condensation: &Condensation, y: &[f64], rate: &mut [f64]) {
         let layout = &self.model.layout;
         let force = &mut self.force[layout.bodies..];
@@ -223,6 +245,7 @@ impl<'a> Coupled<'a> {
     }
 
     /// `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode; tied guides by their low-rank update.
+    #[inline(always)]
     fn modal_rates(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
         let model = self.model;
         let layout = &model.layout;
@@ -292,6 +315,23 @@ impl<'a> Coupled<'a> {
     }
 }
 
+/// A right-hand side to be evaluated.
+struct Evaluation<'e, 'a> {
+    system: &'e mut Coupled<'a>,
+    t: f64,
+    y: &'e [f64],
+    rate: &'e mut [f64],
+}
+
+impl WithSimd for Evaluation<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.system.evaluate(self.t, self.y, self.rate);
+    }
+}
+
 /// Forces that tied guides take from their mounts, which would accelerate by `acceleration` without them.
 fn correct(tied: &TiedGuides, acceleration: &DVector<f64>, force: &mut DVector<f64>) {
     force.gemv(1.0, &tied.update, acceleration, 0.0);
@@ -311,14 +351,8 @@ impl System for Coupled<'_> {
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
-        let mut power = Power::default();
-        self.gather(t, y);
-        self.force.fill(0.0);
-        self.hammers(y, rate, &mut power);
-        self.elements(rate, &mut power);
-        self.accelerations(y, rate, &mut power);
-        rate[self.model.layout.work_in()] = power.put_in;
-        rate[self.model.layout.dissipated()] = power.dissipated;
+        // The widest vector registers that the processor has; the order of sums, and so the result, is the same with all.
+        Arch::new().dispatch(Evaluation { system: self, t, y, rate });
     }
 
     fn guard_count(&self) -> usize {

@@ -114,13 +114,13 @@ impl Elements {
     }
 
     /// Row of contact `contact`.
-    #[inline]
+    #[inline(always)]
     pub fn contact_row(&self, contact: usize) -> usize {
         self.springs.len() + contact
     }
 
     /// Entries (point, coefficient) of a row.
-    #[inline]
+    #[inline(always)]
     pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> {
         let range = self.rows.indptr().outer_inds_sz(row);
         let (indices, data) = (self.rows.indices(), self.rows.data());
@@ -128,13 +128,13 @@ impl Elements {
     }
 
     /// `r u` of a row.
-    #[inline]
+    #[inline(always)]
     pub fn value(&self, row: usize, points: &[f64]) -> f64 {
         self.row(row).map(|(point, coefficient)| coefficient * points[point]).sum()
     }
 
     /// Adds `-r' f` to the forces on the points.
-    #[inline]
+    #[inline(always)]
     pub fn apply(&self, row: usize, force: f64, forces: &mut [f64]) {
         for (point, coefficient) in self.row(row) {
             forces[point] -= coefficient * force;
