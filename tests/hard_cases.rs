@@ -321,3 +321,23 @@ fn budgets_end_a_row_with_its_reason() {
     assert_eq!(outcome.status, RowStatus::BudgetExhausted);
     assert!(outcome.reason.contains("wall time"), "{}", outcome.reason);
 }
+
+/// All modes of a basis up to 20 kHz, most of which hardly move a point of the scene: integrated like the others, they must
+/// not gain energy that nothing put in.
+#[test]
+fn modes_that_no_point_sees_gain_no_energy() {
+    let all = ["structure.fixed_interface_cutoff_hz=20000", "structure.mode_tolerance=0", "duration_s=0.06"];
+    for modes in ["integrated", "condensed"] {
+        for tolerance in [1e-4, 1e-5] {
+            let settings =
+                [format!("solver.modes={modes}"), format!("solver.tolerance={tolerance}"), "solver.guide=tied".into()];
+            let settings: Vec<&str> = all.into_iter().chain(settings.iter().map(String::as_str)).collect();
+            let metrics = completes(&settings).metrics.unwrap();
+            assert!(
+                metrics.energy_residual.abs() < RESIDUAL,
+                "{modes}, {tolerance:.0e}: {:.1e}",
+                metrics.energy_residual
+            );
+        }
+    }
+}
