@@ -43,7 +43,7 @@ pub trait System {
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64;
 
     /// Samples every guard at a state and its rate: see [`GuardSample`].
-    fn sample_guards(&self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]);
+    fn sample_guards(&mut self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]);
 
     /// Asks for right-hand sides that follow the state alone, as a plain program with its conditions in the right-hand
     /// side has them, instead of the discrete state; [`System::switch`] then only keeps the books. Returns whether the

@@ -315,6 +315,22 @@ impl<'a> Coupled<'a> {
     }
 }
 
+/// Motion of all points to be gathered.
+struct Gathering<'g, 'a> {
+    system: &'g mut Coupled<'a>,
+    t: f64,
+    y: &'g [f64],
+}
+
+impl WithSimd for Gathering<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.system.gather(self.t, self.y);
+    }
+}
+
 /// A right-hand side to be evaluated.
 struct Evaluation<'e, 'a> {
     system: &'e mut Coupled<'a>,
@@ -369,13 +385,17 @@ impl System for Coupled<'_> {
         if self.closed[guard] { law.release_indicator(d, rate) } else { law.onset_indicator(d, rate) }
     }
 
-    fn sample_guards(&self, t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
+    fn sample_guards(&mut self, t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
+        // The motion of all points at once: several contacts ask for the same one.
+        Arch::new().dispatch(Gathering { system: self, t, y });
         let elements = &self.model.elements;
         for (guard, sample) in samples.iter_mut().enumerate() {
-            let law = &elements.contacts()[guard].law;
-            let (d, speed) = self.penetration(guard, t, y);
+            let (contact, row) = (&elements.contacts()[guard], elements.contact_row(guard));
+            let law = &contact.law;
+            let d = elements.value(row, &self.displacement) - contact.offset_m;
+            let speed = elements.value(row, &self.velocity);
             *sample = if self.closed[guard] {
-                let acceleration = self.relative_acceleration(elements.contact_row(guard), t, (y, rate));
+                let acceleration = self.relative_acceleration(row, t, (y, rate));
                 let (smooth, smooth_rate) = law.smooth_release(d, speed, acceleration);
                 GuardSample { value: law.release_indicator(d, speed), smooth, smooth_rate }
             } else {

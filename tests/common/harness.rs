@@ -86,7 +86,7 @@ impl<P: Piecewise> System for Harness<P> {
         self.problem.guard(guard, y)
     }
 
-    fn sample_guards(&self, _t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
+    fn sample_guards(&mut self, _t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
         for (guard, sample) in samples.iter_mut().enumerate() {
             let value = self.problem.guard(guard, y);
             *sample = GuardSample { value, smooth: value, smooth_rate: self.problem.guard_rate(guard, rate) };
