@@ -2,19 +2,26 @@
 //!
 //! `cargo bench --bench rig` prints its tables and writes its section of `benches/RESULTS.md`. Times are CPU times of one thread,
 //! medians of interleaved runs; compare them with each other only. Names of sections after `--` run these alone and write
-//! nothing: `methods`, `located`, `hammers`, `modes`, `threads`.
+//! nothing: `methods`, `peers`, `located`, `hammers`, `modes`, `threads`.
+//! `peers` builds a program of its own; SUNDIALS (`libsundials-cvode6`) and SciPy count where they are installed.
 
+#[path = "rig/clock.rs"]
+mod clock;
 #[path = "rig/growth.rs"]
 mod growth;
 #[path = "rig/located.rs"]
 mod located;
 #[path = "rig/methods.rs"]
 mod methods;
+#[path = "rig/peers.rs"]
+mod peers;
 #[path = "rig/scene.rs"]
 mod scene;
 mod support;
 #[path = "rig/timing.rs"]
 mod timing;
+
+use std::path::{Path, PathBuf};
 
 /// Runs of a short setting.
 const REPEATS: usize = 5;
@@ -37,13 +44,25 @@ const RESERVES: &str = "
 - Every event of one hammer ends the common step of all: steps grow with the hammers, and so does the cost of each.
 ";
 
+/// The shipped study of the rig.
+fn study_path() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml")
+}
+
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let wanted = |section: &str| asked.is_empty() || asked.iter().any(|name| name == section);
-    let rig = scene::prepare(&scene::study_path(), &[]);
+    let rig = scene::prepare(&study_path(), &[]);
     let mut text = HEAD.to_owned();
+    // Tolerance of the fastest setting within the goals, for the peers.
+    let mut tolerance = 1e-5;
     if wanted("methods") {
-        methods::measure(&rig, REPEATS).text(&mut text);
+        let methods = methods::measure(&rig, REPEATS);
+        methods.text(&mut text);
+        tolerance = methods.best().map_or(tolerance, |best| best.case.solver.tolerance);
+    }
+    if wanted("peers") {
+        peers::text(&mut text, &study_path(), tolerance);
     }
     if wanted("located") {
         located::text(&mut text, &rig);

@@ -10,7 +10,8 @@ use decore::study::{InterfaceDemand, Study};
 use decore::system::InterfaceModes;
 
 use crate::methods::cells;
-use crate::scene::{FIGURES, Rig, errors, figures, prepare, study_path};
+use crate::scene::{FIGURES, Rig, errors, figures, prepare};
+use crate::study_path;
 use crate::timing::{exponent, interleaved};
 
 /// Hammers, each on a casting of its own.

@@ -1,6 +1,6 @@
 //! The paper's rig, prepared: its scene and the modes of its structure.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use decore::metrics::RunMetrics;
 use decore::run::{Machine, SourceModel};
@@ -19,11 +19,6 @@ pub struct Rig {
     pub scene: Scene,
     /// The modes.
     pub modes: InterfaceModes,
-}
-
-/// The shipped study of the rig.
-pub fn study_path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml")
 }
 
 /// The rig of `study`, some values of it set.
