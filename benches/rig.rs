@@ -5,8 +5,6 @@
 //! nothing: `methods`, `peers`, `located`, `hammers`, `modes`, `threads`.
 //! `peers` builds a program of its own; SUNDIALS (`libsundials-cvode6`) and SciPy count where they are installed.
 
-#[path = "rig/clock.rs"]
-mod clock;
 #[path = "rig/growth.rs"]
 mod growth;
 #[path = "rig/located.rs"]

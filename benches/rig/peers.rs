@@ -12,6 +12,8 @@ The same compiled right-hand side, scene and 60 modes (integrated: no other prog
 setting, `spring` as published. Tolerances are absolute, in the same scales as decore's own (root mean square norms where decore
 takes the largest); contacts are the solvers' own root functions, except for SciPy, whose contacts follow the state and which runs
 up to just after the first impact. `slower`: over the CPU time of decore's fastest setting within the goals, measured just before.
+`switches` of contacts: root finding that compares the ends of steps passes over contacts shorter than a step; `late` are those that
+it lost and that were switched at the end of a step.
 
 ";
 

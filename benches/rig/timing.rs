@@ -1,6 +1,6 @@
 //! Times of one thread, in turns, so that a machine that slows down slows all that is compared.
 
-use crate::clock::cpu_s;
+use cpu_time::ThreadTime;
 
 /// CPU time in s above which a case is run fewer times: (limit, runs).
 const FEWER: [(f64, usize); 2] = [(2.0, 3), (20.0, 1)];
@@ -24,9 +24,9 @@ pub fn interleaved<C, T>(repeats: usize, cases: &[C], mut run: impl FnMut(&C) ->
             if times.len() >= enough.unwrap_or(repeats) {
                 continue;
             }
-            let begin = cpu_s();
+            let begin = ThreadTime::now();
             *value = Some(run(case));
-            times.push(cpu_s() - begin);
+            times.push(begin.elapsed().as_secs_f64());
         }
     }
     let timed = |(mut times, value): (Vec<f64>, Option<T>)| {

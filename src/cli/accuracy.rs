@@ -85,6 +85,9 @@ fn all_modes(arguments: &AccuracyArguments, prepared: &Prepared) -> Result<Optio
     for key in ["cutoff_hz", "fixed_interface_cutoff_hz"] {
         overrides.push(format!("structure.{key}={:e}", arguments.full_cutoff_hz));
     }
+    if prepared.study.structure().mode_tolerance.is_some() {
+        overrides.push("structure.mode_tolerance=0".to_owned());
+    }
     let all = prepare(&arguments.study, &overrides)?;
     let scene = all.scene(arguments.row).map_err(Failure::Argument)?;
     Ok(Some(scene.1))

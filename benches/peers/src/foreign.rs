@@ -2,7 +2,9 @@
 
 use std::cell::RefCell;
 
-use diffsol::{NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverStopReason, VectorCommon};
+use diffsol::{
+    NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverStopReason, Vector,
+};
 use peers::Problem;
 
 use crate::run::{Goal, Stop};

@@ -3,8 +3,6 @@
 //! `peers STUDY TOLERANCE LIBRARY SCRIPT`: the study, the tolerance of decore's fastest setting within the goals, the shared library
 //! of this package and the script that gives it to SciPy. The bench of the rig runs it.
 
-#[path = "../../rig/clock.rs"]
-mod clock;
 mod cvode;
 mod foreign;
 mod run;
@@ -12,7 +10,7 @@ mod run;
 use std::path::Path;
 use std::process::Command;
 
-use clock::cpu_s;
+use cpu_time::ThreadTime;
 use decore::run::run_row;
 use decore::scene::{Guide, Scene, SolverSettings};
 use foreign::Method;
@@ -40,8 +38,21 @@ struct Row {
     ms_per_s: [f64; 2],
     steps: u64,
     evaluations: u64,
+    /// Switches of contacts; those that root finding had missed.
+    switches: [u64; 2],
     errors: [f64; 4],
     remark: String,
+}
+
+impl Row {
+    /// Time over decore's.
+    fn slower(&self) -> f64 {
+        self.ms_per_s[0] / self.ms_per_s[1]
+    }
+
+    fn verdict(&self, goal: f64) -> &'static str {
+        if self.slower() >= goal { "met" } else { "**missed**" }
+    }
 }
 
 /// Runs of decore.
@@ -62,13 +73,32 @@ impl Yardstick<'_> {
         figures(run_row(&scene, &self.rig.modes).metrics.as_ref().expect("the reference run"))
     }
 
+    fn scene(&self) -> Scene {
+        Scene { solver: self.solver(Guide::Tied, self.tolerance), ..self.rig.scene.clone() }
+    }
+
+    /// decore's own row.
+    fn row(&self, exact: &[f64; 4]) -> Row {
+        let outcome = run_row(&self.scene(), &self.rig.modes);
+        let ms_per_s = self.ms_per_s();
+        Row {
+            name: format!("**decore**, tied, {:.0e}", self.tolerance),
+            ms_per_s: [ms_per_s, ms_per_s],
+            steps: outcome.counters.steps,
+            evaluations: outcome.counters.rhs_evaluations,
+            switches: [outcome.counters.located_events, 0],
+            errors: outcome.metrics.as_ref().map_or([f64::NAN; 4], |metrics| errors(&figures(metrics), exact)),
+            remark: String::new(),
+        }
+    }
+
     /// CPU ms per simulated second of the fastest setting within the goals: the median of three runs.
     fn ms_per_s(&self) -> f64 {
-        let scene = Scene { solver: self.solver(Guide::Tied, self.tolerance), ..self.rig.scene.clone() };
+        let scene = self.scene();
         let mut times = [(); 3].map(|()| {
-            let begin = cpu_s();
+            let begin = ThreadTime::now();
             run_row(&scene, &self.rig.modes);
-            cpu_s() - begin
+            begin.elapsed().as_secs_f64()
         });
         times.sort_by(f64::total_cmp);
         1e3 * times[1] / scene.duration_s
@@ -85,17 +115,42 @@ fn main() {
     let yardstick = Yardstick { rig: &rig, tolerance: tolerance.parse().unwrap_or(1e-5) };
     let exact = yardstick.exact(rig.scene.duration_s);
     println!(
-        "| solver | ms per s | slower than decore | steps | right-hand sides | {} | |\n|---|---|---|---|---|---|---|---|---|---|",
+        "| solver | ms per s | slower than decore | steps | right-hand sides | switches, late | {} | |\n|---|---|---|---|---|---|---|---|---|---|---|",
         FIGURES.join(" | ")
     );
+    print(&yardstick.row(&exact));
     let cvode = cvode::Library::load();
+    let mut rows = Vec::new();
     for (solver, guide, tolerance) in cases() {
-        match (&solver, cvode) {
-            (Solver::Cvode, None) => println!("| CVODE BDF, roots, {tolerance:.0e} | not installed | | | | | | | | |"),
-            _ => print(&foreign_row(&yardstick, (&solver, guide, tolerance), (cvode, &exact))),
-        }
+        let row = foreign_row(&yardstick, (&solver, guide, tolerance), (cvode, &exact));
+        print(&row);
+        rows.push(row);
     }
     scipy_rows(&yardstick, [study, library, script]).iter().for_each(print);
+    verdicts(&rows);
+}
+
+/// What the rows say of the goals.
+fn verdicts(rows: &[Row]) {
+    let of = |name: &'static str| rows.iter().filter(move |row| row.name.starts_with(name) && row.slower().is_finite());
+    let fastest = |a: &&Row, b: &&Row| a.slower().total_cmp(&b.slower());
+    println!();
+    match of("CVODE").find(|row| row.name.ends_with("tied, 1e-5")) {
+        Some(row) => println!("- {}: {:.0} times slower (goal 60: {}).", row.name, row.slower(), row.verdict(60.0)),
+        None => println!("- CVODE: not measured."),
+    }
+    match of("diffsol").filter(|row| meets_goals(&row.errors)).min_by(fastest) {
+        Some(row) => println!(
+            "- diffsol's fastest within the goals, {}: {:.1} times slower (goal 10: {}).",
+            row.name,
+            row.slower(),
+            row.verdict(10.0)
+        ),
+        None => println!("- No setting of diffsol is within the goals for the errors."),
+    }
+    if let Some(row) = of("diffsol").min_by(fastest) {
+        println!("- diffsol's fastest at any error, {}: {:.1} times slower.", row.name, row.slower());
+    }
 }
 
 fn cases() -> Vec<(Solver, Guide, f64)> {
@@ -106,6 +161,8 @@ fn cases() -> Vec<(Solver, Guide, f64)> {
         (Solver::Cvode, Spring, 1e-5),
         (Solver::Diffsol(Method::Tsit45), Tied, 1e-5),
         (Solver::Diffsol(Method::Tsit45), Tied, 1e-6),
+        (Solver::Diffsol(Method::Tsit45), Tied, 1e-7),
+        (Solver::Diffsol(Method::Tsit45), Tied, 1e-8),
         (Solver::Diffsol(Method::Tsit45), Spring, 1e-5),
         (Solver::Diffsol(Method::Esdirk34), Tied, 1e-5),
         (Solver::Diffsol(Method::Bdf), Tied, 1e-5),
@@ -122,7 +179,7 @@ fn foreign_row(
     let mut problem = Problem::new(&model, scene.outputs);
     let own = yardstick.ms_per_s();
     let goal = Goal::new(tolerance, scene.duration_s);
-    let begin = cpu_s();
+    let begin = ThreadTime::now();
     let (name, ended) = match (solver, cvode) {
         (Solver::Cvode, Some(library)) => ("CVODE BDF", cvode::integrate(library, &mut problem, &goal)),
         (Solver::Cvode, None) => ("CVODE BDF", Err(Stop::Failed("not installed".to_owned()))),
@@ -135,7 +192,7 @@ fn foreign_row(
             (name, foreign::integrate(*method, &mut problem, &goal))
         }
     };
-    let time = cpu_s() - begin;
+    let time = begin.elapsed().as_secs_f64();
     let (reached, remark) = match ended {
         Ok(reached) => (reached, String::new()),
         Err(Stop::OutOfTime(reached)) => (reached, format!("given up at {reached:.2} s")),
@@ -149,6 +206,7 @@ fn foreign_row(
         ms_per_s: [1e3 * time / reached, own],
         steps: problem.steps,
         evaluations: problem.evaluations,
+        switches: problem.switches,
         errors: if whole { errors(&found, exact) } else { [f64::NAN; 4] },
         remark,
     }
@@ -164,7 +222,15 @@ fn scipy_rows(yardstick: &Yardstick<'_>, [study, library, script]: [&String; 3])
         Ok(output) if output.status.success() => String::from_utf8_lossy(&output.stdout).into_owned(),
         _ => {
             let (name, remark) = ("SciPy LSODA, Radau".to_owned(), "not installed".to_owned());
-            return vec![Row { name, ms_per_s: [f64::NAN, own], steps: 0, evaluations: 0, errors: [f64::NAN; 4], remark }];
+            return vec![Row {
+                name,
+                ms_per_s: [f64::NAN, own],
+                steps: 0,
+                evaluations: 0,
+                switches: [0; 2],
+                errors: [f64::NAN; 4],
+                remark,
+            }];
         }
     };
     let row = |line: &str| {
@@ -177,6 +243,7 @@ fn scipy_rows(yardstick: &Yardstick<'_>, [study, library, script]: [&String; 3])
             ms_per_s: [1e3 * number("cpu_s") / reached, own],
             steps: value["steps"].as_u64()?,
             evaluations: value["evaluations"].as_u64()?,
+            switches: [0; 2],
             errors: errors(&found, &exact),
             remark: format!("first {:.3} s only", reached),
         })
@@ -186,16 +253,18 @@ fn scipy_rows(yardstick: &Yardstick<'_>, [study, library, script]: [&String; 3])
 
 fn print(row: &Row) {
     let cell = |value: f64, text: String| if value.is_finite() { text } else { "-".to_owned() };
-    let [ms, own] = row.ms_per_s;
+    let ms = row.ms_per_s[0];
     let errors: Vec<String> = row.errors.iter().map(|error| cell(*error, format!("{error:.0e}"))).collect();
     let remark = if meets_goals(&row.errors) { "within the goals" } else { row.remark.as_str() };
     println!(
-        "| {} | {} | {} | {} | {} | {} | {remark} |",
+        "| {} | {} | {} | {} | {} | {}, {} | {} | {remark} |",
         row.name,
         cell(ms, format!("{ms:.0}")),
-        cell(ms, format!("{:.1}", ms / own)),
+        cell(ms, format!("{:.1}", row.slower())),
         row.steps,
         row.evaluations,
+        row.switches[0],
+        row.switches[1],
         errors.join(" | ")
     );
 }

@@ -11,14 +11,13 @@ const PARTS: usize = 8;
 /// Parabolas through the best three points by which it is refined.
 const REFINEMENTS: usize = 4;
 
+/// Time in s after its own switch for which a guard is taken as negative: at the switch it is a rounding error of either sign.
+const FRESH_S: f64 = 1e-10;
+
 /// The model of a rig with its modes integrated.
 pub fn problem_model(rig: &Rig, guide: Guide) -> CoupledModel {
-    let solver = SolverSettings {
-        guide,
-        modes: ModeTreatment::Integrated,
-        stepping: Stepping::default(),
-        ..rig.scene.solver
-    };
+    let solver =
+        SolverSettings { guide, modes: ModeTreatment::Integrated, stepping: Stepping::default(), ..rig.scene.solver };
     build(&Scene { solver, ..rig.scene.clone() }, &rig.modes).expect("the rig can be built")
 }
 
@@ -63,8 +62,11 @@ pub struct Problem<'a> {
     pub evaluations: u64,
     /// Steps.
     pub steps: u64,
+    /// Switches of contacts, and how many of them the solver's root finding had missed.
+    pub switches: [u64; 2],
     scratch: Vec<f64>,
-    last_switch_s: f64,
+    /// Time of each contact's last switch.
+    switched_s: Vec<f64>,
 }
 
 impl<'a> Problem<'a> {
@@ -78,8 +80,9 @@ impl<'a> Problem<'a> {
             solution: Solution::default(),
             evaluations: 0,
             steps: 0,
+            switches: [0; 2],
             scratch: vec![0.0; model.layout().states()],
-            last_switch_s: f64::NEG_INFINITY,
+            switched_s: vec![f64::NEG_INFINITY; model.elements().contacts().len()],
         }
     }
 
@@ -126,14 +129,15 @@ impl<'a> Problem<'a> {
 
     /// Value of a guard: switches when it rises through zero.
     pub fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
-        self.system.guard(guard, t, y)
+        if t < self.switched_s[guard] + FRESH_S { -1.0 } else { self.system.guard(guard, t, y) }
     }
 
     /// Switches a contact and keeps what follows from it.
     pub fn switch(&mut self, guard: usize, t: f64, y: &[f64]) {
         self.full[0][..y.len()].copy_from_slice(y);
         self.system.switch(guard, t, &mut self.full[0]);
-        self.last_switch_s = t;
+        self.switched_s[guard] = t;
+        self.switches[0] += 1;
         if !self.system.is_closed(guard) {
             return;
         }
@@ -157,12 +161,9 @@ impl<'a> Problem<'a> {
 
     /// Switches every contact whose guard is positive although the solver has found no root; returns whether there was one.
     pub fn switch_late(&mut self, t: f64, y: &[f64]) -> bool {
-        // What has just switched may be positive by rounding.
-        if t <= self.last_switch_s {
-            return false;
-        }
         let late: Vec<usize> = (0..self.guard_count()).filter(|&guard| self.guard(guard, t, y) > 0.0).collect();
         late.iter().for_each(|&guard| self.switch(guard, t, y));
+        self.switches[1] += late.len() as u64;
         !late.is_empty()
     }
 

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 /// Longest wall time of a run in s.
-const LONGEST_S: f64 = 60.0;
+const LONGEST_S: f64 = 30.0;
 
 /// Where a run is to end and how accurate it is to be.
 pub struct Goal {
