@@ -1,4 +1,4 @@
-//! The methods at a fixed step on the paper's rig: how far they are from the default method.
+//! The methods at a fixed step on the paper's rig: how far their outputs are from those of the default method at 1e-7.
 
 use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row};
 use decore::study::Study;
@@ -27,28 +27,40 @@ fn figures(outcome: &RowOutcome) -> [f64; 4] {
     ]
 }
 
-/// Bounds: three times what was measured. With contacts located, the rule of order 4 is as good as the default method;
-/// without, first order shows.
+/// Relative errors of the four figures of a run at a fixed step, printed with the audit and the work.
+fn errors(settings: &[&str], expected: &[f64; 4]) -> [f64; 4] {
+    let outcome = simulate(settings);
+    let found = figures(&outcome);
+    let errors = std::array::from_fn(|i| (found[i] / expected[i] - 1.0).abs());
+    let residual = outcome.metrics.as_ref().unwrap().energy_residual;
+    println!("{settings:?}: {errors:?}, residual {residual:.1e}, {:?}", outcome.counters);
+    errors
+}
+
+/// Each error is at most what was measured and a margin of about a third. The margin is small because nothing is random here;
+/// the bounds hold for these steps only: where contacts are noticed at the ends of steps, errors depend on where in a step
+/// they happen to fall and do not follow an order.
+///
+/// What the figures say: located, the rule of order 4 at 5 us is as good as the default method at 1e-6; not located, the same rule at
+/// 10 us is worse by a factor of 100 at least in every figure; the trapezoid, which notices contacts as late and damps nothing
+/// but follows stiff contacts to second order only, is worse still.
 #[test]
-fn fixed_steps_come_close_to_the_default() {
+fn errors_at_a_fixed_step_are_what_was_measured() {
     let expected = figures(&simulate(&["solver.tolerance=1e-7"]));
-    for (settings, bounds) in [
-        (vec!["solver.method=rk4", "solver.step_s=5e-6", "solver.located=true"], [1e-6, 1e-5, 1e-6, 1e-6]),
-        (vec!["solver.method=rk4"], [1e-3, 1e-2, 1e-2, 1e-2]),
-        (vec!["solver.method=trapezoid"], [1e-2, 0.15, 6e-3, 6e-2]),
+    let located = errors(&["solver.method=rk4", "solver.step_s=5e-6", "solver.located=true"], &expected);
+    let plain = errors(&["solver.method=rk4", "solver.step_s=1e-5"], &expected);
+    let trapezoid = errors(&["solver.method=trapezoid", "solver.step_s=1e-5"], &expected);
+    for (name, errors, bounds) in [
+        // The third was 8e-9, below what the default method is known to at 1e-7.
+        ("located", located, [1.6e-7, 3.4e-6, 3e-8, 3.4e-7]),
+        ("plain", plain, [4.7e-4, 2.9e-3, 9.4e-4, 2.4e-4]),
+        ("trapezoid", trapezoid, [4.2e-3, 7.3e-2, 1.7e-3, 1.5e-2]),
     ] {
-        let outcome = simulate(&settings);
-        let found = figures(&outcome);
-        let errors: Vec<f64> =
-            found.iter().zip(expected).map(|(found, expected)| (found / expected - 1.0).abs()).collect();
-        println!(
-            "{settings:?}: {errors:?}, residual {:.1e}, {:?}",
-            outcome.metrics.as_ref().unwrap().energy_residual,
-            outcome.counters
-        );
-        for (error, bound) in errors.iter().zip(bounds) {
-            assert!(*error < bound, "{settings:?}: {errors:?}");
-        }
+        assert!(errors.iter().zip(bounds).all(|(error, bound)| *error < bound), "{name}: {errors:?} and {bounds:?}");
+    }
+    for figure in 0..4 {
+        assert!(plain[figure] > 100.0 * located[figure], "figure {figure}: {plain:?} and {located:?}");
+        assert!(trapezoid[figure] > plain[figure], "figure {figure}: {trapezoid:?} and {plain:?}");
     }
 }
 

@@ -10,7 +10,7 @@ mod plot;
 mod text;
 
 use crate::run::{RowStatus, SolverCounters};
-use crate::scene::{Guide, ModeTreatment, SolverSettings};
+use crate::scene::{Guide, Method, ModeTreatment, SolverSettings, Stepping};
 
 pub use measure::{AccuracyError, Experiment, measure};
 pub use outputs::{MAIN_OUTPUTS, Output, main_differences};
@@ -25,16 +25,26 @@ pub const REFERENCE_TOLERANCE: f64 = 1e-9;
 /// A setting of the solver that is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// Family of settings that differ in their tolerance only: a line of the plot.
+    /// Family of settings that differ in their tolerance or step only: a line of the plot.
     pub family: String,
     /// Preset that it is, if it is one.
     pub preset: Option<&'static str>,
-    /// Guide, modes and tolerance; the budgets are the scene's.
+    /// Method, guide, modes, tolerance and step; the budgets are the scene's.
     pub solver: SolverSettings,
 }
 
-/// The settings measured unless others are asked for: both models of the guide at tolerances from 1e-3 to 1e-8 with modes as
-/// the scene would have them, and the model as published with its modes integrated.
+impl Setting {
+    /// What sets it apart from the others of its family: the tolerance, or the fixed step.
+    pub fn grade(&self) -> String {
+        match self.solver.stepping.method {
+            Method::Tsit5 => format!("{:.0e}", self.solver.tolerance),
+            Method::Rk4 | Method::Trapezoid => format!("{} us", (1e6 * self.solver.stepping.step_s).round()),
+        }
+    }
+}
+
+/// The settings under error control: both models of the guide at tolerances from 1e-3 to 1e-8, each with modes as the scene
+/// would have them and with modes integrated.
 pub fn ladder(scene: &SolverSettings) -> Vec<Setting> {
     let families = [
         ("guide on its spring", Guide::Spring, ModeTreatment::Automatic),
@@ -51,8 +61,34 @@ pub fn ladder(scene: &SolverSettings) -> Vec<Setting> {
                 (ModeTreatment::Automatic, Guide::Spring, 1e-7) => Some("reference"),
                 _ => None,
             };
-            let solver = SolverSettings { tolerance, guide, modes, ..*scene };
+            let solver = SolverSettings { tolerance, guide, modes, stepping: Stepping::default(), ..*scene };
             settings.push(Setting { family: family.to_owned(), preset, solver });
+        }
+    }
+    settings
+}
+
+/// The methods at a fixed step, for comparison: the model as published (guide on its spring, modes integrated), contacts
+/// noticed at the ends of steps unless located.
+///
+/// Without `slow` those are left out that take many times as long as the others: the Runge-Kutta rule at 1 us and the
+/// implicit trapezoid.
+pub fn fixed_steps(scene: &SolverSettings, slow: bool) -> Vec<Setting> {
+    // Family, method, step, whether contacts are located, whether it is slow.
+    let all = [
+        ("rk4", Method::Rk4, 1e-5, false, false),
+        ("rk4", Method::Rk4, 1e-6, false, true),
+        ("rk4, contacts located", Method::Rk4, 1e-5, true, false),
+        ("rk4, contacts located", Method::Rk4, 5e-6, true, false),
+        ("implicit trapezoid", Method::Trapezoid, 1e-5, false, true),
+    ];
+    let mut settings = Vec::new();
+    for (family, method, step_s, located, is_slow) in all {
+        if slow || !is_slow {
+            let stepping = Stepping { method, step_s, located };
+            let (guide, modes) = (Guide::Spring, ModeTreatment::Integrated);
+            let solver = SolverSettings { guide, modes, stepping, ..*scene };
+            settings.push(Setting { family: family.to_owned(), preset: None, solver });
         }
     }
     settings

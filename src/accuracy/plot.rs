@@ -2,23 +2,25 @@
 
 use plotters::prelude::*;
 
-use super::{Accuracy, Measurement};
+use super::{Accuracy, Measurement, Setting};
+use crate::scene::Method;
 
 /// Size in pixels.
 const SIZE: (u32, u32) = (900, 600);
 /// Colours of the families, told apart with colour-blind eyes too (Okabe and Ito 2008).
-const COLORS: [RGBColor; 6] = [
+const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(86, 180, 233),
     RGBColor(230, 159, 0),
+    RGBColor(110, 110, 110),
 ];
 /// Least error that is drawn: zero has no logarithm.
 const LEAST_ERROR: f64 = 1e-12;
 
-/// Error against time as SVG, a line per family of settings; the floors are dashed.
+/// Error against time as SVG, a line per family of settings, a marker per method; the floors are dashed.
 ///
 /// # Errors
 /// The plotting library's words, if nothing can be drawn (no setting reached its end).
@@ -32,17 +34,41 @@ fn point(accuracy: &Accuracy, measurement: &Measurement) -> (f64, f64) {
     (measurement.ms_per_simulated_s, accuracy.worst(&measurement.errors).max(LEAST_ERROR))
 }
 
+/// Outline of the marker of a setting's method, in pixels around its point.
+fn marker(setting: &Setting) -> Vec<(i32, i32)> {
+    match (setting.solver.stepping.method, setting.solver.stepping.located) {
+        (Method::Tsit5, _) => vec![(-4, -2), (-2, -4), (2, -4), (4, -2), (4, 2), (2, 4), (-2, 4), (-4, 2)],
+        (Method::Rk4, false) => vec![(-5, 4), (5, 4), (0, -5)],
+        (Method::Rk4, true) => vec![(-5, -4), (5, -4), (0, 5)],
+        (Method::Trapezoid, _) => vec![(-4, -4), (4, -4), (4, 4), (-4, 4)],
+    }
+}
+
+/// What limits all settings: its name and its largest error.
+fn floors(accuracy: &Accuracy) -> Vec<(&'static str, f64)> {
+    let all = [
+        ("sensitivity of the scene", Some(&accuracy.sensitivity)),
+        ("modes left out", accuracy.truncation.as_ref().map(|(_, errors)| errors)),
+    ];
+    let errors = all.into_iter().filter_map(|(name, errors)| Some((name, accuracy.worst(errors?).max(LEAST_ERROR))));
+    errors.filter(|(_, error)| error.is_finite()).collect()
+}
+
+/// The families, each by its first setting.
+fn families(accuracy: &Accuracy) -> Vec<&Setting> {
+    let mut families: Vec<&Setting> = Vec::new();
+    for Measurement { setting, .. } in &accuracy.measurements {
+        if families.iter().all(|known| known.family != setting.family) {
+            families.push(setting);
+        }
+    }
+    families
+}
+
 fn draw(accuracy: &Accuracy, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
     let points = accuracy.measurements.iter().map(|measurement| point(accuracy, measurement));
     let drawn: Vec<(f64, f64)> = points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
-    let floors: Vec<(&str, f64)> = [
-        ("sensitivity of the scene", Some(&accuracy.sensitivity)),
-        ("modes left out", accuracy.truncation.as_ref().map(|(_, errors)| errors)),
-    ]
-    .into_iter()
-    .filter_map(|(name, errors)| Some((name, accuracy.worst(errors?).max(LEAST_ERROR))))
-    .filter(|(_, error)| error.is_finite())
-    .collect();
+    let floors = floors(accuracy);
     let x = range(drawn.iter().map(|point| point.0));
     let y = range(drawn.iter().map(|point| point.1).chain(floors.iter().map(|floor| floor.1)));
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
@@ -59,21 +85,20 @@ fn draw(accuracy: &Accuracy, svg: &mut String) -> Result<(), Box<dyn std::error:
         .y_desc("largest relative error of energies, frequency and peak velocity")
         .y_label_formatter(&|error| format!("{error:.0e}"))
         .draw()?;
-    let mut families: Vec<&str> = Vec::new();
-    for measurement in &accuracy.measurements {
-        if !families.contains(&measurement.setting.family.as_str()) {
-            families.push(&measurement.setting.family);
-        }
-    }
-    for (index, family) in families.iter().enumerate() {
+    for (index, first) in families(accuracy).into_iter().enumerate() {
         let color = COLORS[index % COLORS.len()];
-        let of_family = accuracy.measurements.iter().filter(|measurement| measurement.setting.family == *family);
-        let points: Vec<(f64, f64)> =
-            of_family.map(|measurement| point(accuracy, measurement)).filter(|(_, y)| y.is_finite()).collect();
-        chart
-            .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)).point_size(4))?
-            .label(*family)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
+        let of_family = accuracy.measurements.iter().filter(|measurement| measurement.setting.family == first.family);
+        let points = of_family.map(|measurement| point(accuracy, measurement));
+        let points: Vec<(f64, f64)> = points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+        let marker = marker(first);
+        let marked = |at| EmptyElement::at(at) + Polygon::new(marker.clone(), color.filled());
+        chart.draw_series(points.iter().copied().map(marked))?;
+        let key = marker.clone();
+        chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?.label(&first.family).legend(move |at| {
+            let line = PathElement::new([(0, 0), (20, 0)], color.stroke_width(2));
+            let middle = key.iter().map(|(x, y)| (x + 10, *y)).collect::<Vec<_>>();
+            EmptyElement::at(at) + line + Polygon::new(middle, color.filled())
+        });
     }
     for (index, (name, error)) in floors.into_iter().enumerate() {
         let color = if index == 0 { BLACK } else { RGBColor(150, 80, 0) };

@@ -2,51 +2,39 @@
 
 use std::fmt::Write as _;
 
-use super::{Accuracy, MAIN_OUTPUTS, PERTURBATION, REFERENCE_TOLERANCE};
+use super::{Accuracy, MAIN_OUTPUTS, Measurement, PERTURBATION, REFERENCE_TOLERANCE};
+use crate::run::RowStatus;
 
 /// Headings of [`MAIN_OUTPUTS`].
 const HEADINGS: [&str; 4] = ["first impact", "periodic", "frequency", "peak velocity"];
 
+/// Width of what stands before the errors.
+const LEFT: usize = 96;
+
 /// The comparison as a table for people, errors relative.
 pub fn text(accuracy: &Accuracy) -> String {
+    let kept = accuracy.measurements.first().map_or(0, |measurement| measurement.modes);
     let mut text = format!(
-        "Errors are relative to a run with the guide on its spring at tolerance {REFERENCE_TOLERANCE:.0e}; each is the largest over \
-         hammers or castings.\nTimes are wall times of the fastest run; compare them with each other only.\n\n"
+        "Errors are numerical ones: relative to a run of the same scene on the same {kept} modes with the guide on its spring at\n\
+         tolerance {REFERENCE_TOLERANCE:.0e}, each the largest over hammers or castings. Times are wall times of the fastest run; \
+         compare them with each other\nonly. Factors: factorisations of a matrix.\n\n"
     );
     let _ = writeln!(
         text,
-        "{:<38} {:>9} {:>9} {:>9} {:>10} {:>6}  {}",
+        "{:<38} {:>9} {:>9} {:>9} {:>10} {:>8} {:>6}  {}",
         "setting",
         "tolerance",
         "ms per s",
         "steps",
         "rhs",
+        "factors",
         "states",
-        HEADINGS.map(|heading| format!("{heading:>13}")).join(" ")
+        headings()
     );
-    for measurement in &accuracy.measurements {
-        let setting = &measurement.setting;
-        let _ = writeln!(
-            text,
-            "{:<38} {:>9.0e} {:>9.1} {:>9} {:>10} {:>6}  {} {}",
-            setting.family,
-            setting.solver.tolerance,
-            measurement.ms_per_simulated_s,
-            measurement.counters.steps,
-            measurement.counters.rhs_evaluations,
-            measurement.states,
-            errors(accuracy, &measurement.errors),
-            setting.preset.unwrap_or_default()
-        );
-    }
-    let _ = writeln!(
-        text,
-        "\n{:<87} {}",
-        "What no setting can be judged below:",
-        HEADINGS.map(|h| format!("{h:>13}")).join(" ")
-    );
+    accuracy.measurements.iter().for_each(|measurement| row(&mut text, accuracy, measurement));
+    let _ = writeln!(text, "\n{:<LEFT$} {}", "What no setting can be judged below:", headings());
     let mut line = |what: String, values: &[f64]| {
-        let _ = writeln!(text, "{what:<87} {}", errors(accuracy, values));
+        let _ = writeln!(text, "{what:<LEFT$} {}", errors(accuracy, values));
     };
     line(
         format!("  error of the reference (against tolerance {:.0e})", 10.0 * REFERENCE_TOLERANCE),
@@ -57,10 +45,36 @@ pub fn text(accuracy: &Accuracy) -> String {
         &accuracy.sensitivity,
     );
     if let Some((modes, truncation)) = &accuracy.truncation {
-        let kept = accuracy.measurements.first().map_or(0, |measurement| measurement.modes);
-        line(format!("Not numerical: modes left out ({kept} of {modes} kept)"), truncation);
+        line(format!("Not numerical: modes left out ({kept} of {modes} kept), against all {modes}"), truncation);
     }
     text
+}
+
+fn headings() -> String {
+    HEADINGS.map(|heading| format!("{heading:>13}")).join(" ")
+}
+
+/// A line per setting; what it says of a run that did not end takes the place of the preset.
+fn row(text: &mut String, accuracy: &Accuracy, measurement: &Measurement) {
+    let setting = &measurement.setting;
+    let remark = match measurement.status {
+        RowStatus::Done => setting.preset.unwrap_or_default(),
+        RowStatus::BudgetExhausted => "not finished",
+        RowStatus::Diverged => "diverged",
+        RowStatus::Invalid => "not possible",
+    };
+    let _ = writeln!(
+        text,
+        "{:<38} {:>9} {:>9.1} {:>9} {:>10} {:>8} {:>6}  {} {remark}",
+        setting.family,
+        setting.grade(),
+        measurement.ms_per_simulated_s,
+        measurement.counters.steps,
+        measurement.counters.rhs_evaluations,
+        measurement.counters.factorisations,
+        measurement.states,
+        errors(accuracy, &measurement.errors),
+    );
 }
 
 fn errors(accuracy: &Accuracy, values: &[f64]) -> String {

@@ -7,9 +7,9 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
 use super::text::{say, tell};
-use crate::accuracy::{Accuracy, Experiment, Setting, ladder, measure, plot, text};
+use crate::accuracy::{Accuracy, Experiment, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, status_text, write_table};
-use crate::scene::{Guide, ModeTreatment};
+use crate::scene::{Guide, Method, ModeTreatment};
 use crate::study::StructureSource;
 use crate::system::InterfaceModes;
 
@@ -38,6 +38,9 @@ pub(super) struct AccuracyArguments {
     /// Do not judge the truncation of modes.
     #[arg(long)]
     no_truncation: bool,
+    /// Leave out the slowest of the methods at a fixed step: rk4 at 1 us and the implicit trapezoid.
+    #[arg(long)]
+    quick: bool,
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
@@ -52,11 +55,13 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let invalid = |reason| Failure::Argument(format!("row {} describes no scene: {reason}", arguments.row));
     let (scene, modes) = prepared.scene(arguments.row).map_err(invalid)?;
     let all_modes = all_modes(arguments, &prepared)?;
+    let mut settings = ladder(&scene.solver);
+    settings.extend(fixed_steps(&scene.solver, !arguments.quick));
     let experiment = Experiment {
         scene: &scene,
         modes: &modes,
         all_modes: all_modes.as_ref(),
-        settings: ladder(&scene.solver),
+        settings,
         repeats: arguments.repeats,
     };
     let result = measure(&experiment, &mut |what| tell(&format_args!("running: {what}")));
@@ -79,6 +84,9 @@ fn all_modes(arguments: &AccuracyArguments, prepared: &Prepared) -> Result<Optio
     let mut overrides = arguments.overrides.clone();
     for key in ["cutoff_hz", "fixed_interface_cutoff_hz"] {
         overrides.push(format!("structure.{key}={:e}", arguments.full_cutoff_hz));
+    }
+    if prepared.study.structure().mode_tolerance.is_some() {
+        overrides.push("structure.mode_tolerance=0".to_owned());
     }
     let all = prepare(&arguments.study, &overrides)?;
     let scene = all.scene(arguments.row).map_err(Failure::Argument)?;
@@ -137,6 +145,7 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
             "Fidelity preset that the setting is.",
             text(&|s| s.preset.unwrap_or_default().to_owned(), &none),
         ),
+        column("method", "", "Method of integration.", text(&|s| method(s).to_owned(), &none)),
         column("guide", "", "Model of the housing guide.", text(&|s| guide(s.solver.guide).to_owned(), &none)),
         column(
             "modes_treatment",
@@ -148,14 +157,31 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
             let settings = measurements.iter().map(|measurement| status_text(measurement.status).to_owned());
             TableValues::Text(settings.chain(floors.iter().map(|_| String::new())).collect())
         }),
-        column("tolerance", "1", "Error tolerance of a step.", real(&|m| m.setting.solver.tolerance)),
+        column(
+            "tolerance",
+            "1",
+            "Error tolerance of a step; NaN at a fixed step.",
+            real(&|m| if fixed(&m.setting) { f64::NAN } else { m.setting.solver.tolerance }),
+        ),
+        column(
+            "step_s",
+            "s",
+            "Length of a fixed step; NaN under error control.",
+            real(&|m| if fixed(&m.setting) { m.setting.solver.stepping.step_s } else { f64::NAN }),
+        ),
         column("ms_per_simulated_s", "ms/s", "Wall time of the fastest run.", real(&|m| m.ms_per_simulated_s)),
         column("modes", "1", "Modes of the structure.", real(&|m| m.modes as f64)),
         column("states", "1", "States integrated.", real(&|m| m.states as f64)),
         column("steps", "1", "Accepted steps.", real(&|m| m.counters.steps as f64)),
         column("rejected_steps", "1", "Rejected steps.", real(&|m| m.counters.rejected_steps as f64)),
         column("rhs_evaluations", "1", "Right-hand sides.", real(&|m| m.counters.rhs_evaluations as f64)),
-        column("located_events", "1", "Contact events located.", real(&|m| m.counters.located_events as f64)),
+        column("factorisations", "1", "Factorisations of a matrix.", real(&|m| m.counters.factorisations as f64)),
+        column(
+            "located_events",
+            "1",
+            "Contacts met or left; located unless the method notices them at the ends of steps.",
+            real(&|m| m.counters.located_events as f64),
+        ),
         column("energy_residual", "1", "Energy residual of the run.", real(&|m| m.energy_residual)),
     ];
     for (index, output) in result.outputs.iter().enumerate() {
@@ -166,6 +192,20 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
         columns.push(column(&format!("error_{}", output.name), "1", &description, TableValues::Real(values)));
     }
     columns
+}
+
+fn fixed(setting: &Setting) -> bool {
+    setting.solver.stepping.method != Method::Tsit5
+}
+
+fn method(setting: &Setting) -> &'static str {
+    match (setting.solver.stepping.method, setting.solver.stepping.located) {
+        (Method::Tsit5, _) => "tsit5",
+        (Method::Rk4, false) => "rk4",
+        (Method::Rk4, true) => "rk4, contacts located",
+        (Method::Trapezoid, false) => "trapezoid",
+        (Method::Trapezoid, true) => "trapezoid, contacts located",
+    }
 }
 
 fn guide(guide: Guide) -> &'static str {

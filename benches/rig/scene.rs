@@ -1,0 +1,56 @@
+//! The paper's rig, prepared: its scene and the modes of its structure.
+
+use std::path::Path;
+
+use decore::metrics::RunMetrics;
+use decore::run::{Machine, SourceModel};
+use decore::scene::Scene;
+use decore::study::Study;
+use decore::system::InterfaceModes;
+
+/// What is compared: first-impact energy, periodic energy, hit frequency, casting peak velocity.
+pub const FIGURES: [&str; 4] = ["first impact", "periodic", "frequency", "peak velocity"];
+/// Largest relative error of each that a fast setting may have.
+pub const GOALS: [f64; 4] = [1e-5, 1e-5, 1e-5, 1e-4];
+
+/// A scene and the modes of its structure.
+pub struct Rig {
+    /// The scene.
+    pub scene: Scene,
+    /// The modes.
+    pub modes: InterfaceModes,
+}
+
+/// The rig of `study`, some values of it set.
+pub fn prepare(study: &Path, settings: &[&str]) -> Rig {
+    let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+    let study = Study::load(study).and_then(|study| study.with_overrides(&settings)).expect("the shipped study");
+    let model = SourceModel::read(study.structure()).expect("the built-in station");
+    let points = model.points();
+    let machine = Machine::new(model, study.structure(), &study.interface_demand()).expect("its reduction");
+    let scene = study.scene(0, &points).expect("its scene");
+    let modes = machine.modes(&scene).expect("its modes");
+    Rig { scene, modes }
+}
+
+/// The values of [`FIGURES`]; NaN where a run does not have one.
+pub fn figures(metrics: &RunMetrics) -> [f64; 4] {
+    let hammer = &metrics.hammers[0];
+    let value = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    [
+        value(hammer.first_impact_energy_j),
+        value(hammer.periodic_energy_mean_j),
+        value(hammer.hit_frequency_hz),
+        metrics.castings[0].peak_velocity_m_s,
+    ]
+}
+
+/// Relative errors of figures.
+pub fn errors(found: &[f64; 4], exact: &[f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|i| (found[i] / exact[i] - 1.0).abs())
+}
+
+/// Whether errors are within [`GOALS`].
+pub fn meets_goals(errors: &[f64; 4]) -> bool {
+    errors.iter().zip(GOALS).all(|(error, goal)| *error <= goal)
+}
