@@ -72,7 +72,7 @@ impl System for Hidden<'_> {
         if self.is_hidden(guard) && t < self.sampled_s.get() { -1.0 } else { self.inner.guard(guard, t, y) }
     }
 
-    fn sample_guards(&self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]) {
+    fn sample_guards(&mut self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]) {
         self.sampled_s.set(t);
         self.inner.sample_guards(t, state_and_rate, samples);
         for (guard, sample) in samples.iter_mut().enumerate() {
