@@ -48,6 +48,7 @@ pub struct Library {
 
 impl Library {
     /// Loads it; `None` where it is not installed.
+    #[expect(clippy::missing_transmute_annotations, reason = "the fields of this type say what each symbol is")]
     pub fn load() -> Option<Self> {
         // SAFETY: the names end in a zero byte.
         let library = LIBRARIES.iter().map(|name| unsafe { dlopen(name.as_ptr(), RTLD_NOW) }).find(|l| !l.is_null())?;
