@@ -253,18 +253,17 @@ fn scipy_rows(yardstick: &Yardstick<'_>, [study, library, script]: [&String; 3])
 
 fn print(row: &Row) {
     let cell = |value: f64, text: String| if value.is_finite() { text } else { "-".to_owned() };
-    let ms = row.ms_per_s[0];
+    let (ms, [switches, late]) = (row.ms_per_s[0], row.switches);
     let errors: Vec<String> = row.errors.iter().map(|error| cell(*error, format!("{error:.0e}"))).collect();
     let remark = if meets_goals(&row.errors) { "within the goals" } else { row.remark.as_str() };
     println!(
-        "| {} | {} | {} | {} | {} | {}, {} | {} | {remark} |",
+        "| {} | {} | {} | {} | {} | {} | {} | {remark} |",
         row.name,
         cell(ms, format!("{ms:.0}")),
         cell(ms, format!("{:.1}", row.slower())),
         row.steps,
         row.evaluations,
-        row.switches[0],
-        row.switches[1],
+        if switches > 0 { format!("{switches}, {late}") } else { "-".to_owned() },
         errors.join(" | ")
     );
 }
