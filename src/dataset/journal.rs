@@ -1,13 +1,15 @@
 //! The journal: every row that ended, from the moment at which it ended until it is in a part.
 //!
 //! One file per part's block of rows, appended to by the threads that run rows. A killed process loses the rows that were
-//! running, a power failure those since the last [`Journal::sync`].
+//! running and those that ended within [`GATHER`] before the last write, a power failure those since the last
+//! [`Journal::sync`].
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, IoSlice, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use super::DatasetError;
 use super::durable::failed_to;
@@ -15,6 +17,9 @@ use super::record::StoredRow;
 
 /// Folder of the journal in the dataset's folder.
 pub const JOURNAL: &str = ".journal";
+/// Time for which rows are gathered into one write: short rows would else spend more on the system than on their storage. A
+/// row that takes longer is written at once.
+const GATHER: Duration = Duration::from_millis(10);
 /// What a file starts with.
 const MAGIC: &[u8; 16] = b"decore journal1\n";
 /// Bytes of a frame's head: length and checksum.
@@ -31,6 +36,9 @@ pub struct Journal {
 #[derive(Debug)]
 struct State {
     files: BTreeMap<u64, Arc<File>>,
+    /// Frames of each block that are not yet written.
+    gathered: BTreeMap<u64, Vec<u8>>,
+    written: Instant,
     /// Blocks written to since the last sync.
     unsynced: BTreeMap<u64, Arc<File>>,
     /// What went wrong first; after it nothing more is appended, since rows behind a torn one would be lost.
@@ -40,7 +48,13 @@ struct State {
 impl Journal {
     /// The journal of the dataset in `dataset`; its folder must exist.
     pub fn new(dataset: &Path, rows_per_part: u64) -> Self {
-        let state = State { files: BTreeMap::new(), unsynced: BTreeMap::new(), failed: None };
+        let state = State {
+            files: BTreeMap::new(),
+            gathered: BTreeMap::new(),
+            written: Instant::now(),
+            unsynced: BTreeMap::new(),
+            failed: None,
+        };
         Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::new(state) }
     }
 
@@ -49,24 +63,37 @@ impl Journal {
     /// # Errors
     /// The system's, such as a full disk: the rows before are kept, this one and later ones are refused.
     pub fn append(&self, row: &StoredRow) -> Result<(), DatasetError> {
-        let block = row.row() / self.rows_per_part;
-        let path = || self.path(block);
         let head = frame_head(row.bytes());
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kind) = state.failed {
-            return Err(failed_to("write", &path())(kind.into()));
-        }
-        let written = state.file(block, path).and_then(|file| append_frame(&file, &head, row.bytes()).map(|()| file));
-        match written {
-            Ok(file) => {
-                state.unsynced.insert(block, file);
-                Ok(())
+        let mut state = self.lock();
+        let frames = state.gathered.entry(row.row() / self.rows_per_part).or_default();
+        frames.extend_from_slice(&head);
+        frames.extend_from_slice(row.bytes());
+        if state.written.elapsed() >= GATHER { self.write(&mut state) } else { Ok(()) }
+    }
+
+    /// Writes what was gathered.
+    fn write(&self, state: &mut State) -> Result<(), DatasetError> {
+        for (block, frames) in std::mem::take(&mut state.gathered) {
+            let path = || self.path(block);
+            if let Some(kind) = state.failed {
+                return Err(failed_to("write", &path())(kind.into()));
             }
-            Err(error) => {
-                state.failed = Some(error.kind());
-                Err(failed_to("write", &path())(error))
-            }
+            let written = state.file(block, path).and_then(|file| (&*file).write_all(&frames).map(|()| file));
+            match written {
+                Ok(file) => state.unsynced.insert(block, file),
+                Err(error) => {
+                    state.failed = Some(error.kind());
+                    return Err(failed_to("write", &path())(error));
+                }
+            };
         }
+        state.written = Instant::now();
+        Ok(())
+    }
+
+    /// The state stays consistent even if a thread panicked with the lock: every change is a single assignment.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits until all rows appended so far are on the disk; rows may be appended meanwhile.
@@ -74,7 +101,10 @@ impl Journal {
     /// # Errors
     /// The system's.
     pub fn sync(&self) -> Result<(), DatasetError> {
-        let files = std::mem::take(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner).unsynced);
+        let mut state = self.lock();
+        self.write(&mut state)?;
+        let files = std::mem::take(&mut state.unsynced);
+        drop(state);
         files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync the files in", &self.folder))
     }
 
@@ -83,7 +113,8 @@ impl Journal {
     /// # Errors
     /// The system's.
     pub fn remove(&self, block: u64) -> Result<(), DatasetError> {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.lock();
+        state.gathered.remove(&block);
         state.files.remove(&block);
         state.unsynced.remove(&block);
         drop(state);
@@ -119,13 +150,6 @@ fn frame_head(payload: &[u8]) -> [u8; HEAD] {
     let fields = (payload.len() as u32).to_le_bytes().into_iter().chain(checksum(payload));
     head.iter_mut().zip(fields).for_each(|(to, from)| *to = from);
     head
-}
-
-/// Appends head and payload in one call of the system, if it takes them whole.
-fn append_frame(mut file: &File, head: &[u8; HEAD], payload: &[u8]) -> io::Result<()> {
-    let written = file.write_vectored(&[IoSlice::new(head), IoSlice::new(payload)])?;
-    file.write_all(head.get(written..).unwrap_or_default())?;
-    file.write_all(payload.get(written.saturating_sub(HEAD)..).unwrap_or_default())
 }
 
 fn checksum(payload: &[u8]) -> [u8; 8] {
@@ -228,7 +252,8 @@ mod tests {
         let scratch = tempfile::TempDir::new().expect("scratch folder");
         fs::create_dir(scratch.path().join(JOURNAL)).expect("folder");
         let journal = Journal::new(scratch.path(), 4);
-        (0..6).for_each(|index| journal.append(&row(index)).expect("written"));
+        (0..6).for_each(|index| journal.append(&row(index)).expect("taken"));
+        journal.sync().expect("written");
         let path = scratch.path().join(JOURNAL).join("000000000004.rows");
         let bytes = fs::read(&path).expect("journal");
         for (length, expected) in [(bytes.len(), 6), (bytes.len() - 1, 5), (17, 4), (3, 4), (0, 4)] {
@@ -239,7 +264,7 @@ mod tests {
             assert_eq!(rows, (0..expected).map(row).collect::<Vec<_>>(), "{length} bytes");
             // What follows a cut is found again.
             let again = Journal::new(scratch.path(), 4);
-            again.append(&row(7)).expect("written");
+            again.append(&row(7)).and_then(|()| again.sync()).expect("written");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, expected + 1);
         }
         let mut flipped = bytes.clone();

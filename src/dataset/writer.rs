@@ -39,7 +39,8 @@ pub enum Existing {
 /// Writes the rows of a study, in any order.
 ///
 /// Memory is bounded by the blocks that are not full: with rows that come about in order, the records of three parts. A row
-/// is in the journal when [`RowRecorder::record`] returns: whatever ends the process, [`Existing::Resume`] finds it.
+/// is in the journal when [`RowRecorder::record`] returns, or 10 ms later where rows are shorter than that: whatever ends the
+/// process then, [`Existing::Resume`] finds it.
 pub struct DatasetWriter {
     folder: PathBuf,
     recorder: RowRecorder,
@@ -132,6 +133,7 @@ impl DatasetWriter {
         let journal = Arc::new(Journal::new(folder, info.rows_per_part));
         let unjournaled = pending.values().flat_map(BTreeMap::values).filter(|row| only_in_parts.contains(&row.row()));
         unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
+        journal.sync()?;
         let range = manifest.range;
         let store = Store::open(folder, Arc::clone(&columns), (manifest, timings))?;
         let recorder = RowRecorder { info, columns, journal };
@@ -272,6 +274,7 @@ impl Drop for DatasetWriter {
             // What was handed over is still written; what fails is in the journal, and drop cannot report.
             let _ = parts.finish();
         }
+        let _ = self.recorder.journal.sync();
         let _ = fs::remove_dir_all(self.folder.join(STAGING));
         // Empty after a finished dataset; otherwise it has rows for the next run.
         let _ = fs::remove_dir(self.folder.join(JOURNAL));
