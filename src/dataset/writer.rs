@@ -39,8 +39,8 @@ pub enum Existing {
 /// Writes the rows of a study, in any order.
 ///
 /// Memory is bounded by the blocks that are not full: with rows that come about in order, the records of three parts. A row
-/// is in the journal when [`RowRecorder::record`] returns, or 10 ms later where rows are shorter than that: whatever ends the
-/// process then, [`Existing::Resume`] finds it.
+/// of 10 ms or more is in the journal when [`RowRecorder::record`] returns: whatever ends the process, [`Existing::Resume`]
+/// finds it. Of shorter rows a kill may take those of the last 10 ms.
 pub struct DatasetWriter {
     folder: PathBuf,
     recorder: RowRecorder,
@@ -76,7 +76,8 @@ impl RowRecorder {
     pub fn record(&self, record: &RowRecord) -> Result<StoredRow, DatasetError> {
         check_record(&self.info, record)?;
         let row = StoredRow::new(&self.info, &self.columns, record);
-        self.journal.append(&row)?;
+        let own_time = Duration::try_from_secs_f64(record.outcome.wall_time_s).unwrap_or(Duration::MAX);
+        self.journal.append(&row, own_time)?;
         Ok(row)
     }
 }
@@ -132,7 +133,7 @@ impl DatasetWriter {
         let info = Arc::new(manifest.study.clone());
         let journal = Arc::new(Journal::new(folder, info.rows_per_part));
         let unjournaled = pending.values().flat_map(BTreeMap::values).filter(|row| only_in_parts.contains(&row.row()));
-        unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
+        unjournaled.into_iter().try_for_each(|row| journal.append(row, Duration::ZERO))?;
         journal.sync()?;
         let range = manifest.range;
         let store = Store::open(folder, Arc::clone(&columns), (manifest, timings))?;
