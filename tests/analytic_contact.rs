@@ -4,7 +4,7 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::harness::{Run, assert_close, assert_relative, bisect, observe, settings};
+use common::harness::{assert_close, assert_relative, bisect, observe, settings, switches};
 use common::scenes::{PeakForce, bench, clear, contact_index, place, simulate};
 use decore::contact::ContactParameters;
 use decore::hammer::{HammerParameters, body};
@@ -120,13 +120,6 @@ fn pair_momentum(pair: &Pair, model: &CoupledModel, y: &[f64]) -> f64 {
         total += 0.517 * y[model.layout().velocity(model.castings()[0].heave)];
     }
     total
-}
-
-fn switches(run: &Run, contact: usize) -> [f64; 2] {
-    assert_eq!(run.stopped, Stopped::AtEnd);
-    let times: Vec<f64> = run.events.iter().filter(|event| event.guard == contact).map(|event| event.t).collect();
-    assert_eq!(times.len(), 2, "one onset, one release: {times:?}");
-    [times[0], times[1]]
 }
 
 /// The five default pairs against the closed form and the published figures. 1e-7: the scales of positions and velocities

@@ -4,7 +4,7 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::harness::{Run, assert_close, assert_relative, observe, settings};
+use common::harness::{assert_close, assert_relative, observe, settings, switches};
 use common::scenes::{NO_CONTACT, PeakForce, bench, clear, contact_index, place, rig, simulate};
 use decore::contact::{ContactLaw, ContactLawName, ContactParameters, restitution};
 use decore::hammer::{HammerParameters, body};
@@ -64,13 +64,6 @@ fn collide(parameters: ContactParameters, speed: f64) -> Collision {
         duration: release - onset,
         peak_force: peak.newton,
     }
-}
-
-fn switches(run: &Run, contact: usize) -> [f64; 2] {
-    assert_eq!(run.stopped, Stopped::AtEnd);
-    let times: Vec<f64> = run.events.iter().filter(|event| event.guard == contact).map(|event| event.t).collect();
-    assert_eq!(times.len(), 2, "one onset, one release: {times:?}");
-    [times[0], times[1]]
 }
 
 /// The restitution asked for is the restitution found, at every speed for the laws whose restitution does not depend on it,

@@ -45,13 +45,7 @@ pub(super) struct AccuracyArguments {
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let prepared = prepare(&arguments.study, &arguments.overrides)?;
-    if arguments.row >= prepared.study.row_count() {
-        return Err(Failure::Argument(format!(
-            "--row is {}, but the study has the rows 0 to {}",
-            arguments.row,
-            prepared.study.row_count() - 1
-        )));
-    }
+    prepared.check_row(arguments.row)?;
     let invalid = |reason| Failure::Argument(format!("row {} describes no scene: {reason}", arguments.row));
     let (scene, modes) = prepared.scene(arguments.row).map_err(invalid)?;
     let all_modes = all_modes(arguments, &prepared)?;

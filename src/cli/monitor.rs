@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use super::text::tell;
 use crate::dataset::{RowError, SweepState, SweepStatus, host_name, status_text};
 use crate::run::{BatchProgress, Progress, RowOutcome, RowStatus};
+use crate::structure::peak_memory_bytes;
 
 /// Time between two writings of the status file.
 const INTERVAL: Duration = Duration::from_secs(2);
@@ -144,12 +145,4 @@ impl BatchProgress for Monitor {
         self.beginning.progress.tick();
         self.write_now_and_then();
     }
-}
-
-/// The process's largest resident memory, where `/proc` tells it.
-fn peak_memory_bytes() -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024)
 }

@@ -72,6 +72,15 @@ fn same_points(table: &str, demand: &InterfaceDemand, [first, other]: [&PointTab
 }
 
 impl Prepared {
+    /// A row asked for on the command line must be one of the study's.
+    pub fn check_row(&self, row: usize) -> Result<(), Failure> {
+        let last = self.study.row_count() - 1;
+        if row <= last {
+            return Ok(());
+        }
+        Err(Failure::Argument(format!("--row is {row}, but the study has the rows 0 to {last}")))
+    }
+
     /// The scene of a row and the machine's modes for it; the reason if the row describes none.
     pub fn scene(&self, row: usize) -> Result<(Scene, InterfaceModes), String> {
         let scene = self.study.scene(row, &self.points).map_err(|invalid| invalid.reason)?;

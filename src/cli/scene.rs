@@ -41,13 +41,7 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
     let prepared = prepare(&arguments.study, &arguments.overrides)?;
-    if arguments.row >= prepared.study.row_count() {
-        return Err(Failure::Argument(format!(
-            "--row is {}, but the study has the rows 0 to {}",
-            arguments.row,
-            prepared.study.row_count() - 1
-        )));
-    }
+    prepared.check_row(arguments.row)?;
     let outcome = simulate(&prepared, arguments)?;
     if arguments.json {
         say(&json_text(&prepared, arguments.row, &outcome));

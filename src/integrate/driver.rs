@@ -142,13 +142,8 @@ impl Integrator {
         let begin = Instant::now();
         while self.t < t_end {
             let tried = self.counters.steps + self.counters.rejected;
-            if tried >= self.settings.max_steps {
-                return Stopped::StepBudget;
-            }
-            if tried % CLOCK_INTERVAL == CLOCK_INTERVAL - 1
-                && begin.elapsed().as_secs_f64() > self.settings.max_wall_time_s
-            {
-                return Stopped::TimeBudget;
+            if let Some(stopped) = spent(tried, begin, (self.settings.max_steps, self.settings.max_wall_time_s)) {
+                return stopped;
             }
             let stop = self.pass_stops(system).min(t_end);
             let remaining = stop - self.t;
@@ -328,6 +323,15 @@ impl Integrator {
         };
         self.h = trial.h * change;
     }
+}
+
+/// Which budget, of steps or of wall time in s, is used up after `tried` steps; the clock is looked at now and then.
+pub(super) fn spent(tried: u64, begin: Instant, (max_steps, max_wall_time_s): (u64, f64)) -> Option<Stopped> {
+    if tried >= max_steps {
+        return Some(Stopped::StepBudget);
+    }
+    let look = tried % CLOCK_INTERVAL == CLOCK_INTERVAL - 1;
+    (look && begin.elapsed().as_secs_f64() > max_wall_time_s).then_some(Stopped::TimeBudget)
 }
 
 /// A step that was computed.

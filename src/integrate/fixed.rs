@@ -10,14 +10,13 @@
 
 use std::time::Instant;
 
+use crate::integrate::driver::spent;
 use crate::integrate::locate::{Ends, first_events};
 use crate::integrate::rk4::Rk4;
 use crate::integrate::step::Dense;
 use crate::integrate::trapezoid::Trapezoid;
 use crate::integrate::{Counters, GuardSample, Observer, Step, Stopped, System};
 
-/// Steps between two looks at the clock.
-const CLOCK_INTERVAL: u64 = 256;
 /// Share of a step by which a stop may lie beyond its end and still be passed there: times on a grid carry rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -129,14 +128,9 @@ impl FixedStep {
         let follow = self.settings.rule == FixedRule::Rk4 && !self.settings.located;
         self.following = system.follow_state(follow);
         while self.t < t_end {
-            let steps = self.counters.steps;
-            if steps >= self.settings.max_steps {
-                return Stopped::StepBudget;
-            }
-            if steps % CLOCK_INTERVAL == CLOCK_INTERVAL - 1
-                && begin.elapsed().as_secs_f64() > self.settings.max_wall_time_s
-            {
-                return Stopped::TimeBudget;
+            let budget = (self.settings.max_steps, self.settings.max_wall_time_s);
+            if let Some(stopped) = spent(self.counters.steps, begin, budget) {
+                return stopped;
             }
             let stop =
                 if self.pass_stops(system) < t_end && self.settings.located { system.next_stop() } else { t_end };

@@ -44,7 +44,7 @@ pub use import::{
 pub use modal_table::ModalTable;
 pub use model::{DofLabel, FeModel, ModelMatrices, SCALAR};
 pub use modes::StructureModes;
-pub use observe::{Observer, StepRecord};
+pub use observe::{Observer, StepRecord, peak_memory_bytes};
 pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};
 pub use quality::{
     Conditions, MOBILITY_SHARE, MobilityCurve, ModePair, QualityReport, QualitySettings, StaticStiffness, assess,

@@ -52,7 +52,7 @@ impl Observer {
         let result = work();
         let cpu_s = thread_cpu_s().zip(cpu).map(|(end, begin)| end - begin);
         let time_s = begin.elapsed().as_secs_f64();
-        records.push(StepRecord { name: name.to_owned(), time_s, cpu_s, peak_bytes: peak() });
+        records.push(StepRecord { name: name.to_owned(), time_s, cpu_s, peak_bytes: peak_memory_bytes() });
         result
     }
 }
@@ -63,7 +63,9 @@ fn reset_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-fn peak() -> Option<u64> {
+/// Largest resident memory of the process in bytes since its start or since an active [`Observer`] began its last step, where the
+/// system tells it.
+pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;

@@ -182,6 +182,14 @@ pub struct Run {
     pub events: Vec<Event>,
 }
 
+/// Times of the only onset and the only release of a contact.
+pub fn switches(run: &Run, contact: usize) -> [f64; 2] {
+    assert_eq!(run.stopped, Stopped::AtEnd);
+    let times: Vec<f64> = run.events.iter().filter(|event| event.guard == contact).map(|event| event.t).collect();
+    assert_eq!(times.len(), 2, "one onset, one release: {times:?}");
+    [times[0], times[1]]
+}
+
 /// Integrates from `(0, y0)` to `end`, with the log of its switches.
 pub fn run<S: System>(system: &mut S, y0: &[f64], settings: Settings, end: f64) -> Run {
     observe(system, y0, settings, end, &mut ())
