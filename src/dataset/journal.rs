@@ -1,15 +1,17 @@
 //! The journal: every row that ended, from the moment at which it ended until it is in a part.
 //!
-//! One file per part's block of rows, appended to by the threads that run rows. A killed process loses the rows that were
-//! running and rows shorter than [`GATHER`] that ended within that time after the last write: no more than that time's work.
-//! A power failure loses those since the last [`Journal::sync`].
+//! One file per part's block of rows, written to by the threads that run rows. A killed process loses no row that ended; a
+//! power failure loses those since the last [`Journal::sync`]. A file grows by spans of zeros, which are mapped into memory:
+//! rows are copied there, which takes no call of the system, and a full disk is met before a row comes.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+
+use memmap2::{MmapMut, MmapOptions};
 
 use super::DatasetError;
 use super::durable::failed_to;
@@ -17,12 +19,11 @@ use super::record::StoredRow;
 
 /// Folder of the journal in the dataset's folder.
 pub const JOURNAL: &str = ".journal";
-/// Time for which rows are gathered into one write: short rows would else spend more on the system than on their storage. A
-/// row that takes longer is written at once.
-const GATHER: Duration = Duration::from_millis(10);
+/// Bytes by which a file grows.
+const SPAN: usize = 1 << 18;
 /// What a file starts with.
 const MAGIC: &[u8; 16] = b"decore journal1\n";
-/// Bytes of a frame's head: length and checksum.
+/// Bytes of a frame's head: length and checksum. No frame has a head of zeros: the checksum of no bytes is not zero.
 const HEAD: usize = 12;
 
 /// Appends rows; shared by the threads that run them.
@@ -33,62 +34,47 @@ pub struct Journal {
     state: Mutex<State>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct State {
-    files: BTreeMap<u64, Arc<File>>,
-    /// Frames of each block that are not yet written.
-    gathered: BTreeMap<u64, Vec<u8>>,
-    written: Instant,
+    files: BTreeMap<u64, BlockFile>,
     /// Blocks written to since the last sync.
     unsynced: BTreeMap<u64, Arc<File>>,
     /// What went wrong first; after it nothing more is appended, since rows behind a torn one would be lost.
     failed: Option<io::ErrorKind>,
 }
 
+/// The file of a block.
+#[derive(Debug)]
+struct BlockFile {
+    file: Arc<File>,
+    /// The last span of the file.
+    span: MmapMut,
+    /// Bytes of the span that are taken.
+    taken: usize,
+}
+
 impl Journal {
     /// The journal of the dataset in `dataset`; its folder must exist.
     pub fn new(dataset: &Path, rows_per_part: u64) -> Self {
-        let state = State {
-            files: BTreeMap::new(),
-            gathered: BTreeMap::new(),
-            written: Instant::now(),
-            unsynced: BTreeMap::new(),
-            failed: None,
-        };
-        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::new(state) }
+        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::default() }
     }
 
-    /// Appends a row that took `own_time`; one that took at least [`GATHER`] is written before this returns.
+    /// Appends a row; when this returns, it outlives the process.
     ///
     /// # Errors
     /// The system's, such as a full disk: the rows before are kept, this one and later ones are refused.
-    pub fn append(&self, row: &StoredRow, own_time: Duration) -> Result<(), DatasetError> {
+    pub fn append(&self, row: &StoredRow) -> Result<(), DatasetError> {
         let head = frame_head(row.bytes());
+        let block = row.row() / self.rows_per_part;
+        let path = || self.path(block);
         let mut state = self.lock();
-        let frames = state.gathered.entry(row.row() / self.rows_per_part).or_default();
-        frames.extend_from_slice(&head);
-        frames.extend_from_slice(row.bytes());
-        if own_time.max(state.written.elapsed()) >= GATHER { self.write(&mut state) } else { Ok(()) }
-    }
-
-    /// Writes what was gathered.
-    fn write(&self, state: &mut State) -> Result<(), DatasetError> {
-        for (block, frames) in std::mem::take(&mut state.gathered) {
-            let path = || self.path(block);
-            if let Some(kind) = state.failed {
-                return Err(failed_to("write", &path())(kind.into()));
-            }
-            let written = state.file(block, path).and_then(|file| (&*file).write_all(&frames).map(|()| file));
-            match written {
-                Ok(file) => state.unsynced.insert(block, file),
-                Err(error) => {
-                    state.failed = Some(error.kind());
-                    return Err(failed_to("write", &path())(error));
-                }
-            };
+        if let Some(kind) = state.failed {
+            return Err(failed_to("write", &path())(kind.into()));
         }
-        state.written = Instant::now();
-        Ok(())
+        state.append(block, path, [&head, row.bytes()]).map_err(|error| {
+            state.failed = Some(error.kind());
+            failed_to("write", &path())(error)
+        })
     }
 
     /// The state stays consistent even if a thread panicked with the lock: every change is a single assignment.
@@ -101,10 +87,7 @@ impl Journal {
     /// # Errors
     /// The system's.
     pub fn sync(&self) -> Result<(), DatasetError> {
-        let mut state = self.lock();
-        self.write(&mut state)?;
-        let files = std::mem::take(&mut state.unsynced);
-        drop(state);
+        let files = std::mem::take(&mut self.lock().unsynced);
         files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync the files in", &self.folder))
     }
 
@@ -114,7 +97,6 @@ impl Journal {
     /// The system's.
     pub fn remove(&self, block: u64) -> Result<(), DatasetError> {
         let mut state = self.lock();
-        state.gathered.remove(&block);
         state.files.remove(&block);
         state.unsynced.remove(&block);
         drop(state);
@@ -131,17 +113,51 @@ impl Journal {
 }
 
 impl State {
-    fn file(&mut self, block: u64, path: impl Fn() -> PathBuf) -> io::Result<Arc<File>> {
-        if let Some(file) = self.files.get(&block) {
-            return Ok(Arc::clone(file));
-        }
-        let file = Arc::new(OpenOptions::new().append(true).create(true).open(path())?);
-        if file.metadata()?.len() == 0 {
-            (&*file).write_all(MAGIC)?;
-        }
-        self.files.insert(block, Arc::clone(&file));
-        Ok(file)
+    fn append(&mut self, block: u64, path: impl Fn() -> PathBuf, frame: [&[u8]; 2]) -> io::Result<()> {
+        let file = match self.files.entry(block) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => entry.insert(BlockFile::open(&path())?),
+        };
+        file.append(frame)?;
+        self.unsynced.entry(block).or_insert_with(|| Arc::clone(&file.file));
+        Ok(())
     }
+}
+
+impl BlockFile {
+    /// Opens a file behind its last whole row, or makes it.
+    fn open(path: &Path) -> io::Result<Self> {
+        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        if file.seek(SeekFrom::End(0))? == 0 {
+            file.write_all(MAGIC)?;
+        }
+        Ok(Self { span: map_zeros(&file, (0, SPAN))?, file: Arc::new(file), taken: 0 })
+    }
+
+    fn append(&mut self, frame: [&[u8]; 2]) -> io::Result<()> {
+        let length = frame.iter().map(|part| part.len()).sum::<usize>();
+        let room = self.span.len() - self.taken;
+        if room < length {
+            self.span = map_zeros(&self.file, (room, length.max(SPAN)))?;
+            self.taken = 0;
+        }
+        for part in frame {
+            let (_, rest) = self.span.split_at_mut(self.taken);
+            rest.iter_mut().zip(part).for_each(|(to, from)| *to = *from);
+            self.taken += part.len();
+        }
+        Ok(())
+    }
+}
+
+/// Maps the last bytes of a file that are `left`, and `more` zeros that are added to it.
+fn map_zeros(mut file: &File, (left, more): (usize, usize)) -> io::Result<MmapMut> {
+    let end = file.seek(SeekFrom::End(0))?;
+    // Written, not left as a hole: the system refuses zeros for which there is no room, but ends a process that touches a
+    // hole for which there is none.
+    file.write_all(&vec![0; more])?;
+    // SAFETY: the lock of the dataset keeps other writers away; readers of this process only append through this map.
+    unsafe { MmapOptions::new().offset(end - left as u64).len(left + more).map_mut(file) }
 }
 
 fn frame_head(payload: &[u8]) -> [u8; HEAD] {
@@ -252,11 +268,11 @@ mod tests {
         let scratch = tempfile::TempDir::new().expect("scratch folder");
         fs::create_dir(scratch.path().join(JOURNAL)).expect("folder");
         let journal = Journal::new(scratch.path(), 4);
-        (0..6).for_each(|index| journal.append(&row(index), Duration::ZERO).expect("taken"));
-        journal.sync().expect("written");
+        (0..6).for_each(|index| journal.append(&row(index)).expect("written"));
         let path = scratch.path().join(JOURNAL).join("000000000004.rows");
         let bytes = fs::read(&path).expect("journal");
-        for (length, expected) in [(bytes.len(), 6), (bytes.len() - 1, 5), (17, 4), (3, 4), (0, 4)] {
+        let end = bytes.iter().rposition(|byte| *byte != 0).expect("rows") + 1;
+        for (length, expected) in [(bytes.len(), 6), (end, 6), (end - 1, 5), (17, 4), (3, 4), (0, 4)] {
             fs::write(&path, &bytes[..length]).expect("cut");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted"), (expected, 1));
             let mut rows = Vec::new();
@@ -264,8 +280,7 @@ mod tests {
             assert_eq!(rows, (0..expected).map(row).collect::<Vec<_>>(), "{length} bytes");
             // What follows a cut is found again.
             let again = Journal::new(scratch.path(), 4);
-            // A row that took long is written at once.
-            again.append(&row(7), GATHER).expect("written");
+            again.append(&row(7)).expect("written");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, expected + 1);
         }
         let mut flipped = bytes.clone();

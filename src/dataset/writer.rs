@@ -39,8 +39,7 @@ pub enum Existing {
 /// Writes the rows of a study, in any order.
 ///
 /// Memory is bounded by the blocks that are not full: with rows that come about in order, the records of three parts. A row
-/// of 10 ms or more is in the journal when [`RowRecorder::record`] returns: whatever ends the process, [`Existing::Resume`]
-/// finds it. Of shorter rows a kill may take those of the last 10 ms.
+/// is in the journal when [`RowRecorder::record`] returns: whatever ends the process, [`Existing::Resume`] finds it.
 pub struct DatasetWriter {
     folder: PathBuf,
     recorder: RowRecorder,
@@ -76,8 +75,7 @@ impl RowRecorder {
     pub fn record(&self, record: &RowRecord) -> Result<StoredRow, DatasetError> {
         check_record(&self.info, record)?;
         let row = StoredRow::new(&self.info, &self.columns, record);
-        let own_time = Duration::try_from_secs_f64(record.outcome.wall_time_s).unwrap_or(Duration::MAX);
-        self.journal.append(&row, own_time)?;
+        self.journal.append(&row)?;
         Ok(row)
     }
 }
@@ -133,7 +131,7 @@ impl DatasetWriter {
         let info = Arc::new(manifest.study.clone());
         let journal = Arc::new(Journal::new(folder, info.rows_per_part));
         let unjournaled = pending.values().flat_map(BTreeMap::values).filter(|row| only_in_parts.contains(&row.row()));
-        unjournaled.into_iter().try_for_each(|row| journal.append(row, Duration::ZERO))?;
+        unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
         journal.sync()?;
         let range = manifest.range;
         let store = Store::open(folder, Arc::clone(&columns), (manifest, timings))?;

@@ -160,6 +160,8 @@ struct State<I, K> {
     told: Instant,
     /// Threads that have not ended.
     threads: usize,
+    /// Threads that wait for the window to move: to tell nobody is a call of the system too.
+    waiting: usize,
     closed: bool,
 }
 
@@ -179,6 +181,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
                 ready: BTreeMap::new(),
                 told: Instant::now(),
                 threads,
+                waiting: 0,
                 closed: false,
             }),
             arrived: Condvar::new(),
@@ -227,7 +230,9 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
             if state.started - state.delivered < self.window {
                 break;
             }
+            state.waiting += 1;
             state = self.moved.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state.waiting -= 1;
         }
         let row = state.rows.next()?;
         let ticket = state.started;
@@ -247,8 +252,13 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
             let row = ready.row;
             sink(row, ready.kept).map_err(|source| BatchError::Sink { row, source })?;
             rows += 1;
-            self.lock().delivered = rows;
-            self.moved.notify_all();
+            let mut state = self.lock();
+            state.delivered = rows;
+            let wanted = state.waiting > 0;
+            drop(state);
+            if wanted {
+                self.moved.notify_all();
+            }
         }
         Ok((rows, failed))
     }
