@@ -13,6 +13,7 @@ use sprs::CsMat;
 
 use super::LinalgError;
 use super::dense::{symmetric_eigen, symmetric_eigenvalues, view, view_mut};
+use super::panel::{WIDTH, orthogonalise, pack, unpack};
 use super::pencil::{PencilFactor, SymmetricPencil};
 
 /// Columns of a block: the factor is read once per block and solve, and eigenvalues may be this often repeated. More columns
@@ -125,34 +126,21 @@ impl<'p> Krylov<'p> {
         let mut start = DMatrix::zeros(order, BLOCK.min(order));
         start.iter_mut().for_each(|value| *value = krylov.random.next());
         // One product takes out what has no mass.
-        let start = krylov.operator(&start)?;
+        let start = pencil.inverse_times(factor, &start)?;
         krylov.append(start)?;
         krylov.coupling = DMatrix::zeros(krylov.open, 0);
         Ok(krylov)
-    }
-
-    /// `C X`.
-    fn operator(&self, x: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
-        let mut x = x.clone();
-        self.factor.solve_lower_transposed(&mut x)?;
-        let mut product = self.pencil.mass_times(&x)?;
-        self.factor.solve_lower(&mut product)?;
-        Ok(product)
     }
 
     fn columns(&self) -> usize {
         self.done + self.open
     }
 
-    fn basis(&self) -> MatRef<'_, f64> {
-        MatRef::from_column_major_slice(&self.basis[..self.order * self.columns()], self.order, self.columns())
-    }
-
     /// Applies C to the open block, extends T, and opens the next block with what is new.
     fn expand(&mut self) -> Result<(), LinalgError> {
         let (first, width) = (self.done, self.open);
         let block = DMatrix::from_column_slice(self.order, width, &self.basis[first * self.order..]);
-        let mut image = self.operator(&block)?;
+        let mut image = self.pencil.inverse_times(self.factor, &block)?;
         let projections = self.orthogonalise(&mut image);
         let diagonal = projections.rows(first, width).into_owned();
         let diagonal = (&diagonal + diagonal.transpose()) * 0.5;
@@ -170,11 +158,11 @@ impl<'p> Krylov<'p> {
     /// Takes the components along the basis out of `w`, twice; returns their coefficients.
     fn orthogonalise(&self, w: &mut DMatrix<f64>) -> DMatrix<f64> {
         let mut total = DMatrix::zeros(self.columns(), w.ncols());
-        for _ in 0..2 {
-            let mut part = DMatrix::zeros(self.columns(), w.ncols());
-            matmul(view_mut(&mut part), Accum::Replace, self.basis().transpose(), view(w), 1.0, Par::Seq);
-            matmul(view_mut(w), Accum::Add, self.basis(), view(&part), -1.0, Par::Seq);
-            total += part;
+        let (mut panel, basis) = (Vec::new(), &self.basis[..self.order * self.columns()]);
+        for first in (0..w.ncols()).step_by(WIDTH) {
+            pack(w, first, &mut panel);
+            unpack(&orthogonalise(basis, &mut panel), first, &mut total);
+            unpack(&panel, first, w);
         }
         total
     }

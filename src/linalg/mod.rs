@@ -7,6 +7,7 @@
 mod dense;
 mod lanczos;
 mod ordering;
+mod panel;
 mod pencil;
 
 pub use dense::{

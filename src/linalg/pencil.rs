@@ -1,6 +1,5 @@
 //! The pencil (K, M) of some rows of two symmetric sparse matrices: factorisations of `K + shift M` and counts of eigenvalues.
 
-use faer::Conj;
 use faer::Par;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -18,8 +17,8 @@ use nalgebra::DMatrix;
 use sprs::CsMat;
 
 use super::LinalgError;
-use super::dense::view_mut;
 use super::ordering::{SymmetricPattern, fill_reducing};
+use super::panel::{Row, WIDTH, pack, solve_lower, solve_lower_transposed, unpack};
 
 /// Row of the matrices that the pencil leaves out.
 const LEFT_OUT: u32 = u32::MAX;
@@ -196,14 +195,30 @@ impl<'a> SymmetricPencil<'a> {
     pub fn mass_times(&self, x: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
         self.require_rows(x)?;
         let mut out = DMatrix::zeros(self.order(), x.ncols());
-        let rows = &self.mass_rows;
-        for (source, mut target) in x.column_iter().zip(out.column_iter_mut()) {
-            let (source, target) = (source.as_slice(), target.as_mut_slice());
-            for (value, ends) in target.iter_mut().zip(rows.pointers.windows(2)) {
-                let range = ends[0]..ends[1];
-                let terms = rows.indices[range.clone()].iter().zip(&rows.values[range]);
-                *value = terms.map(|(&column, entry)| entry * source[column as usize]).sum();
-            }
+        let (mut panel, mut product) = (Vec::new(), Vec::new());
+        for first in (0..x.ncols()).step_by(WIDTH) {
+            pack(x, first, &mut panel);
+            self.mass_rows.times(&panel, &mut product);
+            unpack(&product, first, &mut out);
+        }
+        Ok(out)
+    }
+
+    /// `C X = L^-1 M L^-T X` with the factor of `K + shift M = L L'`.
+    ///
+    /// # Errors
+    /// Sizes that do not match.
+    pub fn inverse_times(&self, factor: &PencilFactor, x: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
+        self.require_rows(x)?;
+        let mut out = DMatrix::zeros(self.order(), x.ncols());
+        let (mut panel, mut product) = (Vec::new(), Vec::new());
+        let factor = SupernodalLltRef::new(factor.symbolic, &factor.values);
+        for first in (0..x.ncols()).step_by(WIDTH) {
+            pack(x, first, &mut panel);
+            solve_lower_transposed(factor, &mut panel);
+            self.mass_rows.times(&panel, &mut product);
+            solve_lower(factor, &mut product);
+            unpack(&product, first, &mut out);
         }
         Ok(out)
     }
@@ -280,17 +295,12 @@ impl PencilFactor<'_> {
     /// Solves `(K + shift M) X = B` in place.
     ///
     /// # Errors
-    /// Sizes that do not match, not enough memory.
+    /// Sizes that do not match.
     pub fn solve(&self, rhs: &mut DMatrix<f64>) -> Result<(), LinalgError> {
-        self.in_place(rhs, |factor, rhs, stack| factor.solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack))
-    }
-
-    /// Solves `L X = B` in place.
-    ///
-    /// # Errors
-    /// As for [`PencilFactor::solve`].
-    pub fn solve_lower(&self, rhs: &mut DMatrix<f64>) -> Result<(), LinalgError> {
-        self.in_place(rhs, |factor, rhs, stack| factor.l_solve_with_conj(Conj::No, rhs, Par::Seq, stack))
+        self.in_place(rhs, |factor, panel| {
+            solve_lower(factor, panel);
+            solve_lower_transposed(factor, panel);
+        })
     }
 
     /// Solves `L' X = B` in place.
@@ -298,21 +308,24 @@ impl PencilFactor<'_> {
     /// # Errors
     /// As for [`PencilFactor::solve`].
     pub fn solve_lower_transposed(&self, rhs: &mut DMatrix<f64>) -> Result<(), LinalgError> {
-        self.in_place(rhs, |factor, rhs, stack| factor.l_transpose_solve_with_conj(Conj::No, rhs, Par::Seq, stack))
+        self.in_place(rhs, solve_lower_transposed)
     }
 
     fn in_place(
         &self,
         rhs: &mut DMatrix<f64>,
-        solve: impl FnOnce(SupernodalLltRef<'_, usize, f64>, faer::MatMut<'_, f64>, &mut MemStack),
+        solve: impl Fn(SupernodalLltRef<'_, usize, f64>, &mut [Row]),
     ) -> Result<(), LinalgError> {
         let order = self.symbolic.nrows();
         if rhs.nrows() != order {
             return Err(LinalgError::Shape { left: (order, order), right: rhs.shape() });
         }
-        let scratch = self.symbolic.solve_in_place_scratch::<f64>(rhs.ncols(), Par::Seq);
-        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| LinalgError::OutOfMemory { order })?;
-        solve(SupernodalLltRef::new(self.symbolic, &self.values), view_mut(rhs), MemStack::new(&mut buffer));
+        let mut panel = Vec::new();
+        for first in (0..rhs.ncols()).step_by(WIDTH) {
+            pack(rhs, first, &mut panel);
+            solve(SupernodalLltRef::new(self.symbolic, &self.values), &mut panel);
+            unpack(&panel, first, rhs);
+        }
         Ok(())
     }
 }
@@ -330,6 +343,18 @@ impl CompressedRows {
             out.pointers.push(out.indices.len());
         }
         out
+    }
+
+    fn times(&self, panel: &[Row], product: &mut Vec<Row>) {
+        product.clear();
+        product.extend(self.pointers.windows(2).map(|ends| {
+            let mut sum = [0.0; WIDTH];
+            let range = ends[0]..ends[1];
+            for (&column, &entry) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                sum.iter_mut().zip(&panel[column as usize]).for_each(|(sum, value)| *sum += entry * value);
+            }
+            sum
+        }));
     }
 }
 
@@ -455,6 +480,33 @@ mod tests {
             assert!((x[(position, 1)] / exact - 1.0).abs() < 1e-11, "{row}: {} {exact}", x[(position, 1)]);
         }
         assert!((pencil.stiffness_times(&x).expect("sizes").add_scalar(-1.0)).amax() < 1e-10);
+    }
+
+    /// Supernodes wider and higher than what the solution treats at once, and more columns than a panel has.
+    #[test]
+    fn full_blocks_are_solved_to_rounding() {
+        let (n, full) = (700, 500);
+        let mut triplets = TriMat::new((n, n));
+        for i in 0..n {
+            for j in (0..n).filter(|j| (i < full && *j < full) || i.abs_diff(*j) < 2) {
+                let value = 1.0 / (1.0 + i.abs_diff(j) as f64) + if i == j { 2.0 } else { 0.0 };
+                triplets.add_triplet(i, j, value);
+            }
+        }
+        let (k, m): (CsMat<f64>, _) = (triplets.to_csr(), CsMat::eye(n));
+        let pencil = SymmetricPencil::new(&k, &m, &vec![true; n]).expect("sound");
+        let factor = pencil.cholesky(0.0).expect("positive definite");
+        let exact = DMatrix::from_fn(n, 11, |row, column| ((row * 7 + column * 13) % 17) as f64 - 8.0);
+        let mut x = pencil.stiffness_times(&exact).expect("sizes");
+        factor.solve(&mut x).expect("sizes");
+        assert!((&x - &exact).amax() < 1e-12, "{}", (&x - &exact).amax());
+        let limit = 2.2;
+        let count = pencil.count_below(limit).expect("no eigenvalue there");
+        let modes = modes_below(&pencil, &factor, 0.0, (limit, count)).expect("converges");
+        assert!((modes.vectors.transpose() * &modes.vectors - DMatrix::identity(count, count)).amax() < 1e-10);
+        let image = pencil.stiffness_times(&modes.vectors).expect("sizes");
+        let expected = &modes.vectors * DMatrix::from_diagonal(&modes.values.into());
+        assert!((image - expected).amax() < 1e-6);
     }
 
     #[test]
