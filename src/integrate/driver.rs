@@ -17,6 +17,8 @@ const SAFETY: f64 = 0.9;
 const CHANGE: (f64, f64) = (0.2, 5.0);
 /// Exponents of proportional-integral step size control, before division by the order.
 const PROPORTIONAL_INTEGRAL: (f64, f64) = (0.7, 0.4);
+/// Logarithm of the least error that the control remembers, 1e-4.
+const LEAST_ERROR_LOG: f64 = -9.210_340_371_976_182;
 
 /// Accuracy and effort of an integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,9 +75,10 @@ pub struct Integrator {
     y_new: Vec<f64>,
     scratch: Vec<f64>,
     stages: Vec<f64>,
-    /// Whether the first stage holds the rate at `(t, y)`.
+    /// Whether the first stage holds the rate at `(t, y)`, and the first samples are the guards there.
     rate_known: bool,
-    last_error: f64,
+    /// Logarithm of the last accepted step's error.
+    last_error_log: f64,
     /// Guards that switched at the start of the present step.
     fresh: Vec<bool>,
     /// First accepted step after the last switch of each guard, for either parity of its switches.
@@ -85,9 +88,8 @@ pub struct Integrator {
     learning: Option<usize>,
     /// Guards that end the present step.
     hits: Vec<usize>,
-    /// Guards at the start of the step, if known, and at its end.
+    /// Guards at the start of the step, known with the rate there, and at its end.
     samples: Vec<GuardSample>,
-    samples_known: bool,
     samples_new: Vec<GuardSample>,
     inverse_scales: Vec<f64>,
     counters: Counters,
@@ -108,14 +110,13 @@ impl Integrator {
             scratch: y0.to_vec(),
             stages: vec![0.0; STAGES * n],
             rate_known: false,
-            last_error: 1.0,
+            last_error_log: 0.0,
             fresh: vec![false; guards],
             step_after: vec![[f64::INFINITY; 2]; guards],
             parity: vec![false; guards],
             learning: None,
             hits: Vec::with_capacity(guards),
             samples: vec![GuardSample::default(); guards],
-            samples_known: false,
             samples_new: vec![GuardSample::default(); guards],
             inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
             counters: Counters::default(),
@@ -183,10 +184,12 @@ impl Integrator {
         system.renew(self.t, &mut self.y, &mut self.stages[..self.n]);
     }
 
-    /// Makes sure that the first stage holds the rate at the present state.
+    /// Makes sure that rate and guards at the present state are known.
     fn know_rate<S: System>(&mut self, system: &mut S) {
         if !self.rate_known {
-            system.rhs(self.t, &self.y, &mut self.stages[..self.n]);
+            let rate = &mut self.stages[..self.n];
+            system.rhs(self.t, &self.y, rate);
+            system.sample_guards(self.t, (&self.y, rate), &mut self.samples);
             self.rate_known = true;
             self.counters.rhs += 1;
         }
@@ -197,7 +200,6 @@ impl Integrator {
         while system.next_stop() <= self.t {
             system.pass_stop();
             self.rate_known = false;
-            self.samples_known = false;
         }
         system.next_stop()
     }
@@ -244,9 +246,6 @@ impl Integrator {
             stages: &self.stages,
         };
         let n = self.n;
-        if !self.samples_known {
-            system.sample_guards(self.t, (&self.y, &self.stages[..n]), &mut self.samples);
-        }
         let rate_new = &self.stages[(STAGES - 1) * n..];
         system.sample_guards(self.t + trial.h, (&self.y_new, rate_new), &mut self.samples_new);
         let ends = Ends { start: &self.samples, end: &self.samples_new, fresh: &self.fresh };
@@ -272,7 +271,6 @@ impl Integrator {
             std::mem::swap(&mut self.samples, &mut self.samples_new);
         }
         self.rate_known = theta == 1.0;
-        self.samples_known = theta == 1.0;
         self.adapt(&trial);
         // A switch at the very start of a step happens together with the one before.
         if theta > 0.0 {
@@ -292,7 +290,6 @@ impl Integrator {
             self.h = self.h.min(remembered);
             self.learning = Some(guard);
             self.rate_known = false;
-            self.samples_known = false;
             self.counters.events += 1;
         }
     }
@@ -305,12 +302,12 @@ impl Integrator {
             self.step_after[guard][usize::from(self.parity[guard])] = ideal;
         }
         let (proportional, integral) = PROPORTIONAL_INTEGRAL;
-        let change =
-            SAFETY * error.powf(-proportional / CONTROL_ORDER) * self.last_error.powf(integral / CONTROL_ORDER);
+        let log = error.ln();
+        let change = SAFETY * ((integral * self.last_error_log - proportional * log) / CONTROL_ORDER).exp();
         let next = trial.h * change.clamp(CHANGE.0, CHANGE.1);
         // A step that a scheduled stop cut short says nothing against the step planned before.
         self.h = if trial.h < self.h { next.max(self.h) } else { next };
-        self.last_error = error.max(1e-4);
+        self.last_error_log = log.max(LEAST_ERROR_LOG);
     }
 
     /// Shortens the step after one that was rejected.

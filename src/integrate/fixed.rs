@@ -161,7 +161,9 @@ impl FixedStep {
     fn renew_beyond<S: System>(&mut self, system: &mut S, t: f64) {
         let n = self.y.len();
         if !self.rate_known {
-            system.rhs(self.t, &self.y, &mut self.rates[..n]);
+            let rate = &mut self.rates[..n];
+            system.rhs(self.t, &self.y, rate);
+            system.sample_guards(self.t, (&self.y, rate), &mut self.samples[0]);
             self.rate_known = true;
             self.counters.rhs += 1;
         }
@@ -217,19 +219,16 @@ impl FixedStep {
     fn finish<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, h: f64) -> f64 {
         let n = self.y.len();
         let t1 = self.t + h;
-        let (first, rest) = self.rates.split_at_mut(n);
-        let (last, mean) = rest.split_at_mut(n);
+        let (last, mean) = self.rates[n..].split_at_mut(n);
         system.rhs(t1, &self.y_new, last);
         self.counters.rhs += 1;
         for ((mean, new), old) in mean.iter_mut().zip(&self.y_new).zip(&self.y) {
             *mean = (new - old) / h;
         }
-        let [before, after] = &mut self.samples;
+        let after = &mut self.samples[1];
         system.sample_guards(t1, (&self.y_new, last), after);
         let mut theta = 1.0;
-        if self.settings.located {
-            system.sample_guards(self.t, (&self.y, first), before);
-        } else {
+        if !self.settings.located {
             self.hits.clear();
             self.hits.extend(after.iter().enumerate().filter(|(_, sample)| sample.value > 0.0).map(|(guard, _)| guard));
         }
@@ -254,6 +253,7 @@ impl FixedStep {
         } else {
             std::mem::swap(&mut self.y, &mut self.y_new);
             self.rates.copy_within(n..2 * n, 0);
+            self.samples.swap(0, 1);
         }
         self.rate_known = theta == 1.0;
         theta

@@ -42,7 +42,8 @@ pub trait System {
     /// Value of a guard; only the components of its support are valid in `y`. Negative: nothing to do.
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64;
 
-    /// Samples every guard at a state and its rate: see [`GuardSample`].
+    /// Samples every guard at the time and state for which [`System::rhs`] was called last, and that rate: see
+    /// [`GuardSample`].
     fn sample_guards(&mut self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]);
 
     /// Asks for right-hand sides that follow the state alone, as a plain program with its conditions in the right-hand

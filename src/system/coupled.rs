@@ -315,22 +315,6 @@ impl<'a> Coupled<'a> {
     }
 }
 
-/// Motion of all points to be gathered.
-struct Gathering<'g, 'a> {
-    system: &'g mut Coupled<'a>,
-    t: f64,
-    y: &'g [f64],
-}
-
-impl WithSimd for Gathering<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.system.gather(self.t, self.y);
-    }
-}
-
 /// A right-hand side to be evaluated.
 struct Evaluation<'e, 'a> {
     system: &'e mut Coupled<'a>,
@@ -386,8 +370,7 @@ impl System for Coupled<'_> {
     }
 
     fn sample_guards(&mut self, t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
-        // The motion of all points at once: several contacts ask for the same one.
-        Arch::new().dispatch(Gathering { system: self, t, y });
+        // The motion of all points is at hand from the right-hand side.
         let elements = &self.model.elements;
         for (guard, sample) in samples.iter_mut().enumerate() {
             let (contact, row) = (&elements.contacts()[guard], elements.contact_row(guard));
