@@ -15,6 +15,9 @@ use crate::workpiece::WorkpieceError;
 const POSITION_SCALE_M: f64 = 1e-4;
 /// Error scale of a body's velocity in m/s.
 const VELOCITY_SCALE_M_S: f64 = 1.0;
+/// Error scale of a piston's velocity in m/s: between blows it moves freely and steps are long, and its error reaches every
+/// blow. Ten times finer than for other bodies costs one step in a hundred and errs five times less in the first impact.
+const PISTON_VELOCITY_SCALE_M_S: f64 = 0.1;
 /// Error scale of a chamber's pressure in Pa.
 const PRESSURE_SCALE_PA: f64 = 1e5;
 /// Lever in m that turns a rotation into the displacement whose scale applies.
@@ -369,7 +372,11 @@ fn scales(layout: &Layout, numbering: &Numbering, phi: &DMatrix<f64>, condensati
         scales.extend(scaled(&bodies, POSITION_SCALE_M));
         scales.extend(scaled(&unit, VELOCITY_SCALE_M_S));
     }
-    scales.extend(scaled(&bodies, VELOCITY_SCALE_M_S));
+    let mut velocities = scaled(&bodies, VELOCITY_SCALE_M_S);
+    for hammer in 0..layout.hammers {
+        velocities[numbering.hammer_points(hammer, hammer)[body::PISTON]] = PISTON_VELOCITY_SCALE_M_S;
+    }
+    scales.extend(velocities);
     scales.resize(layout.states(), PRESSURE_SCALE_PA);
     scales
 }
