@@ -349,12 +349,15 @@ fn bad_matrices_name_file_and_reason() {
 #[test]
 fn a_modal_table_gives_what_the_matrices_give() {
     use decore::run::{Machine, SourceModel};
+    let modes_of = |path: &std::path::Path| {
+        let study = decore::study::Study::load(path).unwrap();
+        let model = SourceModel::read(study.structure()).unwrap();
+        let points = model.points();
+        let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
+        machine.modes(&study.scene(0, &points).unwrap()).unwrap()
+    };
     let scratch = TempDir::new().unwrap();
-    let study = decore::study::Study::load(&studies().join("paper_rig.toml")).unwrap();
-    let model = SourceModel::read(study.structure()).unwrap();
-    let points = model.points();
-    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-    let modes = machine.modes(&study.scene(0, &points).unwrap()).unwrap();
+    let modes = modes_of(&studies().join("paper_rig.toml"));
     let mut table = "mode,frequency_hz,damping_ratio,R5.z,T5.z\n".to_owned();
     for (s, omega) in modes.omega_rad_s.iter().enumerate() {
         // A strike points downwards, the table's z upwards.
@@ -368,13 +371,21 @@ fn a_modal_table_gives_what_the_matrices_give() {
     let source =
         "source = \"modal_table\"\nmodal_file = \"modes.csv\"\npoints_file = \"points.csv\"\nhousings = \"included\"";
     let modal = altered(scratch.path(), "source = \"station\"", source);
+    let read = modes_of(&modal);
+    let close = |a: &[f64], b: &[f64]| {
+        let largest = a.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14 * largest)
+    };
+    assert!(close(&modes.omega_rad_s, &read.omega_rad_s) && close(&modes.damping_ratio, &read.damping_ratio));
+    assert!(close(&modes.mounts[0], &read.mounts[0]) && close(&modes.fixtures[0][0], &read.fixtures[0][0]));
+    // Rounding of the frequencies may move a step: the outputs then agree as well as the tolerance has them.
     let energies = ["paper_rig.toml", modal.to_str().unwrap()].map(|study| {
         let mut arguments = vec!["scene", study, "--json"];
         arguments.extend(QUICK);
         let json: serde_json::Value = serde_json::from_slice(&ends(&arguments, DONE).stdout).unwrap();
         json["outcome"]["metrics"]["hammers"][0]["first_impact_energy_j"].as_f64().unwrap()
     });
-    assert!((energies[0] / energies[1] - 1.0).abs() < 1e-9, "{energies:?}");
+    assert!((energies[0] / energies[1] - 1.0).abs() < 1e-6, "{energies:?}");
 }
 
 /// Speed against error of a shipped study, shortened: text, table and plot.
