@@ -1,7 +1,7 @@
 //! Speed against error on the paper's rig, all figures from one run on one core.
 //!
 //! `cargo bench --bench rig` prints its tables and writes its section of `benches/RESULTS.md`. Times are CPU times of one thread,
-//! medians of interleaved runs; compare them with each other only. Names of sections after `--` run these alone and write
+//! medians of turns of a second at least; compare them with each other only. Names of sections after `--` run these alone and write
 //! nothing: `methods`, `peers`, `located`, `hammers`, `modes`, `threads`.
 //! `peers` builds a program of its own; SUNDIALS (`libsundials-cvode6`) and SciPy count where they are installed.
 
@@ -21,15 +21,15 @@ mod timing;
 
 use std::path::{Path, PathBuf};
 
-/// Runs of a short setting.
+/// Turns of a short setting.
 const REPEATS: usize = 5;
-/// Runs of what takes longer.
+/// Turns of what takes longer.
 const FEW_REPEATS: usize = 3;
 
 const HEAD: &str = "# Speed against error on the paper's rig
 
 Written by `cargo bench --bench rig`: `studies/paper_rig.toml`, 1.5 s, one hammer, modes below 1000 Hz. Times are CPU times of one
-thread, medians of interleaved runs; trust their ratios.
+thread, medians of interleaved turns of a second at least; trust their ratios.
 
 ";
 

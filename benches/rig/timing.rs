@@ -2,10 +2,13 @@
 
 use cpu_time::ThreadTime;
 
+/// CPU time in s that a turn of a short case takes at least: as long as others', so that it does not fall into a moment in
+/// which the machine happens to be fast or slow.
+const TURN_S: f64 = 1.0;
 /// CPU time in s above which a case is run fewer times: (limit, runs).
 const FEWER: [(f64, usize); 2] = [(2.0, 3), (20.0, 1)];
 
-/// What a case gave the last time, and the median CPU time in s of its runs.
+/// What a case gave the last time, and the median CPU time in s of its turns.
 pub struct Timed<T> {
     /// What it gave.
     pub value: T,
@@ -13,7 +16,7 @@ pub struct Timed<T> {
     pub cpu_s: f64,
 }
 
-/// Runs every case `repeats` times in turns, long ones fewer times.
+/// Gives every case `repeats` turns, long ones fewer; a turn's time is the mean of its runs.
 pub fn interleaved<C, T>(repeats: usize, cases: &[C], mut run: impl FnMut(&C) -> T) -> Vec<Timed<T>> {
     let mut times: Vec<Vec<f64>> = cases.iter().map(|_| Vec::with_capacity(repeats)).collect();
     let mut values: Vec<Option<T>> = cases.iter().map(|_| None).collect();
@@ -25,8 +28,12 @@ pub fn interleaved<C, T>(repeats: usize, cases: &[C], mut run: impl FnMut(&C) ->
                 continue;
             }
             let begin = ThreadTime::now();
-            *value = Some(run(case));
-            times.push(begin.elapsed().as_secs_f64());
+            let mut runs = 0;
+            while runs == 0 || begin.elapsed().as_secs_f64() < TURN_S {
+                *value = Some(run(case));
+                runs += 1;
+            }
+            times.push(begin.elapsed().as_secs_f64() / f64::from(runs));
         }
     }
     let timed = |(mut times, value): (Vec<f64>, Option<T>)| {
