@@ -25,6 +25,8 @@ use std::path::{Path, PathBuf};
 const REPEATS: usize = 5;
 /// Turns of what takes longer.
 const FEW_REPEATS: usize = 3;
+/// Turns of whole sweeps.
+const SWEEPS: usize = 2;
 
 const HEAD: &str = "# Speed against error on the paper's rig
 
@@ -72,7 +74,7 @@ fn main() {
         growth::modes_text(&mut text, &growth::all_modes(), FEW_REPEATS);
     }
     if wanted("threads") {
-        growth::threads_text(&mut text, FEW_REPEATS);
+        growth::threads_text(&mut text, SWEEPS);
     }
     text.push_str(RESERVES);
     print!("{text}");

@@ -163,7 +163,10 @@ fn cases() -> Vec<(Solver, Guide, f64)> {
         (Solver::Diffsol(Method::Tsit45), Tied, 1e-6),
         (Solver::Diffsol(Method::Tsit45), Tied, 1e-7),
         (Solver::Diffsol(Method::Tsit45), Tied, 1e-8),
+        (Solver::Diffsol(Method::Tsit45), Tied, 1e-9),
         (Solver::Diffsol(Method::Tsit45), Spring, 1e-5),
+        (Solver::Diffsol(Method::Tsit45), Spring, 1e-6),
+        (Solver::Diffsol(Method::Tsit45), Spring, 1e-7),
         (Solver::Diffsol(Method::Esdirk34), Tied, 1e-5),
         (Solver::Diffsol(Method::Bdf), Tied, 1e-5),
     ]
