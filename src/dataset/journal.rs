@@ -82,7 +82,8 @@ impl Journal {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until all rows appended so far are on the disk; rows may be appended meanwhile.
+    /// Waits until all rows appended so far are on the disk; rows may be appended meanwhile. The system knows the pages of a
+    /// map that were written to (Linux does): syncing the file brings them along, without a lock on the map.
     ///
     /// # Errors
     /// The system's.
