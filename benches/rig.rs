@@ -38,9 +38,10 @@ thread, medians of interleaved turns of a second at least; trust their ratios.
 const RESERVES: &str = "
 ## Open reserves
 
-- Where the chisel rests on nose and casting, stability bounds the explicit step although nothing happens: most steps fall
-  there. An exact or L-stable propagation of the closed contact chain would take several times longer ones.
-- At this tolerance the other steps resolve the ringing of contacts at 10 to 60 us: exact propagation would pay there too.
+- Where the chisel rests on nose and casting, exponential steps take the linear contacts exactly. Their length is bounded by the
+  renewals of the condensed modes (a third of a millisecond at 1000 Hz), not by their error.
+- Most other steps resolve the ringing of contacts at 10 to 60 us, which may open at any time: exact propagation would need
+  events located on its own dense output.
 - Every event of one hammer ends the common step of all: steps grow with the hammers, and so does the cost of each.
 ";
 

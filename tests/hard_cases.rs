@@ -211,7 +211,14 @@ impl Observer<Coupled<'_>> for Extension {
 /// about where it is and does not drift away: what moves up as a whole is what the hammer moves down.
 #[test]
 fn a_free_floating_structure_hammers_and_keeps_its_momentum() {
-    let rig = rig(&["duration_s=1.5", "solver.modes=integrated"]);
+    for treatment in ["integrated", "condensed"] {
+        floating_structure(treatment);
+    }
+}
+
+/// Condensed, quiet phases are passed in exponential steps, which must leave structure and bodies the same impulses.
+fn floating_structure(treatment: &str) {
+    let rig = rig(&["duration_s=1.5", &format!("solver.modes={treatment}")]);
     let held = rig.machine.modes(&rig.scene).unwrap();
     let shape: f64 = 1.0 / 2000.0_f64.sqrt();
     let mut modes = held.clone();
@@ -226,7 +233,7 @@ fn a_free_floating_structure_hammers_and_keeps_its_momentum() {
     let (outcome, log) = run_row_observed(&rig.scene, &modes, |_| Momentum { largest: 0.0, shape });
     sound(outcome, &["floating, rigid"]);
     let largest = log.unwrap().largest;
-    println!("largest momentum {largest:e} N s; the first blow's impulse is 52");
+    println!("{treatment}: largest momentum {largest:e} N s; the first blow's impulse is 52");
     assert!(largest < 1e-6, "{largest:e}");
 }
 
@@ -242,7 +249,7 @@ impl Observer<Coupled<'_>> for Momentum {
         let state = system.hammer_state(0, step.t1(), y);
         let hammer: f64 = model.hammers()[0].model.mass().iter().zip(state.velocity).map(|(m, v)| m * v).sum();
         let casting = 0.517 * y[model.layout().velocity(model.castings()[0].heave)];
-        let machine = y[model.layout().structure_velocities()][0] / self.shape;
+        let machine = system.interface_motion(0, step.t1(), y).1 / (self.shape * self.shape);
         self.largest = self.largest.max((hammer + casting + machine).abs());
     }
 

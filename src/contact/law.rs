@@ -166,6 +166,17 @@ impl ContactLaw {
         }
     }
 
+    /// Stiffness in N/m and damping in N s/m of the closed contact if its force is linear, `k d + c d'`.
+    pub fn linear(&self) -> Option<[f64; 2]> {
+        match *self {
+            Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m }
+            | Self::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => {
+                Some([stiffness_n_per_m, damping_n_s_per_m])
+            }
+            Self::HuntCrossley { .. } | Self::Hertz { .. } => None,
+        }
+    }
+
     /// Penetration at which the contact, helped by a linear spring of stiffness `helper_n_per_m`, carries the static
     /// `force_n`: the zero of `N(d, 0) + k_helper d - F`.
     pub fn static_penetration(&self, force_n: f64, helper_n_per_m: f64) -> f64 {

@@ -79,6 +79,13 @@ impl FlowFunction {
             -area_m2 * to_pa * self.flow_factor * self.psi(from_pa / to_pa)
         }
     }
+
+    /// How much the mass flow from `chamber_pa` to `ambient_pa` grows per Pa in the chamber where it is linear, close to equal
+    /// pressures, in kg/(s Pa); 0 elsewhere.
+    pub fn linear_conductance(&self, chamber_pa: f64, ambient_pa: f64, area_m2: f64) -> f64 {
+        let linear = chamber_pa.min(ambient_pa) > LINEAR_ABOVE * chamber_pa.max(ambient_pa);
+        if linear { area_m2 * self.flow_factor * self.tail_slope } else { 0.0 }
+    }
 }
 
 /// Even and odd parts by Horner's rule in `s^2`: two short chains instead of one long one.

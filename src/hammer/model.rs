@@ -286,6 +286,19 @@ impl HammerModel {
         }
     }
 
+    /// Rates in 1/s at which the chambers' pressures relax to the ambient one where their exhaust is linear; 0 elsewhere.
+    pub fn relaxation(&self, state: &HammerState) -> [f64; chamber::COUNT] {
+        let [_, _, rear, front] = self.valve_areas(state);
+        let areas = [0.0, self.parameters.telescope.vent_area_m2, rear, front];
+        let (volume, ambient) = (self.volumes(&state.position), self.gas.ambient_pressure_pa);
+        std::array::from_fn(|i| {
+            let pressure = state.pressure[i];
+            let exponent = if pressure > ambient { self.gas.outflow_exponent } else { self.gas.inflow_exponent };
+            let conductance = self.flow.linear_conductance(pressure, ambient, areas[i]);
+            self.gas.specific_energy_j_per_kg * exponent * conductance / volume[i]
+        })
+    }
+
     /// Effective areas of the percussion: rear feed, front feed, rear exhaust, front exhaust, in m2.
     #[inline(always)]
     fn valve_areas(&self, state: &HammerState) -> [f64; 4] {

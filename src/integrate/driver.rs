@@ -5,6 +5,7 @@ use std::time::Instant;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::integrate::locate::{Ends, first_events};
+use crate::integrate::quiet::Quiet;
 use crate::integrate::step::Dense;
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
 use crate::integrate::{GuardSample, Observer, Step, System};
@@ -92,6 +93,8 @@ pub struct Integrator {
     samples: Vec<GuardSample>,
     samples_new: Vec<GuardSample>,
     inverse_scales: Vec<f64>,
+    /// Exponential steps, if the system knows a linear part.
+    quiet: Option<Quiet>,
     counters: Counters,
 }
 
@@ -119,6 +122,7 @@ impl Integrator {
             samples: vec![GuardSample::default(); guards],
             samples_new: vec![GuardSample::default(); guards],
             inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
+            quiet: Quiet::new(system),
             counters: Counters::default(),
         }
     }
@@ -153,6 +157,10 @@ impl Integrator {
                 self.t = stop;
                 continue;
             }
+            if let Some(trial) = self.exponential_trial(system, remaining) {
+                self.conclude(system, observer, trial);
+                continue;
+            }
             let mut planned = self.h.min(self.settings.longest_step_s);
             if self.t + planned > system.horizon() {
                 self.renew(system);
@@ -165,14 +173,38 @@ impl Integrator {
                 return Stopped::Diverged(system.diagnose(self.t, &self.y));
             }
             let error = self.try_step(system, h);
-            let trial = Trial { h, stop, error };
-            if error <= 1.0 {
-                self.accept(system, observer, trial);
-            } else {
-                self.reject(&trial);
-            }
+            self.conclude(system, observer, Trial { h, stop, error, exponential: false });
         }
         Stopped::AtEnd
+    }
+
+    /// Accepts or rejects a step that was computed.
+    fn conclude<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, trial: Trial) {
+        if trial.error <= 1.0 {
+            self.accept(system, observer, trial);
+        } else {
+            self.reject(&trial);
+        }
+    }
+
+    /// Computes an exponential step within `remaining`, if one is to be made.
+    fn exponential_trial<S: System>(&mut self, system: &mut S, remaining: f64) -> Option<Trial> {
+        let quiet = self.quiet.as_mut().filter(|quiet| !quiet.waits())?;
+        let limit = remaining.min(self.settings.longest_step_s);
+        let (_, h) = quiet.plan(system, self.h, limit)?;
+        if self.t + h > system.horizon() {
+            self.renew(system);
+        }
+        self.know_rate(system);
+        let quiet = self.quiet.as_mut()?;
+        let (rung, h) = quiet.plan(system, self.h, limit.min(system.horizon() - self.t))?;
+        quiet.method.begin(system, rung, (self.t, &self.y, &self.stages[..self.n]));
+        quiet.trying = true;
+        let others = self.try_step(system, h);
+        let quiet = self.quiet.as_mut()?;
+        quiet.trying = false;
+        let error = quiet.whole_error(others, self.settings.tolerance);
+        Some(Trial { h, stop: None, error, exponential: true })
     }
 
     /// Renews what the system carries outside the state, if it does.
@@ -216,9 +248,19 @@ impl Integrator {
         let (done, last) = self.stages.split_at_mut((STAGES - 1) * n);
         let (y, out) = (&self.y, &mut self.y_new[..]);
         Arch::new().dispatch(Combination::<{ STAGES - 1 }> { weights: &A[STAGES - 1], h, y, stages: done, out });
-        system.rhs(self.t + h, &self.y_new, last);
+        let mut inverse_scales = &self.inverse_scales;
+        match self.quiet.as_mut().filter(|quiet| quiet.trying) {
+            None => system.rhs(self.t + h, &self.y_new, last),
+            Some(quiet) => {
+                quiet.method.correct(STAGES - 1, (&self.y, done), &mut self.y_new);
+                system.rhs(self.t + h, &self.y_new, last);
+                quiet.method.observe(STAGES - 1, (&self.y, &self.y_new), (&done[..n], last));
+                quiet.error = quiet.method.error(inverse_scales, &mut quiet.masked);
+                inverse_scales = &quiet.masked;
+            }
+        }
         self.counters.rhs += (STAGES - 1) as u64;
-        let norm = ErrorNorm { inverse_scales: &self.inverse_scales, h, stages: &self.stages, n };
+        let norm = ErrorNorm { inverse_scales, h, stages: &self.stages, n };
         Arch::new().dispatch(norm) / self.settings.tolerance
     }
 
@@ -230,12 +272,19 @@ impl Integrator {
         let c = self.controlled;
         let (y, out) = (&self.y, &mut self.scratch[..c]);
         Arch::new().dispatch(Combination::<K> { weights: &A[K], h, y, stages: done, out });
-        system.rhs(self.t + C[K] * h, &self.scratch, &mut rest[..n]);
+        let (t, rate) = (self.t + C[K] * h, &mut rest[..n]);
+        match self.quiet.as_mut().filter(|quiet| quiet.trying) {
+            None => system.rhs(t, &self.scratch, rate),
+            Some(quiet) => {
+                quiet.method.correct(K, (&self.y, done), &mut self.scratch);
+                system.rhs(t, &self.scratch, rate);
+                quiet.method.observe(K, (&self.y, &self.scratch), (&done[..n], rate));
+            }
+        }
     }
 
     /// Ends the step at its first event, shows it to the observer, switches the system, chooses the next step.
     fn accept<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, trial: Trial) {
-        self.counters.steps += 1;
         let mut step = Step {
             t0: self.t,
             h: trial.h,
@@ -250,6 +299,13 @@ impl Integrator {
         system.sample_guards(self.t + trial.h, (&self.y_new, rate_new), &mut self.samples_new);
         let ends = Ends { start: &self.samples, end: &self.samples_new, fresh: &self.fresh };
         let theta = first_events(system, &step, &ends, (&mut self.hits, &mut self.scratch));
+        if let (true, false, Some(quiet)) = (trial.exponential, self.hits.is_empty(), &mut self.quiet) {
+            // Events end explicit steps, whose dense output follows what rings.
+            self.counters.rejected += 1;
+            quiet.leave();
+            return;
+        }
+        self.counters.steps += 1;
         if theta < 1.0 {
             step.state(theta, &mut self.scratch);
             step.theta_end = theta;
@@ -272,6 +328,9 @@ impl Integrator {
         }
         self.rate_known = theta == 1.0;
         self.adapt(&trial);
+        if let Some(quiet) = &mut self.quiet {
+            quiet.watch(theta < 1.0, &self.samples, self.h);
+        }
         // A switch at the very start of a step happens together with the one before.
         if theta > 0.0 {
             self.fresh.fill(false);
@@ -297,6 +356,10 @@ impl Integrator {
     /// Chooses the next step after one that was accepted.
     fn adapt(&mut self, trial: &Trial) {
         let error = trial.error.max(1e-10);
+        if let (true, Some(quiet)) = (trial.exponential, &mut self.quiet) {
+            quiet.adapt(trial.h * (SAFETY * error.powf(-1.0 / CONTROL_ORDER)).clamp(CHANGE.0, CHANGE.1));
+            return;
+        }
         if let Some(guard) = self.learning.take() {
             let ideal = trial.h * (SAFETY * error.powf(-1.0 / CONTROL_ORDER)).min(CHANGE.1);
             self.step_after[guard][usize::from(self.parity[guard])] = ideal;
@@ -318,7 +381,10 @@ impl Integrator {
         } else {
             CHANGE.0
         };
-        self.h = trial.h * change;
+        match &mut self.quiet {
+            Some(quiet) if trial.exponential => quiet.adapt(trial.h * change),
+            _ => self.h = trial.h * change,
+        }
     }
 }
 
@@ -338,6 +404,8 @@ struct Trial {
     stop: Option<f64>,
     /// Error in units of the tolerance.
     error: f64,
+    /// Whether it is an exponential one.
+    exponential: bool,
 }
 
 /// `out = y + h sum_j weights[j] k_j` over the leading `out.len()` components; stage `j` starts at `j * n`.

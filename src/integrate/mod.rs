@@ -5,12 +5,17 @@
 //! the step there and lets the system switch. Times known beforehand (a valve that opens) are scheduled stops.
 
 mod driver;
+mod exponential;
 mod fixed;
 mod locate;
+mod phi;
+mod quiet;
 mod rk4;
 mod step;
 mod trapezoid;
 mod tsit5;
+
+use nalgebra::DMatrix;
 
 pub use driver::{Counters, Integrator, Settings, Stopped};
 pub use fixed::{FixedRule, FixedSettings, FixedStep};
@@ -63,6 +68,22 @@ pub trait System {
     /// Brings the part outside `y` to time `t`; changes `y` and its rate to the new representation of the same state.
     fn renew(&mut self, _t: f64, _y: &mut [f64], _rate: &mut [f64]) {}
 
+    /// Where linear springs and dampers join bodies so stiffly that exponential steps may pay; `None`: nowhere.
+    fn stiff_block(&self) -> Option<StiffBlock> {
+        None
+    }
+
+    /// A number that names what [`System::stiff_matrices`] depends on.
+    fn discrete_state(&self) -> u64 {
+        0
+    }
+
+    /// Writes the matrices of the block in the present discrete state.
+    fn stiff_matrices(&mut self, _matrices: &mut StiffMatrices) {}
+
+    /// Writes the `lambda >= 0` of the block's relaxing components at a state, 1/s.
+    fn relaxation(&self, _t: f64, _y: &[f64], _lambda: &mut [f64]) {}
+
     /// Changes the discrete state because `guard` has crossed zero at `(t, y)`; an impact law may change `y` too.
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]);
 
@@ -74,6 +95,34 @@ pub trait System {
 
     /// Words for a state at which no step succeeds.
     fn diagnose(&self, t: f64, y: &[f64]) -> String;
+}
+
+/// Bodies in the state whose rates have a known linear part: `x' = v`, `v' = -K x - C v + (the rest)`; and integrals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StiffBlock {
+    /// Index of the first position.
+    pub positions: usize,
+    /// Index of the first velocity.
+    pub velocities: usize,
+    /// Number of bodies.
+    pub bodies: usize,
+    /// Repeated integrals `z_{k+1}' = z_k`: index of the first, how many are integrated, how many times.
+    pub integrals: (usize, usize, usize),
+    /// Components that may relax by themselves, `y' = -lambda y + (the rest)`: index of the first, and how many.
+    pub relaxing: (usize, usize),
+}
+
+/// The linear part of a [`StiffBlock`]'s rates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StiffMatrices {
+    /// `K`, in 1/s2: bodies x bodies.
+    pub stiffness: DMatrix<f64>,
+    /// `C`, in 1/s: bodies x bodies.
+    pub damping: DMatrix<f64>,
+    /// What positions add to the rates of the first integrals: integrals x bodies.
+    pub integrated_stiffness: DMatrix<f64>,
+    /// What velocities add to the rates of the first integrals: integrals x bodies.
+    pub integrated_damping: DMatrix<f64>,
 }
 
 /// A guard at one end of a step.

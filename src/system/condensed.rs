@@ -17,7 +17,7 @@
 //! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base is renewed: the modes are brought up to date and the
 //! integrals start again at zero.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::system::model::Modes;
@@ -60,10 +60,19 @@ pub(super) struct Condensation {
     /// Longest time from one renewal to the next, s.
     pub horizon_s: f64,
     points: usize,
-    /// `gamma_k` of each mode: modes x `ORDER`.
-    impulse: DMatrix<f64>,
+    /// The modes, several together; those that fill the last block up are zero.
+    blocks: Vec<Block>,
+    /// Shapes of each block at each point, the index of the point fastest.
+    shapes: Vec<Lanes>,
     /// `Gamma_k[n, m]`, the index of `n` slowest, that of `m` fastest: what meets the integrals in their own order.
     kernel: Vec<f64>,
+}
+
+/// Damping `2 xi omega` and `omega^2` of as many modes as fit a vector register.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    damping: Lanes,
+    stiffness: Lanes,
 }
 
 /// Motion of the interface points, accelerations without the direct part `Gamma_1 F`.
@@ -99,13 +108,32 @@ impl Condensation {
                 }
             }
         }
-        // Infinite for a structure that only floats.
-        Some(Self { horizon_s: TURN_RAD / fastest(modes), points, impulse, kernel })
+        let padded = |values: &[f64], block: usize| -> Lanes {
+            std::array::from_fn(|lane| values.get(block * LANES + lane).copied().unwrap_or(0.0))
+        };
+        let blocks = 0..count.div_ceil(LANES);
+        let (damping, stiffness) = (modes.damping.as_slice(), modes.omega_squared.as_slice());
+        let shape = |block: usize, point: usize| padded(modes.phi.column(point).as_slice(), block);
+        Some(Self {
+            // Infinite for a structure that only floats.
+            horizon_s: TURN_RAD / fastest(modes),
+            points,
+            shapes: blocks.clone().flat_map(|block| (0..points).map(move |point| shape(block, point))).collect(),
+            blocks: blocks
+                .map(|block| Block { damping: padded(damping, block), stiffness: padded(stiffness, block) })
+                .collect(),
+            kernel,
+        })
     }
 
     /// Number of states: the integrals `z_1` of all points, then `z_2`, and so on.
     pub fn states(&self) -> usize {
         ORDER * self.points
+    }
+
+    /// Number of interface points.
+    pub fn points(&self) -> usize {
+        self.points
     }
 
     /// `Gamma_1[n, m]`: acceleration of point `n` per force on point `m`.
@@ -192,18 +220,17 @@ fn powers(tau: f64) -> [f64; TERMS] {
 
 /// Independent sums, so that the compiler can use vector registers.
 const LANES: usize = 4;
+type Lanes = [f64; LANES];
+
+/// `a + b c` lane by lane.
+#[inline(always)]
+fn fused(a: Lanes, b: Lanes, c: Lanes) -> Lanes {
+    std::array::from_fn(|lane| a[lane] + b[lane] * c[lane])
+}
 
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.zip(b) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+fn scaled(factor: f64, a: Lanes) -> Lanes {
+    a.map(|a| factor * a)
 }
 
 /// The modes at the last renewal, and what follows from them.
@@ -211,96 +238,101 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(super) struct Base {
     /// Time of the renewal, s.
     pub time_s: f64,
-    displacement: DVector<f64>,
-    velocity: DVector<f64>,
-    /// Derivatives of the free motion divided by their factorials: modes x (`DEGREE` + 1).
-    series: DMatrix<f64>,
+    displacement: Vec<Lanes>,
+    velocity: Vec<Lanes>,
     /// Coefficients of the free displacement, velocity and acceleration of each interface point.
     free: Vec<[[f64; TERMS]; 3]>,
-    scratch: DVector<f64>,
+    /// Coefficients of the free displacement of each point while they are summed.
+    sums: Vec<[Lanes; DEGREE + 1]>,
+}
+
+/// Coefficients `c_k` of the free motion of some modes, `u(tau) = sum c_k tau^k`, from their displacement and velocity:
+/// `(k + 1) (k + 2) c_{k+2} = -2 xi omega (k + 1) c_{k+1} - omega^2 c_k`.
+#[inline(always)]
+fn free_series(block: &Block, displacement: Lanes, velocity: Lanes) -> [Lanes; DEGREE + 1] {
+    let mut series = [displacement; DEGREE + 1];
+    series[1] = velocity;
+    for k in 0..DEGREE - 1 {
+        let inverse = -1.0 / (k + 2) as f64;
+        let (first, second) = (scaled(inverse, series[k + 1]), scaled(inverse / (k + 1) as f64, series[k]));
+        let product: Lanes = std::array::from_fn(|lane| block.stiffness[lane] * second[lane]);
+        series[k + 2] = fused(product, block.damping, first);
+    }
+    series
 }
 
 impl Base {
     /// The structure at rest at time 0.
-    pub fn at_rest(modes: &Modes) -> Self {
-        let (count, points) = modes.phi.shape();
+    pub fn at_rest(condensation: &Condensation) -> Self {
+        let (blocks, points) = (condensation.blocks.len(), condensation.points);
         Self {
             time_s: 0.0,
-            displacement: DVector::zeros(count),
-            velocity: DVector::zeros(count),
-            series: DMatrix::zeros(count, DEGREE + 1),
+            displacement: vec![[0.0; LANES]; blocks],
+            velocity: vec![[0.0; LANES]; blocks],
             free: vec![[[0.0; TERMS]; 3]; points],
-            scratch: DVector::zeros(count),
+            sums: vec![[[0.0; LANES]; DEGREE + 1]; points],
         }
     }
 
     /// Strain and kinetic energy of the modes at `t`, J.
-    pub fn energy(&self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
-        let mut now = self.clone();
-        now.advance(modes, condensation, t, z);
-        (0..now.velocity.len())
-            .map(|s| 0.5 * (modes.omega_squared[s] * now.displacement[s].powi(2) + now.velocity[s].powi(2)))
-            .sum()
+    pub fn energy(&self, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
+        let powers = powers(t - self.time_s);
+        let energy = |(at, block): (usize, &Block)| {
+            let [displacement, velocity] = self.moved(condensation, at, &powers, z);
+            (0..LANES).map(|i| 0.5 * (block.stiffness[i] * displacement[i].powi(2) + velocity[i].powi(2))).sum::<f64>()
+        };
+        condensation.blocks.iter().enumerate().map(energy).sum()
     }
 
-    /// Brings displacements and velocities of the modes to time `t`.
+    /// Displacement and velocity of the modes of block `at` when `tau` with its `powers` has passed since the base.
     #[inline(always)]
-    fn advance(&mut self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) {
-        let tau = t - self.time_s;
-        let (points, count) = (condensation.points, modes.omega_squared.len());
-        let (displacement, velocity) = (self.displacement.as_mut_slice(), self.velocity.as_mut_slice());
-        let column = |k: usize| &self.series.as_slice()[k * count..(k + 1) * count];
-        displacement.copy_from_slice(column(DEGREE));
-        velocity.fill(0.0);
-        for k in (0..DEGREE).rev() {
-            for ((v, d), coefficient) in velocity.iter_mut().zip(&mut *displacement).zip(column(k)) {
-                *v = *v * tau + *d;
-                *d = *d * tau + coefficient;
-            }
+    fn moved(&self, condensation: &Condensation, at: usize, powers: &[f64; TERMS], z: &[f64]) -> [Lanes; 2] {
+        let (block, points) = (&condensation.blocks[at], condensation.points);
+        let series = free_series(block, self.displacement[at], self.velocity[at]);
+        let (mut displacement, mut velocity) = (series[0], [0.0; LANES]);
+        for k in 1..=DEGREE {
+            velocity = fused(velocity, [k as f64 * powers[k - 1]; LANES], series[k]);
+            displacement = fused(displacement, [powers[k]; LANES], series[k]);
         }
-        let impulse = condensation.impulse.as_slice();
-        let gamma = |k: usize| &impulse[k * count..(k + 1) * count];
-        for k in 0..ORDER {
-            let force = self.scratch.as_mut_slice();
-            force.fill(0.0);
-            for (phi, z) in modes.phi.as_slice().chunks_exact(count).zip(&z[k * points..]) {
-                force.iter_mut().zip(phi).for_each(|(force, phi)| *force += phi * z);
+        let shapes = &condensation.shapes[at * points..(at + 1) * points];
+        let (mut gamma, mut before) = ([1.0; LANES], [0.0; LANES]);
+        for z in z.chunks_exact(points) {
+            let mut force = [0.0; LANES];
+            for (shape, z) in shapes.iter().zip(z) {
+                force = fused(force, [*z; LANES], *shape);
             }
-            let below = if k > 0 { gamma(k - 1) } else { &[] };
-            velocity.iter_mut().zip(&*force).zip(gamma(k)).for_each(|((v, force), gamma)| *v += gamma * force);
-            displacement.iter_mut().zip(&*force).zip(below).for_each(|((d, force), gamma)| *d += gamma * force);
+            velocity = fused(velocity, gamma, force);
+            displacement = fused(displacement, before, force);
+            let next = std::array::from_fn(|i| -block.damping[i] * gamma[i] - block.stiffness[i] * before[i]);
+            (before, gamma) = (gamma, next);
         }
-        self.time_s = t;
+        [displacement, velocity]
     }
 
     /// Renews the base at time `t`.
-    pub fn renew(&mut self, modes: &Modes, condensation: &Condensation, t: f64, z: &[f64]) {
-        Arch::new().dispatch(Renewal { base: self, modes, condensation, t, z });
+    pub fn renew(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+        Arch::new().dispatch(Renewal { base: self, condensation, t, z });
     }
 
-    /// The series of the free motion from the present displacements and velocities.
+    /// Brings the modes to time `t` and sums the series of their free motion from there.
     #[inline(always)]
-    fn expand(&mut self, modes: &Modes) {
-        let count = self.velocity.len();
-        let series = self.series.as_mut_slice();
-        series[..count].copy_from_slice(self.displacement.as_slice());
-        series[count..2 * count].copy_from_slice(self.velocity.as_slice());
-        let (damping, stiffness) = (modes.damping.as_slice(), modes.omega_squared.as_slice());
-        for k in 0..DEGREE - 1 {
-            let inverse = 1.0 / (k + 2) as f64;
-            let (first, second) = (-inverse, -inverse / (k + 1) as f64);
-            let (known, rest) = series.split_at_mut((k + 2) * count);
-            let (u0, u1) = known[k * count..].split_at(count);
-            let terms = damping.iter().zip(stiffness).zip(u0.iter().zip(u1));
-            for (next, ((damping, stiffness), (u0, u1))) in rest.iter_mut().zip(terms) {
-                *next = first * damping * u1 + second * stiffness * u0;
+    fn renew_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+        let powers = powers(t - self.time_s);
+        let points = condensation.points;
+        self.sums.fill([[0.0; LANES]; DEGREE + 1]);
+        for (at, block) in condensation.blocks.iter().enumerate() {
+            let [displacement, velocity] = self.moved(condensation, at, &powers, z);
+            (self.displacement[at], self.velocity[at]) = (displacement, velocity);
+            let series = free_series(block, displacement, velocity);
+            for (sums, shape) in self.sums.iter_mut().zip(&condensation.shapes[at * points..]) {
+                for (sum, coefficient) in sums.iter_mut().zip(&series) {
+                    *sum = fused(*sum, *shape, *coefficient);
+                }
             }
         }
-        for (k, coefficients) in self.series.as_slice().chunks_exact(count).enumerate() {
-            for ([displacement, velocity, acceleration], phi) in
-                self.free.iter_mut().zip(modes.phi.as_slice().chunks_exact(count))
-            {
-                let coefficient = dot(coefficients, phi);
+        for ([displacement, velocity, acceleration], sums) in self.free.iter_mut().zip(&self.sums) {
+            for (k, sum) in sums.iter().enumerate() {
+                let coefficient = (sum[0] + sum[2]) + (sum[1] + sum[3]);
                 displacement[k] = coefficient;
                 if k >= 1 {
                     velocity[k - 1] = k as f64 * coefficient;
@@ -310,13 +342,13 @@ impl Base {
                 }
             }
         }
+        self.time_s = t;
     }
 }
 
 /// A renewal to be done.
 struct Renewal<'r> {
     base: &'r mut Base,
-    modes: &'r Modes,
     condensation: &'r Condensation,
     t: f64,
     z: &'r [f64],
@@ -327,13 +359,14 @@ impl WithSimd for Renewal<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.base.advance(self.modes, self.condensation, self.t, self.z);
-        self.base.expand(self.modes);
+        self.base.renew_all(self.condensation, self.t, self.z);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DVector;
+
     use super::*;
 
     /// Two points, three modes: one that floats, one undamped, one damped.
@@ -369,7 +402,7 @@ mod tests {
             let term = |k: usize| tau.powi(k as i32) / (1..=k).product::<usize>() as f64;
             (1..=ORDER).flat_map(|k| force.map(|f| f * term(k))).collect()
         };
-        let mut base = Base::at_rest(&modes);
+        let mut base = Base::at_rest(&condensation);
         let exact = |t: f64| {
             let modal = |s: usize| force[0] * modes.phi[(s, 0)] + force[1] * modes.phi[(s, 1)];
             [0, 1, 2].map(|s| step_response((modes.omega_squared[s], modes.damping[s]), modal(s), t))
@@ -395,12 +428,12 @@ mod tests {
             }
             // Renewals at uneven times.
             let tau = condensation.horizon_s * (0.5 + 0.0125 * f64::from(renewal));
-            base.renew(&modes, &condensation, t0 + tau, &z(tau));
+            base.renew(&condensation, t0 + tau, &z(tau));
         }
         let modal = exact(base.time_s);
         let energy: f64 =
             (0..3).map(|s| 0.5 * (modes.omega_squared[s] * modal[s][0].powi(2) + modal[s][1].powi(2))).sum();
-        let found = base.energy(&modes, &condensation, base.time_s, &z(0.0));
+        let found = base.energy(&condensation, base.time_s, &z(0.0));
         assert!((found / energy - 1.0).abs() < 1e-8, "{found} and {energy}");
     }
 

@@ -3,12 +3,15 @@
 use nalgebra::{DVector, DVectorView, DVectorViewMut};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::hammer::{HammerState, body};
-use crate::integrate::{GuardSample, System};
-use crate::system::condensed::{Base, Condensation, Motion};
+use crate::hammer::{HammerState, body, chamber};
+use crate::integrate::{GuardSample, StiffBlock, StiffMatrices, System};
+use crate::system::condensed::{self, Base, Condensation, Motion};
 use crate::system::elements::ContactKind;
 use crate::system::layout::HammerQuadrature;
 use crate::system::model::{CoupledModel, TiedGuides};
+
+/// Most bodies for which exponential steps are offered: those of one hammer and what it strikes, and one hammer more.
+const STIFF_BODIES: usize = 10;
 
 /// A coupled model being integrated: which contacts are closed, which supplies and gates are open, and scratch memory.
 #[derive(Debug, Clone)]
@@ -51,7 +54,7 @@ impl<'a> Coupled<'a> {
         let tied = model.tied.as_ref().map_or(0, |tied| tied.mounts.len());
         let mut system = Self {
             model,
-            base: model.condensation.as_ref().map(|_| Base::at_rest(&model.modes)),
+            base: model.condensation.as_ref().map(Base::at_rest),
             closed: vec![false; model.elements.contacts().len()],
             following: false,
             supply_switched: vec![0; hammers],
@@ -226,22 +229,31 @@ impl<'a> Coupled<'a> {
     #[inline(always)]
     fn integral_rates(&mut self, condensation: &Condensation, y: &[f64], rate: &mut [f64]) {
         let layout = &self.model.layout;
-        let force = &mut self.force[layout.bodies..];
-        if let Some(tied) = &self.model.tied {
-            for (at, &mount) in tied.mounts.iter().enumerate() {
-                let direct = force.iter().enumerate().map(|(m, force)| condensation.direct(mount, m) * force);
-                self.mount_acceleration[at] = self.acceleration[mount] + direct.sum::<f64>();
-            }
-            correct(tied, &self.mount_acceleration, &mut self.mount_correction);
-            for (at, &mount) in tied.mounts.iter().enumerate() {
-                force[mount] -= self.mount_correction[at];
-            }
-        }
+        // Out of the way while the rest is borrowed.
+        let mut force = std::mem::take(&mut self.force);
+        self.share_with_guides(condensation, &mut force[layout.bodies..], true);
+        self.force = force;
+        let force = &self.force[layout.bodies..];
         let (points, states) = (force.len(), layout.structure[0]);
         rate[..points].copy_from_slice(force);
         let velocity = &self.velocity[layout.bodies..];
         rate[layout.structure_work()] = force.iter().zip(velocity).map(|(force, velocity)| force * velocity).sum();
         rate[points..states].copy_from_slice(&y[..states - points]);
+    }
+
+    /// Takes from the forces on the mounts what moves the tied guides; `moving` if the modes' own acceleration counts.
+    #[inline(always)]
+    fn share_with_guides(&mut self, condensation: &Condensation, force: &mut [f64], moving: bool) {
+        let Some(tied) = &self.model.tied else { return };
+        for (at, &mount) in tied.mounts.iter().enumerate() {
+            let direct = force.iter().enumerate().map(|(m, force)| condensation.direct(mount, m) * force);
+            let own = if moving { self.acceleration[mount] } else { 0.0 };
+            self.mount_acceleration[at] = own + direct.sum::<f64>();
+        }
+        correct(tied, &self.mount_acceleration, &mut self.mount_correction);
+        for (at, &mount) in tied.mounts.iter().enumerate() {
+            force[mount] -= self.mount_correction[at];
+        }
     }
 
     /// `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode; tied guides by their low-rank update.
@@ -403,10 +415,75 @@ impl System for Coupled<'_> {
         let layout = &self.model.layout;
         if let (Some(base), Some(condensation)) = (&mut self.base, &self.model.condensation) {
             let (z, rate) = (&mut y[layout.structure_displacements()], &mut rate[layout.structure_displacements()]);
-            base.renew(&self.model.modes, condensation, t, z);
+            base.renew(condensation, t, z);
             z.fill(0.0);
             // The rates of the first integrals are the forces: they stay.
             rate[self.acceleration.len()..].fill(0.0);
+        }
+    }
+
+    fn stiff_block(&self) -> Option<StiffBlock> {
+        let model = self.model;
+        let (layout, contacts) = (&model.layout, model.elements.contacts());
+        let linear = contacts.iter().all(|contact| contact.law.linear().is_some());
+        // A guide on its spring is joined to the structure as stiffly as bodies are among each other: its step stays short.
+        // Integrated modes would not feel the impulses that the bodies do.
+        let integrals = match (&model.condensation, model.modes.phi.is_empty()) {
+            (Some(_), _) => (0, model.modes.phi.ncols(), condensed::ORDER),
+            (None, true) => (0, 0, 0),
+            (None, false) => return None,
+        };
+        let few = layout.bodies <= STIFF_BODIES && contacts.len() <= u64::BITS as usize;
+        (linear && few && model.tied.is_some()).then_some(StiffBlock {
+            positions: layout.position(0),
+            velocities: layout.velocity(0),
+            bodies: layout.bodies,
+            integrals,
+            relaxing: (layout.pressures(0).start, chamber::COUNT * layout.hammers),
+        })
+    }
+
+    fn discrete_state(&self) -> u64 {
+        self.closed.iter().rev().fold(0, |bits, closed| bits << 1 | u64::from(*closed))
+    }
+
+    fn stiff_matrices(&mut self, matrices: &mut StiffMatrices) {
+        let StiffMatrices { stiffness, damping, integrated_stiffness, integrated_damping } = matrices;
+        for matrix in [&mut *stiffness, damping, integrated_stiffness, integrated_damping] {
+            matrix.fill(0.0);
+        }
+        let model = self.model;
+        let (elements, count) = (&model.elements, model.layout.bodies);
+        let springs = elements.springs().iter().map(|spring| [spring.stiffness_n_per_m, spring.damping_n_s_per_m]);
+        let closed = elements.contacts().iter().enumerate().filter(|(contact, _)| self.closed[*contact]);
+        let contacts = closed.filter_map(|(at, contact)| Some((elements.contact_row(at), contact.law.linear()?)));
+        for (row, [k, c]) in springs.enumerate().chain(contacts) {
+            for (j, at_j) in elements.row(row).filter(|(point, _)| *point < count) {
+                for (i, at_i) in elements.row(row) {
+                    if i < count {
+                        let share = at_i * at_j / model.body_mass[i];
+                        stiffness[(i, j)] += k * share;
+                        damping[(i, j)] += c * share;
+                    } else if !integrated_stiffness.is_empty() {
+                        integrated_stiffness[(i - count, j)] -= k * at_i * at_j;
+                        integrated_damping[(i - count, j)] -= c * at_i * at_j;
+                    }
+                }
+            }
+        }
+        if let Some(condensation) = &model.condensation {
+            for matrix in [integrated_stiffness, integrated_damping] {
+                for force in matrix.as_mut_slice().chunks_exact_mut(condensation.points()) {
+                    self.share_with_guides(condensation, force, false);
+                }
+            }
+        }
+    }
+
+    fn relaxation(&self, t: f64, y: &[f64], lambda: &mut [f64]) {
+        for (h, lambda) in lambda.chunks_exact_mut(chamber::COUNT).enumerate() {
+            let state = self.hammer_state(h, t, y);
+            lambda.copy_from_slice(&self.model.hammers[h].model.relaxation(&state));
         }
     }
 

@@ -132,7 +132,7 @@ impl Coupled<'_> {
         let model = self.model;
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
-                base.energy(&model.modes, condensation, t, &y[model.layout.structure_displacements()])
+                base.energy(condensation, t, &y[model.layout.structure_displacements()])
             }
             _ => {
                 let (x, v) = (&y[model.layout.structure_displacements()], &y[model.layout.structure_velocities()]);
