@@ -68,7 +68,7 @@ pub(super) struct Condensation {
     kernel: Vec<f64>,
 }
 
-/// Damping `2 xi omega` and `omega^2` of as many modes as fit a vector register.
+/// Damping `2 xi omega` and `omega^2` of some modes.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     damping: Lanes,
@@ -109,9 +109,9 @@ impl Condensation {
             }
         }
         let padded = |values: &[f64], block: usize| -> Lanes {
-            std::array::from_fn(|lane| values.get(block * LANES + lane).copied().unwrap_or(0.0))
+            std::array::from_fn(|lane| values.get(block * WIDTH + lane).copied().unwrap_or(0.0))
         };
-        let blocks = 0..count.div_ceil(LANES);
+        let blocks = 0..count.div_ceil(WIDTH);
         let (damping, stiffness) = (modes.damping.as_slice(), modes.omega_squared.as_slice());
         let shape = |block: usize, point: usize| padded(modes.phi.column(point).as_slice(), block);
         Some(Self {
@@ -220,7 +220,9 @@ fn powers(tau: f64) -> [f64; TERMS] {
 
 /// Independent sums, so that the compiler can use vector registers.
 const LANES: usize = 4;
-type Lanes = [f64; LANES];
+/// Modes treated together in a renewal: recurrences along the series are long chains, and several hide each other's latency.
+const WIDTH: usize = 16;
+type Lanes = [f64; WIDTH];
 
 /// `a + b c` lane by lane.
 #[inline(always)]
@@ -267,10 +269,10 @@ impl Base {
         let (blocks, points) = (condensation.blocks.len(), condensation.points);
         Self {
             time_s: 0.0,
-            displacement: vec![[0.0; LANES]; blocks],
-            velocity: vec![[0.0; LANES]; blocks],
+            displacement: vec![[0.0; WIDTH]; blocks],
+            velocity: vec![[0.0; WIDTH]; blocks],
             free: vec![[[0.0; TERMS]; 3]; points],
-            sums: vec![[[0.0; LANES]; DEGREE + 1]; points],
+            sums: vec![[[0.0; WIDTH]; DEGREE + 1]; points],
         }
     }
 
@@ -279,7 +281,7 @@ impl Base {
         let powers = powers(t - self.time_s);
         let energy = |(at, block): (usize, &Block)| {
             let [displacement, velocity] = self.moved(condensation, at, &powers, z);
-            (0..LANES).map(|i| 0.5 * (block.stiffness[i] * displacement[i].powi(2) + velocity[i].powi(2))).sum::<f64>()
+            (0..WIDTH).map(|i| 0.5 * (block.stiffness[i] * displacement[i].powi(2) + velocity[i].powi(2))).sum::<f64>()
         };
         condensation.blocks.iter().enumerate().map(energy).sum()
     }
@@ -289,17 +291,17 @@ impl Base {
     fn moved(&self, condensation: &Condensation, at: usize, powers: &[f64; TERMS], z: &[f64]) -> [Lanes; 2] {
         let (block, points) = (&condensation.blocks[at], condensation.points);
         let series = free_series(block, self.displacement[at], self.velocity[at]);
-        let (mut displacement, mut velocity) = (series[0], [0.0; LANES]);
+        let (mut displacement, mut velocity) = (series[0], [0.0; WIDTH]);
         for k in 1..=DEGREE {
-            velocity = fused(velocity, [k as f64 * powers[k - 1]; LANES], series[k]);
-            displacement = fused(displacement, [powers[k]; LANES], series[k]);
+            velocity = fused(velocity, [k as f64 * powers[k - 1]; WIDTH], series[k]);
+            displacement = fused(displacement, [powers[k]; WIDTH], series[k]);
         }
         let shapes = &condensation.shapes[at * points..(at + 1) * points];
-        let (mut gamma, mut before) = ([1.0; LANES], [0.0; LANES]);
+        let (mut gamma, mut before) = ([1.0; WIDTH], [0.0; WIDTH]);
         for z in z.chunks_exact(points) {
-            let mut force = [0.0; LANES];
+            let mut force = [0.0; WIDTH];
             for (shape, z) in shapes.iter().zip(z) {
-                force = fused(force, [*z; LANES], *shape);
+                force = fused(force, [*z; WIDTH], *shape);
             }
             velocity = fused(velocity, gamma, force);
             displacement = fused(displacement, before, force);
@@ -319,7 +321,7 @@ impl Base {
     fn renew_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
         let powers = powers(t - self.time_s);
         let points = condensation.points;
-        self.sums.fill([[0.0; LANES]; DEGREE + 1]);
+        self.sums.fill([[0.0; WIDTH]; DEGREE + 1]);
         for (at, block) in condensation.blocks.iter().enumerate() {
             let [displacement, velocity] = self.moved(condensation, at, &powers, z);
             (self.displacement[at], self.velocity[at]) = (displacement, velocity);
@@ -332,7 +334,7 @@ impl Base {
         }
         for ([displacement, velocity, acceleration], sums) in self.free.iter_mut().zip(&self.sums) {
             for (k, sum) in sums.iter().enumerate() {
-                let coefficient = (sum[0] + sum[2]) + (sum[1] + sum[3]);
+                let coefficient: f64 = sum.iter().sum();
                 displacement[k] = coefficient;
                 if k >= 1 {
                     velocity[k - 1] = k as f64 * coefficient;
