@@ -229,31 +229,16 @@ impl<'a> Coupled<'a> {
     #[inline(always)]
     fn integral_rates(&mut self, condensation: &Condensation, y: &[f64], rate: &mut [f64]) {
         let layout = &self.model.layout;
-        // Out of the way while the rest is borrowed.
-        let mut force = std::mem::take(&mut self.force);
-        self.share_with_guides(condensation, &mut force[layout.bodies..], true);
-        self.force = force;
-        let force = &self.force[layout.bodies..];
+        let force = &mut self.force[layout.bodies..];
+        if let Some(tied) = &self.model.tied {
+            let scratch = (&mut self.mount_acceleration, &mut self.mount_correction);
+            share_with_guides((tied, condensation), |mount| self.acceleration[mount], force, scratch);
+        }
         let (points, states) = (force.len(), layout.structure[0]);
         rate[..points].copy_from_slice(force);
         let velocity = &self.velocity[layout.bodies..];
         rate[layout.structure_work()] = force.iter().zip(velocity).map(|(force, velocity)| force * velocity).sum();
         rate[points..states].copy_from_slice(&y[..states - points]);
-    }
-
-    /// Takes from the forces on the mounts what moves the tied guides; `moving` if the modes' own acceleration counts.
-    #[inline(always)]
-    fn share_with_guides(&mut self, condensation: &Condensation, force: &mut [f64], moving: bool) {
-        let Some(tied) = &self.model.tied else { return };
-        for (at, &mount) in tied.mounts.iter().enumerate() {
-            let direct = force.iter().enumerate().map(|(m, force)| condensation.direct(mount, m) * force);
-            let own = if moving { self.acceleration[mount] } else { 0.0 };
-            self.mount_acceleration[at] = own + direct.sum::<f64>();
-        }
-        correct(tied, &self.mount_acceleration, &mut self.mount_correction);
-        for (at, &mount) in tied.mounts.iter().enumerate() {
-            force[mount] -= self.mount_correction[at];
-        }
     }
 
     /// `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode; tied guides by their low-rank update.
@@ -347,6 +332,25 @@ impl WithSimd for Evaluation<'_, '_> {
 /// Forces that tied guides take from their mounts, which would accelerate by `acceleration` without them.
 fn correct(tied: &TiedGuides, acceleration: &DVector<f64>, force: &mut DVector<f64>) {
     force.gemv(1.0, &tied.update, acceleration, 0.0);
+}
+
+/// Takes from the forces on interface points what moves the tied guides, whose mounts would accelerate by `own` without
+/// any force; the scratch vectors have an entry per guide.
+#[inline(always)]
+fn share_with_guides(
+    (tied, condensation): (&TiedGuides, &Condensation),
+    own: impl Fn(usize) -> f64,
+    force: &mut [f64],
+    (acceleration, correction): (&mut DVector<f64>, &mut DVector<f64>),
+) {
+    for (at, &mount) in tied.mounts.iter().enumerate() {
+        let direct = force.iter().enumerate().map(|(m, force)| condensation.direct(mount, m) * force);
+        acceleration[at] = own(mount) + direct.sum::<f64>();
+    }
+    correct(tied, acceleration, correction);
+    for (at, &mount) in tied.mounts.iter().enumerate() {
+        force[mount] -= correction[at];
+    }
 }
 
 impl System for Coupled<'_> {
@@ -471,10 +475,11 @@ impl System for Coupled<'_> {
                 }
             }
         }
-        if let Some(condensation) = &model.condensation {
+        if let (Some(condensation), Some(tied)) = (&model.condensation, &model.tied) {
             for matrix in [integrated_stiffness, integrated_damping] {
                 for force in matrix.as_mut_slice().chunks_exact_mut(condensation.points()) {
-                    self.share_with_guides(condensation, force, false);
+                    let scratch = (&mut self.mount_acceleration, &mut self.mount_correction);
+                    share_with_guides((tied, condensation), |_| 0.0, force, scratch);
                 }
             }
         }
