@@ -276,6 +276,9 @@ mod tests {
         for theta in [0.0, 0.2, 0.5, 0.9, 1.0] {
             assert!((step.component(0, theta) - cubic(t0 + theta * h)[0]).abs() < 1e-14);
         }
-        assert_eq!(step.largest_rate(0), stages.iter().fold(0.0_f64, |largest, rate| largest.max(rate.abs())));
+        assert_eq!(
+            step.largest_rate([(0, 1.0)].into_iter()),
+            stages.iter().fold(0.0_f64, |largest, rate| largest.max(rate.abs()))
+        );
     }
 }

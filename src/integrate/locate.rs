@@ -7,6 +7,8 @@ use crate::integrate::{GuardSample, Step, System};
 const INTERIOR: f64 = 1e-3;
 /// Width of the final bracket as a fraction of the step.
 const BRACKET: f64 = 1e-11;
+/// Trials after which the bracket is taken as it is; a smooth guard takes less than ten, bisection alone 37.
+const MOST_TRIALS: usize = 120;
 
 /// Roots closer than this fraction of a step happen at the same instant.
 const SAME_INSTANT: f64 = 1e-10;
@@ -15,10 +17,10 @@ const SAME_INSTANT: f64 = 1e-10;
 struct Watch {
     /// Index of the guard.
     guard: usize,
-    /// Whether it switched at the start of this step.
-    fresh: bool,
-    /// A fraction at which it is positive.
-    positive_at: f64,
+    /// Its value at the start of this step; unknown if it switched there.
+    at_start: Option<f64>,
+    /// A fraction at which it is positive, and its value there.
+    positive: (f64, f64),
 }
 
 /// Guards at both ends of a step.
@@ -45,17 +47,19 @@ pub(super) fn first_events<S: System>(
     let mut first = 1.0;
     for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
         // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
-        let positive_at = if end.value > 0.0 {
-            1.0
+        let positive = if end.value > 0.0 {
+            (1.0, end.value)
         } else {
             let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
             step.components(system.guard_support(guard), theta, y);
-            if system.guard(guard, step.time(theta), y) <= 0.0 {
+            let value = system.guard(guard, step.time(theta), y);
+            if value <= 0.0 {
                 continue;
             }
-            theta
+            (theta, value)
         };
-        let theta = upward_zero(system, step, &Watch { guard, fresh: ends.fresh[guard], positive_at }, y);
+        let at_start = (!ends.fresh[guard]).then_some(start.value);
+        let theta = upward_zero(system, step, &Watch { guard, at_start, positive }, y);
         if hits.is_empty() || theta < first - SAME_INSTANT {
             hits.clear();
             hits.push(guard);
@@ -95,42 +99,47 @@ fn upward_zero<S: System>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f
         step.components(support, theta, y);
         system.guard(watch.guard, step.time(theta), y)
     };
-    let mut low = if watch.fresh { INTERIOR.min(watch.positive_at) } else { 0.0 };
-    let mut high = watch.positive_at;
-    let mut at_low = value(low);
-    if at_low >= 0.0 {
-        return low;
-    }
-    let mut at_high = value(high);
-    if at_high < 0.0 {
-        return high;
-    }
-    // Interpolate-truncate-project (Oliveira and Takahashi 2020): superlinear, never slower than bisection.
-    let half_iterations = ((high - low) / BRACKET).log2().ceil().max(0.0) as i32;
-    let curvature = 0.2 / (high - low);
-    for iteration in 0..=half_iterations {
-        if high - low <= BRACKET {
+    let (low, at_low) = match watch.at_start {
+        Some(at_start) => (0.0, at_start),
+        None => {
+            let low = INTERIOR.min(watch.positive.0);
+            (low, value(low))
+        }
+    };
+    if at_low >= 0.0 { low } else { zero_between((low, at_low), watch.positive, value) }
+}
+
+/// Zero of `value` between a place where it is negative and one where it is not, as the latter end of a bracket of width
+/// [`BRACKET`] at most: inverse quadratic interpolation where three points allow it, bisection elsewhere (Chandrupatla 1997).
+fn zero_between(negative: (f64, f64), positive: (f64, f64), mut value: impl FnMut(f64) -> f64) -> f64 {
+    // The newest point, and the last one on the other side.
+    let (mut newest, mut opposite) = (negative, positive);
+    let mut part = newest.1 / (newest.1 - opposite.1);
+    for _ in 0..MOST_TRIALS {
+        let width = opposite.0 - newest.0;
+        let least = 0.5 * BRACKET / width.abs();
+        if least > 0.5 || newest.1 == 0.0 {
             break;
         }
-        let half = 0.5 * (low + high);
-        let slack = 0.5 * BRACKET * 2f64.powi(half_iterations + 1 - iteration) - 0.5 * (high - low);
-        let falsi = (at_high * low - at_low * high) / (at_high - at_low);
-        let side = (half - falsi).signum();
-        let shift = curvature * (high - low) * (high - low);
-        let mut middle = if shift <= (half - falsi).abs() { falsi + side * shift } else { half };
-        if (middle - half).abs() > slack {
-            middle = half - side * slack;
-        }
-        let at_middle = value(middle);
-        if at_middle >= 0.0 {
-            high = middle;
-            at_high = at_middle;
-        } else {
-            low = middle;
-            at_low = at_middle;
-        }
+        // Half a final bracket from either end at least: close to the zero, the next point lies beyond it. A NaN becomes
+        // `least`.
+        let theta = newest.0 + part.max(least).min(1.0 - least) * width;
+        let found = (theta, value(theta));
+        let former =
+            if (found.1 >= 0.0) == (newest.1 >= 0.0) { newest } else { std::mem::replace(&mut opposite, newest) };
+        newest = found;
+        part = interpolated(newest, opposite, former).unwrap_or(0.5);
     }
-    high
+    if newest.1 >= 0.0 { newest.0 } else { opposite.0 }
+}
+
+/// Part of the way from `a` to `b` at which the inverse parabola through three points vanishes, where it is monotone.
+fn interpolated((a, at_a): (f64, f64), (b, at_b): (f64, f64), (c, at_c): (f64, f64)) -> Option<f64> {
+    let (place, height) = ((a - b) / (c - b), (at_a - at_b) / (at_c - at_b));
+    let monotone = height * height < place && (1.0 - height) * (1.0 - height) < 1.0 - place;
+    monotone.then(|| {
+        at_a / (at_b - at_a) * at_c / (at_b - at_c) + (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (at_c - at_b)
+    })
 }
 
 #[cfg(test)]
@@ -141,6 +150,43 @@ mod tests {
     fn maximum([f0, s0, f1, s1]: [f64; 4]) -> Option<f64> {
         let sample = |smooth: f64, slope: f64| GuardSample { value: -1.0, smooth, smooth_rate: slope / 0.1 };
         cubic_maximum(&sample(f0, s0), &sample(f1, s1), 0.1)
+    }
+
+    /// Found to within the bracket from the non-negative side: smooth, flat and steep zeros in less than a bisection's
+    /// trials, jumps and what is not a number in a bounded number.
+    #[test]
+    fn analytic_zeros() {
+        type Guard = fn(f64) -> f64;
+        let guards: [(Guard, f64, usize); 7] = [
+            (|x| x - 0.3, 0.3, 4),
+            (|x| (x - 0.7) * (1.0 + x * (2.0 + x * x)), 0.7, 9),
+            (|x| (50.0 * (x - 1e-4)).sinh(), 1e-4, 20),
+            (|x| (x - 0.5).powi(3), 0.5, 75),
+            (|x| if x < 0.123 { -1e-3 } else { 1e3 }, 0.123, 75),
+            (
+                |x| {
+                    if x < 0.1 {
+                        -1.0
+                    } else if x < 0.9 {
+                        f64::NAN
+                    } else {
+                        1.0
+                    }
+                },
+                0.9,
+                MOST_TRIALS,
+            ),
+            (|x| if x < 0.2 { f64::NEG_INFINITY } else { f64::INFINITY }, 0.2, 75),
+        ];
+        for (case, (guard, zero, most)) in guards.into_iter().enumerate() {
+            let mut trials = 0;
+            let found = zero_between((0.0, guard(0.0)), (1.0, guard(1.0)), |x| {
+                trials += 1;
+                guard(x)
+            });
+            assert!(found >= zero && found <= zero + BRACKET, "case {case}: {found}");
+            assert!(trials <= most, "case {case}: {trials} trials");
+        }
     }
 
     /// A cubic that rises at its start and falls at its end: the maximum found is the one that a fine sampling finds.

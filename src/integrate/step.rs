@@ -67,15 +67,16 @@ impl<'a> Step<'a> {
         self.y1
     }
 
-    /// Rates of component `index` at the stages; all lie near the rates met within the step.
+    /// Rates of component `index` at the stages.
     #[inline]
     fn stage_rates(&self, index: usize) -> impl Iterator<Item = f64> {
         self.stages[index..].iter().step_by(self.y0.len()).copied()
     }
 
-    /// Largest absolute stage rate of component `index`: a practical bound of its rate within the step.
-    pub fn largest_rate(&self, index: usize) -> f64 {
-        self.stage_rates(index).map(f64::abs).fold(0.0, f64::max)
+    /// Largest absolute stage rate of a sum of components with coefficients: a practical bound of its rate within the step.
+    pub fn largest_rate(&self, terms: impl Iterator<Item = (usize, f64)> + Clone) -> f64 {
+        let rate = |stage: &[f64]| terms.clone().map(|(index, c)| c * stage[index]).sum::<f64>().abs();
+        self.stages.chunks_exact(self.y0.len()).map(rate).fold(0.0, f64::max)
     }
 
     /// Component `index` of the state at fraction `theta`.

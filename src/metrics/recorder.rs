@@ -108,16 +108,20 @@ impl Recorder {
         let chisel = model.layout().velocity(slot.points[body::CHISEL]);
         let closed = system.is_closed(slot.strike);
         let track = &mut self.hammers[h];
+        let [largest_force, largest_speed] = strike_reach(system, h, step);
         for window in &mut track.open {
             let theta = step.fraction(window.end_s);
-            if closed {
+            let blow = &mut window.blow;
+            if closed && largest_force > blow.peak_force_n {
                 let force = |t: f64, y: &[f64]| system.contact_force(slot.strike, t, y);
                 let (value, _) = peak(step, theta, (support, &mut self.scratch), force);
-                window.blow.peak_force_n = window.blow.peak_force_n.max(value);
+                blow.peak_force_n = blow.peak_force_n.max(value);
             }
-            let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
-            let (value, _) = peak(step, theta, (support, &mut self.scratch), speed);
-            window.blow.casting_peak_velocity_m_s = window.blow.casting_peak_velocity_m_s.max(value);
+            if largest_speed > blow.casting_peak_velocity_m_s {
+                let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
+                let (value, _) = peak(step, theta, (support, &mut self.scratch), speed);
+                blow.casting_peak_velocity_m_s = blow.casting_peak_velocity_m_s.max(value);
+            }
         }
         let quadrature = |q, theta| step.component(model.layout().quadrature(h, q), theta);
         let mut at = 0;
@@ -205,12 +209,33 @@ impl Observer<Coupled<'_>> for Recorder {
     }
 }
 
+/// Bound of the absolute value that a sum of components with coefficients, less `offset`, takes within a step.
+fn reach(step: &Step<'_>, terms: impl Iterator<Item = (usize, f64)> + Clone, offset: f64) -> f64 {
+    let start = terms.clone().map(|(index, c)| c * step.start()[index]).sum::<f64>() - offset;
+    start.abs() + step.h * step.largest_rate(terms)
+}
+
+/// Bounds within a step of the force, were it closed, between a hammer's chisel and its casting, N, and of the casting's
+/// velocity there, m/s.
+fn strike_reach(system: &Coupled<'_>, hammer: usize, step: &Step<'_>) -> [f64; 2] {
+    let model = system.model();
+    let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
+    let contact = &elements.contacts()[slot.strike];
+    // Chisel and casting are bodies: no point of the structure is among them.
+    let row = || elements.row(elements.contact_row(slot.strike));
+    let velocities = || row().map(|(body, c)| (layout.velocity(body), c));
+    let penetration = reach(step, row().map(|(body, c)| (layout.position(body), c)), contact.offset_m);
+    // Every law's force grows with both.
+    let force = contact.law.closed_force(penetration, reach(step, velocities(), 0.0));
+    let chisel = layout.velocity(slot.points[body::CHISEL]);
+    [force, reach(step, velocities().filter(|(index, _)| *index != chisel), 0.0)]
+}
+
 impl CastingTrack {
     /// Updates the peaks; a step that cannot exceed them is left at once.
     fn update(&mut self, step: &Step<'_>, scratch: &mut [f64]) {
-        let reach = |index: usize| step.start()[index].abs() + step.h * step.largest_rate(index);
         let [heave] = self.heave_velocity;
-        if reach(heave) > self.metrics.peak_velocity_m_s {
+        if reach(step, [(heave, 1.0)].into_iter(), 0.0) > self.metrics.peak_velocity_m_s {
             let (value, theta) = peak(step, step.theta_end, (&self.heave_velocity, scratch), |_, y| y[heave]);
             if value > self.metrics.peak_velocity_m_s {
                 self.metrics.peak_velocity_m_s = value;
@@ -219,9 +244,9 @@ impl CastingTrack {
         }
         if let Some(largest) = &mut self.metrics.measuring_point_peak_velocity_m_s {
             let (support, coefficients) = (&self.measuring_support, &self.measuring_coefficients);
-            let terms = || support.iter().zip(coefficients);
-            if terms().map(|(index, c)| c.abs() * reach(*index)).sum::<f64>() > *largest {
-                let speed = |_: f64, y: &[f64]| terms().map(|(index, c)| c * y[*index]).sum::<f64>();
+            let terms = || support.iter().copied().zip(coefficients.iter().copied());
+            if reach(step, terms(), 0.0) > *largest {
+                let speed = |_: f64, y: &[f64]| terms().map(|(index, c)| c * y[index]).sum::<f64>();
                 let (value, _) = peak(step, step.theta_end, (support, scratch), speed);
                 *largest = largest.max(value);
             }

@@ -121,7 +121,7 @@ impl Elements {
 
     /// Entries (point, coefficient) of a row.
     #[inline(always)]
-    pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         let range = self.rows.indptr().outer_inds_sz(row);
         let (indices, data) = (self.rows.indices(), self.rows.data());
         range.map(move |at| (indices[at], data[at]))
