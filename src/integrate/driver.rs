@@ -458,25 +458,28 @@ impl WithSimd for ErrorNorm<'_> {
         let Self { inverse_scales, h, stages, n } = self;
         let len = inverse_scales.len();
         let k: [&[f64]; STAGES] = std::array::from_fn(|j| &stages[j * n..j * n + len]);
-        let scaled = |i: usize| {
-            let mut estimate = ERROR[0] * k[0][i];
-            for j in 1..STAGES {
-                estimate += ERROR[j] * k[j][i];
-            }
-            (h * estimate * inverse_scales[i]).abs()
-        };
+        let (scale_blocks, scales_left) = inverse_scales.as_chunks::<LANES>();
+        let k_blocks = k.map(|k| k.as_chunks::<LANES>().0);
         // A NaN must survive: a maximum alone would drop it, a sum keeps it.
         let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0_f64; LANES]);
-        let blocks = len / LANES;
-        for block in 0..blocks {
+        for (block, scales) in scale_blocks.iter().enumerate() {
+            let mut estimate = [0.0; LANES];
+            for (k, weight) in k_blocks.iter().zip(ERROR) {
+                let k = &k[block];
+                for lane in 0..LANES {
+                    estimate[lane] += weight * k[lane];
+                }
+            }
             for lane in 0..LANES {
-                let value = scaled(block * LANES + lane);
+                let value = (h * estimate[lane] * scales[lane]).abs();
                 largest[lane] = if value > largest[lane] { value } else { largest[lane] };
                 sum[lane] += value;
             }
         }
-        for i in blocks * LANES..len {
-            let value = scaled(i);
+        let done = len - scales_left.len();
+        for (i, scale) in scales_left.iter().enumerate() {
+            let estimate: f64 = k.iter().zip(ERROR).map(|(k, weight)| weight * k[done + i]).sum();
+            let value = (h * estimate * scale).abs();
             largest[0] = largest[0].max(value);
             sum[0] += value;
         }

@@ -81,6 +81,8 @@ pub(super) struct Exponential {
     rates: Vec<f64>,
     /// Whether the integrals are anything but zero at the start.
     integrals_passed: bool,
+    /// `1 / k`, as far as the chain of integrals asks for it; infinite for 0.
+    inverses: Vec<f64>,
 }
 
 /// A component that relaxes by itself at `rate_per_s`.
@@ -122,6 +124,7 @@ impl Exponential {
             relaxing: Vec::with_capacity(r),
             rates: vec![0.0; r],
             integrals_passed: false,
+            inverses: (0..=block.integrals.2 + 2).map(|k| 1.0 / k as f64).collect(),
         }
     }
 
@@ -241,7 +244,7 @@ impl Exponential {
     fn correct_integrals(&self, k: usize, (y, stages): (&[f64], &[f64]), out: &mut [f64]) {
         let (from, width, depth) = self.block.integrals;
         let (n, c) = (y.len(), C[k]);
-        let s = c * self.h;
+        let (s, inverses) = (c * self.h, &self.inverses);
         for point in from..from + width {
             let first = stages[point];
             let differences: [f64; NODES] =
@@ -254,9 +257,9 @@ impl Exponential {
             };
             let mut coefficient = 1.0;
             for order in 1..=depth {
-                coefficient *= s / order as f64;
-                let (one, two) = (1.0 / (order + 1) as f64, 1.0 / (order + 2) as f64);
-                out[point + (order - 1) * width] = coefficient * (constant + one * (linear + two * square));
+                coefficient *= s * inverses[order];
+                let rest = linear + inverses[order + 2] * square;
+                out[point + (order - 1) * width] = coefficient * (constant + inverses[order + 1] * rest);
             }
         }
         if !self.integrals_passed {
@@ -269,7 +272,7 @@ impl Exponential {
             for (out, z) in out[order * width..].iter_mut().zip(z) {
                 *out += passed * z;
             }
-            passed *= s / (order + 1) as f64;
+            passed *= s * inverses[order + 1];
         }
     }
 

@@ -185,12 +185,12 @@ impl Condensation {
         1.0 / largest
     }
 
-    /// Motion of all points at `tau` after the base; `z` are the integrals. Accelerations are left out unless `accelerated`.
+    /// Motion of all points at `tau` after the base; `z` are the integrals. Accelerations only of the first `accelerated`.
     #[inline(always)]
-    pub fn motion(&self, (base, tau): (&Base, f64), z: &[f64], accelerated: bool, out: &mut Motion<'_>) {
+    pub fn motion(&self, (base, tau): (&Base, f64), z: &[f64], accelerated: usize, out: &mut Motion<'_>) {
         let powers = powers(tau);
         for n in 0..self.points {
-            if accelerated {
+            if n < accelerated {
                 [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(base, &powers, z, n);
             } else {
                 [out.displacement[n], out.velocity[n]] = self.at::<2>(base, &powers, z, n);
@@ -208,39 +208,33 @@ impl Condensation {
     fn at<const D: usize>(&self, base: &Base, powers: &[f64; TERMS], z: &[f64], n: usize) -> [f64; D] {
         let (states, points) = (self.states(), self.points);
         let kernel = &self.kernel[n * states..(n + 1) * states];
-        let free = &base.free[n];
         let mut sums = [[0.0; LANES]; D];
-        for block in 0..TERMS / LANES {
-            for (sum, free) in sums.iter_mut().zip(free) {
-                for lane in 0..LANES {
-                    sum[lane] += free[block * LANES + lane] * powers[block * LANES + lane];
-                }
-            }
+        for (sum, free) in sums.iter_mut().zip(&base.free[n]) {
+            add_products(sum, free, powers);
         }
         // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}.
         let (early, late) = (&z[..states - points], &z[points..states]);
         let (first, next) = (&kernel[..states - points], &kernel[points..]);
-        let whole = early.len() / LANES * LANES;
-        for i in (0..whole).step_by(LANES) {
-            for lane in i..i + LANES {
-                sums[0][lane - i] += first[lane] * late[lane];
-                sums[1][lane - i] += next[lane] * late[lane];
-                if D == 3 {
-                    sums[2][lane - i] += next[lane] * early[lane];
-                }
-            }
-        }
-        let mut motion = sums.map(|sum| (sum[0] + sum[2]) + (sum[1] + sum[3]));
-        for i in whole..early.len() {
-            motion[0] += first[i] * late[i];
-            motion[1] += next[i] * late[i];
-            if D == 3 {
-                motion[2] += next[i] * early[i];
-            }
-        }
-        motion[1] += kernel.iter().zip(z).take(points).map(|(kernel, z)| kernel * z).sum::<f64>();
-        motion
+        let mut rest = [
+            add_products(&mut sums[0], first, late),
+            add_products(&mut sums[1], next, late),
+            if D == 3 { add_products(&mut sums[2], next, early) } else { 0.0 },
+        ];
+        rest[1] += kernel.iter().zip(z).take(points).map(|(kernel, z)| kernel * z).sum::<f64>();
+        std::array::from_fn(|i| (sums[i][0] + sums[i][2]) + (sums[i][1] + sums[i][3]) + rest[i])
     }
+}
+
+/// Adds `a b` to independent sums; returns the sum of what fills no whole block of them.
+#[inline(always)]
+fn add_products(sums: &mut [f64; LANES], a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum()
 }
 
 /// Powers of `tau` from 0 on.

@@ -117,8 +117,8 @@ impl<'a> Coupled<'a> {
                     velocity: &mut self.velocity[b..],
                     acceleration: &mut self.acceleration,
                 };
-                // Only tied guides ask for accelerations.
-                let accelerated = self.model.tied.is_some();
+                // Only tied guides ask for accelerations, and hammers' mounts are the first points.
+                let accelerated = self.model.tied.as_ref().map_or(0, |tied| tied.mounts.len());
                 let z = &y[layout.structure_displacements()];
                 condensation.motion((base, t - base.time_s), z, accelerated, &mut motion);
             }

@@ -4,6 +4,8 @@
 //! freedom, then interface points of the structure. Its elongation (or penetration) is `r u - offset`, its force `f` acts
 //! as `-r' f`. One matrix serves motion and force, so reciprocity holds by construction; an element more is a row more.
 
+use std::ops::Range;
+
 use sprs::{CsMat, TriMat};
 
 use crate::contact::ContactLaw;
@@ -57,6 +59,8 @@ pub struct Contact {
 #[derive(Debug, Clone)]
 pub struct Elements {
     rows: CsMat<f64>,
+    /// Entries of each row within the matrix: the step loop reads them without asking the matrix for its offsets.
+    ranges: Vec<Range<usize>>,
     springs: Vec<Spring>,
     contacts: Vec<Contact>,
 }
@@ -89,8 +93,10 @@ impl ElementsBuilder {
                 matrix.add_triplet(index, point, coefficient);
             }
         }
+        let rows: CsMat<f64> = matrix.to_csr();
         Elements {
-            rows: matrix.to_csr(),
+            ranges: (0..rows.rows()).map(|row| rows.indptr().outer_inds_sz(row)).collect(),
+            rows,
             springs: self.springs.into_iter().map(|(_, spring)| spring).collect(),
             contacts: self.contacts.into_iter().map(|(_, contact)| contact).collect(),
         }
@@ -122,9 +128,9 @@ impl Elements {
     /// Entries (point, coefficient) of a row.
     #[inline(always)]
     pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
-        let range = self.rows.indptr().outer_inds_sz(row);
-        let (indices, data) = (self.rows.indices(), self.rows.data());
-        range.map(move |at| (indices[at], data[at]))
+        let range = self.ranges[row].clone();
+        let (indices, data) = (&self.rows.indices()[range.clone()], &self.rows.data()[range]);
+        indices.iter().copied().zip(data.iter().copied())
     }
 
     /// `r u` of a row.
