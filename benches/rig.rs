@@ -39,7 +39,8 @@ const RESERVES: &str = "
 ## Open reserves
 
 - Where the chisel rests on nose and casting, exponential steps take the linear contacts exactly. Their length is bounded by the
-  renewals of the condensed modes (a third of a millisecond at 1000 Hz), not by their error.
+  small share of the tolerance that they are held to (`src/integrate/quiet.rs`), and by renewals of the condensed modes (every
+  0.64 ms at 1000 Hz).
 - Most other steps resolve the ringing of contacts at 10 to 60 us, which may open at any time: exact propagation would need
   events located on its own dense output.
 - Every event of one hammer ends the common step of all: steps grow with the hammers, and so does the cost of each.

@@ -48,7 +48,7 @@ pub(super) fn pays(modes: &Modes) -> bool {
     let (count, points) = modes.phi.shape();
     let (count, points) = (count as f64, points as f64);
     let order = ORDER as f64;
-    let integrated = count * (3.0 * points + 20.0);
+    let integrated = count * (4.5 * points + 25.0);
     let renewal = count * order * (2.0 * points + 6.0);
     let condensed = points * order * (3.0 * points + 11.0);
     condensed + renewal * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
