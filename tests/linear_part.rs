@@ -3,40 +3,94 @@
 
 use std::path::Path;
 
-use decore::integrate::{Integrator, Settings, StiffMatrices, Stopped, System};
+use decore::integrate::{Integrator, Settings, StiffBlock, StiffMatrices, Stopped, System};
 use decore::run::{Machine, SourceModel};
 use decore::study::Study;
-use decore::system::{Coupled, build};
+use decore::system::{Coupled, CoupledModel, build};
 use nalgebra::DMatrix;
 
-/// The body whose friction acts against the machine.
-const CYLINDER: usize = 0;
+/// Stiffness of the return spring, N/m, the one that the matrices leave out: it is soft.
+const RETURN_SPRING_N_PER_M: f64 = 1.633e3;
+/// Its damping, N s/m.
+const RETURN_DAMPING_N_S_PER_M: f64 = 0.1633;
+/// Mass of the cylinder that it pushes, kg.
+const CYLINDER_KG: f64 = 6.5;
 
-/// Rate at a state whose component `index` is moved by `by`.
-fn moved(system: &mut Coupled<'_>, t: f64, y: &[f64], (index, by): (usize, f64)) -> Vec<f64> {
-    let (mut state, mut rate) = (y.to_vec(), vec![0.0; y.len()]);
-    state[index] += by;
-    system.rhs(t, &state, &mut rate);
-    rate
-}
-
-/// Central difference of the rates with respect to component `index`.
-fn slope(system: &mut Coupled<'_>, t: f64, y: &[f64], (index, by): (usize, f64)) -> Vec<f64> {
-    let (up, down) = (moved(system, t, y, (index, by)), moved(system, t, y, (index, -by)));
-    up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * by)).collect()
-}
-
-/// What contacts and springs add, all else of the rates (gas, friction, return spring) is softer by three orders.
-#[test]
-fn matrices_are_the_slopes_of_the_rates() {
+/// The paper's rig without friction, whose slope at rest would hide those of soft contacts.
+fn model() -> CoupledModel {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
     let settings = ["solver.guide=tied", "solver.modes=condensed", "duration_s=0.5"].map(str::to_owned);
     let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
     let source = SourceModel::read(study.structure()).unwrap();
     let points = source.points();
     let machine = Machine::new(source, study.structure(), &study.interface_demand()).unwrap();
-    let scene = study.scene(0, &points).unwrap();
-    let model = build(&scene, &machine.modes(&scene).unwrap()).unwrap();
+    let mut scene = study.scene(0, &points).unwrap();
+    let parameters = &mut scene.hammers[0].parameters;
+    let telescope = &mut parameters.telescope;
+    telescope.friction_static_n = 0.0;
+    telescope.friction_viscous_n_s_per_m = 0.0;
+    telescope.friction_directional_n_s_per_m = 0.0;
+    parameters.piston.friction_viscous_n_s_per_m = 0.0;
+    parameters.valve.friction_viscous_n_s_per_m = 0.0;
+    parameters.chisel.friction_viscous_n_s_per_m = 0.0;
+    build(&scene, &machine.modes(&scene).unwrap()).unwrap()
+}
+
+/// Central difference of the rates at `(t, y)` with respect to component `index`, moved by `by`.
+fn slope(system: &mut Coupled<'_>, (t, y): (f64, &[f64]), index: usize, by: f64) -> Vec<f64> {
+    let mut moved = |by: f64| {
+        let (mut state, mut rate) = (y.to_vec(), vec![0.0; y.len()]);
+        state[index] += by;
+        system.rhs(t, &state, &mut rate);
+        rate
+    };
+    moved(by).iter().zip(&moved(-by)).map(|(up, down)| (up - down) / (2.0 * by)).collect()
+}
+
+/// One slope against an entry of a matrix, to 1e-6 of it and what the return spring adds.
+fn check(found: f64, entry: f64, soft: f64, what: &str) {
+    assert!((found - entry).abs() < 1e-6 * entry.abs() + 1.1 * soft, "{what}: {found} and {entry}");
+}
+
+/// All rates' slopes with respect to one body.
+fn check_body(
+    system: &mut Coupled<'_>,
+    at: (f64, &[f64]),
+    (block, body): (&StiffBlock, usize),
+    matrices: &StiffMatrices,
+) {
+    let positions = slope(system, at, block.positions + body, 1e-9);
+    let velocities = slope(system, at, block.velocities + body, 1e-5);
+    let t = at.0;
+    for other in 0..block.bodies {
+        let (row, what) = (block.velocities + other, format!("{t}, body {other} by {body}"));
+        check(positions[row], -matrices.stiffness[(other, body)], RETURN_SPRING_N_PER_M / CYLINDER_KG, &what);
+        check(velocities[row], -matrices.damping[(other, body)], RETURN_DAMPING_N_S_PER_M / CYLINDER_KG, &what);
+    }
+    for point in 0..block.integrals.1 {
+        let (row, what) = (block.integrals.0 + point, format!("{t}, point {point} by {body}"));
+        check(positions[row], matrices.integrated_stiffness[(point, body)], RETURN_SPRING_N_PER_M, &what);
+        check(velocities[row], matrices.integrated_damping[(point, body)], RETURN_DAMPING_N_S_PER_M, &what);
+    }
+}
+
+/// The rates of chambers that relax; returns how many do.
+fn check_chambers(system: &mut Coupled<'_>, (t, y): (f64, &[f64]), (from, count): (usize, usize)) -> usize {
+    let mut lambda = vec![0.0; count];
+    system.relaxation(t, y, &mut lambda);
+    let relaxing: Vec<(usize, f64)> = lambda.into_iter().enumerate().filter(|(_, lambda)| *lambda > 0.0).collect();
+    for (chamber, lambda) in &relaxing {
+        let index = from + chamber;
+        let found = -slope(system, (t, y), index, 1e-3)[index];
+        // The slope holds the adiabatic part, -a V'/V, as well.
+        assert!((found / lambda - 1.0).abs() < 1e-2, "{t}, chamber {chamber}: {found} and {lambda}");
+    }
+    relaxing.len()
+}
+
+#[test]
+fn matrices_are_the_slopes_of_the_rates() {
+    let model = model();
     let mut system = Coupled::new(&model);
     let settings = Settings {
         tolerance: 1e-5,
@@ -54,47 +108,18 @@ fn matrices_are_the_slopes_of_the_rates() {
         integrated_stiffness: DMatrix::zeros(width, b),
         integrated_damping: DMatrix::zeros(width, b),
     };
-    let (mut joined, mut relaxing) = (0, 0);
-    for instant in 1..=40 {
-        let t = 0.01 * f64::from(instant);
+    let (mut states, mut relaxing) = (std::collections::BTreeSet::new(), 0);
+    for instant in 1..=80 {
+        let t = 0.005 * f64::from(instant);
         assert_eq!(integrator.run(&mut system, &mut (), t), Stopped::AtEnd);
         let y = integrator.state().to_vec();
         system.stiff_matrices(&mut matrices);
-        let largest = [&matrices.stiffness, &matrices.damping].map(|matrix| matrix.amax());
-        let rest = [&matrices.integrated_stiffness, &matrices.integrated_damping].map(|matrix| matrix.amax());
-        joined += usize::from(largest[0] > 1e8);
+        states.insert(system.discrete_state());
         for body in 0..b {
-            let positions = slope(&mut system, t, &y, (block.positions + body, 1e-9));
-            let velocities = slope(&mut system, t, &y, (block.velocities + body, 1e-5));
-            for other in 0..b {
-                let at = block.velocities + other;
-                let (k, c) = (-matrices.stiffness[(other, body)], -matrices.damping[(other, body)]);
-                assert!((positions[at] - k).abs() < 1e-3 * largest[0].max(1e8), "{t}: {} and {k}", positions[at]);
-                // Friction at rest is not in the matrices: of the cylinder 40 N over 0.01 m/s on 6.5 kg, within it far less.
-                let friction = if (body, other) == (CYLINDER, CYLINDER) { 650.0 } else { 60.0 };
-                let bound = 2e-3 * largest[1].max(1e3) + friction;
-                assert!((velocities[at] - c).abs() < bound, "{t}: {} and {c}", velocities[at]);
-            }
-            for point in 0..width {
-                let at = block.integrals.0 + point;
-                let (k, c) = (matrices.integrated_stiffness[(point, body)], matrices.integrated_damping[(point, body)]);
-                assert!((positions[at] - k).abs() < 2e-3 * rest[0].max(3e7), "{t}: {} and {k}", positions[at]);
-                let friction = if body == CYLINDER { 4200.0 } else { 100.0 };
-                let bound = 2e-3 * rest[1].max(4e3) + friction;
-                assert!((velocities[at] - c).abs() < bound, "{t}: {} and {c}", velocities[at]);
-            }
+            check_body(&mut system, (t, &y), (&block, body), &matrices);
         }
-        let (from, count) = block.relaxing;
-        let mut lambda = vec![0.0; count];
-        system.relaxation(t, &y, &mut lambda);
-        for (chamber, lambda) in lambda.iter().enumerate().filter(|(_, lambda)| **lambda > 0.0) {
-            let index = from + chamber;
-            let found = -slope(&mut system, t, &y, (index, 1e-3))[index];
-            // The slope holds the adiabatic part, -a V'/V, as well.
-            assert!((found / lambda - 1.0).abs() < 1e-2, "{t}, chamber {chamber}: {found} and {lambda}");
-            relaxing += 1;
-        }
+        relaxing += check_chambers(&mut system, (t, &y), block.relaxing);
     }
-    println!("{joined} states with hard contacts, {relaxing} relaxing chambers");
-    assert!(joined > 10 && relaxing > 10);
+    // Different sets of closed contacts, and chambers close to ambient pressure.
+    assert!(states.len() >= 5 && relaxing > 10, "{} states, {relaxing} chambers", states.len());
 }

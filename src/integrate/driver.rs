@@ -491,22 +491,30 @@ impl WithSimd for ErrorNorm<'_> {
 mod tests {
     use super::*;
 
-    /// The norm is the largest scaled estimate, and anything not finite in any stage of any component survives.
+    /// The norm is the largest scaled estimate wherever it stands, in whole blocks and after them, and anything not finite in
+    /// any stage of any controlled component survives.
     #[test]
     fn error_norm_keeps_what_is_not_finite() {
-        let n = 3;
+        const CONTROLLED: usize = 2 * LANES + 2;
+        let n = CONTROLLED + 1;
+        let inverse_scales: Vec<f64> = (1..=CONTROLLED).map(|i| 1.0 / i as f64).collect();
+        let norm =
+            |stages: &[f64]| Arch::new().dispatch(ErrorNorm { inverse_scales: &inverse_scales, h: 0.1, stages, n });
         let mut stages = vec![0.0; STAGES * n];
-        stages[(STAGES - 1) * n] = 66.0;
-        stages[(STAGES - 1) * n + 1] = -660.0;
-        // The third component is a quadrature: not controlled.
-        stages[(STAGES - 1) * n + 2] = 1e9;
-        let norm = |stages: &[f64]| Arch::new().dispatch(ErrorNorm { inverse_scales: &[1.0, 0.5], h: 0.1, stages, n });
-        assert!((norm(&stages) - 0.5).abs() < 1e-15);
-        for bad in [f64::NAN, f64::INFINITY] {
-            for stage in 0..STAGES {
+        let last = (STAGES - 1) * n;
+        stages[last..].fill(6.6);
+        // The last component is a quadrature: not controlled.
+        stages[last + CONTROLLED] = 1e9;
+        for (i, scale) in inverse_scales.iter().enumerate() {
+            let mut one = stages.clone();
+            one[last + i] = -6600.0;
+            assert!((norm(&one) - 10.0 * scale).abs() < 1e-13, "component {i}: {}", norm(&one));
+            for (bad, stage) in
+                [f64::NAN, f64::INFINITY].into_iter().flat_map(|bad| (0..STAGES).map(move |stage| (bad, stage)))
+            {
                 let mut spoilt = stages.clone();
-                spoilt[stage * n] = bad;
-                assert!(norm(&spoilt).is_nan(), "{bad} in stage {stage}");
+                spoilt[stage * n + i] = bad;
+                assert!(norm(&spoilt).is_nan(), "{bad} in stage {stage} of component {i}");
             }
         }
     }

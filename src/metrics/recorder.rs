@@ -209,14 +209,14 @@ impl Observer<Coupled<'_>> for Recorder {
     }
 }
 
-/// Bound of the absolute value that a sum of components with coefficients, less `offset`, takes within a step.
+/// Practical bound of the absolute value that a sum of components with coefficients, less `offset`, takes within a step.
 fn reach(step: &Step<'_>, terms: impl Iterator<Item = (usize, f64)> + Clone, offset: f64) -> f64 {
     let start = terms.clone().map(|(index, c)| c * step.start()[index]).sum::<f64>() - offset;
     start.abs() + step.h * step.largest_rate(terms)
 }
 
-/// Bounds within a step of the force, were it closed, between a hammer's chisel and its casting, N, and of the casting's
-/// velocity there, m/s.
+/// Practical bounds within a step of the force, were it closed, between a hammer's chisel and its casting, N, and of the
+/// casting's velocity there, m/s.
 fn strike_reach(system: &Coupled<'_>, hammer: usize, step: &Step<'_>) -> [f64; 2] {
     let model = system.model();
     let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
@@ -225,7 +225,7 @@ fn strike_reach(system: &Coupled<'_>, hammer: usize, step: &Step<'_>) -> [f64; 2
     let row = || elements.row(elements.contact_row(slot.strike));
     let velocities = || row().map(|(body, c)| (layout.velocity(body), c));
     let penetration = reach(step, row().map(|(body, c)| (layout.position(body), c)), contact.offset_m);
-    // Every law's force grows with both.
+    // The absolute force of every law is largest where both are.
     let force = contact.law.closed_force(penetration, reach(step, velocities(), 0.0));
     let chisel = layout.velocity(slot.points[body::CHISEL]);
     [force, reach(step, velocities().filter(|(index, _)| *index != chisel), 0.0)]

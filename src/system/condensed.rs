@@ -1,4 +1,4 @@
-//! The structure's modes condensed to its interface points: exact between renewals, without modes in the state.
+//! The structure's modes condensed to its interface points, exact to about 1e-7, without modes in the state.
 //!
 //! From a base time on, each mode's free motion is known and its response to the interface forces is a convolution with its
 //! impulse response `g`, `g'' + 2 xi omega g' + omega^2 g = 0`, `g(0) = 0`, `g'(0) = 1`. With a polynomial
@@ -32,7 +32,7 @@ pub(super) const ORDER: usize = 11;
 /// Coefficients of `g`.
 const GAMMAS: usize = ORDER - 1;
 /// Angle by which the fastest mode may turn between renewals, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
-/// its amplitude, `g'` by 5e-7 and `g''` by 3e-6; slower modes err far less.
+/// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less.
 const TURN_RAD: f64 = 4.0;
 /// Terms of the series of the free motion, from `tau^0` to `tau^ORDER`, rounded up to whole vector registers.
 const TERMS: usize = (ORDER + 1).next_multiple_of(LANES);
@@ -40,7 +40,8 @@ const TERMS: usize = (ORDER + 1).next_multiple_of(LANES);
 /// Time in s that a right-hand side advances by on average, a sixth of a step between contacts.
 const ADVANCE_S: f64 = 8e-6;
 
-/// Whether condensing costs less than integrating the modes, by multiplications per right-hand side.
+/// Whether condensing costs less than integrating the modes, by multiplications per right-hand side; their weights are
+/// measured (`cargo bench --bench rig`, growth with hammers and with modes).
 ///
 /// Integrated, each mode costs two products with its shape and its part of the stages; condensed, each point costs its
 /// rows, and each mode its share of the renewals, which come the more often the faster the fastest mode is.
@@ -63,10 +64,10 @@ fn fastest(modes: &Modes) -> f64 {
     modes.omega_squared.iter().zip(&modes.damping).map(rate).fold(0.0, f64::max)
 }
 
-/// `gamma_1` to `gamma_GAMMAS` of a mode for times up to `horizon_s`.
+/// `gamma_1` to `gamma_GAMMAS` of a mode, `gamma_k` in s^(1-k), for times up to the horizon `T`.
 ///
 /// With `g'' = sum_j a_j x^j`, `x = tau / T`, and its integrals `g' = 1 + ...`, `g = tau + ...` the equation of `g` holds at the
-/// Chebyshev points of `0 < x < 1`: one small linear system. `None` if it is singular.
+/// Chebyshev points of `0 < x < 1`: one small linear system for `T a_j`. `None` if the mode is not finite.
 fn impulse_response((omega_squared, damping): (f64, f64), horizon_s: f64) -> Option<[f64; GAMMAS]> {
     const N: usize = GAMMAS - 1;
     let mut gamma = [0.0; GAMMAS];
@@ -78,10 +79,9 @@ fn impulse_response((omega_squared, damping): (f64, f64), horizon_s: f64) -> Opt
     let (by_velocity, by_displacement) = (damping * horizon_s, omega_squared * horizon_s * horizon_s);
     let node = |i: usize| 0.5 - 0.5 * ((i as f64 + 0.5) * std::f64::consts::PI / N as f64).cos();
     let matrix = SMatrix::<f64, N, N>::from_fn(|i, j| {
-        let (x, j) = (node(i), j as f64);
-        x.powf(j) * (1.0 + x / (j + 1.0) * (by_velocity + by_displacement * x / (j + 2.0)))
+        let (x, power, j) = (node(i), node(i).powi(j as i32), j as f64);
+        power * (1.0 + x / (j + 1.0) * (by_velocity + by_displacement * x / (j + 2.0)))
     });
-    // In units of 1 / T: g'' T.
     let load = SVector::<f64, N>::from_fn(|i, _| -by_velocity - by_displacement * node(i));
     let solution = matrix.lu().solve(&load)?;
     let mut factor = 1.0 / horizon_s;
@@ -89,7 +89,7 @@ fn impulse_response((omega_squared, damping): (f64, f64), horizon_s: f64) -> Opt
         gamma[j + 1] = value * factor;
         factor *= (j + 1) as f64 / horizon_s;
     }
-    Some(gamma)
+    gamma.iter().all(|gamma| gamma.is_finite()).then_some(gamma)
 }
 
 /// Constants of the condensed structure.
@@ -122,7 +122,7 @@ pub(super) struct Motion<'a> {
 }
 
 impl Condensation {
-    /// Condenses modes; `None` for a structure without modes, or with one that is not finite.
+    /// Condenses modes; `None`, and they are integrated, for a structure without modes or with one that is not finite.
     pub fn new(modes: &Modes) -> Option<Self> {
         if modes.omega_squared.is_empty() {
             return None;
@@ -268,7 +268,7 @@ fn product(a: Lanes, b: Lanes) -> Lanes {
 
 /// `tau^k / k!` from 0 on.
 #[inline(always)]
-fn taylor(tau: f64) -> [f64; ORDER + 1] {
+fn scaled_powers(tau: f64) -> [f64; ORDER + 1] {
     let mut terms = [1.0; ORDER + 1];
     for k in 1..=ORDER {
         terms[k] = terms[k - 1] * (tau / k as f64);
@@ -304,7 +304,7 @@ impl Base {
 
     /// Strain and kinetic energy of the modes at `t`, J.
     pub fn energy(&self, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
-        let terms = taylor(t - self.time_s);
+        let terms = scaled_powers(t - self.time_s);
         let energy = |(at, block): (usize, &Block)| {
             let [displacement, velocity] = self.moved(condensation, at, &terms, z);
             (0..WIDTH).map(|i| 0.5 * (block.stiffness[i] * displacement[i].powi(2) + velocity[i].powi(2))).sum::<f64>()
@@ -350,7 +350,7 @@ impl Base {
     /// Brings the modes to time `t` and sums the series of their free motion from there.
     #[inline(always)]
     fn renew_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
-        let terms = taylor(t - self.time_s);
+        let terms = scaled_powers(t - self.time_s);
         let points = condensation.points;
         self.sums.fill([[0.0; WIDTH]; ORDER + 1]);
         for (at, block) in condensation.blocks.iter().enumerate() {
@@ -368,7 +368,8 @@ impl Base {
                 }
             }
         }
-        let factor = taylor(1.0);
+        // 1 / k!.
+        let factor = scaled_powers(1.0);
         for ([displacement, velocity, acceleration], sums) in self.free.iter_mut().zip(&self.sums) {
             for (k, sum) in sums.iter().enumerate() {
                 let coefficient = factor[k] * sum.iter().sum::<f64>();
@@ -446,7 +447,7 @@ mod tests {
             let gamma = impulse_response((omega * omega, 2.0 * decay), horizon_s).unwrap();
             for part in 0..=50_u32 {
                 let t = horizon_s * f64::from(part) / 50.0;
-                let terms = taylor(t);
+                let terms = scaled_powers(t);
                 let (g, slope): (f64, f64) = gamma
                     .iter()
                     .enumerate()
@@ -508,6 +509,25 @@ mod tests {
             (0..3).map(|s| 0.5 * (modes.omega_squared[s] * modal[s][0].powi(2) + modal[s][1].powi(2))).sum();
         let found = base.energy(&condensation, base.time_s, &z(0.0));
         assert!((found / energy - 1.0).abs() < 1e-8, "{found} and {energy}");
+    }
+
+    /// A mode that is not a number is not condensed; one that only floats is, for ever.
+    #[test]
+    fn modes_that_are_not_finite() {
+        let one = |omega_squared: f64, damping: f64| Modes {
+            omega_squared: DVector::from_element(1, omega_squared),
+            damping: DVector::from_element(1, damping),
+            phi: DMatrix::from_element(1, 1, 0.5),
+        };
+        for (omega_squared, damping) in [(f64::NAN, 0.0), (1e6, f64::NAN), (f64::INFINITY, 0.0)] {
+            assert!(Condensation::new(&one(omega_squared, damping)).is_none(), "{omega_squared}, {damping}");
+        }
+        let floating = Condensation::new(&one(0.0, 0.0)).unwrap();
+        assert_eq!(floating.horizon_s, f64::INFINITY);
+        // A force of 8 N for 3 s on 1 / 0.25 kg: 9 m at 6 m/s.
+        let z: Vec<f64> = scaled_powers(3.0)[1..].iter().map(|power| 8.0 * power).collect();
+        let [w, v, a] = floating.point(&Base::at_rest(&floating), 3.0, &z, 0);
+        assert!((w - 9.0).abs() < 1e-12 && (v - 6.0).abs() < 1e-12 && a == 0.0, "{w}, {v}, {a}");
     }
 
     /// Few points and slow modes are condensed, many points or fast modes are integrated.
