@@ -95,8 +95,14 @@ impl<'a> Step<'a> {
     /// Writes the whole state at fraction `theta` into `y`.
     pub fn state(&self, theta: f64, y: &mut [f64]) {
         let weights = self.dense.weights(theta);
-        for (index, value) in y.iter_mut().enumerate() {
-            *value = self.component_with(index, &weights);
+        y.fill(0.0);
+        for (weight, rates) in weights.iter().zip(self.stages.chunks_exact(self.y0.len())) {
+            for (sum, rate) in y.iter_mut().zip(rates) {
+                *sum += weight * rate;
+            }
+        }
+        for (value, start) in y.iter_mut().zip(self.y0) {
+            *value = start + self.h * *value;
         }
     }
 

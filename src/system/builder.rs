@@ -8,7 +8,8 @@ use crate::scene::{Environment, Guide, HammerUnit, ModeTreatment, Scene};
 use crate::system::condensed::{self, Condensation};
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
 use crate::system::layout::Layout;
-use crate::system::model::{CastingSlot, CoupledModel, HammerSlot, Modes, TiedGuides};
+use crate::system::modal::{Modes, TiedGuides};
+use crate::system::model::{CastingSlot, CoupledModel, HammerSlot};
 use crate::workpiece::WorkpieceError;
 
 /// Error scale of a body's position in m: at tolerance 1 a step may miss a contact force by about one per cent of its peak.
@@ -207,11 +208,11 @@ fn excited_modes(modes: &InterfaceModes) -> Modes {
     let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
     let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
     let omega = |k: &usize| modes.omega_rad_s[*k];
-    Modes {
-        omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
-        damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
-        phi: DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
-    }
+    Modes::new(
+        DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
+        DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
+        DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
+    )
 }
 
 /// Adds the springs and contacts of one hammer.
@@ -316,9 +317,9 @@ fn tied_guides(scene: &Scene, phi: &DMatrix<f64>) -> Result<Option<TiedGuides>, 
     if scene.solver.guide == Guide::Spring || scene.hammers.is_empty() {
         return Ok(None);
     }
-    let mounts = (0..scene.hammers.len()).collect();
+    // Their mounts are the first interface points.
     let mass = scene.hammers.iter().map(|unit| unit.parameters.guide.mass_kg).collect();
-    TiedGuides::new(phi, mounts, mass).map(Some).ok_or(BuildError::GuideMass)
+    TiedGuides::new(phi, mass).map(Some).ok_or(BuildError::GuideMass)
 }
 
 fn castings(scene: &Scene, numbering: &Numbering) -> Vec<CastingSlot> {

@@ -25,7 +25,8 @@
 use nalgebra::{DMatrix, SMatrix, SVector};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::system::model::Modes;
+use crate::system::modal::{Modes, Motion};
+use crate::system::products::{LANES, add_products};
 
 /// Repeated integrals per interface point.
 pub(super) const ORDER: usize = 11;
@@ -49,7 +50,7 @@ pub(super) fn pays(modes: &Modes) -> bool {
     let (count, points) = modes.phi.shape();
     let (count, points) = (count as f64, points as f64);
     let order = ORDER as f64;
-    let integrated = count * (4.5 * points + 25.0);
+    let integrated = count * (3.0 * points + 25.0);
     let renewal = count * order * (2.0 * points + 6.0);
     let condensed = points * order * (3.0 * points + 11.0);
     condensed + renewal * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
@@ -112,13 +113,6 @@ pub(super) struct Condensation {
 struct Block {
     stiffness: Lanes,
     gamma: [Lanes; GAMMAS],
-}
-
-/// Motion of the interface points, accelerations without the direct part `Gamma_1 F`.
-pub(super) struct Motion<'a> {
-    pub displacement: &'a mut [f64],
-    pub velocity: &'a mut [f64],
-    pub acceleration: &'a mut [f64],
 }
 
 impl Condensation {
@@ -225,18 +219,6 @@ impl Condensation {
     }
 }
 
-/// Adds `a b` to independent sums; returns the sum of what fills no whole block of them.
-#[inline(always)]
-fn add_products(sums: &mut [f64; LANES], a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum()
-}
-
 /// Powers of `tau` from 0 on.
 #[inline(always)]
 fn powers(tau: f64) -> [f64; TERMS] {
@@ -249,8 +231,6 @@ fn powers(tau: f64) -> [f64; TERMS] {
     powers
 }
 
-/// Independent sums, so that the compiler can use vector registers.
-const LANES: usize = 4;
 /// Modes treated together in a renewal: sums along the series are long chains, and several hide each other's latency.
 const WIDTH: usize = 16;
 type Lanes = [f64; WIDTH];
@@ -412,11 +392,11 @@ mod tests {
     /// Two points, three modes: one that floats, one undamped, one damped.
     fn modes() -> Modes {
         let (omega, ratio): ([f64; 3], [f64; 3]) = ([0.0, 700.0, 2000.0], [0.0, 0.0, 0.05]);
-        Modes {
-            omega_squared: DVector::from_fn(3, |s, _| omega[s] * omega[s]),
-            damping: DVector::from_fn(3, |s, _| 2.0 * ratio[s] * omega[s]),
-            phi: DMatrix::from_row_slice(3, 2, &[0.1, 0.1, 0.3, -0.2, 0.25, 0.4]),
-        }
+        Modes::new(
+            DVector::from_fn(3, |s, _| omega[s] * omega[s]),
+            DVector::from_fn(3, |s, _| 2.0 * ratio[s] * omega[s]),
+            DMatrix::from_row_slice(3, 2, &[0.1, 0.1, 0.3, -0.2, 0.25, 0.4]),
+        )
     }
 
     /// Displacement and velocity of a mode under the constant modal force `f` from rest: the closed form.
@@ -438,11 +418,11 @@ mod tests {
         let omega = 900.0_f64;
         for ratio in [0.0, 0.02, 0.5, 0.999, 1.001, 5.0_f64] {
             let (decay, rest) = (ratio * omega, (1.0 - ratio * ratio).abs().sqrt() * omega);
-            let one = Modes {
-                omega_squared: DVector::from_element(1, omega * omega),
-                damping: DVector::from_element(1, 2.0 * decay),
-                phi: DMatrix::from_element(1, 1, 1.0),
-            };
+            let one = Modes::new(
+                DVector::from_element(1, omega * omega),
+                DVector::from_element(1, 2.0 * decay),
+                DMatrix::from_element(1, 1, 1.0),
+            );
             let horizon_s = TURN_RAD / fastest(&one);
             let gamma = impulse_response((omega * omega, 2.0 * decay), horizon_s).unwrap();
             for part in 0..=50_u32 {
@@ -514,10 +494,12 @@ mod tests {
     /// A mode that is not a number is not condensed; one that only floats is, for ever.
     #[test]
     fn modes_that_are_not_finite() {
-        let one = |omega_squared: f64, damping: f64| Modes {
-            omega_squared: DVector::from_element(1, omega_squared),
-            damping: DVector::from_element(1, damping),
-            phi: DMatrix::from_element(1, 1, 0.5),
+        let one = |omega_squared: f64, damping: f64| {
+            Modes::new(
+                DVector::from_element(1, omega_squared),
+                DVector::from_element(1, damping),
+                DMatrix::from_element(1, 1, 0.5),
+            )
         };
         for (omega_squared, damping) in [(f64::NAN, 0.0), (1e6, f64::NAN), (f64::INFINITY, 0.0)] {
             assert!(Condensation::new(&one(omega_squared, damping)).is_none(), "{omega_squared}, {damping}");
@@ -533,10 +515,12 @@ mod tests {
     /// Few points and slow modes are condensed, many points or fast modes are integrated.
     #[test]
     fn what_pays() {
-        let some = |count: usize, points: usize, fastest: f64| Modes {
-            omega_squared: DVector::from_element(count, fastest * fastest),
-            damping: DVector::zeros(count),
-            phi: DMatrix::from_element(count, points, 0.1),
+        let some = |count: usize, points: usize, fastest: f64| {
+            Modes::new(
+                DVector::from_element(count, fastest * fastest),
+                DVector::zeros(count),
+                DMatrix::from_element(count, points, 0.1),
+            )
         };
         assert!(pays(&some(60, 2, 6283.0)) && pays(&some(171, 2, 18_850.0)));
         assert!(!pays(&some(10, 2, 300.0)) && !pays(&some(60, 16, 6283.0)) && !pays(&some(60, 2, 3e5)));

@@ -1,14 +1,14 @@
 //! The coupled model with its discrete state, as the integrator sees it.
 
-use nalgebra::{DVector, DVectorView, DVectorViewMut};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::hammer::{HammerState, body, chamber};
 use crate::integrate::{GuardSample, StiffBlock, StiffMatrices, System};
-use crate::system::condensed::{self, Base, Condensation, Motion};
+use crate::system::condensed::{self, Base};
 use crate::system::elements::ContactKind;
 use crate::system::layout::HammerQuadrature;
-use crate::system::model::{CoupledModel, TiedGuides};
+use crate::system::modal::Motion;
+use crate::system::model::CoupledModel;
 
 /// Most bodies for which exponential steps are offered: those of one hammer and what it strikes, and one hammer more.
 const STIFF_BODIES: usize = 10;
@@ -22,6 +22,8 @@ pub struct Coupled<'a> {
     pub(super) closed: Vec<bool>,
     /// Whether forces of contacts follow the state alone, see [`System::follow_state`].
     following: bool,
+    /// Contacts that may exert a force: the closed ones, or all where forces follow the state.
+    acting: Vec<usize>,
     /// How often each supply has been switched: it is on after an odd number of times.
     supply_switched: Vec<usize>,
     gate_open: Vec<bool>,
@@ -32,11 +34,11 @@ pub struct Coupled<'a> {
     displacement: Vec<f64>,
     velocity: Vec<f64>,
     force: Vec<f64>,
-    /// Accelerations of condensed interface points without the direct part of the forces.
+    /// Accelerations of interface points without what forces on them cause at once; changed when guides take their share.
     acceleration: Vec<f64>,
-    /// Accelerations of the tied guides' mounts, and their correction.
-    mount_acceleration: DVector<f64>,
-    mount_correction: DVector<f64>,
+    /// Accelerations of integrated modes without forces, and the power that they dissipate, W.
+    free: Vec<f64>,
+    modal_loss: f64,
 }
 
 /// Sums over one right-hand side.
@@ -51,12 +53,12 @@ impl<'a> Coupled<'a> {
     pub fn new(model: &'a CoupledModel) -> Self {
         let hammers = model.hammers.len();
         let points = model.layout.bodies + model.modes.phi.ncols();
-        let tied = model.tied.as_ref().map_or(0, |tied| tied.mounts.len());
         let mut system = Self {
             model,
             base: model.condensation.as_ref().map(Base::at_rest),
             closed: vec![false; model.elements.contacts().len()],
             following: false,
+            acting: Vec::with_capacity(model.elements.contacts().len()),
             supply_switched: vec![0; hammers],
             gate_open: vec![false; hammers],
             gate_time_s: vec![f64::INFINITY; hammers],
@@ -65,13 +67,14 @@ impl<'a> Coupled<'a> {
             velocity: vec![0.0; points],
             force: vec![0.0; points],
             acceleration: vec![0.0; model.modes.phi.ncols()],
-            mount_acceleration: DVector::zeros(tied),
-            mount_correction: DVector::zeros(tied),
+            free: vec![0.0; model.layout.structure[1]],
+            modal_loss: 0.0,
         };
         for contact in 0..system.closed.len() {
             let (d, rate) = system.penetration(contact, 0.0, &model.initial);
             system.closed[contact] = model.elements.contacts()[contact].law.onset_indicator(d, rate) > 0.0;
         }
+        system.list_acting();
         system
     }
 
@@ -88,6 +91,13 @@ impl<'a> Coupled<'a> {
     /// Whether a hammer's percussion gate is open.
     pub fn gate_open(&self, hammer: usize) -> bool {
         self.gate_open[hammer]
+    }
+
+    /// Lists the contacts that may exert a force.
+    fn list_acting(&mut self) {
+        self.acting.clear();
+        let (closed, following) = (&self.closed, self.following);
+        self.acting.extend((0..closed.len()).filter(|&contact| following || closed[contact]));
     }
 
     /// Writes the right-hand side.
@@ -110,32 +120,23 @@ impl<'a> Coupled<'a> {
         let b = layout.bodies;
         self.displacement[..b].copy_from_slice(&y[layout.position(0)..layout.velocities()]);
         self.velocity[..b].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
+        let mut motion = Motion {
+            displacement: &mut self.displacement[b..],
+            velocity: &mut self.velocity[b..],
+            acceleration: &mut self.acceleration,
+        };
+        // Only tied guides ask for accelerations, and hammers' mounts are the first points.
+        let accelerated = self.model.tied.as_ref().map_or(0, |tied| tied.mass.len());
+        let states = &y[layout.structure_displacements()];
         match (&self.base, &self.model.condensation) {
             (Some(base), Some(condensation)) => {
-                let mut motion = Motion {
-                    displacement: &mut self.displacement[b..],
-                    velocity: &mut self.velocity[b..],
-                    acceleration: &mut self.acceleration,
-                };
-                // Only tied guides ask for accelerations, and hammers' mounts are the first points.
-                let accelerated = self.model.tied.as_ref().map_or(0, |tied| tied.mounts.len());
-                let z = &y[layout.structure_displacements()];
-                condensation.motion((base, t - base.time_s), z, accelerated, &mut motion);
+                condensation.motion((base, t - base.time_s), states, accelerated, &mut motion);
             }
             _ => {
-                let parts = [
-                    (&mut self.displacement, layout.structure_displacements()),
-                    (&mut self.velocity, layout.structure_velocities()),
-                ];
-                for (points, range) in parts {
-                    let (modes, nodes) = (range.len(), points.len() - b);
-                    DVectorViewMut::from_slice(&mut points[b..], nodes).gemv_tr(
-                        1.0,
-                        &self.model.modes.phi,
-                        &DVectorView::from_slice(&y[range], modes),
-                        0.0,
-                    );
-                }
+                let velocities = &y[layout.structure_velocities()];
+                let modes = &self.model.modes;
+                self.modal_loss = modes.free_accelerations(states, velocities, &mut self.free);
+                modes.motion([states, velocities, &self.free], accelerated, &mut motion);
             }
         }
     }
@@ -180,19 +181,15 @@ impl<'a> Coupled<'a> {
         let model = self.model;
         let elements = &model.elements;
         for (row, spring) in elements.springs().iter().enumerate() {
-            let speed = elements.value(row, &self.velocity);
-            let force =
-                spring.stiffness_n_per_m * elements.value(row, &self.displacement) + spring.damping_n_s_per_m * speed;
+            let [extension, speed] = elements.values(row, [&self.displacement, &self.velocity]);
+            let force = spring.stiffness_n_per_m * extension + spring.damping_n_s_per_m * speed;
             elements.apply(row, force, &mut self.force);
             power.dissipated += spring.damping_n_s_per_m * speed * speed;
         }
-        for (index, contact) in elements.contacts().iter().enumerate() {
-            if !(self.closed[index] || self.following) {
-                continue;
-            }
-            let row = elements.contact_row(index);
-            let speed = elements.value(row, &self.velocity);
-            let penetration = elements.value(row, &self.displacement) - contact.offset_m;
+        for &index in &self.acting {
+            let (contact, row) = (&elements.contacts()[index], elements.contact_row(index));
+            let [d, speed] = elements.values(row, [&self.displacement, &self.velocity]);
+            let penetration = d - contact.offset_m;
             if self.following && contact.law.onset_indicator(penetration, speed) <= 0.0 {
                 continue;
             }
@@ -209,67 +206,50 @@ impl<'a> Coupled<'a> {
         }
     }
 
-    /// Accelerations of the bodies and rates of the structure from the forces on the points.
+    /// Accelerations of the bodies and rates of the structure from the forces on the points; tied guides take their share of the
+    /// forces on their mounts.
     #[inline(always)]
     fn accelerations(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
         let model = self.model;
         let layout = &model.layout;
         let b = layout.bodies;
         rate[layout.position(0)..layout.velocities()].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
-        for (body, mass) in model.body_mass.iter().enumerate() {
-            rate[layout.velocity(body)] = self.force[body] / mass;
+        let acceleration = &mut rate[layout.velocity(0)..layout.velocity(b)];
+        for ((acceleration, force), mass) in acceleration.iter_mut().zip(&self.force).zip(&model.body_mass) {
+            *acceleration = force / mass;
         }
-        match &model.condensation {
-            Some(condensation) => self.integral_rates(condensation, y, rate),
-            None => self.modal_rates(y, rate, power),
+        let force = &mut self.force[b..];
+        if let Some(tied) = &model.tied {
+            tied.share(force, &mut self.acceleration);
+        }
+        if model.condensation.is_some() {
+            self.integral_rates(y, rate);
+        } else {
+            self.modal_rates(y, rate);
+            power.dissipated += self.modal_loss;
         }
     }
 
-    /// `z_1' = F`, `z_{k+1}' = z_k`; tied guides take their share of the forces on their mounts.
+    /// `z_1' = F`, `z_{k+1}' = z_k`.
     #[inline(always)]
-    fn integral_rates(&mut self, condensation: &Condensation, y: &[f64], rate: &mut [f64]) {
+    fn integral_rates(&self, y: &[f64], rate: &mut [f64]) {
         let layout = &self.model.layout;
-        let force = &mut self.force[layout.bodies..];
-        if let Some(tied) = &self.model.tied {
-            let scratch = (&mut self.mount_acceleration, &mut self.mount_correction);
-            share_with_guides((tied, condensation), |mount| self.acceleration[mount], force, scratch);
-        }
+        let (force, velocity) = (&self.force[layout.bodies..], &self.velocity[layout.bodies..]);
         let (points, states) = (force.len(), layout.structure[0]);
         rate[..points].copy_from_slice(force);
-        let velocity = &self.velocity[layout.bodies..];
         rate[layout.structure_work()] = force.iter().zip(velocity).map(|(force, velocity)| force * velocity).sum();
         rate[points..states].copy_from_slice(&y[..states - points]);
     }
 
-    /// `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode; tied guides by their low-rank update.
+    /// `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode.
     #[inline(always)]
-    fn modal_rates(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
-        let model = self.model;
-        let layout = &model.layout;
-        let (x, v) = (&y[layout.structure_displacements()], &y[layout.structure_velocities()]);
-        rate[layout.structure_displacements()].copy_from_slice(v);
+    fn modal_rates(&self, y: &[f64], rate: &mut [f64]) {
+        let layout = &self.model.layout;
+        rate[layout.structure_displacements()].copy_from_slice(&y[layout.structure_velocities()]);
         rate[layout.structure_work()] = 0.0;
         let acceleration = &mut rate[layout.structure_velocities()];
-        let modes = x.len();
-        let mut modal_loss = 0.0;
-        for s in 0..modes {
-            let damping = model.modes.damping[s] * v[s];
-            acceleration[s] = -model.modes.omega_squared[s] * x[s] - damping;
-            modal_loss += damping * v[s];
-        }
-        power.dissipated += modal_loss;
-        let mut acceleration = DVectorViewMut::from_slice(acceleration, modes);
-        let node_force = &self.force[layout.bodies..];
-        acceleration.gemv(1.0, &model.modes.phi, &DVectorView::from_slice(node_force, node_force.len()), 1.0);
-        if let Some(tied) = &model.tied {
-            for (at, &mount) in tied.mounts.iter().enumerate() {
-                self.mount_acceleration[at] = model.modes.phi.column(mount).dot(&acceleration);
-            }
-            correct(tied, &self.mount_acceleration, &mut self.mount_correction);
-            for (at, &mount) in tied.mounts.iter().enumerate() {
-                acceleration.axpy(-self.mount_correction[at], &model.modes.phi.column(mount), 1.0);
-            }
-        }
+        acceleration.copy_from_slice(&self.free);
+        self.model.modes.add_forces(&self.force[layout.bodies..], acceleration);
     }
 
     fn refresh_gate(&mut self, contact: usize, t: f64) {
@@ -329,30 +309,6 @@ impl WithSimd for Evaluation<'_, '_> {
     }
 }
 
-/// Forces that tied guides take from their mounts, which would accelerate by `acceleration` without them.
-fn correct(tied: &TiedGuides, acceleration: &DVector<f64>, force: &mut DVector<f64>) {
-    force.gemv(1.0, &tied.update, acceleration, 0.0);
-}
-
-/// Takes from the forces on interface points what moves the tied guides, whose mounts would accelerate by `own` without
-/// any force; the scratch vectors have an entry per guide.
-#[inline(always)]
-fn share_with_guides(
-    (tied, condensation): (&TiedGuides, &Condensation),
-    own: impl Fn(usize) -> f64,
-    force: &mut [f64],
-    (acceleration, correction): (&mut DVector<f64>, &mut DVector<f64>),
-) {
-    for (at, &mount) in tied.mounts.iter().enumerate() {
-        let direct = force.iter().enumerate().map(|(m, force)| condensation.direct(mount, m) * force);
-        acceleration[at] = own(mount) + direct.sum::<f64>();
-    }
-    correct(tied, acceleration, correction);
-    for (at, &mount) in tied.mounts.iter().enumerate() {
-        force[mount] -= correction[at];
-    }
-}
-
 impl System for Coupled<'_> {
     fn dimension(&self) -> usize {
         self.model.layout.dimension()
@@ -391,8 +347,8 @@ impl System for Coupled<'_> {
         for (guard, sample) in samples.iter_mut().enumerate() {
             let (contact, row) = (&elements.contacts()[guard], elements.contact_row(guard));
             let law = &contact.law;
-            let d = elements.value(row, &self.displacement) - contact.offset_m;
-            let speed = elements.value(row, &self.velocity);
+            let [d, speed] = elements.values(row, [&self.displacement, &self.velocity]);
+            let d = d - contact.offset_m;
             *sample = if self.closed[guard] {
                 let acceleration = self.relative_acceleration(row, t, (y, rate));
                 let (smooth, smooth_rate) = law.smooth_release(d, speed, acceleration);
@@ -405,6 +361,7 @@ impl System for Coupled<'_> {
 
     fn follow_state(&mut self, follow: bool) -> bool {
         self.following = follow;
+        self.list_acting();
         follow
     }
 
@@ -478,8 +435,8 @@ impl System for Coupled<'_> {
         if let (Some(condensation), Some(tied)) = (&model.condensation, &model.tied) {
             for matrix in [integrated_stiffness, integrated_damping] {
                 for force in matrix.as_mut_slice().chunks_exact_mut(condensation.points()) {
-                    let scratch = (&mut self.mount_acceleration, &mut self.mount_correction);
-                    share_with_guides((tied, condensation), |_| 0.0, force, scratch);
+                    self.acceleration.fill(0.0);
+                    tied.share(force, &mut self.acceleration);
                 }
             }
         }
@@ -500,6 +457,7 @@ impl System for Coupled<'_> {
         }
         let stored = self.model.elements.contacts()[guard].law.stored_energy(d);
         self.closed[guard] = !self.closed[guard];
+        self.list_acting();
         if self.closed[guard] {
             self.released_energy_j -= stored;
             self.refresh_gate(guard, t);

@@ -59,7 +59,8 @@ pub struct Contact {
 #[derive(Debug, Clone)]
 pub struct Elements {
     rows: CsMat<f64>,
-    /// Entries of each row within the matrix: the step loop reads them without asking the matrix for its offsets.
+    /// Entries of the rows one after the other and the range of each row among them: what the step loop reads.
+    entries: Vec<(usize, f64)>,
     ranges: Vec<Range<usize>>,
     springs: Vec<Spring>,
     contacts: Vec<Contact>,
@@ -95,6 +96,7 @@ impl ElementsBuilder {
         }
         let rows: CsMat<f64> = matrix.to_csr();
         Elements {
+            entries: rows.indices().iter().copied().zip(rows.data().iter().copied()).collect(),
             ranges: (0..rows.rows()).map(|row| rows.indptr().outer_inds_sz(row)).collect(),
             rows,
             springs: self.springs.into_iter().map(|(_, spring)| spring).collect(),
@@ -128,15 +130,19 @@ impl Elements {
     /// Entries (point, coefficient) of a row.
     #[inline(always)]
     pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
-        let range = self.ranges[row].clone();
-        let (indices, data) = (&self.rows.indices()[range.clone()], &self.rows.data()[range]);
-        indices.iter().copied().zip(data.iter().copied())
+        self.entries[self.ranges[row].clone()].iter().copied()
     }
 
-    /// `r u` of a row.
+    /// `r u` of a row for several `u`.
     #[inline(always)]
-    pub fn value(&self, row: usize, points: &[f64]) -> f64 {
-        self.row(row).map(|(point, coefficient)| coefficient * points[point]).sum()
+    pub fn values<const N: usize>(&self, row: usize, points: [&[f64]; N]) -> [f64; N] {
+        let mut sums = [0.0; N];
+        for (point, coefficient) in self.row(row) {
+            for (sum, points) in sums.iter_mut().zip(points) {
+                *sum += coefficient * points[point];
+            }
+        }
+        sums
     }
 
     /// Adds `-r' f` to the forces on the points.

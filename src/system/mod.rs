@@ -4,6 +4,8 @@
 //! - `elements`: springs and one-sided contacts as sparse rows
 //! - `builder`: from a scene and the structure's modes to a model (the only part that knows scenes)
 //! - `model`: constants of the coupled system
+//! - `products`: products of short vectors
+//! - `modal`: the structure's modes, integrated, and guides tied to it
 //! - `condensed`: the structure's modes condensed to its interface points
 //! - `coupled`: the model with its discrete state, as the integrator sees it
 //! - `motion`: motion of points and elements, forces and energies at a state
@@ -13,8 +15,10 @@ mod condensed;
 mod coupled;
 mod elements;
 mod layout;
+mod modal;
 mod model;
 mod motion;
+mod products;
 
 pub use builder::{BuildError, InterfaceModes, build};
 pub use coupled::Coupled;

@@ -15,15 +15,10 @@ impl Coupled<'_> {
             }
             _ => {
                 let layout = &model.layout;
-                let along = |modal: &[f64]| self.along(node, modal);
-                (along(&y[layout.structure_displacements()]), along(&y[layout.structure_velocities()]))
+                let at = |modal: &[f64]| model.modes.at(node, modal);
+                (at(&y[layout.structure_displacements()]), at(&y[layout.structure_velocities()]))
             }
         }
-    }
-
-    /// Motion of an interface point along the modes.
-    fn along(&self, node: usize, modal: &[f64]) -> f64 {
-        self.model.modes.phi.column(node).iter().zip(modal).map(|(phi, x)| phi * x).sum()
     }
 
     /// Acceleration of an interface point at a state whose rate is known.
@@ -37,7 +32,7 @@ impl Coupled<'_> {
                 let direct = forces.iter().enumerate().map(|(m, force)| condensation.direct(node, m) * force);
                 rest + direct.sum::<f64>()
             }
-            _ => self.along(node, &rate[model.layout.structure_velocities()]),
+            _ => model.modes.at(node, &rate[model.layout.structure_velocities()]),
         }
     }
 
@@ -107,7 +102,7 @@ impl Coupled<'_> {
             energy += 0.5 * mass * v * v;
         }
         if let Some(tied) = &model.tied {
-            for (&mount, mass) in tied.mounts.iter().zip(&tied.mass) {
+            for (mount, mass) in tied.mass.iter().enumerate() {
                 let (_, v) = self.interface_motion(mount, t, y);
                 energy += 0.5 * mass * v * v;
             }
