@@ -43,7 +43,9 @@ const RESERVES: &str = "
   0.64 ms at 1000 Hz).
 - Most other steps resolve the ringing of contacts at 10 to 60 us, which may open at any time: exact propagation would need
   events located on its own dense output.
-- Every event of one hammer ends the common step of all: steps grow with the hammers, and so does the cost of each.
+- Every event of one hammer ends the common step of all: steps grow about as the square root of the hammers, while a step
+  costs less per hammer. Predicting hammers that move smoothly, and computing four hammers side by side in vector registers,
+  gained a tenth or less each at 16 hammers and are not kept.
 ";
 
 /// The shipped study of the rig.

@@ -79,7 +79,7 @@ pub fn hammers_text(text: &mut String, repeats: usize) {
     let _ = writeln!(
         text,
         "\n## Growth with hammers\n\nGuides tied, tolerance 1e-5, 60 modes, {HAMMERS_DURATION_S} s; hammers at the points of the rail, each over a \
-         casting of its own on one fixture, starting {:.2} ms after one\nanother so that no events coincide.\n\n| hammers | states | ms per s | per hammer | steps | events |\n|---|---|---|---|---|---|",
+         casting of its own on one fixture, starting {:.2} ms after one\nanother so that no events coincide.\n\n| hammers | states | ms per s | per hammer | steps | us per hammer and step | events |\n|---|---|---|---|---|---|---|",
         1e3 * STAGGER_S
     );
     let rigs: Vec<(usize, Rig)> = HAMMERS.iter().map(|&count| (count, hammers(count))).collect();
@@ -91,10 +91,11 @@ pub fn hammers_text(text: &mut String, repeats: usize) {
         let work = &timed.value.counters;
         let _ = writeln!(
             text,
-            "| {count} | {} | {ms:.0} | {:.0} | {} | {} |",
+            "| {count} | {} | {ms:.0} | {:.0} | {} | {:.1} | {} |",
             timed.value.states,
             ms / *count as f64,
             work.steps,
+            1e6 * timed.cpu_s / (work.steps * *count as u64) as f64,
             work.located_events
         );
     }
