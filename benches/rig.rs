@@ -44,8 +44,7 @@ const RESERVES: &str = "
 - Most other steps resolve the ringing of contacts at 10 to 60 us, which may open at any time: exact propagation would need
   events located on its own dense output.
 - Every event of one hammer ends the common step of all: steps grow about as the square root of the hammers, while a step
-  costs less per hammer. Predicting hammers that move smoothly, and computing four hammers side by side in vector registers,
-  gained a tenth or less each at 16 hammers and are not kept.
+  costs less per hammer.
 ";
 
 /// The shipped study of the rig.

@@ -523,6 +523,8 @@ mod tests {
             )
         };
         assert!(pays(&some(60, 2, 6283.0)) && pays(&some(171, 2, 18_850.0)));
+        // Where both cost the same was measured: between three hammers on fixtures of their own and four.
+        assert!(pays(&some(60, 6, 6283.0)) && !pays(&some(60, 8, 6283.0)));
         assert!(!pays(&some(10, 2, 300.0)) && !pays(&some(60, 16, 6283.0)) && !pays(&some(60, 2, 3e5)));
     }
 }
