@@ -104,18 +104,21 @@ pub struct StructureEntry {
     /// Table of named interface points with coordinates (CSV), relative to the study; for `matrices` and `modal_table`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points_file: Option<String>,
-    /// Modes of the coupled machine are kept up to this frequency in Hz. Default 1000.
+    /// Modes of the coupled machine are kept up to this frequency in Hz, 1000 with a list of damping ratios. Default: none is, the
+    /// preset of `solver.fidelity` selects modes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cutoff_hz: Option<f64>,
     /// Instead of all modes up to `cutoff_hz`: of all modes of the basis those that a scene's points need, so that its
     /// receptances err by no more than this up to `mode_band_hz`, relative to static flexibility; the others are lumped into
-    /// one residual mode per point. From 0 (all that move a point) to below 1. Default: no selection.
+    /// one residual mode per point. From 0 (all that move a point) to below 1. Default: the preset's (1e-2, `reference`
+    /// 1e-4), unless `cutoff_hz` or a list of damping ratios is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode_tolerance: Option<f64>,
     /// Edge of the band for `mode_tolerance` in Hz: what the contacts excite. Default 5000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode_band_hz: Option<f64>,
-    /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz. Default 3000.
+    /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz. Default 3000; where modes of
+    /// the built-in station are selected 20000 (`draft` 6000).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed_interface_cutoff_hz: Option<f64>,
     /// Modal damping ratio: one for all modes or a list, one per mode. Default 0.02.
@@ -302,7 +305,7 @@ pub struct FixtureEntry {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolverEntry {
-    /// Preset that the other keys override. Default `standard`.
+    /// Preset that the other keys override, those of `[structure]` for modes too, which all rows share. Default `standard`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fidelity: Option<Fidelity>,
     /// Error tolerance of one step, relative to each state's scale. Default: the preset's.
@@ -332,8 +335,8 @@ pub struct SolverEntry {
     pub max_wall_time_s: Option<f64>,
 }
 
-/// Preset of accuracy: sets `guide` and `tolerance`. On the paper's rig, with modes selected for it, `draft` keeps energies and
-/// frequency within 1e-4, `standard` within 1e-5, `reference` within 1e-6 of the whole structure's.
+/// Preset of accuracy: sets `guide`, `tolerance` and how modes are selected. On the paper's rig `draft` keeps energies and frequency
+/// within 1e-4, `standard` within 1e-5, `reference` within 1e-6 of the whole structure's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Fidelity {

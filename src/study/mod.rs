@@ -20,6 +20,7 @@ mod library;
 mod overrides;
 mod path;
 mod placement;
+mod preset;
 mod resolve;
 mod schema;
 mod structure;
@@ -140,7 +141,8 @@ impl Study {
         let base: StudyFile =
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
-        let read = |entry, at: &[&str]| StructureSettings::read(entry, (&document, &directory), at);
+        let fidelity = base.solver.fidelity.unwrap_or_default();
+        let read = |entry, at: &[&str]| StructureSettings::read(entry, (&document, &directory), (at, fidelity));
         let structure = read(&base.structure, &["structure"]).map_err(StudyError::several)?;
         let further =
             base.structures.iter().map(|(name, entry)| Ok((name.clone(), read(entry, &["structures", name])?)));

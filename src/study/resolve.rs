@@ -1,10 +1,11 @@
 //! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
 
 use super::error::nearest_name;
-use super::file::{CastingEntry, Fidelity, FixtureEntry, HammerEntry, SolverEntry, StudyFile};
+use super::file::{CastingEntry, FixtureEntry, HammerEntry, SolverEntry, StudyFile};
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
-use crate::scene::{Guide, HammerUnit, Method, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
+use super::preset::Preset;
+use crate::scene::{HammerUnit, Method, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
 use crate::workpiece::{Casting, Fixture, Inertia};
 
 /// Simulated time in s, unless the study says otherwise.
@@ -27,15 +28,6 @@ const MAX_STEPS: u64 = 20_000_000;
 const MAX_WALL_TIME_S: f64 = 600.0;
 /// One bar in Pa.
 const BAR_PA: f64 = 1e5;
-
-/// The fidelity presets: tolerance and model of the guide.
-const fn preset(fidelity: Fidelity) -> (f64, Guide) {
-    match fidelity {
-        Fidelity::Draft => (1e-4, Guide::Tied),
-        Fidelity::Standard => (1e-5, Guide::Spring),
-        Fidelity::Reference => (1e-7, Guide::Spring),
-    }
-}
 
 /// Something that keeps a study from being a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,7 +115,7 @@ fn machine(name: Option<&str>, known: &[&str], issues: &mut Vec<Issue>) -> Optio
 }
 
 fn solver(entry: &SolverEntry) -> SolverSettings {
-    let (tolerance, guide) = preset(entry.fidelity.unwrap_or_default());
+    let preset = Preset::of(entry.fidelity.unwrap_or_default());
     let default = Stepping::default();
     let stepping = Stepping {
         method: entry.method.unwrap_or(default.method),
@@ -131,8 +123,8 @@ fn solver(entry: &SolverEntry) -> SolverSettings {
         located: entry.located.unwrap_or(default.located),
     };
     SolverSettings {
-        tolerance: entry.tolerance.unwrap_or(tolerance),
-        guide: entry.guide.unwrap_or(guide),
+        tolerance: entry.tolerance.unwrap_or(preset.tolerance),
+        guide: entry.guide.unwrap_or(preset.guide),
         modes: entry.modes.unwrap_or(if stepping.method == Method::Tsit5 {
             ModeTreatment::Automatic
         } else {

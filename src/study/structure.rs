@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::document::Document;
 use super::error::{Problem, StudyError};
-use super::file::{DampingRatio, FormatName, Housings, SourceName, StructureEntry, StructureFile, UnitsName};
+use super::file::{DampingRatio, Fidelity, FormatName, Housings, SourceName, StructureEntry, StructureFile, UnitsName};
 use super::keys::Shape;
 use super::placement::Rail;
+use super::preset::Preset;
 use super::{check_keys, read_tree};
 
-/// Modes of the coupled machine are kept up to this frequency in Hz.
+/// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
 const CUTOFF_HZ: f64 = 1000.0;
 /// Fixed-interface modes are kept up to this frequency in Hz.
 const FIXED_INTERFACE_CUTOFF_HZ: f64 = 3000.0;
@@ -110,7 +111,7 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
         StudyError::one(Problem::new(document.locate(&at), key, message))
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
-    StructureSettings::read(&file.structure, (&document, directory), &["structure"])
+    StructureSettings::read(&file.structure, (&document, directory), (&["structure"], Fidelity::default()))
         .map(Some)
         .map_err(StudyError::several)
 }
@@ -118,23 +119,29 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
 impl StructureSettings {
     /// Fills in defaults and resolves paths against the study's directory.
     ///
-    /// `at`: where the table stands in the document.
+    /// `at`: where the table stands in the document; `fidelity`: the preset that selects modes where the table is silent.
     pub(super) fn read(
         entry: &StructureEntry,
         (document, directory): (&Document, &Path),
-        at: &[&str],
+        (at, fidelity): (&[&str], Fidelity),
     ) -> Result<Self, Vec<Problem>> {
         let mut reader = Reader { entry, document, directory, at, problems: Vec::new() };
         let source = reader.source();
+        let preset = Preset::of(fidelity);
+        let mode_tolerance = reader.mode_tolerance(preset.mode_tolerance);
+        let basis_hz = match (&source, mode_tolerance) {
+            (StructureSource::Station, Some(_)) => preset.station_basis_hz,
+            _ => FIXED_INTERFACE_CUTOFF_HZ,
+        };
         let settings = Self {
             source,
             cutoff_hz: reader.frequency("cutoff_hz", entry.cutoff_hz, CUTOFF_HZ),
-            mode_tolerance: reader.mode_tolerance(),
+            mode_tolerance,
             mode_band_hz: reader.frequency("mode_band_hz", entry.mode_band_hz, MODE_BAND_HZ),
             fixed_interface_cutoff_hz: reader.frequency(
                 "fixed_interface_cutoff_hz",
                 entry.fixed_interface_cutoff_hz,
-                FIXED_INTERFACE_CUTOFF_HZ,
+                basis_hz,
             ),
             damping_ratio: reader.damping(),
             housings: entry.housings.unwrap_or_default(),
@@ -175,8 +182,12 @@ impl Reader<'_> {
         self.problems.push(problem);
     }
 
-    fn mode_tolerance(&mut self) -> Option<f64> {
-        let tolerance = self.entry.mode_tolerance?;
+    /// The tolerance given, else the preset's unless the study says itself which modes count: by a cut-off, or by a list of
+    /// damping ratios, one per mode.
+    fn mode_tolerance(&mut self, preset: f64) -> Option<f64> {
+        let listed = matches!(self.entry.damping_ratio, Some(DampingRatio::PerMode(_)));
+        let silent = self.entry.cutoff_hz.is_none() && !listed;
+        let tolerance = self.entry.mode_tolerance.or(silent.then_some(preset))?;
         if !(0.0..1.0).contains(&tolerance) {
             self.problem(&["mode_tolerance"], format!("expected a number from 0 to below 1, found {tolerance}"));
         }
