@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench rig` prints its tables and writes its section of `benches/RESULTS.md`. Times are CPU times of one thread,
 //! medians of turns of a second at least; compare them with each other only. Names of sections after `--` run these alone and write
-//! nothing: `methods`, `peers`, `located`, `hammers`, `modes`, `threads`.
+//! nothing: `methods`, `peers`, `presets`, `located`, `hammers`, `modes`, `threads`.
 //! `peers` builds a program of its own; SUNDIALS (`libsundials-cvode6`) and SciPy count where they are installed.
 
 #[path = "rig/growth.rs"]
@@ -13,6 +13,8 @@ mod located;
 mod methods;
 #[path = "rig/peers.rs"]
 mod peers;
+#[path = "rig/presets.rs"]
+mod presets;
 #[path = "rig/scene.rs"]
 mod scene;
 mod support;
@@ -67,6 +69,9 @@ fn main() {
     }
     if wanted("peers") {
         peers::text(&mut text, &study_path(), tolerance);
+    }
+    if wanted("presets") {
+        presets::text(&mut text, REPEATS);
     }
     if wanted("located") {
         located::text(&mut text, &rig);

@@ -23,8 +23,13 @@ pub struct Rig {
 
 /// The rig of `study`, some values of it set.
 pub fn prepare(study: &Path, settings: &[&str]) -> Rig {
+    of_study(&Study::load(study).expect("the shipped study"), settings)
+}
+
+/// The first row of a study, some values of it set.
+pub fn of_study(study: &Study, settings: &[&str]) -> Rig {
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-    let study = Study::load(study).and_then(|study| study.with_overrides(&settings)).expect("the shipped study");
+    let study = study.with_overrides(&settings).expect("values of the study");
     let model = SourceModel::read(study.structure()).expect("the built-in station");
     let points = model.points();
     let machine = Machine::new(model, study.structure(), &study.interface_demand()).expect("its reduction");
