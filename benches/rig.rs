@@ -47,7 +47,7 @@ const RESERVES: &str = "
   events located on its own dense output.
 - With tied guides every event of one hammer ends the common step of all: steps grow about as the square root of the hammers,
   while a step costs less per hammer.
-- A guide on its spring bounds every step at 14 us, whatever the number of hammers; exponential steps leave it out.
+- A guide on its spring bounds every step, whatever the number of hammers; exponential steps leave it out.
 ";
 
 /// The shipped study of the rig.

@@ -78,8 +78,8 @@ fn matches(outcome: &RowOutcome, scene: &str, periodic: f64) {
     assert!(metrics.energy_residual.abs() < 1e-3, "{scene}: residual {:e}", metrics.energy_residual);
 }
 
-/// Holds a scene to the converged program's figures: energies and times, peak velocity.
-fn converges(outcome: &RowOutcome, scene: &str, [energy, frequency, peak]: [f64; 3]) {
+/// Holds a scene to the converged program's figures: first impact, periodic energy, frequency, peak velocity.
+fn converges(outcome: &RowOutcome, scene: &str, [first, periodic, frequency, peak]: [f64; 4]) {
     let expected = &reference()["converged"]["scenes"][scene];
     let metrics = outcome.metrics.as_ref().unwrap();
     for (h, hammer) in metrics.hammers.iter().enumerate() {
@@ -88,9 +88,9 @@ fn converges(outcome: &RowOutcome, scene: &str, [energy, frequency, peak]: [f64;
         let check = |name: &str, short: &str, bound| {
             close(&format!("{scene}, converged, hammer {h}, {name}"), &hammer[name], &expected[short], bound);
         };
-        check("first_impact_energy_j", "first_energy", energy);
-        check("first_impact_time_s", "first_time", energy);
-        check("periodic_energy_mean_j", "periodic_energy_mean", frequency);
+        check("first_impact_energy_j", "first_energy", first);
+        check("first_impact_time_s", "first_time", first);
+        check("periodic_energy_mean_j", "periodic_energy_mean", periodic);
         check("hit_frequency_hz", "freq", frequency);
     }
     let mut peaks = metrics.castings.iter().map(|casting| serde_json::json!(casting.peak_velocity_m_s));
@@ -108,11 +108,14 @@ const R3_60MM: [&str; 3] =
 
 /// A basis whose modes below 1000 Hz are the full model's, as the reference's are.
 const BASIS: &str = "structure.fixed_interface_cutoff_hz=20000";
-/// Presets with their bounds for first impact, periodic energy and frequency, and peak velocity, at most what each promises.
-/// Measured at worst: 7e-6, 1e-5, 7e-5; 2e-7, 3e-6, 2e-6; 1e-7, 3e-6, 2e-6. The reference is good to about 1e-6 (peak
-/// velocity 1e-5), and frequencies of other solvers (`benches/RESULTS.md`) lie closer to these than to its own.
-const PRESETS: [(&str, [f64; 3]); 3] =
-    [("draft", [2e-5, 3e-5, 2e-4]), ("standard", [1e-6, 5e-6, 1e-5]), ("reference", [1e-6, 4e-6, 1e-5])];
+/// Presets with their bounds for first impact, periodic energy, frequency and peak velocity. Measured at worst: 7e-6, 1e-5,
+/// 9e-6, 7e-5; 2e-7, 1e-7, 3e-6, 2e-6; 1e-7, 9e-8, 3e-6, 2e-6. All are at most what the preset promises, but for the frequency of
+/// `reference`, which promises 1e-6: there the difference to this program stays, whatever the tolerance.
+const PRESETS: [(&str, [f64; 4]); 3] = [
+    ("draft", [2e-5, 3e-5, 3e-5, 2e-4]),
+    ("standard", [1e-6, 1e-6, 5e-6, 1e-5]),
+    ("reference", [1e-6, 1e-6, 4e-6, 1e-5]),
+];
 
 #[test]
 fn val_single_hammer_scenes() {
@@ -133,7 +136,7 @@ fn val_single_hammer_scenes() {
 fn val_tied_guide_stays_close_to_the_spring() {
     let outcome = simulate("paper_rig.toml", &["solver.guide=tied"]);
     matches(&outcome, "paper_rig", 1e-2);
-    converges(&outcome, "paper_rig", [2e-5, 1e-5, 3e-4]);
+    converges(&outcome, "paper_rig", [2e-5, 1e-5, 1e-5, 3e-4]);
 }
 
 #[test]
@@ -142,7 +145,7 @@ fn val_three_hammers_on_two_castings() {
     let outcome = simulate("three_hammers.toml", &["structure.cutoff_hz=1000"]);
     matches(&outcome, "three_hammers_two_castings", 2e-2);
     // First impacts converge; periodic values of hammers that share a casting scatter between any two methods.
-    converges(&outcome, "three_hammers_two_castings", [2e-6, 5e-3, 1e-4]);
+    converges(&outcome, "three_hammers_two_castings", [2e-6, 5e-3, 5e-3, 1e-4]);
 }
 
 /// Truncation of modes counts as error: against all modes of the structure, the modes that a scene needs with residual modes

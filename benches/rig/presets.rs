@@ -51,11 +51,6 @@ pub fn text(text: &mut String, repeats: usize) {
             let _ = writeln!(text, "| {scene} | {row}");
         }
     }
-    let _ = writeln!(
-        text,
-        "\nIts frequencies lie 1e-6 to 3e-6 from those of `standard` and `reference`; decore's, located rk4's and diffsol's agree to 2e-7 \
-         (above, guide\non its spring)."
-    );
     whole(text, repeats);
 }
 
