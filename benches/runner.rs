@@ -76,7 +76,7 @@ fn overhead(summary: &serde_json::Value) -> f64 {
 /// Time in which DuckDB opens all parts, counts the rows and averages an output; `None` without DuckDB.
 fn open_with_duckdb(folder: &Path) -> Option<f64> {
     const SCRIPT: &str = "import duckdb, sys, time; begin = time.time(); \
-        print(duckdb.sql(f\"select count(*), avg(total_delivered_work_j) from '{sys.argv[1]}/runs/*.parquet'\").fetchall(), \
+        print(duckdb.sql(f\"select count(*), avg(delivered_work_j) from '{sys.argv[1]}/runs/*.parquet'\").fetchall(), \
         file=sys.stderr); print(time.time() - begin)";
     let output = Command::new("python3").args(["-c", SCRIPT]).arg(folder).output().ok()?;
     if !output.status.success() {

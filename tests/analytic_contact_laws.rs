@@ -328,13 +328,13 @@ fn analytic_energy_under_every_law() {
         let counters = integrator.counters();
         println!(
             "{law:?}: residual {:.1e}, {} steps, {} events, {:?} J, {} blows",
-            metrics.energy_residual,
+            metrics.totals.energy_residual,
             counters.steps,
             counters.events,
             metrics.hammers[0].first_impact_energy_j,
             metrics.blows.len()
         );
-        assert!(metrics.energy_residual.abs() < 1e-5, "{law:?}: {:e}", metrics.energy_residual);
+        assert!(metrics.totals.energy_residual.abs() < 1e-5, "{law:?}: {:e}", metrics.totals.energy_residual);
         assert!(metrics.blows.len() > 4);
         assert_relative("first blow", metrics.hammers[0].first_impact_energy_j.unwrap(), 70.31, 2e-2);
     }

@@ -32,7 +32,7 @@ fn errors(settings: &[&str], expected: &[f64; 4]) -> [f64; 4] {
     let outcome = simulate(settings);
     let found = figures(&outcome);
     let errors = std::array::from_fn(|i| (found[i] / expected[i] - 1.0).abs());
-    let residual = outcome.metrics.as_ref().unwrap().energy_residual;
+    let residual = outcome.metrics.as_ref().unwrap().totals.energy_residual;
     println!("{settings:?}: {errors:?}, residual {residual:.1e}, {:?}", outcome.counters);
     errors
 }

@@ -115,15 +115,15 @@ def main():
     check(set(blows["row"]) <= done, "blows of a row that is not done")
     check(set(blows["hammer"]) <= set(manifest["study"]["hammers"]), "hammers of the blows")
     check(set(blows["casting"]) <= set(manifest["study"]["castings"]), "castings of the blows")
-    for row, total, count in zip(rows, runs["total_delivered_work_j"], runs["total_blow_count"]):
+    for row, total, count in zip(rows, runs["delivered_work_in_windows_j"], runs["total_blow_count"]):
         check((total is None) == (row not in done), f"row {row}: work where there is none, or none where there is")
         check(count is None or count >= 0, f"row {row}: {count} blows")
 
     glob = folder / "*" / "*.parquet"
     sums = duckdb.sql(
-        f"select r.row, r.total_delivered_work_j, sum(b.work_j), count(*), r.total_blow_count "
+        f"select r.row, r.delivered_work_in_windows_j, sum(b.work_j), count(*), r.total_blow_count "
         f"from '{folder}/runs/*.parquet' r join '{folder}/blows/*.parquet' b using (row) "
-        f"group by r.row, r.total_delivered_work_j, r.total_blow_count order by r.row"
+        f"group by r.row, r.delivered_work_in_windows_j, r.total_blow_count order by r.row"
     ).fetchall()
     for row, total, work, count, blow_count in sums:
         check(abs(total - work) <= 1e-9 * max(abs(total), 1.0), f"row {row}: work {total} J, of its blows {work} J")
@@ -133,8 +133,8 @@ def main():
     print(f"pyarrow, pandas, polars, duckdb agree on {len(rows)} runs, {len(blows['row'])} blows ({glob})")
     print(f"statuses: {statuses}")
     best = duckdb.sql(
-        f"select row, total_delivered_work_j from '{folder}/runs/*.parquet' "
-        f"where status = 'done' order by total_delivered_work_j desc, row limit 3"
+        f"select row, delivered_work_j from '{folder}/runs/*.parquet' "
+        f"where status = 'done' order by delivered_work_j desc, row limit 3"
     ).fetchall()
     for row, work in best:
         print(f"row {row}: {work:.4g} J delivered")

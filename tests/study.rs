@@ -146,8 +146,12 @@ fn overrides_reach_the_other_reference_scenes() {
     let study = shipped("paper_rig.toml");
     let four = study.with_overrides(&["hammer.hammer.supply_bar=4".into()]).unwrap();
     assert_eq!(four.scene(0, &station_points()).unwrap().hammers[0].supply_pressure_pa, 501_325.0);
-    let settings =
-        ["hammer.hammer.mount=R3", "hammer.hammer.strike_point_m=[0.0, 0.0]", "hammer.hammer.standoff_m=0.06"];
+    let settings = [
+        "hammer.hammer.mount=R3",
+        "hammer.hammer.strike_point_m=[0.0, 0.0]",
+        "hammer.hammer.standoff_m=0.06",
+        "geometry=as_given",
+    ];
     let moved = study.with_overrides(&settings.map(String::from)).unwrap();
     let scene = moved.scene(0, &station_points()).unwrap();
     assert_eq!(scene.hammers[0].mount.points[0].0, "R3");

@@ -16,7 +16,7 @@ const FIGURES: [(&str, &str, f64); 17] = [
     ("first_impact_impulse_n_s", "first_impulse", 1e-2),
     ("first_impact_peak_force_n", "first_peak_force", 1e-2),
     ("first_impact_casting_peak_velocity_m_s", "first_casting_peak", 1e-2),
-    ("periodic_blow_count", "n_periodic_blows", 0.0),
+    ("struck_blow_count", "n_periodic_blows", 0.0),
     ("periodic_energy_mean_j", "periodic_energy_mean", PERIODIC),
     ("hit_frequency_hz", "freq", PERIODIC),
     ("periodic_work_mean_j", "periodic_work", PERIODIC),
@@ -75,7 +75,7 @@ fn matches(outcome: &RowOutcome, scene: &str, periodic: f64) {
         close(&format!("{scene}, casting {c}"), &casting["peak_velocity_m_s"], &expected["peak_velocity"], 1e-2);
         close(&format!("{scene}, casting {c}"), &casting["peak_velocity_time_s"], &expected["peak_time"], 1e-2);
     }
-    assert!(metrics.energy_residual.abs() < 1e-3, "{scene}: residual {:e}", metrics.energy_residual);
+    assert!(metrics.totals.energy_residual.abs() < 1e-3, "{scene}: residual {:e}", metrics.totals.energy_residual);
 }
 
 /// Holds a scene to the converged program's figures: first impact, periodic energy, frequency, peak velocity.
@@ -103,8 +103,13 @@ fn converges(outcome: &RowOutcome, scene: &str, [first, periodic, frequency, pea
     );
 }
 
-const R3_60MM: [&str; 3] =
-    ["hammer.hammer.mount=R3", "hammer.hammer.strike_point_m=[0.0, 0.0]", "hammer.hammer.standoff_m=0.060"];
+/// The reference strikes the casting's centre from a mount that is not above it.
+const R3_60MM: [&str; 4] = [
+    "hammer.hammer.mount=R3",
+    "hammer.hammer.strike_point_m=[0.0, 0.0]",
+    "hammer.hammer.standoff_m=0.060",
+    "geometry=as_given",
+];
 
 /// A basis whose modes below 1000 Hz are the full model's, as the reference's are.
 const BASIS: &str = "structure.fixed_interface_cutoff_hz=20000";

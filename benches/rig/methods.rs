@@ -136,7 +136,7 @@ impl Methods {
         let baseline = self.measured[self.baseline].ms_per_s;
         for Measured { case, ms_per_s, errors, outcome } in &self.measured {
             let work = &outcome.counters;
-            let residual = outcome.metrics.as_ref().map_or(f64::NAN, |metrics| metrics.energy_residual.abs());
+            let residual = outcome.metrics.as_ref().map_or(f64::NAN, |metrics| metrics.totals.energy_residual.abs());
             let _ = writeln!(
                 text,
                 "| {} | {}, {} | {ms_per_s:.1} | {:.2} | {} | {} | {} | {} | {residual:.0e} |",

@@ -20,7 +20,12 @@ const SCENES: [(&str, &[&str]); 3] = [
     ("paper_rig_4bar", &["hammer.hammer.supply_bar=4.0"]),
     (
         "paper_rig_r3_60mm",
-        &["hammer.hammer.mount=R3", "hammer.hammer.strike_point_m=[0.0, 0.0]", "hammer.hammer.standoff_m=0.060"],
+        &[
+            "hammer.hammer.mount=R3",
+            "hammer.hammer.strike_point_m=[0.0, 0.0]",
+            "hammer.hammer.standoff_m=0.060",
+            "geometry=as_given",
+        ],
     ),
 ];
 /// Its names of the figures.

@@ -1,14 +1,17 @@
 //! The runs behind a comparison.
 
 use super::outputs::{differences, outputs};
-use super::{Accuracy, Measurement, PERTURBATION, REFERENCE_TOLERANCE, Setting};
+use super::{Accuracy, Measurement, REFERENCE_TOLERANCE, Setting};
 use crate::metrics::RunMetrics;
-use crate::run::{RowOutcome, run_row};
+use crate::run::{RowOutcome, perturbed, run_row};
 use crate::scene::{Guide, ModeTreatment, Scene, SolverSettings, Stepping};
 use crate::system::InterfaceModes;
 
 /// Wall time in s of a run that is not repeated: noise hardly matters to it.
 const LONG_RUN_S: f64 = 5.0;
+
+/// Twins that show the scene's sensitivity, unless the scene asks for more.
+const LEAST_TWINS: usize = 2;
 
 /// What is compared.
 pub struct Experiment<'a> {
@@ -51,8 +54,8 @@ pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(&str)) -> Resul
     let coarser = ended("run that checks the reference", exact(scene, modes, 10.0 * REFERENCE_TOLERANCE))?;
     tell("perturbed input");
     let mut sensitivity: Vec<f64> = Vec::new();
-    for sign in [1.0, -1.0] {
-        let moved = exact(&perturbed(scene, 1.0 + sign * PERTURBATION), modes, REFERENCE_TOLERANCE);
+    for number in 0..scene.outputs.twins.max(LEAST_TWINS) {
+        let moved = exact(&perturbed(scene, number), modes, REFERENCE_TOLERANCE);
         let moved = differences(&ended("run with perturbed input", moved)?, &reference);
         sensitivity.resize(moved.len(), f64::NAN);
         sensitivity.iter_mut().zip(moved).for_each(|(largest, moved)| *largest = largest.max(moved));
@@ -76,15 +79,6 @@ pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(&str)) -> Resul
 
 fn ended(run: &'static str, outcome: RowOutcome) -> Result<RunMetrics, AccuracyError> {
     outcome.metrics.ok_or(AccuracyError { run, reason: outcome.reason })
-}
-
-fn perturbed(scene: &Scene, factor: f64) -> Scene {
-    let mut scene = scene.clone();
-    for hammer in &mut scene.hammers {
-        hammer.supply_pressure_pa *= factor;
-        hammer.standoff_m *= factor;
-    }
-    scene
 }
 
 /// Runs the settings in turns, so that a machine that slows down slows all of them.
@@ -121,7 +115,7 @@ fn measurement(setting: &Setting, outcome: RowOutcome, (ms, reference): (f64, &R
         modes: outcome.modes,
         states: outcome.states,
         counters: outcome.counters,
-        energy_residual: outcome.metrics.map_or(f64::NAN, |metrics| metrics.energy_residual),
+        energy_residual: outcome.metrics.map_or(f64::NAN, |metrics| metrics.totals.energy_residual),
         errors,
     }
 }

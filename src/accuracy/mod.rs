@@ -1,8 +1,8 @@
 //! Speed against error on a scene: the same run under many settings, against a converged reference of its own.
 //!
 //! Three things keep apart what is numerical and what is not: the reference's own error (it is run at two tolerances), the
-//! scene's sensitivity (impact sequences amplify perturbations: how far outputs move when the input is perturbed by
-//! [`PERTURBATION`] is the floor below which no method can be judged), and the truncation of modes.
+//! scene's sensitivity (impact sequences amplify perturbations: how far outputs move from a run to its twins is the floor below
+//! which no method can be judged), and the truncation of modes.
 
 mod measure;
 mod outputs;
@@ -17,8 +17,6 @@ pub use outputs::{MAIN_OUTPUTS, Output, main_differences};
 pub use plot::plot;
 pub use text::text;
 
-/// Relative perturbation of supply pressures and standoffs that shows the scene's own sensitivity.
-pub const PERTURBATION: f64 = 1e-9;
 /// Tolerance of the reference run.
 pub const REFERENCE_TOLERANCE: f64 = 1e-9;
 
@@ -124,7 +122,7 @@ pub struct Accuracy {
     pub measurements: Vec<Measurement>,
     /// Relative difference of each output between the reference and the same at ten times its tolerance.
     pub reference_error: Vec<f64>,
-    /// Relative movement of each output under the perturbation.
+    /// Relative movement of each output from the reference to its twins, at the same tolerance.
     pub sensitivity: Vec<f64>,
     /// Relative error of each output by the modes left out, and the number of modes with none left out below the cut-off
     /// of the comparison; `None` without finite elements to take more modes from.

@@ -1,6 +1,6 @@
 //! Outputs of a run as a flat list of numbers, and their relative differences.
 
-use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics};
+use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, QuantityKind, QuantityValue, RunMetrics};
 
 /// The outputs by which settings are compared in texts and plots.
 pub const MAIN_OUTPUTS: [&str; 4] =
@@ -17,8 +17,8 @@ pub struct Output {
 
 /// All outputs, in the order of [`differences`].
 pub(super) fn outputs() -> Vec<Output> {
-    fn of<T>(quantities: &[Quantity<T>]) -> impl Iterator<Item = Output> {
-        quantities.iter().map(|quantity| Output { name: quantity.name, description: quantity.description() })
+    fn of<T>(quantities: &'static [Quantity<T>]) -> impl Iterator<Item = Output> {
+        numbers(quantities).map(|quantity| Output { name: quantity.name, description: quantity.description() })
     }
     of(HammerMetrics::QUANTITIES).chain(of(CastingMetrics::QUANTITIES)).collect()
 }
@@ -40,21 +40,22 @@ pub fn main_differences(found: &RunMetrics, reference: &RunMetrics) -> [f64; MAI
     })
 }
 
-fn quantities<T>(quantities: &[Quantity<T>], found: &[T], reference: &[T]) -> Vec<f64> {
+/// The quantities that are numbers.
+fn numbers<T>(quantities: &'static [Quantity<T>]) -> impl Iterator<Item = &'static Quantity<T>> {
+    quantities.iter().filter(|quantity| quantity.kind != QuantityKind::Text)
+}
+
+fn quantities<T>(quantities: &'static [Quantity<T>], found: &[T], reference: &[T]) -> Vec<f64> {
     let largest = |quantity: &Quantity<T>| {
         let pairs = found.iter().zip(reference).map(|(a, b)| ((quantity.value)(a), (quantity.value)(b)));
         // NaN where neither run has the output: the others decide.
         pairs.map(|(a, b)| difference(a, b)).fold(f64::NAN, f64::max)
     };
-    quantities.iter().map(largest).collect()
+    numbers(quantities).map(largest).collect()
 }
 
-fn difference(found: Option<QuantityValue>, reference: Option<QuantityValue>) -> f64 {
-    let number = |value| match value {
-        QuantityValue::Real(value) => value,
-        QuantityValue::Count(count) => count as f64,
-    };
-    match (found.map(number), reference.map(number)) {
+fn difference(found: Option<QuantityValue<'_>>, reference: Option<QuantityValue<'_>>) -> f64 {
+    match (found.and_then(QuantityValue::number), reference.and_then(QuantityValue::number)) {
         (None, None) => f64::NAN,
         (Some(a), Some(b)) if a == b => 0.0,
         (Some(a), Some(b)) if b != 0.0 => ((a - b) / b).abs(),
@@ -65,6 +66,7 @@ fn difference(found: Option<QuantityValue>, reference: Option<QuantityValue>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::RunTotals;
 
     #[test]
     fn differences_are_relative_and_missing_values_count() {
@@ -78,7 +80,8 @@ mod tests {
                 .to_vec(),
             castings: vec![CastingMetrics { peak_velocity_m_s: 2.0, ..CastingMetrics::default() }],
             blows: Vec::new(),
-            energy_residual: 0.0,
+            totals: RunTotals::default(),
+            scatter: None,
         };
         let names = outputs();
         let find = |differences: &[f64], name: &str| {

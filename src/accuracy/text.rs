@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Accuracy, MAIN_OUTPUTS, Measurement, PERTURBATION, REFERENCE_TOLERANCE};
-use crate::run::RowStatus;
+use super::{Accuracy, MAIN_OUTPUTS, Measurement, REFERENCE_TOLERANCE};
+use crate::run::{PERTURBATION, RowStatus};
 
 /// Headings of [`MAIN_OUTPUTS`].
 const HEADINGS: [&str; 4] = ["first impact", "periodic", "frequency", "peak velocity"];
@@ -59,6 +59,7 @@ fn row(text: &mut String, accuracy: &Accuracy, measurement: &Measurement) {
     let setting = &measurement.setting;
     let remark = match measurement.status {
         RowStatus::Done => setting.preset.unwrap_or_default(),
+        RowStatus::AuditFailed => "audit fails",
         RowStatus::BudgetExhausted => "not finished",
         RowStatus::Diverged => "diverged",
         RowStatus::Invalid => "not possible",

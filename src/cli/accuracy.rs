@@ -8,7 +8,7 @@ use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
 use super::text::{say, tell};
 use crate::accuracy::{Accuracy, Experiment, Setting, fixed_steps, ladder, measure, plot, text};
-use crate::dataset::{TableColumn, TableValues, status_text, write_table};
+use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::scene::{Guide, Method, ModeTreatment};
 use crate::study::StructureSource;
 use crate::system::InterfaceModes;
@@ -148,7 +148,7 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
             text(&|s| treatment(s.solver.modes).to_owned(), &none),
         ),
         column("status", "", "How the run ended.", {
-            let settings = measurements.iter().map(|measurement| status_text(measurement.status).to_owned());
+            let settings = measurements.iter().map(|measurement| measurement.status.text().to_owned());
             TableValues::Text(settings.chain(floors.iter().map(|_| String::new())).collect())
         }),
         column(

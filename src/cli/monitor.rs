@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::text::tell;
-use crate::dataset::{RowError, SweepState, SweepStatus, host_name, status_text};
+use crate::dataset::{RowError, SweepState, SweepStatus, host_name};
 use crate::run::{BatchProgress, Progress, RowOutcome, RowStatus};
 use crate::structure::peak_memory_bytes;
 
@@ -66,7 +66,7 @@ impl Monitor {
             if tally.last_errors.len() == LAST_ERRORS {
                 tally.last_errors.pop_front();
             }
-            let status = status_text(outcome.status).to_owned();
+            let status = outcome.status.text().to_owned();
             tally.last_errors.push_back(RowError { row, status, reason: outcome.reason.clone() });
         }
         self.beginning.recovered.1 + tally.failed

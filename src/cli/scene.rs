@@ -10,7 +10,9 @@ use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
 use super::text::{say, six_digits, tell};
 use crate::dataset::write_signals;
-use crate::metrics::{BlowKind, CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics, SignalRecorder};
+use crate::metrics::{
+    CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics, RunTotals, ScatterOf, SignalRecorder,
+};
 use crate::run::{RowOutcome, RowStatus, run_row_observed, run_row_with_retries};
 use crate::study::FactorValue;
 
@@ -94,7 +96,7 @@ fn json_text(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
 /// The outcome as text; writing to a string cannot fail.
 fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
     let study = &prepared.study;
-    let mut text = format!("{}, row {row}: {}\n", study.title(), crate::dataset::status_text(outcome.status));
+    let mut text = format!("{}, row {row}: {}\n", study.title(), outcome.status.text());
     if !outcome.reason.is_empty() {
         let _ = writeln!(text, "  {}; time reached: {} s", outcome.reason, six_digits(outcome.time_reached_s));
     }
@@ -110,14 +112,7 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
         let _ = writeln!(text, "  {} = {value}{unit}", factor.name);
     }
     if let Some(metrics) = &outcome.metrics {
-        for (name, hammer) in study.hammer_names().iter().zip(&metrics.hammers) {
-            section(&mut text, &format!("hammer {name}"), HammerMetrics::QUANTITIES, hammer);
-        }
-        for (name, casting) in study.casting_names().iter().zip(&metrics.castings) {
-            section(&mut text, &format!("casting {name}"), CastingMetrics::QUANTITIES, casting);
-        }
-        blows(&mut text, study.hammer_names().as_slice(), metrics);
-        let _ = writeln!(text, "\nenergy residual {:.2e}", metrics.energy_residual);
+        outputs(&mut text, prepared, metrics);
     }
     if outcome.states == 0 {
         return text;
@@ -137,15 +132,43 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
     text
 }
 
-fn section<T>(text: &mut String, title: &str, quantities: &[Quantity<T>], metrics: &T) {
+/// All outputs, with their scatter where the row has twins.
+fn outputs(text: &mut String, prepared: &Prepared, metrics: &RunMetrics) {
+    let study = &prepared.study;
+    let scatter = metrics.scatter.as_ref();
+    for (h, (name, hammer)) in study.hammer_names().iter().zip(&metrics.hammers).enumerate() {
+        let scatter = scatter.and_then(|scatter| scatter.hammers.get(h));
+        section(text, (&format!("hammer {name}"), HammerMetrics::QUANTITIES), hammer, scatter);
+    }
+    for (c, (name, casting)) in study.casting_names().iter().zip(&metrics.castings).enumerate() {
+        let scatter = scatter.and_then(|scatter| scatter.castings.get(c));
+        section(text, (&format!("casting {name}"), CastingMetrics::QUANTITIES), casting, scatter);
+    }
+    let twins = scatter.map_or(String::new(), |scatter| format!(" (+- over the row and {} twins)", scatter.twins_done));
+    let totals = scatter.map(|scatter| &scatter.totals);
+    section(text, (&format!("run{twins}"), RunTotals::QUANTITIES), &metrics.totals, totals);
+    blows(text, study.hammer_names().as_slice(), metrics);
+    let _ = writeln!(text);
+}
+
+fn section<T>(
+    text: &mut String,
+    (title, quantities): (&str, &[Quantity<T>]),
+    metrics: &T,
+    scatter: Option<&ScatterOf>,
+) {
     let _ = writeln!(text, "\n{title}");
     for quantity in quantities {
         let (value, unit) = match (quantity.value)(metrics) {
             None => ("-".to_owned(), "1"),
             Some(QuantityValue::Real(value)) => (six_digits(value), quantity.unit),
             Some(QuantityValue::Count(value)) => (value.to_string(), quantity.unit),
+            Some(QuantityValue::Text(value)) => (value.to_owned(), quantity.unit),
         };
-        let line = format!("  {:<42} {value:>12} {}", quantity.name, if unit == "1" { "" } else { unit });
+        let unit = if unit == "1" { "" } else { unit };
+        let moved = scatter.and_then(|scatter| scatter.get(quantity.name).copied().flatten());
+        let moved = moved.map_or(String::new(), |moved| format!("  +- {moved:.1e}"));
+        let line = format!("  {:<46} {value:>12} {unit:<4}{moved}", quantity.name);
         let _ = writeln!(text, "{}", line.trim_end());
     }
 }
@@ -153,20 +176,26 @@ fn section<T>(text: &mut String, title: &str, quantities: &[Quantity<T>], metric
 fn blows(text: &mut String, hammers: &[&str], metrics: &RunMetrics) {
     let _ = writeln!(
         text,
-        "\nblows\n  {:<14} {:>4} {:<12} {:>10} {:>10} {:>10} {:>11} {:>12} {:>11}",
-        "hammer", "no.", "kind", "start s", "energy J", "work J", "impulse N s", "peak force N", "casting m/s"
+        "\nblows\n  {:<14} {:>4} {:>6} {:<13} {:>10} {:>10} {:>10} {:>11} {:>12} {:>11}",
+        "hammer",
+        "no.",
+        "stroke",
+        "kind",
+        "start s",
+        "energy J",
+        "work J",
+        "impulse N s",
+        "peak force N",
+        "casting m/s"
     );
     for blow in &metrics.blows {
-        let kind = match blow.kind {
-            BlowKind::FirstImpact => "first impact",
-            BlowKind::Settling => "settling",
-            BlowKind::Periodic => "periodic",
-        };
         let _ = writeln!(
             text,
-            "  {:<14} {:>4} {kind:<12} {:>10.6} {:>10.4} {:>10.4} {:>11.4} {:>12.1} {:>11.4}",
+            "  {:<14} {:>4} {:>6} {:<13} {:>10.6} {:>10.4} {:>10.4} {:>11.4} {:>12.1} {:>11.4}",
             hammers.get(blow.hammer).copied().unwrap_or(""),
             blow.number,
+            blow.stroke,
+            blow.kind.text().replace('_', " "),
             blow.start_time_s,
             blow.energy_j,
             blow.work_j,

@@ -178,7 +178,7 @@ impl ContactLaw {
     }
 
     /// Penetration at which the contact, helped by a linear spring of stiffness `helper_n_per_m`, carries the static
-    /// `force_n`: the zero of `N(d, 0) + k_helper d - F`.
+    /// `force_n`, which is not negative: the zero of `N(d, 0) + k_helper d - F`.
     pub fn static_penetration(&self, force_n: f64, helper_n_per_m: f64) -> f64 {
         let (stiffness, exponent) = match *self {
             Self::KelvinVoigt { stiffness_n_per_m, .. } | Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
@@ -187,9 +187,6 @@ impl ContactLaw {
             Self::HuntCrossley { stiffness_n_per_m_n, exponent, .. } => (stiffness_n_per_m_n, exponent),
             Self::Hertz { stiffness_n_per_m_1_5, .. } => (stiffness_n_per_m_1_5, HERTZ_EXPONENT),
         };
-        if force_n <= 0.0 {
-            return force_n / helper_n_per_m;
-        }
         // Convex and increasing: Newton's iterates fall monotonically from any start above the root, here the law alone.
         let mut d = (force_n / stiffness).powf(1.0 / exponent);
         for _ in 0..100 {

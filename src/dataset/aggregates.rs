@@ -38,16 +38,31 @@ pub const AGGREGATES: &[Aggregate] = &[
         value: |m| Cell::Count(values(m, |h| h.first_impact_energy_j).count() as u64),
     },
     Aggregate {
+        name: "hammers_percussing",
+        unit: "1",
+        description: "Number of hammers whose percussion strikes to the end (periodic, aperiodic or unsettled). The others count \
+                      nothing in sums, and means leave out those without a value.",
+        kind: ColumnKind::Count,
+        value: |m| Cell::Count(m.hammers.iter().filter(|hammer| hammer.percussion.strikes()).count() as u64),
+    },
+    Aggregate {
+        name: "least_percussion",
+        unit: "",
+        description: "The least sound percussion of the hammers, in the order none, blank, stalled, unsettled, aperiodic, periodic.",
+        kind: ColumnKind::Text,
+        value: |m| m.hammers.iter().map(|h| h.percussion).min().map_or(Cell::Null, |least| Cell::Text(least.text())),
+    },
+    Aggregate {
         name: "total_blow_count",
         unit: "1",
-        description: "Number of blows of all hammers, first impacts and settling blows included.",
+        description: "Number of blows of all hammers, impacts of strokes, settling and blank blows included.",
         kind: ColumnKind::Count,
         value: |m| Cell::Count(m.blows.len() as u64),
     },
     real(
-        "total_delivered_work_j",
+        "delivered_work_in_windows_j",
         "J",
-        "Work delivered to the castings within the windows of all blows of all hammers.",
+        "Work delivered to the castings within the windows of all blows of all hammers; what lies between blows is missing.",
         |m| Cell::Real(m.blows.iter().map(|blow| blow.work_j).fold(0.0, |sum, x| sum + x)),
     ),
     real(
@@ -71,9 +86,12 @@ pub const AGGREGATES: &[Aggregate] = &[
         "Sum of the work that the hammers' first impacts delivered to the castings.",
         |m| sum(values(m, |h| h.first_impact_work_j)),
     ),
-    real("mean_periodic_energy_j", "J", "Mean over the hammers of their mean energy of a periodic blow.", |m| {
-        mean(values(m, |h| h.periodic_energy_mean_j))
-    }),
+    real(
+        "mean_periodic_energy_j",
+        "J",
+        "Mean over the hammers that have one of their mean energy of a periodic blow.",
+        |m| mean(values(m, |h| h.periodic_energy_mean_j)),
+    ),
     real("mean_hit_frequency_hz", "Hz", "Mean hit frequency of the hammers that have one.", |m| {
         mean(values(m, |h| h.hit_frequency_hz))
     }),
@@ -96,22 +114,33 @@ pub const AGGREGATES: &[Aggregate] = &[
         extreme(m.castings.iter().map(|c| c.peak_velocity_m_s), f64::max)
     }),
     real(
+        "max_casting_point_velocity_m_s",
+        "m/s",
+        "Largest absolute velocity of the points of all castings that are struck, held or measured, rotations included.",
+        |m| extreme(m.castings.iter().map(|c| c.peak_point_velocity_m_s), f64::max),
+    ),
+    real(
         "max_arm_rms_hammering_m_s",
         "m/s",
-        "Largest of the mounts' root-mean-square velocities after the first contacts: the load on the machine.",
+        "Largest of the mounts' root-mean-square velocities after the first impacts, their transients included.",
         |m| extreme(values(m, |h| h.arm_rms_hammering_m_s), f64::max),
+    ),
+    real(
+        "max_arm_rms_steady_m_s",
+        "m/s",
+        "Largest of the mounts' root-mean-square velocities while hammers strike periodically: the lasting load on the machine.",
+        |m| extreme(values(m, |h| h.arm_rms_steady_m_s), f64::max),
     ),
     real("total_air_used_nl", "NL", "Air drawn by all hammers over the run, in standard litres.", |m| {
         Cell::Real(air(m))
     }),
     real(
-        "delivered_work_per_air_j_per_nl",
+        "work_per_air_j_per_nl",
         "J/NL",
-        "Work delivered to the castings by all blows per standard litre of air drawn.",
+        "Work delivered to the castings over the whole run per standard litre of air drawn.",
         |m| {
             let air = air(m);
-            let work: f64 = m.blows.iter().map(|blow| blow.work_j).sum();
-            if air > 0.0 { Cell::Real(work / air) } else { Cell::Null }
+            if air > 0.0 { Cell::Real(m.totals.delivered_work_j / air) } else { Cell::Null }
         },
     ),
 ];

@@ -6,7 +6,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Quantity, QuantityKind, QuantityValue};
+use crate::metrics::{
+    Blow, CastingMetrics, HammerMetrics, Quantity, QuantityKind, QuantityValue, RunMetrics, RunTotals, Scatter,
+    ScatterOf,
+};
 use crate::run::RowStatus;
 
 use super::aggregates::AGGREGATES;
@@ -67,6 +70,8 @@ pub enum ColumnGroup {
     Casting,
     /// An output over all hammers or castings.
     Aggregate,
+    /// An output of the run as a whole.
+    Run,
     /// One blow.
     Blow,
     /// Work and accuracy of the solver.
@@ -123,12 +128,23 @@ impl Cell<'_> {
     }
 }
 
-impl From<Option<QuantityValue>> for Cell<'_> {
-    fn from(value: Option<QuantityValue>) -> Self {
+impl<'a> From<Option<QuantityValue<'a>>> for Cell<'a> {
+    fn from(value: Option<QuantityValue<'a>>) -> Self {
         match value {
             None => Self::Null,
             Some(QuantityValue::Real(value)) => Self::Real(value),
             Some(QuantityValue::Count(value)) => Self::Count(value),
+            Some(QuantityValue::Text(text)) => Self::Text(text),
+        }
+    }
+}
+
+impl From<QuantityKind> for ColumnKind {
+    fn from(kind: QuantityKind) -> Self {
+        match kind {
+            QuantityKind::Real => Self::Real,
+            QuantityKind::Count => Self::Count,
+            QuantityKind::Text => Self::Text,
         }
     }
 }
@@ -238,24 +254,6 @@ pub fn identifier(name: &str, prefix_before_digit: &str) -> String {
     if safe.starts_with(|c: char| c.is_ascii_alphabetic()) { safe } else { format!("{prefix_before_digit}_{safe}") }
 }
 
-/// Text of a row's status in tables; the same words as in JSON.
-pub fn status_text(status: RowStatus) -> &'static str {
-    match status {
-        RowStatus::Done => "done",
-        RowStatus::Invalid => "invalid",
-        RowStatus::Diverged => "diverged",
-        RowStatus::BudgetExhausted => "budget_exhausted",
-    }
-}
-
-fn blow_kind_text(kind: BlowKind) -> &'static str {
-    match kind {
-        BlowKind::FirstImpact => "first_impact",
-        BlowKind::Settling => "settling",
-        BlowKind::Periodic => "periodic",
-    }
-}
-
 /// A description without subject.
 fn describe(group: ColumnGroup, kind: ColumnKind, (name, unit): (&str, &str), description: &str) -> ColumnDescription {
     ColumnDescription {
@@ -279,47 +277,88 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column<RowRecord>> {
             (record.outcome.metrics.as_ref()).map_or(Cell::Null, aggregate.value)
         })
     }));
+    let twins = info.twins > 0;
     for (index, hammer) in info.hammers.iter().enumerate() {
-        columns.extend(HammerMetrics::QUANTITIES.iter().map(|quantity| {
-            let description = subject_column(quantity, ColumnGroup::Hammer, hammer);
-            Column::new(description, move |_, record: &RowRecord| {
-                let metrics = record.outcome.metrics.as_ref();
-                let hammer = metrics.and_then(|metrics| metrics.hammers.get(index));
-                hammer.and_then(quantity.value).into()
-            })
-        }));
+        let of = |column| subject_column(column, (ColumnGroup::Hammer, hammer));
+        columns.extend(quantity_columns(HammerMetrics::QUANTITIES, &of, move |m| m.hammers.get(index)));
+        if twins {
+            columns.extend(scatter_columns(HammerMetrics::QUANTITIES, &of, move |s| s.hammers.get(index)));
+        }
     }
     for (index, casting) in info.castings.iter().enumerate() {
-        columns.extend(CastingMetrics::QUANTITIES.iter().map(|quantity| {
-            let description = subject_column(quantity, ColumnGroup::Casting, casting);
-            Column::new(description, move |_, record: &RowRecord| {
-                let metrics = record.outcome.metrics.as_ref();
-                let casting = metrics.and_then(|metrics| metrics.castings.get(index));
-                casting.and_then(quantity.value).into()
-            })
-        }));
+        let of = |column| subject_column(column, (ColumnGroup::Casting, casting));
+        columns.extend(quantity_columns(CastingMetrics::QUANTITIES, &of, move |m| m.castings.get(index)));
+        if twins {
+            columns.extend(scatter_columns(CastingMetrics::QUANTITIES, &of, move |s| s.castings.get(index)));
+        }
+    }
+    let run = |column: ColumnDescription| ColumnDescription { group: ColumnGroup::Run, ..column };
+    columns.extend(quantity_columns(RunTotals::QUANTITIES, &run, |m| Some(&m.totals)));
+    if twins {
+        columns.extend(scatter_columns(RunTotals::QUANTITIES, &run, |s| Some(&s.totals)));
+        columns.push(twins_column());
     }
     columns.extend(solver_columns());
     columns
 }
 
+/// Columns of quantities; `of` makes their descriptions those of a hammer, a casting or the run, `part` finds the values.
+fn quantity_columns<T: 'static>(
+    quantities: &'static [Quantity<T>],
+    of: &dyn Fn(ColumnDescription) -> ColumnDescription,
+    part: impl Fn(&RunMetrics) -> Option<&T> + Copy + Send + Sync + 'static,
+) -> Vec<Column<RowRecord>> {
+    let column = |quantity: &'static Quantity<T>| {
+        let (kind, named) = (quantity.kind.into(), (quantity.name, quantity.unit));
+        let description = of(describe(ColumnGroup::Row, kind, named, &quantity.description()));
+        Column::new(description, move |_, record: &RowRecord| {
+            let part = record.outcome.metrics.as_ref().and_then(part);
+            part.and_then(quantity.value).into()
+        })
+    };
+    quantities.iter().map(column).collect()
+}
+
+/// Columns of the scatter of the main quantities, `<quantity>_scatter`.
+fn scatter_columns<T: 'static>(
+    quantities: &'static [Quantity<T>],
+    of: &dyn Fn(ColumnDescription) -> ColumnDescription,
+    part: impl Fn(&Scatter) -> Option<&ScatterOf> + Copy + Send + Sync + 'static,
+) -> Vec<Column<RowRecord>> {
+    let column = |quantity: &'static Quantity<T>| {
+        let name = format!("{}_scatter", quantity.name);
+        let text = format!("Scatter (half the range over the row and its twins) of {}.", quantity.name);
+        let description = of(describe(ColumnGroup::Row, ColumnKind::Real, (&name, quantity.unit), &text));
+        Column::new(description, move |_, record: &RowRecord| {
+            let scatter = record.outcome.metrics.as_ref().and_then(|metrics| metrics.scatter.as_ref());
+            let value = scatter.and_then(part).and_then(|of| of.get(quantity.name).copied().flatten());
+            value.map_or(Cell::Null, Cell::Real)
+        })
+    };
+    quantities.iter().filter(|quantity| quantity.main).map(column).collect()
+}
+
+fn twins_column() -> Column<RowRecord> {
+    let text = "Twins of the row that were simulated to their end; the scatter is over these and the row itself.";
+    let description = describe(ColumnGroup::Run, ColumnKind::Count, ("twins_done", "1"), text);
+    Column::new(description, |_, record: &RowRecord| {
+        let scatter = record.outcome.metrics.as_ref().and_then(|metrics| metrics.scatter.as_ref());
+        scatter.map_or(Cell::Null, |scatter| Cell::Count(scatter.twins_done))
+    })
+}
+
 /// Description of a hammer's or a casting's output: `<subject>_<quantity>`.
-fn subject_column<T>(quantity: &Quantity<T>, group: ColumnGroup, subject: &str) -> ColumnDescription {
+fn subject_column(column: ColumnDescription, (group, subject): (ColumnGroup, &str)) -> ColumnDescription {
     let (prefix, word) = match group {
         ColumnGroup::Casting => ("casting", "Casting"),
         _ => ("hammer", "Hammer"),
     };
     ColumnDescription {
-        name: format!("{}_{}", identifier(subject, prefix), quantity.name),
-        kind: match quantity.kind {
-            QuantityKind::Real => ColumnKind::Real,
-            QuantityKind::Count => ColumnKind::Count,
-        },
-        unit: quantity.unit.to_owned(),
-        description: format!("{word} `{subject}`: {}", quantity.description()),
+        name: format!("{}_{}", identifier(subject, prefix), column.name),
+        description: format!("{word} `{subject}`: {}", column.description),
         group,
         subject: Some(subject.to_owned()),
-        quantity: quantity.name.to_owned(),
+        ..column
     }
 }
 
@@ -335,9 +374,9 @@ fn row_columns() -> Vec<Column<RowRecord>> {
                 Row,
                 ColumnKind::Text,
                 ("status", ""),
-                "How the row ended: done, invalid, diverged or budget_exhausted.",
+                &format!("How the row ended: {}.", RowStatus::ALL.map(RowStatus::text).join(", ")),
             ),
-            |_, record: &RowRecord| Cell::Text(status_text(record.outcome.status)),
+            |_, record: &RowRecord| Cell::Text(record.outcome.status.text()),
         ),
         Column::new(
             describe(Row, ColumnKind::Text, ("reason", ""), "Why the row is not done, in words; empty if it is."),
@@ -387,23 +426,11 @@ fn solver_columns() -> Vec<Column<RowRecord>> {
             |r| r.outcome.counters.retries,
         ),
     ];
-    let mut columns: Vec<Column<RowRecord>> = counts
-        .into_iter()
-        .map(|(name, text, value)| {
-            let description = describe(ColumnGroup::Solver, ColumnKind::Count, (name, "1"), text);
-            Column::new(description, move |_, record: &RowRecord| Cell::Count(value(record)))
-        })
-        .collect();
-    columns.push(Column::new(
-        describe(
-            ColumnGroup::Solver,
-            ColumnKind::Real,
-            ("energy_residual", "1"),
-            "Audit of the run: (work put in by gas and gravity - stored - dissipated) / work put in.",
-        ),
-        |_, record: &RowRecord| (record.outcome.metrics.as_ref()).map_or(Cell::Null, |m| Cell::Real(m.energy_residual)),
-    ));
-    columns
+    let column = |(name, text, value): Count| {
+        let description = describe(ColumnGroup::Solver, ColumnKind::Count, (name, "1"), text);
+        Column::new(description, move |_, record: &RowRecord| Cell::Count(value(record)))
+    };
+    counts.into_iter().map(column).collect()
 }
 
 fn blow_columns() -> Vec<Column<BlowRecord>> {
@@ -424,13 +451,23 @@ fn blow_columns() -> Vec<Column<BlowRecord>> {
                 ColumnGroup::Blow,
                 ColumnKind::Count,
                 ("number", "1"),
-                "Number of the blow for this hammer, from 0 (the first impact).",
+                "Number of the blow for this hammer, from 0 (the first impact), blank ones included.",
             ),
             |_, record: &BlowRecord| Cell::Count(record.blow.number as u64),
         ),
-        Column::new(text("kind", "Kind of blow: first_impact, settling or periodic."), |_, record: &BlowRecord| {
-            Cell::Text(blow_kind_text(record.blow.kind))
-        }),
+        Column::new(
+            describe(
+                ColumnGroup::Blow,
+                ColumnKind::Count,
+                ("stroke", "1"),
+                "Stroke of the hammer that the blow belongs to, from 0; a stroke begins where the supply is switched on.",
+            ),
+            |_, record: &BlowRecord| Cell::Count(record.blow.stroke as u64),
+        ),
+        Column::new(
+            text("kind", "Kind of blow: first_impact, stroke_impact, settling, periodic or blank."),
+            |_, record: &BlowRecord| Cell::Text(record.blow.kind.text()),
+        ),
     ];
     columns.extend(blow_figures());
     columns

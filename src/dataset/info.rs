@@ -89,6 +89,9 @@ pub struct DatasetInfo {
     /// constraints); null for a design without factors.
     #[serde(default)]
     pub design_quality: serde_json::Value,
+    /// Twins of each row.
+    #[serde(default)]
+    pub twins: u64,
     /// Names of the hammers, in the scene's order.
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
@@ -114,6 +117,7 @@ impl DatasetInfo {
             rows_per_part: 64,
             factors: Vec::new(),
             design_quality: serde_json::Value::Null,
+            twins: 0,
             hammers: Vec::new(),
             castings: Vec::new(),
         }

@@ -55,9 +55,7 @@ mod store;
 mod table_file;
 mod writer;
 
-pub use columns::{
-    BlowRecord, Cell, Column, ColumnDescription, ColumnGroup, ColumnKind, Columns, TableName, status_text,
-};
+pub use columns::{BlowRecord, Cell, Column, ColumnDescription, ColumnGroup, ColumnKind, Columns, TableName};
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
 pub use info::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};

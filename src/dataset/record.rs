@@ -3,7 +3,7 @@
 //! Every row goes through these bytes, whether it was just computed, comes from the journal of a killed run, or from a part
 //! that must be written anew: that is why all of them give the same files.
 
-use super::columns::{Cell, Column, Columns, TableName, status_text};
+use super::columns::{Cell, Column, Columns, TableName};
 use super::{DatasetInfo, RowRecord};
 use crate::run::RowStatus;
 
@@ -137,7 +137,7 @@ impl RowWriter {
 /// Whether the cells of a row of `runs` with these columns say that the row is not done.
 pub fn cells_say_failed(names: &[&str], cells: &[Cell<'_>]) -> bool {
     let status = names.iter().zip(cells).find(|(name, _)| **name == STATUS_COLUMN);
-    status.is_none_or(|(_, cell)| *cell != Cell::Text(status_text(RowStatus::Done)))
+    status.is_none_or(|(_, cell)| *cell != Cell::Text(RowStatus::Done.text()))
 }
 
 fn read_cell<'a>(rest: &mut &'a [u8]) -> Option<Cell<'a>> {

@@ -5,7 +5,7 @@ mod model;
 mod parameters;
 
 pub use flow::FlowFunction;
-pub use model::{Gas, HammerModel, HammerRates, HammerState, body, chamber};
+pub use model::{ChamberBalance, Gas, HammerModel, HammerRates, HammerState, body, chamber};
 pub use parameters::{
     ChiselParameters, GuideParameters, HammerParameters, HousingParameters, PistonParameters, TelescopeParameters,
     ValveParameters,

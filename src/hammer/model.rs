@@ -3,6 +3,7 @@
 //! Positions run along the strike axis. Relative coordinates: `e = x_cb - x_Gh`, `p = x_p - x_cb`, `s = x_sv - x_cb`,
 //! `c = x_h - x_cb`.
 
+use crate::contact::ContactParameters;
 use crate::hammer::{FlowFunction, HammerParameters};
 
 /// Indices of the bodies within a hammer's state.
@@ -80,6 +81,18 @@ pub struct HammerRates {
     pub dissipation_w: f64,
     /// Mass flow drawn from the supply in kg/s.
     pub supply_flow_kg_s: f64,
+    /// What each chamber's own equation says of `d(P V)/dt`, in W: see [`ChamberBalance`].
+    pub balance: [ChamberBalance; chamber::COUNT],
+}
+
+/// Terms of a chamber's energy equation, from its flows and its walls and not from the rate of its pressure:
+/// `d(P V)/dt = R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ChamberBalance {
+    /// The right-hand side, W.
+    pub supplied_w: f64,
+    /// `|P dV/dt|`, W: the size that the balance is measured by.
+    pub expansion_w: f64,
 }
 
 /// Constants of one hammer, prepared for evaluation.
@@ -152,14 +165,30 @@ impl HammerModel {
         &self.mass
     }
 
-    /// State of rest before the start: all chambers at ambient pressure, the cylinder held against the top stop.
+    /// Extension `e0` of the telescope at rest in m: the root of `N_u(-e0) = N_end(e0 - L_tel) + F0 + k_l e0 - W`.
     ///
-    /// `N_u(-e0) - k_l e0 = F0 - W` (`e0 = -(F0 - W) / (k_u + k_l)` for a linear top stop), `s = 0`, `c = c_ret`,
+    /// A preload above the weight that hangs on the cylinder holds it against the top stop; a smaller one lets it hang on the
+    /// return spring, or rest on the end stop where that lies higher. No stop pulls.
+    fn rest_extension(&self) -> f64 {
+        let t = &self.parameters.telescope;
+        let (held, stiffness) = (t.spring_preload_n + self.weight[body::GUIDE], t.spring_stiffness_n_per_m);
+        let stop = |contact: &ContactParameters, force: f64| {
+            contact.law(t.cylinder_mass_kg).static_penetration(force, stiffness)
+        };
+        let hanging = -held / stiffness;
+        if held >= 0.0 {
+            -stop(&t.top_stop, held)
+        } else if hanging <= t.stroke_m {
+            hanging
+        } else {
+            t.stroke_m + stop(&t.end_stop, -held - stiffness * t.stroke_m)
+        }
+    }
+
+    /// State of rest before the start: all chambers at ambient pressure, the telescope in equilibrium, `s = 0`, `c = c_ret`,
     /// `p = c_ret + stroke`.
     pub fn rest(&self) -> HammerState {
-        let t = &self.parameters.telescope;
-        let held = t.spring_preload_n + self.weight[body::GUIDE];
-        let cylinder = -t.top_stop.law(t.cylinder_mass_kg).static_penetration(held, t.spring_stiffness_n_per_m);
+        let cylinder = self.rest_extension();
         let travel = self.parameters.chisel.travel_m;
         HammerState {
             position: [0.0, cylinder, cylinder, cylinder + travel + self.parameters.piston.stroke_m, cylinder + travel],
@@ -198,6 +227,7 @@ impl HammerModel {
             power_in_w: 0.0,
             dissipation_w: 0.0,
             supply_flow_kg_s: 0.0,
+            balance: [ChamberBalance::default(); chamber::COUNT],
         };
         for i in 0..body::COUNT {
             rates.power_in_w += self.weight[i] * state.velocity[i];
@@ -281,8 +311,13 @@ impl HammerModel {
         ];
         let volume = self.volumes(&state.position);
         for i in 0..chamber::COUNT {
-            rates.pressure_rate[i] = self.pressure_rate(&flows[i], pressure[i] * volume_rate[i], volume[i]);
+            let (energy_flow, expansion) = (self.energy_flow(&flows[i]), pressure[i] * volume_rate[i]);
+            rates.pressure_rate[i] = self.pressure_rate(energy_flow, expansion, volume[i]);
             rates.supply_flow_kg_s += flows[i].supply;
+            rates.balance[i] = ChamberBalance {
+                supplied_w: energy_flow - (self.gas.expansion_exponent - 1.0) * expansion,
+                expansion_w: expansion.abs(),
+            };
         }
     }
 
@@ -316,14 +351,19 @@ impl HammerModel {
         [rear_feed, front_feed, p.rear_exhaust_area_m2 * rear_port, p.front_exhaust_area_m2 * front_port]
     }
 
-    /// `P' = (R T (a_in m_in - a_out m_out) - a P V') / V`; a volume that is not positive gives NaN, which an
-    /// integrator rejects.
+    /// `R T (a_in m_in - a_out m_out)` of a chamber in W; a flow that reverses swaps its exponent.
     #[inline(always)]
-    fn pressure_rate(&self, flows: &ChamberFlows, pressure_volume_rate: f64, volume: f64) -> f64 {
+    fn energy_flow(&self, flows: &ChamberFlows) -> f64 {
         let weighted = |inward: f64| {
             if inward >= 0.0 { self.gas.inflow_exponent * inward } else { self.gas.outflow_exponent * inward }
         };
-        let energy_flow = self.gas.specific_energy_j_per_kg * (weighted(flows.supply) + weighted(-flows.exhaust));
+        self.gas.specific_energy_j_per_kg * (weighted(flows.supply) + weighted(-flows.exhaust))
+    }
+
+    /// `P' = (R T (a_in m_in - a_out m_out) - a P V') / V`; a volume that is not positive gives NaN, which an
+    /// integrator rejects.
+    #[inline(always)]
+    fn pressure_rate(&self, energy_flow: f64, pressure_volume_rate: f64, volume: f64) -> f64 {
         let rate = (energy_flow - self.gas.expansion_exponent * pressure_volume_rate) / volume;
         if volume > 0.0 { rate } else { f64::NAN }
     }

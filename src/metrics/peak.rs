@@ -9,6 +9,12 @@ const RESOLUTION: f64 = 1e-5;
 /// Parts into which a step is cut to bracket its peak; a step spans less than half a period of any contact.
 const PARTS: usize = 4;
 
+/// Practical bound of the absolute value that a sum of components with coefficients, less `offset`, takes within a step.
+pub(super) fn reach(step: &Step<'_>, terms: impl Iterator<Item = (usize, f64)> + Clone, offset: f64) -> f64 {
+    let start = terms.clone().map(|(index, c)| c * step.start()[index]).sum::<f64>() - offset;
+    start.abs() + step.h * step.largest_rate(terms)
+}
+
 /// Largest absolute value of `quantity`, a function of time and state, between the start of the step and `theta_end`, and the fraction where it is.
 ///
 /// `support` lists the components that `quantity` reads; `y` is scratch of the state's length.

@@ -7,38 +7,39 @@ use std::path::PathBuf;
 
 use crate::dataset::{Cell, ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
 
-/// Column by which rows are ranked unless another is asked for: the work that all blows delivered to the castings.
-pub const DEFAULT_RANKING: &str = "total_delivered_work_j";
-/// Energy residual (absolute) above which the report says that rows should be looked at.
-pub const RESIDUAL_LIMIT: f64 = 1e-3;
+/// Column by which rows are ranked unless another is asked for: the work delivered to the castings over the whole run.
+pub const DEFAULT_RANKING: &str = "delivered_work_j";
 
 /// Figures shown beside the ranking for the best rows.
-const BESIDE: [&str; 7] = [
+const BESIDE: [&str; 8] = [
     DEFAULT_RANKING,
     "total_first_impact_work_j",
     "total_first_impact_energy_j",
     "mean_periodic_energy_j",
     "mean_hit_frequency_hz",
-    "max_casting_peak_velocity_m_s",
+    "least_percussion",
+    "max_casting_point_velocity_m_s",
     "total_air_used_nl",
 ];
 /// Outputs of single hammers and castings whose ranges over all hammers or castings are shown, with their titles.
-const SUBJECT_RANGES: [(&str, &str); 8] = [
+const SUBJECT_RANGES: [(&str, &str); 10] = [
     ("first_impact_energy_j", "first-impact energy of a hammer"),
     ("first_impact_work_j", "work of a first impact on the casting"),
     ("first_impact_casting_peak_velocity_m_s", "casting velocity at a first impact"),
     ("periodic_energy_mean_j", "energy of a periodic blow"),
     ("periodic_work_mean_j", "work of a periodic blow on the casting"),
     ("hit_frequency_hz", "hit frequency of a hammer"),
-    ("arm_rms_hammering_m_s", "arm velocity while hammering (RMS)"),
-    ("peak_velocity_m_s", "peak velocity of a casting"),
+    ("periodic_energy_mean_error_j", "standard error of that energy"),
+    ("arm_rms_steady_m_s", "arm velocity, steady hammering (RMS)"),
+    ("peak_velocity_m_s", "peak velocity of a casting (heave)"),
+    ("peak_point_velocity_m_s", "peak velocity of a casting's points"),
 ];
 /// Aggregates whose ranges over the rows are shown, with their titles.
 const AGGREGATE_RANGES: [(&str, &str); 4] = [
-    ("total_delivered_work_j", "work delivered in a row"),
+    ("delivered_work_j", "work delivered in a row"),
     ("total_periodic_power_w", "impact power of a row"),
     ("total_air_used_nl", "air used in a row"),
-    ("delivered_work_per_air_j_per_nl", "work per air in a row"),
+    ("work_per_air_j_per_nl", "work per air in a row"),
 ];
 
 /// What to report.
@@ -127,6 +128,8 @@ pub struct Report {
     pub rows: u64,
     /// Number of rows by status.
     pub statuses: BTreeMap<String, u64>,
+    /// Number of rows that are done by the least sound percussion of their hammers.
+    pub percussions: BTreeMap<String, u64>,
     /// Number of rows by reason, of the rows that are not done.
     pub reasons: BTreeMap<String, u64>,
     /// Number of blows.
@@ -139,8 +142,6 @@ pub struct Report {
     pub ranges: Vec<Range>,
     /// Row with the largest absolute energy residual, and that residual.
     pub worst_residual: Option<(u64, f64)>,
-    /// Rows whose absolute residual is above [`RESIDUAL_LIMIT`] (or no number).
-    pub rows_above_residual_limit: u64,
     /// Damaged files, in words.
     pub damage: Vec<String>,
 }
@@ -164,13 +165,13 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         program_version: study.program_version.clone(),
         rows: study.rows,
         statuses: BTreeMap::new(),
+        percussions: BTreeMap::new(),
         reasons: BTreeMap::new(),
         blows: reader.parts(TableName::Blows).iter().map(|part| part.records).sum(),
         ranking,
         best: Vec::new(),
         ranges: Vec::new(),
         worst_residual: None,
-        rows_above_residual_limit: 0,
         damage: reader.damage().iter().map(ToString::to_string).collect(),
     };
     count_statuses(reader, &mut report)?;
@@ -181,9 +182,12 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
 }
 
 fn count_statuses(reader: &DatasetReader, report: &mut Report) -> Result<(), DatasetError> {
-    reader.visit(TableName::Runs, &["status", "reason"], |cells| {
-        if let [Cell::Text(status), Cell::Text(reason)] = cells {
+    reader.visit(TableName::Runs, &["status", "reason", "least_percussion"], |cells| {
+        if let [Cell::Text(status), Cell::Text(reason), percussion] = cells {
             *report.statuses.entry((*status).to_owned()).or_default() += 1;
+            if let ("done", Cell::Text(percussion)) = (*status, percussion) {
+                *report.percussions.entry((*percussion).to_owned()).or_default() += 1;
+            }
             if !reason.is_empty() {
                 count_reason(&mut report.reasons, reason);
             }
@@ -317,9 +321,6 @@ fn judge_residuals(reader: &DatasetReader, report: &mut Report) -> Result<(), Da
         let size = |value: f64| {
             if value.is_nan() { f64::INFINITY } else { value.abs() }
         };
-        if size(*residual) > RESIDUAL_LIMIT {
-            report.rows_above_residual_limit += 1;
-        }
         if report.worst_residual.is_none_or(|(_, worst)| size(*residual) > size(worst)) {
             report.worst_residual = Some((*row, *residual));
         }

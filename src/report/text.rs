@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::dataset::TableName;
 
-use super::{BestRow, Figure, RESIDUAL_LIMIT, Range, Report, Value};
+use super::{BestRow, Figure, Range, Report, Value};
 
 /// Number of different reasons that are shown.
 const REASONS: usize = 5;
@@ -40,6 +40,14 @@ impl Report {
             write!(f, " ({})", statuses.join(", "))?;
         }
         writeln!(f, ", {} blows", self.blows)?;
+        if self.percussions.keys().any(|percussion| percussion != "periodic") {
+            let kinds: Vec<String> = self.percussions.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+            writeln!(
+                f,
+                "  percussion (of a row's least sound hammer, column `least_percussion`): {}",
+                kinds.join(", ")
+            )?;
+        }
         let mut reasons: Vec<(&String, &u64)> = self.reasons.iter().collect();
         reasons.sort_by_key(|(reason, count)| (Reverse(**count), *reason));
         for (reason, count) in reasons.iter().take(REASONS) {
@@ -91,13 +99,7 @@ impl Report {
         let Some((row, residual)) = self.worst_residual else {
             return Ok(());
         };
-        write!(f, "\nEnergy residual: at worst {} % (row {row})", significant(100.0 * residual))?;
-        let limit = 100.0 * RESIDUAL_LIMIT;
-        write!(f, ", rows above {limit} %: {}", self.rows_above_residual_limit)?;
-        if self.rows_above_residual_limit > 0 {
-            write!(f, " (see column `energy_residual`)")?;
-        }
-        writeln!(f)
+        writeln!(f, "\nEnergy residual: at worst {} % (row {row})", significant(100.0 * residual))
     }
 }
 

@@ -8,14 +8,32 @@ use crate::metrics::RunMetrics;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RowStatus {
-    /// Simulated to its end.
+    /// Simulated to its end, and the audits hold.
     Done,
+    /// Simulated to its end, but the audit of energies or of chambers fails: the outputs are there, and doubtful.
+    AuditFailed,
     /// The row's parameters describe no scene that can be simulated.
     Invalid,
     /// The integration failed.
     Diverged,
     /// The budget of steps or wall time was used up.
     BudgetExhausted,
+}
+
+impl RowStatus {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Done, Self::AuditFailed, Self::Invalid, Self::Diverged, Self::BudgetExhausted];
+
+    /// The status in tables, texts and JSON.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::AuditFailed => "audit_failed",
+            Self::Invalid => "invalid",
+            Self::Diverged => "diverged",
+            Self::BudgetExhausted => "budget_exhausted",
+        }
+    }
 }
 
 /// Work counters of one run.
@@ -32,6 +50,8 @@ pub struct SolverCounters {
     /// Factorisations of a matrix (implicit methods).
     pub factorisations: u64,
     /// Times the run was repeated with a stricter tolerance; the other counters are of the last time.
+    ///
+    /// Twins do not count.
     pub retries: u64,
 }
 
@@ -40,7 +60,7 @@ pub struct SolverCounters {
 pub struct RowOutcome {
     /// How it ended.
     pub status: RowStatus,
-    /// Why, in words; empty for `Done`, unless the energy audit makes the outputs doubtful.
+    /// Why, in words; empty for `Done`.
     pub reason: String,
     /// Simulated time reached in s.
     pub time_reached_s: f64,
@@ -48,7 +68,7 @@ pub struct RowOutcome {
     pub modes: usize,
     /// States of the coupled system.
     pub states: usize,
-    /// Outputs; `None` unless the row is `Done`.
+    /// Outputs; `None` unless the row was simulated to its end.
     pub metrics: Option<RunMetrics>,
     /// Work counters.
     pub counters: SolverCounters,

@@ -1,29 +1,34 @@
-//! Runs a row that diverged again with a stricter tolerance.
+//! Runs a row that diverged, or whose audit fails, again with a stricter tolerance.
 
+use crate::run::twins::with_twins;
 use crate::run::{RowOutcome, RowStatus, run_row};
-use crate::scene::Scene;
+use crate::scene::{Method, Scene};
 use crate::system::InterfaceModes;
 
-/// Times a row that diverged is run again unless another number is asked for.
+/// Times such a row is run again unless another number is asked for.
 pub const DEFAULT_RETRIES: u32 = 1;
 /// Factor on the tolerance from one time to the next.
 pub const TIGHTENING: f64 = 0.01;
 /// Least tolerance: below it rounding decides.
-const LEAST_TOLERANCE: f64 = 1e-12;
+pub(super) const LEAST_TOLERANCE: f64 = 1e-12;
 
-/// As [`run_row`]; a row that diverges is run again with [`TIGHTENING`] times the tolerance, at most `retries` times.
+/// As [`run_row`]; a row that diverges or fails its audit is run again with [`TIGHTENING`] times the tolerance, at most
+/// `retries` times, where the method has one. Then its twins are run, if the scene asks for them.
 ///
 /// The outcome is that of the last time, its wall time that of all. Pure, as a single run is.
 pub fn run_row_with_retries(scene: &Scene, modes: &InterfaceModes, retries: u32) -> RowOutcome {
-    repeat(scene, retries, |scene| run_row(scene, modes))
+    let outcome = repeat(scene, retries, |scene| run_row(scene, modes));
+    with_twins(scene, modes, outcome)
 }
 
 fn repeat(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> RowOutcome) -> RowOutcome {
     let mut outcome = run(scene);
     let mut stricter = scene.clone();
+    let retries = if scene.solver.stepping.method == Method::Tsit5 { retries } else { 0 };
     for time in 1..=retries {
         stricter.solver.tolerance *= TIGHTENING;
-        if outcome.status != RowStatus::Diverged || stricter.solver.tolerance < LEAST_TOLERANCE {
+        let again = matches!(outcome.status, RowStatus::Diverged | RowStatus::AuditFailed);
+        if !again || stricter.solver.tolerance < LEAST_TOLERANCE {
             break;
         }
         let wall_time_s = outcome.wall_time_s;
@@ -84,5 +89,12 @@ mod tests {
         assert_eq!(tries(1e-5, 0), (RowStatus::Diverged, 0, 2.0));
         let outcome = repeat(&scene(), 1, |scene| run(scene, 0.0));
         assert_eq!(outcome.reason, "shrunk to nothing (also with tolerance 1e-6)");
+        // So is one whose audit fails; a method without a tolerance is not.
+        let failing = |scene: &Scene| RowOutcome { status: RowStatus::AuditFailed, ..run(scene, 0.0) };
+        assert_eq!(repeat(&scene(), 2, failing).counters.retries, 2);
+        let mut fixed = scene();
+        fixed.solver.stepping.method = Method::Rk4;
+        assert_eq!(repeat(&fixed, 2, failing).counters.retries, 0);
+        assert_eq!(repeat(&fixed, 2, failing).reason, "shrunk to nothing");
     }
 }

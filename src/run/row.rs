@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::integrate::{Counters, FixedRule, FixedSettings, FixedStep, Integrator, Observer, Settings, Stopped};
-use crate::metrics::Recorder;
+use crate::metrics::{Recorder, RunTotals};
 use crate::run::{RowOutcome, RowStatus, SolverCounters};
 use crate::scene::{Method, Scene};
 use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
@@ -13,8 +13,8 @@ const FIRST_STEP_S: f64 = 1e-6;
 /// Longest step in s: well below the width of any window or the period of the percussion.
 const LONGEST_STEP_S: f64 = 1e-3;
 
-/// Energy residual above which a row says that its outputs are doubtful.
-const DOUBTFUL_RESIDUAL: f64 = 1e-3;
+/// Residual of the energies or of the chambers above which the audit of a row fails.
+pub const RESIDUAL_LIMIT: f64 = 1e-3;
 
 /// Simulates a scene on the modes of its structure.
 ///
@@ -51,17 +51,14 @@ where
     O: for<'a> Observer<Coupled<'a>>,
 {
     let mut system = Coupled::new(model);
-    let mut observers = (Recorder::new(model, &scene.outputs), extra);
+    let mut observers = (Recorder::new(model, scene), extra);
     let End { stopped, t, y, work } = integrate(scene, &mut system, &mut observers);
     let (recorder, extra) = observers;
     let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, t, &y));
-    let (status, mut reason) = describe(&stopped, scene);
-    if let Some(residual) = metrics.as_ref().map(|metrics| metrics.energy_residual)
-        && (residual.is_nan() || residual.abs() > DOUBTFUL_RESIDUAL)
-    {
-        let key = if scene.solver.stepping.method == Method::Tsit5 { "tolerance" } else { "step_s" };
-        reason = format!("energy residual {residual:.1e}: outputs are doubtful (a smaller solver.{key} may help)");
-    }
+    let (status, reason) = match &metrics {
+        Some(metrics) => audited(&metrics.totals, scene),
+        None => describe(&stopped, scene),
+    };
     let outcome = RowOutcome {
         status,
         reason,
@@ -120,6 +117,25 @@ fn integrate<'a, O: Observer<Coupled<'a>>>(scene: &Scene, system: &mut Coupled<'
     let mut integrator = FixedStep::new(system, 0.0, y0, settings);
     let stopped = integrator.run(system, observer, scene.duration_s);
     End { stopped, t: integrator.time(), y: integrator.state().to_vec(), work: integrator.counters() }
+}
+
+/// Status of a run that reached its end, by its audits.
+fn audited(totals: &RunTotals, scene: &Scene) -> (RowStatus, String) {
+    // Written so that a NaN fails.
+    let fails = |residual: f64| !(residual.abs() <= RESIDUAL_LIMIT);
+    let parts = [("energy", totals.energy_residual), ("chamber", totals.chamber_residual)];
+    let failed: Vec<String> = (parts.iter().filter(|(_, residual)| fails(*residual)))
+        .map(|(audit, residual)| format!("{audit} residual {residual:.1e}"))
+        .collect();
+    if failed.is_empty() {
+        return (RowStatus::Done, String::new());
+    }
+    let key = if scene.solver.stepping.method == Method::Tsit5 { "tolerance" } else { "step_s" };
+    let reason = format!(
+        "{} above {RESIDUAL_LIMIT:.0e}: the outputs are doubtful (a smaller solver.{key} may help)",
+        failed.join(", ")
+    );
+    (RowStatus::AuditFailed, reason)
 }
 
 fn describe(stopped: &Stopped, scene: &Scene) -> (RowStatus, String) {

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 
-use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics};
+use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
 use crate::run::{RowOutcome, RowStatus, SolverCounters};
 
 /// One row in this many diverges.
@@ -72,7 +72,8 @@ impl StubRows {
             first_impact_time_s: Some(0.1 + 0.01 * unit(row, index)),
             first_impact_energy_j: Some(60.0 + unit(row, index + 1)),
             first_impact_work_j: Some(6.0 + unit(row, index + 2)),
-            periodic_blow_count: 9 + row % 5,
+            periodic_blows: 9 + row % 5,
+            delivered_work_j: 9.0 + unit(row, index + 2),
             hit_frequency_hz: Some(20.0 + unit(row, index + 3)),
             contact_count: 30,
             air_used_nl: 5.0 + unit(row, index + 4),
@@ -82,6 +83,7 @@ impl StubRows {
             hammer: index,
             casting: 0,
             number: 0,
+            stroke: 0,
             kind: BlowKind::FirstImpact,
             start_time_s: 0.1 + 0.01 * unit(row, index),
             energy_j: 60.0 + unit(row, index + 1),
@@ -91,17 +93,17 @@ impl StubRows {
             peak_force_n: 1e5 * unit(row, index + 5),
             casting_peak_velocity_m_s: unit(row, index + 6),
         };
-        let casting = CastingMetrics {
-            peak_velocity_m_s: unit(row, 7),
-            peak_velocity_time_s: 0.11,
-            measuring_point_peak_velocity_m_s: None,
-        };
+        let casting =
+            CastingMetrics { peak_velocity_m_s: unit(row, 7), peak_velocity_time_s: 0.11, ..CastingMetrics::default() };
+        let hammers: Vec<HammerMetrics> = (0..self.hammers).map(hammer).collect();
+        let delivered_work_j = hammers.iter().map(|hammer| hammer.delivered_work_j).sum();
         let blows = if self.castings > 0 { self.hammers } else { 0 };
         RunMetrics {
-            hammers: (0..self.hammers).map(hammer).collect(),
+            hammers,
             castings: vec![casting; self.castings],
             blows: (0..blows).map(blow).collect(),
-            energy_residual: 1e-5 * unit(row, 8),
+            totals: RunTotals { delivered_work_j, energy_residual: 1e-5 * unit(row, 8), ..RunTotals::default() },
+            scatter: None,
         }
     }
 }

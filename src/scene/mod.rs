@@ -165,13 +165,32 @@ pub struct OutputSettings {
     pub blow_closing_speed_m_s: f64,
     /// Least time between the starts of two blows in s. Default 0.010.
     pub blow_separation_s: f64,
-    /// Number of periodic blows taken as settling. Default 5.
+    /// Number of struck blows of each stroke taken as settling. Default 5.
     pub settling_blows: usize,
+    /// Root mean square of the differences of blow energies, and of intervals, a period apart, relative to their mean, up to
+    /// which a percussion is periodic; also the rise over a series above which it counts as a trend. Default 0.01.
+    pub periodic_agreement: f64,
+    /// Longest period in blows that is looked for. Default 4.
+    pub longest_period_blows: usize,
+    /// Share of the earlier rate of blows below which a percussion has stalled in the last third of its time. Default 0.5.
+    pub stall_rate_share: f64,
+    /// Twins of each row: further runs with inputs that are the same for every purpose, whose outputs show by how much a row's
+    /// scatter. The same for all rows. Default 0.
+    pub twins: usize,
 }
 
 impl Default for OutputSettings {
     fn default() -> Self {
-        Self { blow_window_s: 0.005, blow_closing_speed_m_s: 0.5, blow_separation_s: 0.010, settling_blows: 5 }
+        Self {
+            blow_window_s: 0.005,
+            blow_closing_speed_m_s: 0.5,
+            blow_separation_s: 0.010,
+            settling_blows: 5,
+            periodic_agreement: 0.01,
+            longest_period_blows: 4,
+            stall_rate_share: 0.5,
+            twins: 0,
+        }
     }
 }
 

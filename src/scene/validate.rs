@@ -28,6 +28,9 @@ pub struct SceneProblem {
     pub message: String,
 }
 
+/// Most twins of a row.
+const MOST_TWINS: usize = 1000;
+
 /// Ranges that quantities are held to.
 #[derive(Clone, Copy)]
 enum Range {
@@ -226,8 +229,14 @@ impl Scene {
             ("blow_window_s", self.outputs.blow_window_s, Range::Positive),
             ("blow_closing_speed_m_s", self.outputs.blow_closing_speed_m_s, Range::NonNegative),
             ("blow_separation_s", self.outputs.blow_separation_s, Range::NonNegative),
+            ("periodic_agreement", self.outputs.periodic_agreement, Range::Positive),
+            ("stall_rate_share", self.outputs.stall_rate_share, Range::Share),
         ];
         checks.values("outputs", &outputs);
+        let period = self.outputs.longest_period_blows >= 1;
+        checks.rule(period, "outputs.longest_period_blows".to_string(), "must be at least 1");
+        let twins = self.outputs.twins <= MOST_TWINS;
+        checks.rule(twins, "outputs.twins".to_string(), "must be at most 1000: each is a run of its own");
     }
 }
 

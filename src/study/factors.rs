@@ -15,6 +15,9 @@ use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
 
+/// The key among them that all rows share: it decides which columns there are.
+const TWINS_PATH: [&str; 2] = ["outputs", "twins"];
+
 /// Type of a factor's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FactorKind {
@@ -455,7 +458,8 @@ impl Reader<'_> {
             problem.expected = Some("the path of a single number or text (an entry of a list: `.0`, `.1`)".into());
             return None;
         }
-        if !segments.first().is_some_and(|first| DRIVABLE.contains(&first.as_str())) {
+        let shared = segments.iter().map(String::as_str).eq(TWINS_PATH);
+        if shared || !segments.first().is_some_and(|first| DRIVABLE.contains(&first.as_str())) {
             let problem = self.problem(at, format!("`{text}` is shared by all rows, so no factor can drive it"));
             problem.expected = Some(format!("a path that starts with one of {}", DRIVABLE.join(", ")));
             return None;

@@ -27,6 +27,9 @@ pub struct StudyFile {
     /// table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<String>,
+    /// Whether hammers, castings and fixtures must stand where the machine's interface points are. Default `checked`.
+    #[serde(default, skip_serializing_if = "is_checked")]
+    pub geometry: Geometry,
     /// Hammers by name; their order is the order of the columns.
     pub hammer: IndexMap<String, HammerEntry>,
     /// Castings by name; their order is the order of the columns.
@@ -43,6 +46,23 @@ pub struct StudyFile {
     /// The design of the runs; without it the study has one row.
     #[serde(default)]
     pub design: DesignEntry,
+}
+
+/// What is made of positions that contradict the coordinates of interface points.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Geometry {
+    /// They are faults: strikes are vertical, so a strike point lies under its hammer's mount and a fixture over its interface
+    /// point, and two housings cannot stand in one place.
+    #[default]
+    Checked,
+    /// They are taken as they are given: a bracket holds the hammer beside its mount, or the coordinates are not those of the
+    /// machine. The model knows forces along the strike only; moments of such offsets are not part of it.
+    AsGiven,
+}
+
+fn is_checked(geometry: &Geometry) -> bool {
+    *geometry == Geometry::Checked
 }
 
 /// A file that describes a machine alone.

@@ -12,6 +12,7 @@ mod document;
 mod error;
 mod factors;
 mod file;
+mod geometry;
 mod growth;
 mod keys;
 mod kinds;
@@ -290,6 +291,11 @@ impl Study {
     fn overridden(&self, at: &[String]) -> Option<FactorValue> {
         let one = self.overrides.iter().rev().find(|one| one.path == at)?;
         one.value.clone().try_into().ok()
+    }
+
+    /// Twins of each row.
+    pub fn twins(&self) -> usize {
+        self.base.outputs.twins
     }
 
     /// Names of the hammers, in order.

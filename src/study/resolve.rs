@@ -1,7 +1,8 @@
 //! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
 
 use super::error::nearest_name;
-use super::file::{CastingEntry, FixtureEntry, HammerEntry, SolverEntry, StudyFile};
+use super::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, SolverEntry, StudyFile};
+use super::geometry;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use super::preset::Preset;
@@ -41,7 +42,7 @@ pub(super) struct Issue {
 }
 
 impl Issue {
-    fn new(path: String, message: impl Into<String>) -> Self {
+    pub fn new(path: String, message: impl Into<String>) -> Self {
         Self { path, message: message.into(), nearest: None, row_only: false }
     }
 }
@@ -73,6 +74,9 @@ pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, 
     for (name, entry) in &file.hammer {
         let resolver = HammerResolver { name, entry, file, context, castings: &castings };
         hammers.extend(resolver.resolve(&mut issues));
+    }
+    if issues.is_empty() && file.geometry == Geometry::Checked {
+        issues.extend(geometry::check(&hammers, &castings, context.points));
     }
     if !issues.is_empty() {
         return Err(issues);

@@ -108,10 +108,11 @@ pub(super) struct Condensation {
     kernel: Vec<f64>,
 }
 
-/// Some modes: `omega^2` and `gamma_1` to `gamma_GAMMAS`.
+/// Some modes: `omega^2`, `2 xi omega` and `gamma_1` to `gamma_GAMMAS`.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     stiffness: Lanes,
+    damping: Lanes,
     gamma: [Lanes; GAMMAS],
 }
 
@@ -150,6 +151,7 @@ impl Condensation {
             blocks: blocks
                 .map(|block| Block {
                     stiffness: padded(modes.omega_squared.as_slice(), block),
+                    damping: padded(modes.damping.as_slice(), block),
                     gamma: std::array::from_fn(|k| padded(gamma.column(k).as_slice(), block)),
                 })
                 .collect(),
@@ -292,6 +294,29 @@ impl Base {
         condensation.blocks.iter().enumerate().map(energy).sum()
     }
 
+    /// Power that the modes dissipate at `t`, `sum 2 xi omega x'^2`, in W: from their velocities and damping alone, whatever
+    /// work is done on them.
+    pub fn dissipation_w(&self, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
+        Arch::new().dispatch(Dissipation { base: self, condensation, t, z })
+    }
+
+    /// Velocity of the modes of block `at`, as [`Base::moved`] gives it beside the displacement.
+    #[inline(always)]
+    fn velocity(&self, condensation: &Condensation, at: usize, terms: &[f64; ORDER + 1], z: &[f64]) -> Lanes {
+        let (block, points) = (&condensation.blocks[at], condensation.points);
+        let [impulse, constant] = self.free_loads(block, at);
+        let shapes = &condensation.shapes[at * points..(at + 1) * points];
+        let mut velocity = [0.0; WIDTH];
+        for (k, (gamma, z)) in block.gamma.iter().zip(z.chunks_exact(points)).enumerate() {
+            let mut load = fused(product([terms[k]; WIDTH], impulse), [terms[k + 1]; WIDTH], constant);
+            for (shape, z) in shapes.iter().zip(z) {
+                load = fused(load, [*z; WIDTH], *shape);
+            }
+            velocity = fused(velocity, *gamma, load);
+        }
+        velocity
+    }
+
     /// Displacement and velocity of the modes of block `at` when `tau` with its `terms` has passed since the base.
     #[inline(always)]
     fn moved(&self, condensation: &Condensation, at: usize, terms: &[f64; ORDER + 1], z: &[f64]) -> [Lanes; 2] {
@@ -363,6 +388,30 @@ impl Base {
             }
         }
         self.time_s = t;
+    }
+}
+
+/// A dissipated power to be summed.
+struct Dissipation<'d> {
+    base: &'d Base,
+    condensation: &'d Condensation,
+    t: f64,
+    z: &'d [f64],
+}
+
+impl WithSimd for Dissipation<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { base, condensation, t, z } = self;
+        let terms = scaled_powers(t - base.time_s);
+        let mut power = [0.0; WIDTH];
+        for (at, block) in condensation.blocks.iter().enumerate() {
+            let velocity = base.velocity(condensation, at, &terms, z);
+            power = fused(power, block.damping, product(velocity, velocity));
+        }
+        power.iter().sum()
     }
 }
 

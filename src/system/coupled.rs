@@ -88,6 +88,11 @@ impl<'a> Coupled<'a> {
         self.closed[contact]
     }
 
+    /// How often a hammer's supply has been switched on so far: the number of its strokes.
+    pub fn strokes(&self, hammer: usize) -> usize {
+        self.supply_switched[hammer].div_ceil(2)
+    }
+
     /// Whether a hammer's percussion gate is open.
     pub fn gate_open(&self, hammer: usize) -> bool {
         self.gate_open[hammer]
@@ -170,6 +175,11 @@ impl<'a> Coupled<'a> {
             rate[layout.quadrature(h, HammerQuadrature::ArmVelocitySquared)] = arm * arm;
             rate[layout.quadrature(h, HammerQuadrature::Work)] = 0.0;
             rate[layout.quadrature(h, HammerQuadrature::Impulse)] = 0.0;
+            let (supplied, expansion) = (layout.chambers_supplied(h), layout.chambers_expansion(h));
+            for ((balance, supplied), expansion) in rates.balance.iter().zip(supplied).zip(expansion) {
+                rate[supplied] = balance.supplied_w;
+                rate[expansion] = balance.expansion_w;
+            }
             power.put_in += rates.power_in_w;
             power.dissipated += rates.dissipation_w;
         }
@@ -234,10 +244,9 @@ impl<'a> Coupled<'a> {
     #[inline(always)]
     fn integral_rates(&self, y: &[f64], rate: &mut [f64]) {
         let layout = &self.model.layout;
-        let (force, velocity) = (&self.force[layout.bodies..], &self.velocity[layout.bodies..]);
+        let force = &self.force[layout.bodies..];
         let (points, states) = (force.len(), layout.structure[0]);
         rate[..points].copy_from_slice(force);
-        rate[layout.structure_work()] = force.iter().zip(velocity).map(|(force, velocity)| force * velocity).sum();
         rate[points..states].copy_from_slice(&y[..states - points]);
     }
 
@@ -246,7 +255,6 @@ impl<'a> Coupled<'a> {
     fn modal_rates(&self, y: &[f64], rate: &mut [f64]) {
         let layout = &self.model.layout;
         rate[layout.structure_displacements()].copy_from_slice(&y[layout.structure_velocities()]);
-        rate[layout.structure_work()] = 0.0;
         let acceleration = &mut rate[layout.structure_velocities()];
         acceleration.copy_from_slice(&self.free);
         self.model.modes.add_forces(&self.force[layout.bodies..], acceleration);

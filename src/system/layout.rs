@@ -2,8 +2,8 @@
 //!
 //! `y = [structure | positions (b bodies) | structure' | velocities (b) | pressures (4 N) | quadratures]`. The structure's two
 //! parts are the modal displacements and velocities or, condensed, the integrals of the interface forces and nothing.
-//! Hammers come first among the bodies, then castings. Quadratures: four per hammer, then work put in,
-//! energy dissipated and work done on the structure.
+//! Hammers come first among the bodies, then castings. Quadratures: per hammer four of its own and two per chamber, then work
+//! put in and energy dissipated.
 
 use std::ops::Range;
 
@@ -23,9 +23,12 @@ pub enum HammerQuadrature {
 }
 
 impl HammerQuadrature {
-    /// Number of quadratures of one hammer.
-    pub const COUNT: usize = 4;
+    /// Number of them.
+    const COUNT: usize = 4;
 }
+
+/// Quadratures of one hammer, those of its chambers included.
+const PER_HAMMER: usize = HammerQuadrature::COUNT + 2 * chamber::COUNT;
 
 /// Sizes and offsets of the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,27 +89,35 @@ impl Layout {
 
     /// A quadrature of hammer `hammer`.
     pub fn quadrature(&self, hammer: usize, quantity: HammerQuadrature) -> usize {
-        self.states() + HammerQuadrature::COUNT * hammer + quantity as usize
+        self.states() + PER_HAMMER * hammer + quantity as usize
+    }
+
+    /// What the chambers of hammer `hammer` were supplied with by their own equations,
+    /// `int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt) dt`, J.
+    pub fn chambers_supplied(&self, hammer: usize) -> Range<usize> {
+        let start = self.states() + PER_HAMMER * hammer + HammerQuadrature::COUNT;
+        start..start + chamber::COUNT
+    }
+
+    /// `int |P dV|` of the chambers of hammer `hammer`, J.
+    pub fn chambers_expansion(&self, hammer: usize) -> Range<usize> {
+        let start = self.chambers_supplied(hammer).end;
+        start..start + chamber::COUNT
     }
 
     /// Work put in by gas and gravity, J.
     pub fn work_in(&self) -> usize {
-        self.states() + HammerQuadrature::COUNT * self.hammers
+        self.states() + PER_HAMMER * self.hammers
     }
 
-    /// Energy dissipated, J.
+    /// Energy dissipated, J; what condensed modes dissipate is not part of it.
     pub fn dissipated(&self) -> usize {
         self.work_in() + 1
     }
 
-    /// Work done on the structure at its interface points, J; kept where modes are condensed.
-    pub fn structure_work(&self) -> usize {
-        self.dissipated() + 1
-    }
-
     /// Length of the state vector.
     pub fn dimension(&self) -> usize {
-        self.structure_work() + 1
+        self.dissipated() + 1
     }
 }
 
@@ -131,10 +142,11 @@ mod tests {
                 for quantity in [Work, Impulse, Air, ArmVelocitySquared] {
                     uses[layout.quadrature(hammer, quantity)] += 1;
                 }
+                layout.chambers_supplied(hammer).for_each(|at| uses[at] += 1);
+                layout.chambers_expansion(hammer).for_each(|at| uses[at] += 1);
             }
             uses[layout.work_in()] += 1;
             uses[layout.dissipated()] += 1;
-            uses[layout.structure_work()] += 1;
             assert!(uses.iter().all(|count| *count == 1), "{uses:?}");
             assert_eq!(layout.states(), layout.quadrature(0, HammerQuadrature::Work));
         }

@@ -24,4 +24,4 @@ pub use builder::{BuildError, InterfaceModes, build};
 pub use coupled::Coupled;
 pub use elements::{Contact, ContactKind, Elements, Spring};
 pub use layout::{HammerQuadrature, Layout};
-pub use model::{CastingSlot, CoupledModel, HammerSlot};
+pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};

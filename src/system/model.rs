@@ -34,9 +34,22 @@ pub struct HammerSlot {
 pub struct CastingSlot {
     /// Body index of its heave.
     pub heave: usize,
-    /// Velocity of its measuring point as (body, coefficient) pairs; empty where none is chosen.
-    pub measuring_point: Vec<(usize, f64)>,
+    /// Points whose velocity is watched: those that are struck, those that are held, the measuring point if one is chosen; of
+    /// a casting that does not rotate, all of whose points move alike, the first and the measuring point.
+    pub points: Vec<CastingPoint>,
 }
+
+/// A point of a casting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CastingPoint {
+    /// `hammer.NAME` for a strike point, `fixture.NAME`, or [`MEASURING_POINT`].
+    pub name: String,
+    /// Its motion as (body, coefficient) pairs.
+    pub row: Vec<(usize, f64)>,
+}
+
+/// Name of a casting's measuring point among its points.
+pub const MEASURING_POINT: &str = "measuring_point";
 
 /// The coupled system: constant while it is integrated.
 #[derive(Debug, Clone)]
@@ -55,6 +68,7 @@ pub struct CoupledModel {
     /// Components of the state that each contact's guard depends on.
     pub(super) supports: Vec<Vec<usize>>,
     pub(super) ambient_pressure_pa: f64,
+    pub(super) gas_constant_j_per_kg_k: f64,
     pub(super) initial: Vec<f64>,
 }
 
@@ -77,6 +91,16 @@ impl CoupledModel {
     /// The castings.
     pub fn castings(&self) -> &[CastingSlot] {
         &self.castings
+    }
+
+    /// Specific gas constant in J/(kg K).
+    pub fn gas_constant_j_per_kg_k(&self) -> f64 {
+        self.gas_constant_j_per_kg_k
+    }
+
+    /// Time in s in which the fastest of the condensed modes turns by some radians; `None` if modes are integrated.
+    pub fn condensed_horizon_s(&self) -> Option<f64> {
+        self.condensation.as_ref().map(|condensation| condensation.horizon_s)
     }
 
     /// State at rest, quadratures zero.

@@ -137,16 +137,20 @@ impl Coupled<'_> {
         }
     }
 
-    /// Energy dissipated up to a state, J, what opening contacts released included.
-    ///
-    /// Condensed modes have dissipated what was done on them and they do not hold. That cannot be negative: energy that
-    /// modes would hold without having received it shows in the audit.
-    pub fn dissipated_energy(&self, t: f64, y: &[f64]) -> f64 {
-        let layout = &self.model.layout;
-        let modes = match self.base {
-            Some(_) => (y[layout.structure_work()] - self.modal_energy(t, y)).max(0.0),
-            None => 0.0,
-        };
-        y[layout.dissipated()] + self.released_energy_j + modes
+    /// Energy dissipated up to a state, J, what opening contacts released included; without what condensed modes dissipate,
+    /// see [`Coupled::condensed_dissipation_w`].
+    pub fn dissipated_energy(&self, y: &[f64]) -> f64 {
+        y[self.model.layout.dissipated()] + self.released_energy_j
+    }
+
+    /// Power that condensed modes dissipate at a state, W; only the structure's part of `y` is read. 0 for integrated modes,
+    /// whose dissipation is part of [`Coupled::dissipated_energy`].
+    pub fn condensed_dissipation_w(&self, t: f64, y: &[f64]) -> f64 {
+        match (&self.base, &self.model.condensation) {
+            (Some(base), Some(condensation)) => {
+                base.dissipation_w(condensation, t, &y[self.model.layout.structure_displacements()])
+            }
+            _ => 0.0,
+        }
     }
 }

@@ -3,6 +3,7 @@
 //! - `harness`: piecewise smooth problems as an integrator sees them, logs of a run, observed orders
 //! - `smooth`: problems with a known smooth solution
 //! - `impact`: problems with an impact law
+//! - `studies`: rows of shipped studies
 //! - `scenes`: scenes for the coupled system, from a bare bench of rigid bodies to a whole rig
 
 // Every test binary uses a part of this.
@@ -12,3 +13,4 @@ pub mod harness;
 pub mod impact;
 pub mod scenes;
 pub mod smooth;
+pub mod studies;

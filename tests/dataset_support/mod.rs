@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use decore::dataset::{DatasetInfo, DatasetWriter, Existing, Factor, FactorKind, FactorValue, Manifest, RowRecord};
-use decore::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics};
+use decore::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Percussion, RunMetrics, RunTotals};
 use decore::run::{BatchProgress, BatchSettings, RowOutcome, RowStatus, SolverCounters, run_batch};
 use tempfile::TempDir;
 
@@ -72,7 +72,9 @@ fn metrics(row: u64) -> RunMetrics {
         first_impact_time_s: strikes.then_some(0.1),
         first_impact_energy_j: struck(strikes),
         first_impact_work_j: strikes.then_some(0.1 * energy),
-        periodic_blow_count: 9,
+        periodic_blows: 9,
+        percussion: if strikes { Percussion::Periodic } else { Percussion::Stalled },
+        delivered_work_j: 0.5 * row as f64,
         periodic_energy_mean_j: Some(12.0),
         periodic_work_mean_j: Some(2.0),
         hit_frequency_hz: Some(20.0),
@@ -84,6 +86,7 @@ fn metrics(row: u64) -> RunMetrics {
         hammer,
         number,
         casting: 0,
+        stroke: 0,
         kind,
         start_time_s: 0.1 + number as f64 / 20.0,
         energy_j: energy,
@@ -98,14 +101,20 @@ fn metrics(row: u64) -> RunMetrics {
         castings: vec![CastingMetrics {
             peak_velocity_m_s: 0.5,
             peak_velocity_time_s: 0.11,
-            measuring_point_peak_velocity_m_s: None,
+            peak_point: "hammer.left".to_owned(),
+            ..CastingMetrics::default()
         }],
         blows: vec![
             blow(0, 0, BlowKind::FirstImpact, 0.1 * energy),
             blow(0, 1, BlowKind::Settling, 2.0),
             blow(1, 6, BlowKind::Periodic, row as f64),
         ],
-        energy_residual: if row == 20 { -2e-3 } else { 1e-5 },
+        totals: RunTotals {
+            delivered_work_j: row as f64,
+            energy_residual: if row == 20 { -2e-3 } else { 1e-5 },
+            chamber_residual: 1e-10,
+        },
+        scatter: None,
     }
 }
 

@@ -1,0 +1,287 @@
+//! What is kept of one hammer while it works, and the outputs that follow from it.
+
+use crate::hammer::body;
+use crate::integrate::{Step, System};
+use crate::metrics::peak::{peak, reach};
+use crate::metrics::percussion::{judge, strokes};
+use crate::metrics::statistics::{mean, standard_error, variance};
+use crate::metrics::{Blow, BlowKind, HammerMetrics};
+use crate::scene::OutputSettings;
+use crate::system::{Coupled, HammerQuadrature};
+
+/// State for which standard litres are counted: 101325 Pa and 293.15 K.
+const STANDARD_PRESSURE_PA: f64 = 101_325.0;
+/// See [`STANDARD_PRESSURE_PA`].
+const STANDARD_TEMPERATURE_K: f64 = 293.15;
+/// Litres in a cubic metre.
+const LITRES_PER_M3: f64 = 1000.0;
+
+/// A blow whose window lies within the simulation, with what its hammer had done when it began.
+#[derive(Debug, Clone)]
+pub(super) struct Recorded {
+    pub blow: Blow,
+    /// Time in s that the gate had been open.
+    pub gated_s: f64,
+    /// Integral of the mount's squared velocity, m2/s.
+    pub arm_integral: f64,
+}
+
+/// A blow whose window is still open.
+struct Window {
+    recorded: Recorded,
+    end_s: f64,
+    work_at_start: f64,
+    impulse_at_start: f64,
+}
+
+/// What is remembered of one hammer.
+pub(super) struct HammerTrack {
+    hammer: usize,
+    settings: OutputSettings,
+    /// Stroke that had its impact last, from 1.
+    impact_of: usize,
+    /// Time of the first impact and the arm's integral then.
+    first_impact: Option<(f64, f64)>,
+    contacts: u64,
+    blows: usize,
+    last_blow_s: f64,
+    gated_s: f64,
+    /// Struck blows of the percussion in a stroke, and which stroke.
+    struck: (usize, usize),
+    window: Option<Window>,
+    recorded: Vec<Recorded>,
+}
+
+impl HammerTrack {
+    pub fn new(hammer: usize, settings: &OutputSettings) -> Self {
+        Self {
+            hammer,
+            settings: *settings,
+            impact_of: 0,
+            first_impact: None,
+            contacts: 0,
+            blows: 0,
+            last_blow_s: f64::NEG_INFINITY,
+            gated_s: 0.0,
+            struck: (0, 0),
+            window: None,
+            recorded: Vec::new(),
+        }
+    }
+
+    /// Follows a step: the time with the gate open, and the window if one is open.
+    pub fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>, scratch: &mut [f64]) {
+        if system.gate_open(self.hammer) {
+            self.gated_s += step.t1() - step.t0;
+        }
+        let Some(window) = &mut self.window else { return };
+        window.watch(system, step, scratch);
+        if window.end_s <= step.t1() {
+            let theta = step.fraction(window.end_s);
+            self.close(system, |index| step.component(index, theta));
+        }
+    }
+
+    /// A contact of the chisel with the casting began: in each stroke the first one starts the stroke's impact.
+    pub fn contact(&mut self, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
+        self.contacts += 1;
+        let stroke = system.strokes(self.hammer);
+        if stroke > self.impact_of {
+            self.impact_of = stroke;
+            let arm = system.model().layout().quadrature(self.hammer, HammerQuadrature::ArmVelocitySquared);
+            self.first_impact.get_or_insert((t, y[arm]));
+            let kind = if stroke == 1 { BlowKind::FirstImpact } else { BlowKind::StrokeImpact };
+            self.start(kind, system, (t, y));
+        }
+    }
+
+    /// The piston met the chisel with the gate open: a blow of the percussion, if it is fast and late enough.
+    pub fn percussion(&mut self, closing_m_s: f64, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
+        let separate = t - self.last_blow_s >= self.settings.blow_separation_s;
+        if separate && closing_m_s >= self.settings.blow_closing_speed_m_s {
+            // Whether it is blank or settling is known when its window closes.
+            self.start(BlowKind::Periodic, system, (t, y));
+        }
+    }
+
+    fn start(&mut self, kind: BlowKind, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
+        self.close(system, |index| y[index]);
+        let model = system.model();
+        let slot = &model.hammers()[self.hammer];
+        let quadrature = |q| y[model.layout().quadrature(self.hammer, q)];
+        let blow = Blow {
+            hammer: self.hammer,
+            casting: slot.casting,
+            number: self.blows,
+            stroke: system.strokes(self.hammer).saturating_sub(1),
+            kind,
+            start_time_s: t,
+            energy_j: model.impact_energy(self.hammer, y),
+            chisel_velocity_m_s: y[model.layout().velocity(slot.points[body::CHISEL])],
+            work_j: 0.0,
+            impulse_n_s: 0.0,
+            peak_force_n: 0.0,
+            casting_peak_velocity_m_s: 0.0,
+        };
+        let arm_integral = quadrature(HammerQuadrature::ArmVelocitySquared);
+        self.window = Some(Window {
+            recorded: Recorded { blow, gated_s: self.gated_s, arm_integral },
+            end_s: t + self.settings.blow_window_s,
+            work_at_start: quadrature(HammerQuadrature::Work),
+            impulse_at_start: quadrature(HammerQuadrature::Impulse),
+        });
+        self.blows += 1;
+        self.last_blow_s = t;
+    }
+
+    /// Closes the window, if one is open; `component` reads the state at its end.
+    fn close(&mut self, system: &Coupled<'_>, component: impl Fn(usize) -> f64) {
+        let Some(Window { mut recorded, work_at_start, impulse_at_start, .. }) = self.window.take() else { return };
+        let quadrature = |q| component(system.model().layout().quadrature(self.hammer, q));
+        let blow = &mut recorded.blow;
+        blow.work_j = quadrature(HammerQuadrature::Work) - work_at_start;
+        blow.impulse_n_s = quadrature(HammerQuadrature::Impulse) - impulse_at_start;
+        if blow.kind.is_percussion() {
+            blow.kind = self.kind_of(blow);
+        }
+        self.recorded.push(recorded);
+    }
+
+    /// Kind of a blow of the percussion whose window is over.
+    fn kind_of(&mut self, blow: &Blow) -> BlowKind {
+        if blow.peak_force_n <= 0.0 {
+            return BlowKind::Blank;
+        }
+        if self.struck.1 != blow.stroke {
+            self.struck = (0, blow.stroke);
+        }
+        self.struck.0 += 1;
+        if self.struck.0 <= self.settings.settling_blows { BlowKind::Settling } else { BlowKind::Periodic }
+    }
+
+    /// The blows and the outputs at the end of the simulation, at time `t` and state `y`.
+    pub fn finish(self, system: &Coupled<'_>, (t, y): (f64, &[f64])) -> (HammerMetrics, Vec<Blow>) {
+        let quadrature = |q| y[system.model().layout().quadrature(self.hammer, q)];
+        let rms = |integral: f64, duration: f64| (duration > 0.0).then(|| (integral.max(0.0) / duration).sqrt());
+        let arm_total = quadrature(HammerQuadrature::ArmVelocitySquared);
+        let (first_impact_s, arm_at_impact) = self.first_impact.unwrap_or((t, arm_total));
+        let hammering = self.first_impact.and_then(|(start, arm)| rms(arm_total - arm, t - start));
+        let (percussion, percussion_period) = judge(&self.recorded, self.gated_s, &self.settings);
+        let count = |chosen: &dyn Fn(BlowKind) -> bool| {
+            self.recorded.iter().filter(|recorded| chosen(recorded.blow.kind)).count() as u64
+        };
+        let (blank, blows) = (count(&|kind| kind == BlowKind::Blank), count(&BlowKind::is_percussion));
+        let metrics = HammerMetrics {
+            stroke_count: system.strokes(self.hammer) as u64,
+            struck_blow_count: blows - blank,
+            blank_blow_count: blank,
+            percussion,
+            percussion_period,
+            delivered_work_j: quadrature(HammerQuadrature::Work),
+            delivered_impulse_n_s: quadrature(HammerQuadrature::Impulse),
+            arm_rms_extension_m_s: rms(arm_at_impact, first_impact_s),
+            arm_rms_hammering_m_s: hammering,
+            contact_count: self.contacts,
+            air_used_nl: standard_litres(quadrature(HammerQuadrature::Air), system.model().gas_constant_j_per_kg_k()),
+            ..first_impact(&self.recorded)
+        };
+        (periodic(&self.recorded, metrics), self.recorded.into_iter().map(|recorded| recorded.blow).collect())
+    }
+}
+
+impl Window {
+    /// Follows the peaks over what of a step belongs to the window.
+    fn watch(&mut self, system: &Coupled<'_>, step: &Step<'_>, scratch: &mut [f64]) {
+        let blow = &mut self.recorded.blow;
+        let model = system.model();
+        let slot = &model.hammers()[blow.hammer];
+        let support = system.guard_support(slot.strike);
+        let theta = step.fraction(self.end_s);
+        let [largest_force, largest_speed] = strike_reach(system, blow.hammer, step);
+        if system.is_closed(slot.strike) && largest_force > blow.peak_force_n {
+            let force = |t: f64, y: &[f64]| system.contact_force(slot.strike, t, y);
+            let (value, _) = peak(step, theta, (support, scratch), force);
+            blow.peak_force_n = blow.peak_force_n.max(value);
+        }
+        if largest_speed > blow.casting_peak_velocity_m_s {
+            let (row, chisel) =
+                (model.elements().contact_row(slot.strike), model.layout().velocity(slot.points[body::CHISEL]));
+            let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
+            let (value, _) = peak(step, theta, (support, scratch), speed);
+            blow.casting_peak_velocity_m_s = blow.casting_peak_velocity_m_s.max(value);
+        }
+    }
+}
+
+/// Practical bounds within a step of the force, were it closed, between a hammer's chisel and its casting, N, and of the
+/// casting's velocity there, m/s.
+fn strike_reach(system: &Coupled<'_>, hammer: usize, step: &Step<'_>) -> [f64; 2] {
+    let model = system.model();
+    let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
+    let contact = &elements.contacts()[slot.strike];
+    // Chisel and casting are bodies: no point of the structure is among them.
+    let row = || elements.row(elements.contact_row(slot.strike));
+    let velocities = || row().map(|(body, c)| (layout.velocity(body), c));
+    let penetration = reach(step, row().map(|(body, c)| (layout.position(body), c)), contact.offset_m);
+    // The absolute force of every law is largest where both are.
+    let force = contact.law.closed_force(penetration, reach(step, velocities(), 0.0));
+    let chisel = layout.velocity(slot.points[body::CHISEL]);
+    [force, reach(step, velocities().filter(|(index, _)| *index != chisel), 0.0)]
+}
+
+/// Standard litres of a mass of gas in kg.
+fn standard_litres(mass_kg: f64, gas_constant_j_per_kg_k: f64) -> f64 {
+    LITRES_PER_M3 * mass_kg * gas_constant_j_per_kg_k * STANDARD_TEMPERATURE_K / STANDARD_PRESSURE_PA
+}
+
+/// Outputs of the first impact.
+fn first_impact(recorded: &[Recorded]) -> HammerMetrics {
+    let first = recorded.iter().map(|recorded| &recorded.blow).find(|blow| blow.kind == BlowKind::FirstImpact);
+    HammerMetrics {
+        first_impact_time_s: first.map(|blow| blow.start_time_s),
+        first_impact_energy_j: first.map(|blow| blow.energy_j),
+        first_impact_chisel_velocity_m_s: first.map(|blow| blow.chisel_velocity_m_s),
+        first_impact_work_j: first.map(|blow| blow.work_j),
+        first_impact_impulse_n_s: first.map(|blow| blow.impulse_n_s),
+        first_impact_peak_force_n: first.map(|blow| blow.peak_force_n),
+        first_impact_casting_peak_velocity_m_s: first.map(|blow| blow.casting_peak_velocity_m_s),
+        ..HammerMetrics::default()
+    }
+}
+
+/// Adds the outputs of the periodic blows to `metrics`.
+fn periodic(recorded: &[Recorded], metrics: HammerMetrics) -> HammerMetrics {
+    let periodic: Vec<&Recorded> =
+        recorded.iter().filter(|recorded| recorded.blow.kind == BlowKind::Periodic).collect();
+    let figures =
+        |value: fn(&Blow) -> f64| -> Vec<f64> { periodic.iter().map(|recorded| value(&recorded.blow)).collect() };
+    let (energies, works) = (figures(|blow| blow.energy_j), figures(|blow| blow.work_j));
+    let (impulses, forces) = (figures(|blow| blow.impulse_n_s), figures(|blow| blow.peak_force_n));
+    let speeds = figures(|blow| blow.casting_peak_velocity_m_s);
+    // Over the strokes: intervals between blows, the time and the arm's integral from the first blow to the last.
+    let (mut intervals, mut span_s, mut arm_integral) = (0, 0.0, 0.0);
+    for stroke in strokes(&periodic) {
+        if let [first, .., last] = stroke {
+            intervals += stroke.len() - 1;
+            span_s += last.blow.start_time_s - first.blow.start_time_s;
+            arm_integral += last.arm_integral - first.arm_integral;
+        }
+    }
+    HammerMetrics {
+        periodic_blows: periodic.len() as u64,
+        periodic_energy_mean_j: mean(&energies),
+        periodic_energy_mean_error_j: standard_error(&energies),
+        periodic_energy_std_j: variance(&energies).map(f64::sqrt),
+        hit_frequency_hz: (span_s > 0.0).then(|| intervals as f64 / span_s),
+        periodic_work_mean_j: mean(&works),
+        periodic_work_mean_error_j: standard_error(&works),
+        periodic_impulse_mean_n_s: mean(&impulses),
+        periodic_impulse_mean_error_n_s: standard_error(&impulses),
+        periodic_peak_force_mean_n: mean(&forces),
+        periodic_peak_force_mean_error_n: standard_error(&forces),
+        periodic_casting_peak_velocity_mean_m_s: mean(&speeds),
+        periodic_casting_peak_velocity_mean_error_m_s: standard_error(&speeds),
+        arm_rms_steady_m_s: (span_s > 0.0).then(|| (arm_integral.max(0.0) / span_s).sqrt()),
+        ..metrics
+    }
+}

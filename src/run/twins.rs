@@ -1,0 +1,43 @@
+//! Runs a row's twins: the same scene with inputs that are the same for every purpose, to see how far its outputs move.
+
+use crate::metrics::{RunMetrics, Scatter};
+use crate::run::retry::LEAST_TOLERANCE;
+use crate::run::{RowOutcome, run_row};
+use crate::scene::Scene;
+use crate::system::InterfaceModes;
+
+/// Relative change of supply pressures and standoffs from one twin to the next.
+pub const PERTURBATION: f64 = 1e-9;
+/// Factor on the tolerance of twins: one step tighter, so that errors of the integration show as well.
+const TWIN_TIGHTENING: f64 = 0.1;
+
+/// Twin `number` of a scene, from 0: its inputs [`perturbed`], and a tolerance one step (ten times) tighter.
+pub fn twin(scene: &Scene, number: usize) -> Scene {
+    let mut moved = perturbed(scene, number);
+    moved.solver.tolerance = (moved.solver.tolerance * TWIN_TIGHTENING).max(LEAST_TOLERANCE);
+    moved
+}
+
+/// A scene with supply pressures (absolute) and standoffs times `1 + d`, where `d` is +1, -1, +2, -2 and so on, by `number` from
+/// 0, times [`PERTURBATION`].
+pub fn perturbed(scene: &Scene, number: usize) -> Scene {
+    let mut moved = scene.clone();
+    let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let factor = 1.0 + sign * (number / 2 + 1) as f64 * PERTURBATION;
+    for hammer in &mut moved.hammers {
+        hammer.supply_pressure_pa *= factor;
+        hammer.standoff_m *= factor;
+    }
+    moved
+}
+
+/// Adds to the outcome of a scene that was simulated to its end the scatter over its twins (`outputs.twins` of them, none by
+/// default). A twin that does not reach its end is left out and missing in the count; wall times add up.
+pub(super) fn with_twins(scene: &Scene, modes: &InterfaceModes, mut outcome: RowOutcome) -> RowOutcome {
+    let Some(metrics) = outcome.metrics.as_mut().filter(|_| scene.outputs.twins > 0) else { return outcome };
+    let runs: Vec<RowOutcome> = (0..scene.outputs.twins).map(|number| run_row(&twin(scene, number), modes)).collect();
+    outcome.wall_time_s += runs.iter().map(|run| run.wall_time_s).sum::<f64>();
+    let twins: Vec<RunMetrics> = runs.into_iter().filter_map(|run| run.metrics).collect();
+    metrics.scatter = Some(Scatter::new(metrics, &twins));
+    outcome
+}

@@ -1,0 +1,36 @@
+//! Rows of shipped studies with values set over theirs, as the command line runs them.
+
+use std::path::Path;
+
+use decore::metrics::RunMetrics;
+use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row_with_retries};
+use decore::scene::Scene;
+use decore::study::Study;
+use decore::system::InterfaceModes;
+
+/// The scene of a row of a shipped study and the machine's modes for it, or why there is none.
+pub fn scene(study: &str, row: usize, settings: &[&str]) -> Result<(Scene, InterfaceModes), String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(study);
+    let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+    let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
+    let model = SourceModel::read(study.structure()).unwrap();
+    let points = model.points();
+    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
+    let scene = study.scene(row, &points).map_err(|invalid| invalid.reason)?;
+    let modes = machine.modes(&scene).unwrap();
+    Ok((scene, modes))
+}
+
+/// The outcome of a row of a shipped study, twins included.
+pub fn outcome(study: &str, row: usize, settings: &[&str]) -> RowOutcome {
+    let (scene, modes) = scene(study, row, settings).unwrap();
+    run_row_with_retries(&scene, &modes, 0)
+}
+
+/// The outputs of the paper's rig with values set over its own.
+#[track_caller]
+pub fn rig(settings: &[&str]) -> RunMetrics {
+    let outcome = outcome("paper_rig.toml", 0, settings);
+    assert_eq!((outcome.status, outcome.reason.as_str()), (RowStatus::Done, ""), "{settings:?}");
+    outcome.metrics.unwrap()
+}
