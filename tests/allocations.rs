@@ -65,7 +65,7 @@ fn a_step_allocates_nothing() {
     assert!(integrator.counters().events > 100);
     assert_eq!(count, 0);
     let mut system = Coupled::new(&model);
-    let mut recorder = Recorder::new(&model, &scene.outputs);
+    let mut recorder = Recorder::new(&model, &scene);
     let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings(1e-5, 1e-3));
     let (stopped, count) = counted(|| integrator.run(&mut system, &mut recorder, 0.3));
     assert_eq!(stopped, Stopped::AtEnd);

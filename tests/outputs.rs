@@ -191,7 +191,7 @@ fn the_fastest_point_of_a_rotating_casting() {
     println!("heave {}, {} {}", casting.peak_velocity_m_s, casting.peak_point, casting.peak_point_velocity_m_s);
     assert!(casting.peak_point_velocity_m_s >= struck * (1.0 - 1e-12));
     assert!(casting.peak_point_velocity_m_s > 1.5 * casting.peak_velocity_m_s);
-    assert_eq!(casting.peak_point, "hammer.hammer");
+    assert_eq!(casting.peak_point, "fixture.front_right");
     // A casting that only heaves is as fast everywhere.
     let plain = rig(&["duration_s=0.1", "casting.part.measuring_point_m=[0.0, 0.0]"]).castings.remove(0);
     assert_eq!(plain.peak_point_velocity_m_s, plain.peak_velocity_m_s);
@@ -199,18 +199,17 @@ fn the_fastest_point_of_a_rotating_casting() {
     assert_eq!(plain.measuring_point_peak_velocity_m_s, Some(plain.peak_velocity_m_s));
 }
 
-/// The steady figure of the arm is that of the percussion: a run twice as long has the same one, where the figure of the whole
-/// hammering falls with the transient's share.
+/// The steady figure of the arm is that of the percussion: it does not fall with the duration as that of the whole hammering does,
+/// whose first impact is inside. What the slow modes (below 20 Hz, 2 % of damping) still ring at the first periodic blow remains.
 #[test]
-fn the_steady_arm_does_not_depend_on_the_duration() {
-    let [short, long] = ["duration_s=1.5", "duration_s=6"].map(|duration| rig(&[duration]).hammers.remove(0));
-    let (steady, whole) = (
-        |h: &decore::metrics::HammerMetrics| h.arm_rms_steady_m_s.unwrap(),
-        |h: &decore::metrics::HammerMetrics| h.arm_rms_hammering_m_s.unwrap(),
-    );
-    println!("steady {} {}, hammering {} {}", steady(&short), steady(&long), whole(&short), whole(&long));
-    assert!((steady(&short) / steady(&long) - 1.0).abs() < 0.15);
-    assert!(whole(&short) / whole(&long) > 1.4);
+fn the_steady_arm_forgets_the_first_impact() {
+    let [short, long, longer] =
+        ["duration_s=1.5", "duration_s=6", "duration_s=12"].map(|duration| rig(&[duration]).hammers.remove(0));
+    let steady = [&short, &long, &longer].map(|hammer| hammer.arm_rms_steady_m_s.unwrap());
+    let whole = [&short, &long, &longer].map(|hammer| hammer.arm_rms_hammering_m_s.unwrap());
+    println!("steady {steady:?}, hammering {whole:?}");
+    assert!((steady[1] / steady[2] - 1.0).abs() < 0.08 && whole[1] / whole[2] > 1.15);
+    assert!(steady[0] / steady[2] < 0.7 * whole[0] / whole[2]);
 }
 
 /// Supplies too low or too high for the percussion: rows that are done, and whose outputs say what the hammer does.
@@ -277,11 +276,17 @@ fn analytic_air_of_another_gas() {
     assert_relative("air", other.1, 2.0 * air.1, 1e-9);
 }
 
+/// The largest scatter over its output, and that output's name; figures of the arm apart.
 fn largest_relative(metrics: &RunMetrics) -> (f64, String) {
     let scatter = metrics.scatter.as_ref().expect("twins");
     let worst = RefCell::new((0.0, String::new()));
     let check = |name: &str, moved: Option<f64>, value: Option<f64>| {
         let (Some(moved), Some(value)) = (moved, value) else { return };
+        if name.starts_with("arm_rms") {
+            // No state under error control: at the default tolerance its error is 1.6e-5 of it, at a tenth of that 7e-7.
+            assert!(moved < 3e-5 * value, "{name}: {moved} of {value}");
+            return;
+        }
         let mut worst = worst.borrow_mut();
         if moved > worst.0 * value.abs() {
             *worst = (moved / value.abs(), name.to_owned());
@@ -316,4 +321,58 @@ fn twins_show_the_scatter() {
     assert!(error / scatter > 0.2 && error / scatter < 5.0, "{error} and {scatter}");
     assert_eq!(hammer.percussion, Percussion::Aperiodic);
     assert!(rig(&["duration_s=0.1"]).scatter.is_none());
+}
+
+/// What `--signals` records is what the tables say: peaks, work and impulse of a blow, read off the signals.
+#[test]
+fn signals_agree_with_the_tables() {
+    let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.18"]).unwrap();
+    let interval_s = 1e-6;
+    let (outcome, recorder) = run_row_observed(&scene, &modes, |model| {
+        decore::metrics::SignalRecorder::new(model, (&["hammer"], &["part"]), interval_s)
+    });
+    let (metrics, signals) = (outcome.metrics.unwrap(), recorder.unwrap().into_signals());
+    let values = |name: &str| {
+        let signal = signals.iter().find(|signal| signal.name == name);
+        signal.unwrap_or_else(|| panic!("no signal {name}")).values.as_slice()
+    };
+    let (force, work) = (values("hammer_casting_force_n"), values("hammer_delivered_work_j"));
+    let (impulse, speed) = (values("hammer_delivered_impulse_n_s"), values("hammer_casting_velocity_m_s"));
+    assert_eq!(metrics.blows.len(), 2, "the first impact and a blow");
+    for blow in &metrics.blows {
+        let (from, to) = (blow.start_time_s, blow.start_time_s + scene.outputs.blow_window_s);
+        let before = (from / interval_s) as usize;
+        // An integral has a kink where the force jumps; before that it stands still.
+        let begin = |integral: &[f64]| {
+            if force[before] == 0.0 { integral[before] } else { at(integral, from / interval_s) }
+        };
+        let change = |integral: &[f64]| at(integral, to / interval_s) - begin(integral);
+        assert_relative("work", change(work), blow.work_j, 1e-6);
+        assert_relative("impulse", change(impulse), blow.impulse_n_s, 1e-6);
+        let inside = (from / interval_s).ceil() as usize..(to / interval_s) as usize;
+        assert_relative("force", top(&force[inside.clone()]), blow.peak_force_n, 1e-6);
+        assert_relative("velocity", top(&speed[inside]), blow.casting_peak_velocity_m_s, 1e-6);
+    }
+    let last = |integral: &[f64]| integral[integral.len() - 1];
+    assert_relative("work of the run", last(work), metrics.totals.delivered_work_j, 1e-9);
+    assert_relative("impulse of the run", last(impulse), metrics.hammers[0].delivered_impulse_n_s, 1e-9);
+}
+
+/// A sampled function between its samples, by the cubic through four of them.
+fn at(values: &[f64], place: f64) -> f64 {
+    let first = (place as usize).saturating_sub(1);
+    let x = place - first as f64;
+    (0..4_usize)
+        .map(|i| {
+            let others = (0..4).filter(|j| *j != i);
+            values[first + i] * others.map(|j| (x - j as f64) / (i as f64 - j as f64)).product::<f64>()
+        })
+        .sum()
+}
+
+/// The largest absolute value, by the parabola through the largest sample and its neighbours.
+fn top(values: &[f64]) -> f64 {
+    let largest = (1..values.len() - 1).max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs())).unwrap();
+    let [a, b, c] = [0, 1, 2].map(|i| values[largest + i - 1].abs());
+    b - 0.125 * (c - a) * (c - a) / (a - 2.0 * b + c)
 }

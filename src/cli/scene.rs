@@ -13,8 +13,12 @@ use crate::dataset::write_signals;
 use crate::metrics::{
     CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics, RunTotals, ScatterOf, SignalRecorder,
 };
-use crate::run::{RowOutcome, RowStatus, run_row_observed, run_row_with_retries};
+use crate::run::{RowOutcome, RowStatus, run_row_with_retries, run_row_with_retries_observed};
 use crate::study::FactorValue;
+use crate::system::CoupledModel;
+
+/// Memory in bytes that signals may take.
+const MOST_SIGNAL_BYTES: f64 = 1e9;
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
@@ -61,10 +65,21 @@ fn simulate(prepared: &Prepared, arguments: &SceneArguments) -> Result<RowOutcom
     let Some(path) = &arguments.signals else {
         return Ok(run_row_with_retries(&scene, &modes, prepared.retries));
     };
+    let interval_s = arguments.signal_interval_s;
+    let bytes = SignalRecorder::bytes(&scene, interval_s);
+    if bytes > MOST_SIGNAL_BYTES {
+        return Err(Failure::Argument(format!(
+            "--signal-interval-s {interval_s:e}: the signals of {} s would take {:.2} GB of memory, more than {:.0} GB; expected \
+             at least {:.1e} s",
+            scene.duration_s,
+            bytes / 1e9,
+            MOST_SIGNAL_BYTES / 1e9,
+            interval_s * bytes / MOST_SIGNAL_BYTES
+        )));
+    }
     let names = (prepared.study.hammer_names(), prepared.study.casting_names());
-    let (outcome, recorder) = run_row_observed(&scene, &modes, |model| {
-        SignalRecorder::new(model, (&names.0, &names.1), arguments.signal_interval_s)
-    });
+    let recorder = |model: &CoupledModel| SignalRecorder::new(model, (&names.0, &names.1), interval_s);
+    let (outcome, recorder) = run_row_with_retries_observed(&scene, &modes, prepared.retries, recorder);
     if let Some(recorder) = recorder {
         write_signals(path, &prepared.info(), &recorder.into_signals())?;
         tell(&format_args!("signals are in {}", path.display()));

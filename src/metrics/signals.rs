@@ -2,7 +2,13 @@
 
 use crate::hammer::body;
 use crate::integrate::{Observer, Step};
-use crate::system::{Coupled, CoupledModel};
+use crate::scene::Scene;
+use crate::system::{Coupled, CoupledModel, HammerQuadrature};
+
+/// Signals of a hammer.
+const HAMMER_SIGNALS: usize = 17;
+/// Signals of a casting.
+const CASTING_SIGNALS: usize = 2;
 
 /// One signal: name, unit, description, values on the grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +38,10 @@ enum Source {
         hammer: usize,
     },
     Strike {
+        hammer: usize,
+    },
+    /// The casting's velocity where the hammer strikes it.
+    Struck {
         hammer: usize,
     },
     Percussion {
@@ -64,15 +74,22 @@ impl SignalRecorder {
         }
         for (slot, name) in model.castings().iter().zip(castings) {
             let layout = model.layout();
-            for (index, what, unit) in [
+            let entries: [(usize, &str, &'static str); CASTING_SIGNALS] = [
                 (layout.position(slot.heave), "heave_m", "m"),
                 (layout.velocity(slot.heave), "heave_velocity_m_s", "m/s"),
-            ] {
+            ];
+            for (index, what, unit) in entries {
                 let text = format!("casting {name}: {}", what.trim_end_matches("_m_s").trim_end_matches("_m"));
                 recorder.add(format!("{name}_{what}"), unit, text.replace('_', " "), Source::Component(index));
             }
         }
         recorder
+    }
+
+    /// Bytes in memory of the signals of a scene recorded every `interval_s`.
+    pub fn bytes(scene: &Scene, interval_s: f64) -> f64 {
+        let signals = 1 + HAMMER_SIGNALS * scene.hammers.len() + CASTING_SIGNALS * scene.castings.len();
+        ((scene.duration_s / interval_s).floor() + 1.0) * (signals * size_of::<f64>()) as f64
     }
 
     /// The signals recorded so far, time first.
@@ -91,7 +108,8 @@ impl SignalRecorder {
         let relative = |upper, lower| Source::Relative { hammer: h, upper, lower };
         let velocity = |index: usize| Source::Component(layout.velocity(slot.points[index]));
         let pressure = |index: usize| Source::Component(layout.pressures(h).start + index);
-        let entries = [
+        let integral = |quadrature| Source::Component(layout.quadrature(h, quadrature));
+        let entries: [(&str, &'static str, &str, Source); HAMMER_SIGNALS] = [
             ("extension_m", "m", "telescope extension", relative(body::CYLINDER, body::GUIDE)),
             ("piston_m", "m", "piston position in the cylinder", relative(body::PISTON, body::CYLINDER)),
             ("spool_m", "m", "spool position in the cylinder", relative(body::SPOOL, body::CYLINDER)),
@@ -105,6 +123,14 @@ impl SignalRecorder {
             ("pressure_front_pa", "Pa", "pressure before the piston (P4)", pressure(3)),
             ("arm_velocity_m_s", "m/s", "velocity of the structure at the mount", Source::Arm { hammer: h }),
             ("casting_force_n", "N", "force of the chisel on the casting", Source::Strike { hammer: h }),
+            (
+                "casting_velocity_m_s",
+                "m/s",
+                "velocity of the casting at the strike point",
+                Source::Struck { hammer: h },
+            ),
+            ("delivered_work_j", "J", "work on the casting so far", integral(HammerQuadrature::Work)),
+            ("delivered_impulse_n_s", "N s", "impulse on the casting so far", integral(HammerQuadrature::Impulse)),
             ("percussion_force_n", "N", "force of the piston on the chisel", Source::Percussion { hammer: h }),
         ];
         for (what, unit, text, source) in entries {
@@ -133,6 +159,12 @@ impl Observer<Coupled<'_>> for SignalRecorder {
                     }
                     Source::Arm { hammer } => system.interface_motion(model.hammers()[hammer].mount, t, y).1,
                     Source::Strike { hammer } => system.contact_force(model.hammers()[hammer].strike, t, y),
+                    Source::Struck { hammer } => {
+                        let slot = &model.hammers()[hammer];
+                        let row = model.elements().contact_row(slot.strike);
+                        let chisel = y[model.layout().velocity(slot.points[body::CHISEL])];
+                        chisel - system.relative_motion(row, t, y).1
+                    }
                     Source::Percussion { hammer } => system.contact_force(model.hammers()[hammer].percussion, t, y),
                 });
             }

@@ -13,7 +13,7 @@ pub use batch::{BatchError, BatchProgress, BatchSettings, BatchSummary, DEFAULT_
 pub use machine::{Machine, SourceModel, model_files, reduction_settings};
 pub use outcome::{RowOutcome, RowStatus, SolverCounters};
 pub use progress::{DEFAULT_INTERVAL, Progress, clock};
-pub use retry::{DEFAULT_RETRIES, TIGHTENING, run_row_with_retries};
-pub use row::{RESIDUAL_LIMIT, run_row, run_row_observed};
+pub use retry::{DEFAULT_RETRIES, TIGHTENING, run_row_with_retries, run_row_with_retries_observed};
+pub use row::{CHAMBER_LIMIT, ENERGY_LIMIT, run_row, run_row_observed};
 pub use stub::StubRows;
 pub use twins::{PERTURBATION, perturbed, twin};

@@ -36,6 +36,7 @@ pub fn info() -> DatasetInfo {
             factor("modes", FactorKind::Integer, "1"),
             factor("2nd mount", FactorKind::Text, ""),
         ],
+        twins: 0,
         hammers: vec!["left".to_owned(), "right-hand".to_owned()],
         castings: vec!["1st".to_owned()],
         design_quality: serde_json::Value::Null,
