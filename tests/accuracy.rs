@@ -37,7 +37,13 @@ fn errors_fall_with_the_tolerance_down_to_the_floors() {
         let of_family = accuracy.measurements.iter().filter(|measurement| measurement.setting.family == family);
         of_family.map(|measurement| accuracy.worst(&measurement.errors)).collect()
     };
-    assert!(accuracy.measurements.iter().all(|measurement| measurement.status == RowStatus::Done));
+    for measurement in &accuracy.measurements {
+        // All reach their end; what is coarse may miss its audit.
+        let fine =
+            measurement.setting.solver.stepping.method == Method::Tsit5 && measurement.setting.solver.tolerance < 5e-5;
+        let sound = measurement.status == RowStatus::Done;
+        assert!(sound || !fine && measurement.status == RowStatus::AuditFailed, "{:?}", measurement.setting);
+    }
     for family in ["guide on its spring", "guide on its spring, modes integrated"] {
         let errors = worst(family);
         assert!(errors[2] < 1e-4 && errors[5] < 1e-7, "{family}: {errors:?}");

@@ -10,7 +10,6 @@ use decore::contact::ContactParameters;
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::Stopped;
 use decore::metrics::Recorder;
-use decore::scene::OutputSettings;
 use decore::system::{ContactKind, Coupled, CoupledModel, build};
 
 /// Restitution and duration of a contact without tension: `z = c / (2 sqrt(k mu))`.
@@ -190,16 +189,18 @@ fn analytic_oscillator_on_a_stop() {
     let (mut scene, modes) = bench();
     let unit = &mut scene.hammers[0];
     unit.standoff_m = 0.0;
+    // A contact is a blow from the first switching-on of the supply on.
+    unit.start_time_s = 0.0;
     unit.parameters.chisel.mass_kg = 1e12;
     unit.parameters.chisel.casting_contact = ContactParameters::kelvin_voigt(1e6, 0.0);
     scene.castings[0].mass_kg = 100.0;
     scene.castings[0].fixtures[0].stiffness_n_per_m = 1e4;
+    (scene.outputs.blow_window_s, scene.duration_s) = (0.04, 0.05);
     let model = build(&scene, &modes).expect("sound");
     let mut y0 = model.initial_state().to_vec();
     y0[model.layout().velocity(model.castings()[0].heave)] = -1.0;
-    let outputs = OutputSettings { blow_window_s: 0.04, ..OutputSettings::default() };
     let mut system = Coupled::new(&model);
-    let mut recorder = Recorder::new(&model, &outputs);
+    let mut recorder = Recorder::new(&model, &scene);
     let run = observe(&mut system, &y0, settings(1e-8, 1e-3), 0.05, &mut recorder);
     let [onset, release] = switches(&run, contact_index(&model, ContactKind::ChiselCasting));
     let metrics = recorder.finish(&system, run.t, &run.y);

@@ -243,8 +243,8 @@ fn analytic_bouncing_ball() {
         scene.environment.gravity_m_s2 = gravity;
         scene.hammers[0].standoff_m = 0.0;
         everywhere(&mut scene, |contact| *contact = NO_CONTACT);
-        // Only for a start at a finite place.
-        scene.hammers[0].parameters.telescope.top_stop.stiffness_n_per_m = 1e14;
+        // Only for a start at a finite place: nothing but this stop carries what hangs.
+        scene.hammers[0].parameters.telescope.end_stop.stiffness_n_per_m = 1e14;
         let stated = ContactParameters {
             stiffness_n_per_m: 1e12,
             restitution: Some(e),

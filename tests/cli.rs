@@ -176,7 +176,7 @@ fn a_scene_prints_every_output_by_its_name() {
     }
     let energy = metrics["hammers"][0]["first_impact_energy_j"].as_f64().unwrap();
     assert!((energy - 69.9).abs() < 0.1, "{energy}");
-    assert!(text.contains("energy residual") && text.contains("first impact"));
+    assert!(text.contains("energy_residual") && text.contains("first impact"));
     assert_eq!(json["outcome"]["status"], "done");
     ends(&["scene", "paper_rig.toml", "--row", "7"], BAD_INPUT);
 }

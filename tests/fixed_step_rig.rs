@@ -16,7 +16,9 @@ fn simulate(settings: &[&str]) -> RowOutcome {
 
 /// First-impact energy, peak velocity of the casting, mean periodic energy, hit frequency.
 fn figures(outcome: &RowOutcome) -> [f64; 4] {
-    assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
+    // At a fixed step that locates nothing the audit fails: what it says is that step's error.
+    let ended = matches!(outcome.status, RowStatus::Done | RowStatus::AuditFailed);
+    assert!(ended, "{}", outcome.reason);
     let metrics = outcome.metrics.as_ref().unwrap();
     let hammer = &metrics.hammers[0];
     [

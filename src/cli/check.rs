@@ -9,8 +9,10 @@ use super::prepare::{Prepared, prepare};
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
-use crate::run::{RowOutcome, RowStatus, run_row};
+use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
+use crate::scene::Scene;
 use crate::study::{FactorInfo, Study};
+use crate::system::InterfaceModes;
 
 /// Wall time in s spent at most on the row that tells the time of the others.
 const PROBE_WALL_TIME_S: f64 = 10.0;
@@ -110,6 +112,9 @@ fn write_scatter(study: &Study, file: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Twins that are suggested where a scene amplifies.
+const SUGGESTED_TWINS: usize = 4;
+
 /// Simulates the first row that describes a scene and tells what it took.
 fn probe(prepared: &Prepared, threads: usize) {
     let rows = prepared.study.row_count();
@@ -130,13 +135,35 @@ fn probe(prepared: &Prepared, threads: usize) {
             ));
         }
         say(&format_args!("states         {}", outcome.states));
-        say(&estimate(&outcome, scene.duration_s, (rows, threads)));
+        let runs = describe_twins(&scene, &modes, &outcome);
+        say(&estimate(&outcome, runs * scene.duration_s, (rows, threads)));
         if invalid > 0 {
             say(&format_args!("note           the first {invalid} rows describe no scene that can be simulated"));
         }
         return;
     }
     say(&format_args!("note           none of the first {invalid} rows describes a scene that can be simulated"));
+}
+
+/// Tells whether the scene is known to amplify perturbations and what twins cost, by the time of one; returns how many times as
+/// long as a plain run a row takes.
+fn describe_twins(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -> f64 {
+    let (twins, amplifies) = (scene.outputs.twins, amplifies(scene));
+    if twins == 0 && amplifies.is_none() {
+        return 1.0;
+    }
+    let one = run_row(&twin(scene, 0), modes).wall_time_s / outcome.wall_time_s;
+    let times = |twins: usize| 1.0 + one * twins as f64;
+    if twins > 0 {
+        say(&format_args!("twins          {twins} per row, {:.1} times the time of a row without", times(twins)));
+    } else if let Some(reason) = amplifies {
+        say(&format_args!(
+            "note           {reason}: its periodic figures scatter; `outputs.twins = {SUGGESTED_TWINS}` shows by how much, for {:.1} \
+             times the time",
+            times(SUGGESTED_TWINS)
+        ));
+    }
+    times(twins)
 }
 
 fn estimate(outcome: &RowOutcome, duration_s: f64, (rows, threads): (usize, usize)) -> String {

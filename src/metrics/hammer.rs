@@ -71,6 +71,10 @@ impl HammerTrack {
 
     /// Follows a step: the time with the gate open, and the window if one is open.
     pub fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>, scratch: &mut [f64]) {
+        if system.is_closed(system.model().hammers()[self.hammer].strike) {
+            // The chisel rests on the casting where the supply is switched on.
+            self.impact(system, (step.t0, step.start()));
+        }
         if system.gate_open(self.hammer) {
             self.gated_s += step.t1() - step.t0;
         }
@@ -82,9 +86,14 @@ impl HammerTrack {
         }
     }
 
-    /// A contact of the chisel with the casting began: in each stroke the first one starts the stroke's impact.
+    /// A contact of the chisel with the casting began.
     pub fn contact(&mut self, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
         self.contacts += 1;
+        self.impact(system, (t, y));
+    }
+
+    /// The chisel touches the casting: in each stroke the first contact starts the stroke's impact.
+    fn impact(&mut self, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
         let stroke = system.strokes(self.hammer);
         if stroke > self.impact_of {
             self.impact_of = stroke;

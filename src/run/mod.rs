@@ -14,6 +14,6 @@ pub use machine::{Machine, SourceModel, model_files, reduction_settings};
 pub use outcome::{RowOutcome, RowStatus, SolverCounters};
 pub use progress::{DEFAULT_INTERVAL, Progress, clock};
 pub use retry::{DEFAULT_RETRIES, TIGHTENING, run_row_with_retries, run_row_with_retries_observed};
-pub use row::{CHAMBER_LIMIT, ENERGY_LIMIT, run_row, run_row_observed};
+pub use row::{RESIDUAL_LIMIT, run_row, run_row_observed};
 pub use stub::StubRows;
-pub use twins::{PERTURBATION, perturbed, twin};
+pub use twins::{PERTURBATION, amplifies, perturbed, twin};
