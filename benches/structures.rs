@@ -134,7 +134,7 @@ fn cube(n: usize) -> FeModel {
         InterfacePoint {
             name: format!("P{index}"),
             role: "mount".to_owned(),
-            place: PointPlace::Rows { first: 3 * ((n - 1) * side * side + y * side + x), dofs: 3 },
+            place: PointPlace::Rows { first: 3 * ((n - 1) * side * side + y * side + x), dofs: Some(3) },
             position_m: [x as f64 / n as f64, y as f64 / n as f64, 1.0],
         }
     };
