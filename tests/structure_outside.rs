@@ -190,6 +190,21 @@ fn an_error_lists_what_an_output4_file_holds() {
     let factor = text.replacen("       4       4       6", "       4       4       4", 1);
     case.write("K", factor);
     case.fails("line 1: KAA is a triangular factor (form 4)");
+    // A square matrix has all its entries: one triangle of it is not the other's mirror.
+    let square = text.replacen("       4       4       6", "       4       4       1", 1);
+    case.write("K", &square);
+    assert_eq!(dense(case.read().expect("valid").stiffness())[0], [3.0, 0.0, -1.0, 0.5]);
+    let triangle = vec![vec![3.0, -1.0], vec![0.0, 3.0]];
+    let form = |bytes: Vec<u8>, form: u8| {
+        String::from_utf8(bytes).expect("text").replacen("       6", &format!("       {form}"), 1)
+    };
+    let file = |number| form(file(&[Matrix::real("KAA", triangle.clone())], &Form::text()), number);
+    case.write("points.csv", POINT.replace("first_row_0based,dofs", "node").replace("0,3\n", "1\n"));
+    case.files.dofs = Some(case.write("rows.dof", "1.1\n2.1\n"));
+    case.write("K", file(6));
+    assert_eq!(dense(case.read().expect("valid").stiffness()), [[3.0, -1.0], [-1.0, 3.0]]);
+    case.write("K", file(1));
+    case.fails("the matrix is not symmetric: entry (1, 2) is -1e0, entry (2, 1) is 0e0");
     for integers in [24_u32, 48] {
         case.write("K", [integers.to_le_bytes().as_slice(), &[0; 20]].concat());
         case.fails("record 1: the file is cut short");
@@ -287,6 +302,9 @@ fn marks_and_umlauts_of_other_programs_are_read() {
     case.fails("line 1: not text in UTF-8: it begins as UTF-16 or binary");
     case.write("K", b"DMIG\x00\x01\n");
     case.fails("line 1: not text: a byte 0");
+    // A square matrix has all its entries.
+    case.write("K", punch.replacen("0,6,2", "0,1,2", 1).replace("1,1,,1,1,4.5", "1,1,,2,1,4.5"));
+    case.fails("the matrix is not symmetric");
     // Matrix Market with a mark, as Windows programs write it.
     case.files.format = MatrixFormat::MatrixMarket;
     case.files.mass = case.files.stiffness.clone();
@@ -397,6 +415,13 @@ fn a_report_weighs_the_machine_and_says_what_looks_wrong() {
         let found = report(&masses(&PLACES, scale).read().expect("valid")).remarks;
         assert!(found.iter().any(|remark| remark.contains(wanted)), "{wanted}: {found:?}");
     };
+    let moved = masses(&PLACES, [1.0, 1.0]);
+    moved.write("points.csv", "name,role,x_m,y_m,z_m,node\nA,mount,1000,500,250,2\n");
+    let found = report(&moved.read().expect("valid")).remarks;
+    assert!(
+        found[0].contains("node 2 lies at [1000.0, 500.0, 250.0] m by the table of points, but at [1.0, 0.5, 0.25] m"),
+        "{found:?}"
+    );
     says([2.5e28, 2.5e28], "a mass of 2.000e30 kg (along x): machines have 1 to 1e6 kg");
     says([1e-3, 1e-3], "are the matrices in mm, t, s (units = \"mm_t_s\")");
     says([1e-9, 1.0], "stiffness and mass look exchanged");

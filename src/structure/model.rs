@@ -14,6 +14,9 @@ use crate::linalg::lowest_eigenvalue;
 /// in exported matrices stays above it.
 const LEAST_MASS_EIGENVALUE: f64 = -1e-8;
 
+/// Places of a node may differ by this many metres, and this share.
+const SAME_PLACE: f64 = 2e-3;
+
 /// What a row of the matrices stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct DofLabel {
@@ -51,7 +54,12 @@ pub struct FeModel {
     rows: Vec<PointRows>,
     /// Where nodes are, in m, as far as that is known: from the list of rows and the interface points.
     positions_m: BTreeMap<i64, [f64; 3]>,
+    /// Nodes for which points and list of rows name different places.
+    misplaced: Vec<Misplaced>,
 }
+
+/// A node with its place in m by the table of points and by the list of rows.
+pub(super) type Misplaced = (i64, [f64; 3], [f64; 3]);
 
 /// The names that errors use for the sources.
 #[derive(Debug, Clone)]
@@ -128,15 +136,25 @@ impl FeModel {
         let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
         let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
         let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();
-        Ok(Self { matrices, points, rows, positions_m })
+        Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new() })
     }
 
     /// Adds where nodes are, in the unit of the matrices' file; what interface points say of theirs comes first.
     pub(super) fn with_positions(mut self, positions: BTreeMap<i64, [f64; 3]>, metres: f64) -> Self {
         for (node, place) in positions {
-            self.positions_m.entry(node).or_insert(place.map(|value| metres * value));
+            let place = place.map(|value| metres * value);
+            let known = *self.positions_m.entry(node).or_insert(place);
+            let distance = known.iter().zip(place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            if distance > SAME_PLACE * (1.0 + known.iter().map(|value| value.abs()).fold(0.0, f64::max)) {
+                self.misplaced.push((node, known, place));
+            }
         }
         self
+    }
+
+    /// Nodes for which points and list of rows name different places.
+    pub(super) fn misplaced(&self) -> &[Misplaced] {
+        &self.misplaced
     }
 
     /// The mass matrix, both triangles.

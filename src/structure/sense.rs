@@ -123,6 +123,11 @@ pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, lowest_hz: 
             ));
         }
     }
+    if let Some((node, by_points, by_rows)) = model.misplaced().first() {
+        out.push(format!(
+            "node {node} lies at {by_points:?} m by the table of points, but at {by_rows:?} m by the list of rows: is the unit of the model another one?"
+        ));
+    }
     if let Some(hz) = lowest_hz.filter(|hz| !(LOWEST_HZ[0]..=LOWEST_HZ[1]).contains(hz)) {
         out.push(format!("the lowest elastic mode lies at {hz:.3e} Hz: stiffness and mass may be in different units"));
     }

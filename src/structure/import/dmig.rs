@@ -8,6 +8,7 @@ use super::bulk::{Card, Cards};
 use super::dofs::{direction, number};
 use super::labelled::LabelledMatrix;
 use super::lines::Lines;
+use super::triplets::Storage;
 use crate::structure::error::StructureError;
 use crate::structure::model::DofLabel;
 
@@ -27,7 +28,7 @@ pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<LabelledMatr
             }
             if own {
                 header = Some(card.line);
-                check_header(&cards.lines, &card)?;
+                matrix.storage = check_header(&cards.lines, &card)?;
             }
         } else if own {
             if header.is_none() {
@@ -50,7 +51,8 @@ pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<LabelledMatr
     Ok(matrix)
 }
 
-fn check_header(lines: &Lines, card: &Card) -> Result<(), StructureError> {
+/// Which entries the form announces: a square matrix has all, a symmetric one a triangle, in some files both.
+fn check_header(lines: &Lines, card: &Card) -> Result<Option<Storage>, StructureError> {
     let field = |index: usize| card.field(index);
     if !matches!(field(2), "1" | "6") {
         let reason = format!("form {} of {}: expected 6 (symmetric) or 1 (square)", field(2), field(0));
@@ -60,7 +62,7 @@ fn check_header(lines: &Lines, card: &Card) -> Result<(), StructureError> {
         let reason = format!("type {} of {}: expected 1 or 2 (real)", field(3), field(0));
         return Err(lines.fault_at(card.line, reason));
     }
-    Ok(())
+    Ok((field(2) == "1").then_some(Storage::Both))
 }
 
 fn read_column(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Result<(), StructureError> {

@@ -5,7 +5,7 @@ use std::io::Write;
 use sprs::CsMat;
 
 use super::lines::Lines;
-use super::triplets::{MOST_ROWS, Triplets};
+use super::triplets::{MOST_ROWS, Storage, Triplets};
 use crate::structure::error::StructureError;
 
 /// Most numbers per line and most characters of one.
@@ -73,7 +73,8 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureErr
     if !right_hand_sides && lines.advance_past(&[])? {
         return Err(lines.fault(format!("more than the {count} values that line 3 announces")));
     }
-    entries.assemble_as_found(file, rows)
+    // Symmetric files hold a triangle; of ANSYS 9 there are some with both.
+    if kind == "RUA" { entries.assemble(file, rows, Storage::Both) } else { entries.assemble_as_found(file, rows) }
 }
 
 /// `1I14)`, `3E26.16)`, `1P,3E25.16)`.

@@ -1,6 +1,6 @@
 //! What an OUTPUT4 file holds, and which of it is wanted.
 
-use super::super::triplets::{MOST_ROWS, Triplets};
+use super::super::triplets::{MOST_ROWS, Storage, Triplets};
 use crate::structure::error::StructureError;
 
 /// Matrices that an error lists.
@@ -49,6 +49,11 @@ impl Header {
         (row < self.rows).then_some(row as u32)
     }
 
+    /// Which entries the form announces: a square matrix has all, a symmetric one both triangles, in some files one.
+    pub fn storage(&self) -> Option<Storage> {
+        (self.form == 1).then_some(Storage::Both)
+    }
+
     /// Why this can be no stiffness, mass or damping.
     fn refusal(&self) -> Option<String> {
         let Self { name, rows, columns, .. } = self;
@@ -76,7 +81,7 @@ pub(super) struct Contents<'a> {
     /// Which of several matrices of this name, from 1.
     number: Option<usize>,
     met: Vec<Header>,
-    found: Option<(usize, Triplets)>,
+    found: Option<(Header, Triplets)>,
     refused: Option<String>,
 }
 
@@ -107,11 +112,11 @@ impl<'a> Contents<'a> {
 
     /// Takes the entries of the wanted matrix.
     pub fn take(&mut self, header: &Header, entries: Triplets) {
-        self.found = Some((header.rows, entries));
+        self.found = Some((header.clone(), entries));
     }
 
-    /// Order and entries of the wanted matrix, after the whole file has been seen.
-    pub fn into_matrix(self, file: &str) -> Result<(usize, Triplets), StructureError> {
+    /// Header and entries of the wanted matrix, after the whole file has been seen.
+    pub fn into_matrix(self, file: &str) -> Result<(Header, Triplets), StructureError> {
         let count = self.named().count();
         let name = self.name;
         let reason = match (self.refused.as_ref(), count, self.number) {

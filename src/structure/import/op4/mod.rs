@@ -27,9 +27,12 @@ pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<CsMat<f64>, 
         Some(records) => binary::read(records, &mut contents)?,
         None => text::read(Lines::new(file, &whole), &mut contents)?,
     }
-    let (order, entries) = contents.into_matrix(file)?;
-    entries.justify(file, order)?;
-    entries.assemble_as_found(file, order)
+    let (header, entries) = contents.into_matrix(file)?;
+    entries.justify(file, header.rows)?;
+    match header.storage() {
+        Some(storage) => entries.assemble(file, header.rows, storage),
+        None => entries.assemble_as_found(file, header.rows),
+    }
 }
 
 fn unpack(file: &str, bytes: &[u8]) -> Result<Vec<u8>, StructureError> {
