@@ -131,7 +131,7 @@ fn cube(n: usize) -> FeModel {
         |a: usize, b: usize| std::array::from_fn(|i| std::array::from_fn(|j| if i == j { m[a][b] } else { 0.0 }));
     let mass = assemble(n, diagonal, false);
     let side = n + 1;
-    let labels = (0..mass.rows()).map(|row| DofLabel { node: (row / 3) as i64, dof: row % 3 }).collect();
+    let labels = (0..mass.rows()).map(|row| DofLabel { node: (row / 3) as i64 + 1, dof: row % 3 }).collect();
     let point = |index: usize| {
         let (x, y) = ((index % 4) * n / 3, (index / 4) * n);
         InterfacePoint {

@@ -247,6 +247,16 @@ fn output4_is_written_sparse_and_whole() {
 }
 
 #[test]
+fn node_numbers_that_nastran_does_not_have_are_not_written() {
+    let model = scattered(6);
+    let labels = model.labels().iter().map(|label| DofLabel { node: label.node - 1, ..*label }).collect();
+    let model = FeModel::new(ModelMatrices { labels, ..model.matrices().clone() }, model.points().clone());
+    let folder = tempfile::tempdir().expect("a folder");
+    let error = write_model(&model.expect("sound"), ExportFormat::Dmig, folder.path()).expect_err("node 0").to_string();
+    assert!(error.contains("nodes numbered from 1 on, as Nastran has them, found node 0"), "{error}");
+}
+
+#[test]
 fn memory_is_not_asked_for_by_a_number_in_a_file() {
     let mut case = Case::new(MatrixFormat::Abaqus, POINT);
     case.files.mass = case.files.stiffness.clone();
@@ -472,6 +482,19 @@ fn the_text_report_begins_with_mass_and_frequencies() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
+    // Rotations of a solid node that Nastran keeps as empty rows are no interface.
+    let rows: String = (1..=6).map(|dof| format!("1.{dof}\n")).collect();
+    case.write("rows.dof", rows);
+    for name in ["K", "M"] {
+        case.write(name, market(6, &[(0, 0, 1e3), (1, 1, 2e3), (2, 2, 3e3), (5, 5, 0.0)]));
+    }
+    let output = decore(&["structure", &path]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        text.contains("model          6 rows, 3 of them interface"),
+        "{text}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     assert!(export("dmig").contains("DMIG entries have ten digits"));
     assert!(!export("op4").contains("ten digits"));
 }

@@ -21,7 +21,7 @@ const LOWEST: usize = 6;
 #[derive(Debug, Args)]
 pub(super) struct StructureArguments {
     /// Study file (TOML), or a file with the table `[structure]` alone. A study's mounts and fixtures are the interface; a
-    /// structure alone has all its points in all their directions as interface.
+    /// structure alone has all its points as interface, in all directions that carry mass or stiffness.
     file: PathBuf,
     /// Set a value of the study, e.g. `structure.cutoff_hz=500`; may be given several times. Needs a study.
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -143,12 +143,12 @@ fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option
     Ok((study.structure().clone(), Some(reduction)))
 }
 
-/// All points in all directions that the model has there.
+/// All points in all directions that carry something there: solid elements leave rotations empty.
 fn whole_interface(model: &FeModel, settings: &StructureSettings) -> Result<ReductionSettings, Failure> {
     let mut interface = Vec::new();
     for point in model.points().iter() {
         let rows = model.rows_of(&point.name)?;
-        let known = (0..DOF_NAMES.len()).filter(|dof| rows[*dof].is_some());
+        let known = (0..DOF_NAMES.len()).filter(|dof| rows[*dof].is_some_and(|row| model.carries(row)));
         interface.extend(known.map(|dof| (point.name.clone(), dof)));
     }
     Ok(ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz })

@@ -198,6 +198,15 @@ impl FeModel {
         Ok(index.and_then(|index| self.rows.get(index).copied()).unwrap_or_default())
     }
 
+    /// Whether a row carries mass or stiffness; programs leave empty rows for DOFs that they fixed themselves and for
+    /// directions that no element has.
+    pub fn carries(&self, row: usize) -> bool {
+        let entries = |matrix: &CsMat<f64>| {
+            matrix.outer_view(row).is_some_and(|view| view.data().iter().any(|value| *value != 0.0))
+        };
+        entries(&self.matrices.stiffness) || entries(&self.matrices.mass)
+    }
+
     /// Where nodes are, in m, as far as that is known.
     pub(super) fn positions_m(&self) -> &BTreeMap<i64, [f64; 3]> {
         &self.positions_m
