@@ -271,6 +271,18 @@ fn memory_is_not_asked_for_by_a_number_in_a_file() {
         case.write("K", format!("%%MatrixMarket matrix coordinate real symmetric\n{order} {order} 1\n1 1 2.0\n"));
         case.fails(&format!("{order} rows"));
     }
+    // Rows that a list names may be empty, however many: a mass of 120,000 rows with one entry.
+    let n = 120_000;
+    let dense_enough: Vec<_> = (0..n).map(|row| (row, row, 1e6)).collect();
+    case.files.stiffness.path = case.write("all", market(n, &dense_enough));
+    case.write("K", market(n, &[(0, 0, 5.0)]));
+    case.fails("120000 rows, but only 1 entries");
+    case.files.dofs = Some(
+        case.write("rows.dof", (0..n).map(|row| format!("{}.{}\n", row / 3 + 1, row % 3 + 1)).collect::<String>()),
+    );
+    assert_eq!(case.read().expect("valid").order(), n);
+    case.files.dofs = None;
+    case.files.stiffness = case.files.mass.clone();
     case.files.format = MatrixFormat::HarwellBoeing;
     for (size, wanted) in [
         ("18446744073709551615 18446744073709551615 1 0", "line 3: expected rows, columns and entries (at most"),

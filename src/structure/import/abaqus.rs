@@ -19,8 +19,8 @@ pub(super) enum AbaqusMatrix {
     Coordinate(CsMat<f64>),
 }
 
-/// Reads a matrix; the number of words of its first line tells which form it has.
-pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<AbaqusMatrix, StructureError> {
+/// Reads a matrix; the number of words of its first line tells which form it has. `listed`: rows by the list of rows.
+pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<AbaqusMatrix, StructureError> {
     let mut lines = Lines::new(file, bytes);
     let mut labelled = LabelledMatrix::default();
     let mut entries = Triplets::default();
@@ -57,7 +57,7 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<AbaqusMatrix, StructureE
     match words_per_line {
         0 => Err(lines.fault("the file is empty: entries of a matrix expected")),
         3 => {
-            entries.justify(file, order)?;
+            entries.justify(file, order, listed)?;
             entries.assemble_as_found(file, order).map(AbaqusMatrix::Coordinate)
         }
         _ => Ok(AbaqusMatrix::Labelled(labelled)),

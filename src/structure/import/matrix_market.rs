@@ -29,12 +29,17 @@ pub fn read_matrix_market(path: &Path) -> Result<CsMat<f64>, StructureError> {
 /// # Errors
 /// As for [`read_matrix_market`].
 pub fn parse_matrix_market(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureError> {
+    parse(file, bytes, None)
+}
+
+/// `listed`: rows by the list of rows.
+pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<CsMat<f64>, StructureError> {
     let mut lines = Lines::new(file, bytes);
     match read_banner(&mut lines)? {
         (Form::Coordinate, storage) => {
             let (order, count) = read_size(&mut lines, Form::Coordinate)?;
             let entries = read_entries(&mut lines, order, count, storage)?;
-            entries.justify(file, order)?;
+            entries.justify(file, order, listed)?;
             entries.assemble(file, order, storage)
         }
         (Form::Array, storage) => {

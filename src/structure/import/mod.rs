@@ -104,7 +104,7 @@ fn read_matrix(files: &ModelFiles, source: &MatrixFile, order: Option<usize>) ->
     let file = source.path.display().to_string();
     let bytes = read_bytes(&source.path)?;
     Ok(match files.format {
-        MatrixFormat::MatrixMarket => Imported::Rows(parse_matrix_market(&file, &bytes)?),
+        MatrixFormat::MatrixMarket => Imported::Rows(matrix_market::parse(&file, &bytes, order)?),
         MatrixFormat::Calculix => {
             let order = order.ok_or_else(|| StructureError::Matrix {
                 file: file.clone(),
@@ -113,9 +113,9 @@ fn read_matrix(files: &ModelFiles, source: &MatrixFile, order: Option<usize>) ->
             Imported::Rows(calculix::parse(&file, &bytes, order)?)
         }
         MatrixFormat::Dmig => Imported::Labels(dmig::parse(&file, &bytes, &source.name)?),
-        MatrixFormat::Op4 => Imported::Rows(op4::parse(&file, &bytes, &source.name)?),
+        MatrixFormat::Op4 => Imported::Rows(op4::parse(&file, &bytes, &source.name, order)?),
         MatrixFormat::HarwellBoeing => Imported::Rows(harwell_boeing::parse(&file, &bytes)?),
-        MatrixFormat::Abaqus => match abaqus::parse(&file, &bytes)? {
+        MatrixFormat::Abaqus => match abaqus::parse(&file, &bytes, order)? {
             AbaqusMatrix::Labelled(matrix) => Imported::Labels(matrix),
             AbaqusMatrix::Coordinate(matrix) => Imported::Rows(matrix),
         },

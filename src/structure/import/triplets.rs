@@ -56,14 +56,14 @@ impl Triplets {
         }
     }
 
-    /// Whether the entries justify an order that only a number in the file states.
-    pub fn justify(&self, file: &str, order: usize) -> Result<(), StructureError> {
+    /// Whether the entries justify an order that only a number in the file states, or a list of rows does.
+    pub fn justify(&self, file: &str, order: usize, listed: Option<usize>) -> Result<(), StructureError> {
         let entries = self.values.len();
-        if order <= FREE_ROWS.max(entries.saturating_mul(ROWS_PER_ENTRY)) {
+        if listed == Some(order) || order <= FREE_ROWS.max(entries.saturating_mul(ROWS_PER_ENTRY)) {
             return Ok(());
         }
         let reason = format!(
-            "{order} rows, but only {entries} entries: beyond {FREE_ROWS} rows one entry per {ROWS_PER_ENTRY} rows is the least; is the size wrong? If the other rows really are empty, give zeros on their diagonal"
+            "{order} rows, but only {entries} entries: beyond {FREE_ROWS} rows one entry per {ROWS_PER_ENTRY} rows is the least; is the size wrong? If the other rows really are empty, name a dof_file that lists all of them"
         );
         Err(StructureError::Matrix { file: file.to_owned(), reason })
     }

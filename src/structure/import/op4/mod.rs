@@ -19,8 +19,8 @@ pub(super) use self::write::{write_binary, write_text};
 use super::lines::{Lines, is_packed, unpacked};
 use crate::structure::error::StructureError;
 
-/// Reads the symmetric matrix of this name, without regard to case.
-pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<CsMat<f64>, StructureError> {
+/// Reads the symmetric matrix of this name, without regard to case. `listed`: rows by the list of rows.
+pub(super) fn parse(file: &str, bytes: &[u8], name: &str, listed: Option<usize>) -> Result<CsMat<f64>, StructureError> {
     let whole = if is_packed(bytes) { Cow::Owned(unpack(file, bytes)?) } else { Cow::Borrowed(bytes) };
     let mut contents = Contents::new(name);
     match Records::detect(file, &whole) {
@@ -28,7 +28,7 @@ pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<CsMat<f64>, 
         None => text::read(Lines::new(file, &whole), &mut contents)?,
     }
     let (header, entries) = contents.into_matrix(file)?;
-    entries.justify(file, header.rows)?;
+    entries.justify(file, header.rows, listed)?;
     match header.storage() {
         Some(storage) => entries.assemble(file, header.rows, storage),
         None => entries.assemble_as_found(file, header.rows),
