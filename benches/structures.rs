@@ -2,7 +2,8 @@
 //!
 //! `cargo bench --bench structures` writes the section `structures` of `benches/RESULTS.md` and `benches/structures.svg`.
 //! `DECORE_PYTHON` names an interpreter with scipy (and scikit-sparse for CHOLMOD); what it lacks is left out and said so. A
-//! number as argument leaves out models with more DOF, `--sizes-only` the other programs. Every reduction runs in a process of
+//! number as argument leaves out models with more DOF, `--sizes-only` the other programs. `--exports` writes the section
+//! `structure_exports` instead: size and time of a model in every exchange format. Every reduction runs in a process of
 //! its own on one thread, so that peaks of memory can be compared.
 
 mod support;
@@ -15,14 +16,16 @@ use std::process::Command;
 use std::time::Instant;
 
 use decore::structure::{
-    DofLabel, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModelFiles, ModelMatrices, Observer,
-    PointPlace, ReductionSettings, Units, reduce_observed,
+    DofLabel, ExportFormat, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModelFiles,
+    ModelMatrices, Observer, PointPlace, ReductionSettings, Units, reduce_observed, write_model,
 };
 use serde::{Deserialize, Serialize};
 use sprs::CsMat;
 
 /// Edges of the cubes in elements: 3 n^3 DOF, one face held.
 const SIZES: [usize; 4] = [10, 22, 31, 46];
+/// The cube whose files are weighed.
+const EXPORTED: usize = 31;
 /// Cubes up to this size are given to SuperLU too; beyond, its factor outgrows time and memory of this bench.
 const LARGEST_SUPERLU: usize = 31;
 /// Cut-off in Hz that leaves about 50 fixed-interface modes of the cube.
@@ -128,13 +131,13 @@ fn cube(n: usize) -> FeModel {
         |a: usize, b: usize| std::array::from_fn(|i| std::array::from_fn(|j| if i == j { m[a][b] } else { 0.0 }));
     let mass = assemble(n, diagonal, false);
     let side = n + 1;
-    let labels = (0..mass.rows()).map(|row| DofLabel { node: (row / 3) as i64, dof: row % 3 }).collect();
+    let labels = (0..mass.rows()).map(|row| DofLabel { node: (row / 3) as i64 + 1, dof: row % 3 }).collect();
     let point = |index: usize| {
         let (x, y) = ((index % 4) * n / 3, (index / 4) * n);
         InterfacePoint {
             name: format!("P{index}"),
             role: "mount".to_owned(),
-            place: PointPlace::Rows { first: 3 * ((n - 1) * side * side + y * side + x), dofs: 3 },
+            place: PointPlace::Rows { first: 3 * ((n - 1) * side * side + y * side + x), dofs: Some(3) },
             position_m: [x as f64 / n as f64, y as f64 / n as f64, 1.0],
         }
     };
@@ -398,8 +401,43 @@ fn growth(rows: &[Row]) -> String {
     svg
 }
 
+/// A cube in every exchange format: bytes of stiffness and mass, time to write and to read.
+fn exports(size: usize) -> String {
+    let model = cube(size);
+    let mut text = format!(
+        "# Exchange formats\n\nWritten by `cargo bench --bench structures -- --exports`: stiffness and mass of the cube of {size}^3 elements, {} DOF, {} entries of\nthe stiffness, in every format; sizes over that of Matrix Market, wall times on this machine.\n\n| format | MB | over Matrix Market | written in s | read in s |\n|---|---|---|---|---|\n",
+        model.order(),
+        model.stiffness().nnz()
+    );
+    let mut market = 0.0;
+    for (name, format) in ExportFormat::NAMES {
+        let folder = tempfile::tempdir().expect("a folder");
+        let begin = Instant::now();
+        let files = write_model(&model, format, folder.path()).expect("written");
+        let written_s = begin.elapsed().as_secs_f64();
+        let bytes = |path: &Path| fs::metadata(path).expect("written").len() as f64;
+        let size = bytes(&files.stiffness.path) + bytes(&files.mass.path);
+        market = if format == ExportFormat::MatrixMarket { size } else { market };
+        let begin = Instant::now();
+        let read = FeModel::read(&files).expect("reads back");
+        let read_s = begin.elapsed().as_secs_f64();
+        // Some formats leave out zeros.
+        let entries =
+            |matrix: &CsMat<f64>| matrix.data().iter().copied().filter(|value| *value != 0.0).collect::<Vec<_>>();
+        let exact = entries(read.stiffness()) == entries(model.stiffness());
+        assert!(exact || format == ExportFormat::Dmig, "{name}: entries differ");
+        let _ = writeln!(text, "| {name} | {:.0} | {:.2} | {written_s:.1} | {read_s:.1} |", size / 1e6, size / market);
+        eprintln!("{name}: {:.0} MB, {written_s:.1} s, {read_s:.1} s", size / 1e6);
+    }
+    text
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.iter().any(|word| word == "--exports") {
+        support::write_section("structure_exports", &exports(EXPORTED));
+        return;
+    }
     if let Some(position) = arguments.iter().position(|word| word == "--child") {
         let size = arguments.get(position + 1).and_then(|word| word.parse().ok()).expect("a size");
         println!("{}", serde_json::to_string(&own(size)).expect("plain data"));

@@ -244,7 +244,7 @@ fn points(n: usize) -> InterfacePoints {
     let point = |i: usize| InterfacePoint {
         name: format!("N{i}"),
         role: "mount".to_owned(),
-        place: PointPlace::Rows { first: 6 * i, dofs: 6 },
+        place: PointPlace::Rows { first: 6 * i, dofs: Some(6) },
         position_m: [i as f64, 0.0, 0.0],
     };
     InterfacePoints::new((0..n).map(point).collect()).expect("unique")
@@ -489,7 +489,7 @@ fn files_are_read_and_their_faults_named() {
     const HEAD: &str = "%%MatrixMarket matrix coordinate real symmetric\n6 6 6\n";
     let entries: String = (1..=6).map(|i| format!("{i} {i} {i}\n")).collect();
     let mass = write("M.mtx", &format!("{HEAD}{entries}"));
-    let points = write("points.csv", "name,role,first_row_0based,x_m,y_m,z_m\nA,mount,0,0,0,0\n");
+    let points = write("points.csv", "name,role,first_row_0based,dofs,x_m,y_m,z_m\nA,mount,0,6,0,0,0\n");
     let read = |mass: &Path, stiffness: &Path| {
         let file = |path: &Path| MatrixFile { path: path.to_owned(), name: String::new() };
         FeModel::read(&ModelFiles {

@@ -330,16 +330,20 @@ fn wrong_and_cut_files_are_named_with_line_and_reason() {
 
     let op4 = text("tiny_ascii_d.op4");
     fails(MatrixFormat::Op4, &op4.as_bytes()[..200], "cut short");
-    fails(MatrixFormat::Op4, op4.replace("KAAX", "KXXX").as_bytes(), "no matrix KAAX; found: KXXX, MAAX");
+    fails(
+        MatrixFormat::Op4,
+        op4.replace("KAAX", "KXXX").as_bytes(),
+        "no matrix KAAX; the file holds KXXX (4 x 4, real double), MAAX (4 x 4, real double)",
+    );
     fails(
         MatrixFormat::Op4,
         op4.replacen("       6       2", "       6       4", 1).as_bytes(),
-        "line 1: a complex matrix",
+        "line 1: KAAX is a complex matrix",
     );
     fails(
         MatrixFormat::Op4,
         op4.replacen("       4       4", "       4       3", 1).as_bytes(),
-        "line 1: expected a square matrix",
+        "line 1: KAAX has 3 rows and 4 columns: expected a square matrix",
     );
     let binary = fs::read(data("formats/tiny_binary_handmade.op4")).expect("there");
     fails(MatrixFormat::Op4, &binary[..100], "the file is cut short");

@@ -15,10 +15,13 @@ use crate::structure::{
 };
 use crate::study::{DampingRatio, StructureSettings, StructureSource, Study, load_structure};
 
+/// Frequencies in the first lines of the report.
+const LOWEST: usize = 6;
+
 #[derive(Debug, Args)]
 pub(super) struct StructureArguments {
     /// Study file (TOML), or a file with the table `[structure]` alone. A study's mounts and fixtures are the interface; a
-    /// structure alone has all its points in all their directions as interface.
+    /// structure alone has all its points as interface, in all directions that carry mass or stiffness.
     file: PathBuf,
     /// Set a value of the study, e.g. `structure.cutoff_hz=500`; may be given several times. Needs a study.
     #[arg(long = "set", value_name = "PATH=VALUE")]
@@ -140,12 +143,12 @@ fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option
     Ok((study.structure().clone(), Some(reduction)))
 }
 
-/// All points in all directions that the model has there.
+/// All points in all directions that carry something there: solid elements leave rotations empty.
 fn whole_interface(model: &FeModel, settings: &StructureSettings) -> Result<ReductionSettings, Failure> {
     let mut interface = Vec::new();
     for point in model.points().iter() {
         let rows = model.rows_of(&point.name)?;
-        let known = (0..DOF_NAMES.len()).filter(|dof| rows[*dof].is_some());
+        let known = (0..DOF_NAMES.len()).filter(|dof| rows[*dof].is_some_and(|row| model.carries(row)));
         interface.extend(known.map(|dof| (point.name.clone(), dof)));
     }
     Ok(ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz })
@@ -162,19 +165,26 @@ fn export(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<Exit, 
         say(&format_args!("rows           {}", dofs.display()));
     }
     say(&format_args!("points         {}", files.points.display()));
+    if format == ExportFormat::Dmig {
+        say(
+            &"note           DMIG entries have ten digits: enough for a reduced model, but the lowest frequencies of a whole one move (by \
+             parts of a per cent where the stiffness is ill-conditioned); all other formats keep 17 digits",
+        );
+    }
     Ok(Exit::Done)
 }
 
 fn readable(report: &QualityReport) -> String {
     let facts = &report.facts;
-    let mut lines = vec![
+    let mut lines = sense_lines(report);
+    lines.extend([
         format!("model          {} rows, {} of them interface", facts.order, facts.interface),
         format!(
             "basis          {} and {}",
             plural(facts.interface, "constraint mode"),
             plural(facts.fixed_interface_hz.len(), "fixed-interface mode")
         ),
-    ];
+    ]);
     if facts.empty_rows > 0 {
         lines.push(format!("left out       {} without mass and stiffness", plural(facts.empty_rows, "row")));
     }
@@ -192,6 +202,35 @@ fn readable(report: &QualityReport) -> String {
     static_lines(report, &mut lines);
     effort_lines(report, &mut lines);
     lines.join("\n")
+}
+
+/// What tells at a glance whether the matrices are those that were meant.
+fn sense_lines(report: &QualityReport) -> Vec<String> {
+    let kg = |mass: f64| if (1e-3..1e9).contains(&mass) { format!("{mass:.6}") } else { format!("{mass:.6e}") };
+    let mass = match report.total_mass_kg {
+        None => "not known: name a dof_file or dofs_per_node, which tell the directions of the rows".to_owned(),
+        Some([x, y, z]) if (x - y).abs().max((x - z).abs()) <= 1e-3 * x => format!("{} kg", kg(x)),
+        Some([x, y, z]) => format!("{} kg along x, {} along y, {} along z", kg(x), kg(y), kg(z)),
+    };
+    let centre = match (report.centre_of_mass_m, report.nodes_without_place) {
+        (Some([x, y, z]), _) => format!("{x:.4}, {y:.4}, {z:.4} m"),
+        (None, Some([unknown, all])) => {
+            format!(
+                "not known: {unknown} of {} with mass have no coordinates (a dof_file may give them)",
+                plural(all, "node")
+            )
+        }
+        (None, None) => "not known".to_owned(),
+    };
+    let lowest: Vec<String> = report.modes.iter().take(LOWEST).map(|mode| format!("{:.4}", mode.full_hz)).collect();
+    let mut lines = vec![
+        format!("mass           {mass}"),
+        format!("centre of mass {centre}"),
+        format!("lowest modes   {} Hz", lowest.join(", ")),
+    ];
+    lines.extend(report.remarks.iter().map(|remark| format!("looks wrong    {remark}")));
+    lines.push(String::new());
+    lines
 }
 
 fn mode_lines(report: &QualityReport, lines: &mut Vec<String>) {

@@ -20,7 +20,7 @@ use super::reduction::{ReductionSettings, reduce};
 /// Folder of the caches.
 pub const CACHE_FOLDER: &str = ".decore-cache";
 /// First bytes of a cache file; the number changes with its layout.
-const MAGIC: &[u8; 16] = b"decore-reduced-1";
+const MAGIC: &[u8; 16] = b"decore-reduced-2";
 const HASH: usize = 32;
 
 /// Where a reduction came from.

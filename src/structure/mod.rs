@@ -27,12 +27,14 @@ mod model;
 mod modes;
 mod observe;
 mod partition;
+mod place;
 mod points;
 mod quality;
 mod quality_page;
 mod reduced;
 mod reduction;
 mod selection;
+mod sense;
 mod symmetric;
 
 pub use attached::RigidMass;

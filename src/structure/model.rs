@@ -1,24 +1,28 @@
 //! A finite element model: mass, stiffness and the points that other parts act on.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use sprs::CsMat;
 
 use super::error::StructureError;
 use super::import::{parse_matrix_market, symmetric};
-use super::points::{DOF_NAMES, InterfacePoints, PointPlace};
+use super::place::{PointRows, place};
+use super::points::InterfacePoints;
 use crate::linalg::lowest_eigenvalue;
 
 /// A mass matrix whose lowest eigenvalue, relative to the diagonal, lies below this is not positive semidefinite: rounding
 /// in exported matrices stays above it.
 const LEAST_MASS_EIGENVALUE: f64 = -1e-8;
 
+/// Places of a node may differ by this many metres, and this share.
+const SAME_PLACE: f64 = 2e-3;
+
 /// What a row of the matrices stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct DofLabel {
     /// Number of the node.
     pub node: i64,
-    /// Direction 0 to 5, see [`DOF_NAMES`], or [`SCALAR`].
+    /// Direction 0 to 5, see [`super::DOF_NAMES`], or [`SCALAR`].
     pub dof: usize,
 }
 
@@ -47,8 +51,15 @@ pub struct FeModel {
     matrices: ModelMatrices,
     points: InterfacePoints,
     /// Rows of the six DOFs of every point; `None` where the model has no such DOF.
-    rows: Vec<[Option<usize>; 6]>,
+    rows: Vec<PointRows>,
+    /// Where nodes are, in m, as far as that is known: from the list of rows and the interface points.
+    positions_m: BTreeMap<i64, [f64; 3]>,
+    /// Nodes for which points and list of rows name different places.
+    misplaced: Vec<Misplaced>,
 }
+
+/// A node with its place in m by the table of points and by the list of rows.
+pub(super) type Misplaced = (i64, [f64; 3], [f64; 3]);
 
 /// The names that errors use for the sources.
 #[derive(Debug, Clone)]
@@ -93,7 +104,7 @@ impl FeModel {
 
     pub(super) fn validated(
         matrices: ModelMatrices,
-        points: InterfacePoints,
+        mut points: InterfacePoints,
         names: &Sources,
     ) -> Result<Self, StructureError> {
         let ModelMatrices { mass, stiffness, damping, labels } = matrices;
@@ -113,13 +124,37 @@ impl FeModel {
                 return Err(fault(name, format!("diagonal {} is {value:e}: it must not be negative", row + 1)));
             }
         }
+        require_entries(&names.mass, &matrices.mass)?;
         require_mass(&names.mass, &matrices.mass)?;
+        require_entries(&names.stiffness, &matrices.stiffness)?;
         if !matrices.labels.is_empty() && matrices.labels.len() != order {
             let reason = format!("{order} rows, but {} labels of rows", matrices.labels.len());
             return Err(fault(&names.mass, reason));
         }
         let rows = place(&matrices.labels, order, &points).map_err(|reason| fault(&names.points, reason))?;
-        Ok(Self { matrices, points, rows })
+        points.state_dofs(&rows);
+        let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
+        let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
+        let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();
+        Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new() })
+    }
+
+    /// Adds where nodes are, in the unit of the matrices' file; what interface points say of theirs comes first.
+    pub(super) fn with_positions(mut self, positions: BTreeMap<i64, [f64; 3]>, metres: f64) -> Self {
+        for (node, place) in positions {
+            let place = place.map(|value| metres * value);
+            let known = *self.positions_m.entry(node).or_insert(place);
+            let distance = known.iter().zip(place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            if distance > SAME_PLACE * (1.0 + known.iter().map(|value| value.abs()).fold(0.0, f64::max)) {
+                self.misplaced.push((node, known, place));
+            }
+        }
+        self
+    }
+
+    /// Nodes for which points and list of rows name different places.
+    pub(super) fn misplaced(&self) -> &[Misplaced] {
+        &self.misplaced
     }
 
     /// The mass matrix, both triangles.
@@ -163,6 +198,20 @@ impl FeModel {
         Ok(index.and_then(|index| self.rows.get(index).copied()).unwrap_or_default())
     }
 
+    /// Whether a row carries mass or stiffness; programs leave empty rows for DOFs that they fixed themselves and for
+    /// directions that no element has.
+    pub fn carries(&self, row: usize) -> bool {
+        let entries = |matrix: &CsMat<f64>| {
+            matrix.outer_view(row).is_some_and(|view| view.data().iter().any(|value| *value != 0.0))
+        };
+        entries(&self.matrices.stiffness) || entries(&self.matrices.mass)
+    }
+
+    /// Where nodes are, in m, as far as that is known.
+    pub(super) fn positions_m(&self) -> &BTreeMap<i64, [f64; 3]> {
+        &self.positions_m
+    }
+
     /// Rows that are rotations, by their label or by an interface point.
     pub(super) fn rotation_rows(&self) -> Vec<usize> {
         let rotation = |dof: usize| (3..SCALAR).contains(&dof);
@@ -191,58 +240,6 @@ fn fault(file: &str, reason: String) -> StructureError {
     StructureError::Matrix { file: file.to_owned(), reason }
 }
 
-fn place(labels: &[DofLabel], order: usize, points: &InterfacePoints) -> Result<Vec<[Option<usize>; 6]>, String> {
-    let mut by_label: HashMap<DofLabel, usize> = HashMap::new();
-    if points.iter().any(|point| matches!(point.place, PointPlace::Node { .. })) {
-        for (row, label) in labels.iter().enumerate() {
-            if let Some(other) = by_label.insert(*label, row) {
-                let name = DOF_NAMES.get(label.dof).copied().unwrap_or("?");
-                return Err(format!("rows {} and {} both are node {} {name}", other + 1, row + 1, label.node));
-            }
-        }
-    }
-    let row_of = |node: i64, dof: usize| by_label.get(&DofLabel { node, dof }).copied();
-    let place = |point: &super::points::InterfacePoint| {
-        let name = &point.name;
-        let mut rows = [None; 6];
-        match point.place {
-            PointPlace::None => {
-                return Err(format!(
-                    "column first_row_0based or node is missing: point {name} has no place in the matrices"
-                ));
-            }
-            PointPlace::Rows { first, dofs } => {
-                let last = first.saturating_add(dofs.saturating_sub(1));
-                if last >= order {
-                    return Err(format!("point {name}: rows {first} to {last} exceed the matrices' {order}"));
-                }
-                rows.iter_mut().zip(first..=last).for_each(|(slot, row)| *slot = Some(row));
-            }
-            PointPlace::Node { node, rotation_node } => {
-                for (dof, slot) in rows.iter_mut().enumerate() {
-                    *slot = row_of(node, dof);
-                }
-                for dof in 0..3 {
-                    let rotation = rotation_node.and_then(|node| row_of(node, dof));
-                    rows[dof + 3] = rotation.or(rows[dof + 3]);
-                }
-                if labels.is_empty() {
-                    return Err(format!(
-                        "point {name} is given by its node, but the rows of the matrices have no labels: name a dof_file, or give first_row_0based"
-                    ));
-                }
-                if rows == [None; 6] {
-                    return Err(format!(
-                        "point {name}: no row of the matrices belongs to node {node} (fixed, condensed, or a wrong number)"
-                    ));
-                }
-            }
-        }
-        Ok(rows)
-    };
-    points.iter().map(place).collect()
-}
-
 /// Square, finite, symmetric but for rounding; the mean of mirrored entries is taken.
 fn sound(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
     if matrix.rows() != matrix.cols() {
@@ -257,6 +254,13 @@ fn sound(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
 fn negative_diagonal(matrix: &CsMat<f64>) -> Option<(usize, f64)> {
     let diagonal = |row: usize| matrix.get(row, row).copied().unwrap_or(0.0);
     (0..matrix.rows()).map(|row| (row, diagonal(row))).find(|(_, value)| *value < 0.0)
+}
+
+fn require_entries(file: &str, matrix: &CsMat<f64>) -> Result<(), StructureError> {
+    if matrix.data().iter().all(|value| *value == 0.0) {
+        return Err(fault(file, "every entry is 0: is this the file and the matrix that was meant?".to_owned()));
+    }
+    Ok(())
 }
 
 /// Positive semidefinite: no negative diagonal, no coupling of a DOF without mass, no negative eigenvalue that stands out.

@@ -51,7 +51,7 @@ fn interface_row(model: &FeModel, point: &str, dof: usize) -> Result<usize, Stru
             known: named(true),
         });
     };
-    if is_empty(model.stiffness(), row) && is_empty(model.mass(), row) {
+    if !model.carries(row) {
         return Err(StructureError::EmptyDof {
             point: point.to_owned(),
             dof: DOF_NAMES.get(dof).copied().unwrap_or_default().to_owned(),
@@ -64,17 +64,12 @@ fn interface_row(model: &FeModel, point: &str, dof: usize) -> Result<usize, Stru
 /// Inner rows: all but those of the interface and those that carry neither mass nor stiffness, as programs leave them for
 /// DOFs that they fixed themselves. Second: the number of the latter.
 pub(super) fn inner_rows(model: &FeModel, interface: &[usize]) -> (Vec<bool>, usize) {
-    let mut kept: Vec<bool> =
-        (0..model.order()).map(|row| !is_empty(model.stiffness(), row) || !is_empty(model.mass(), row)).collect();
+    let mut kept: Vec<bool> = (0..model.order()).map(|row| model.carries(row)).collect();
     let empty = kept.iter().filter(|kept| !**kept).count();
     for &row in interface {
         kept[row] = false;
     }
     (kept, empty)
-}
-
-fn is_empty(matrix: &CsMat<f64>, row: usize) -> bool {
-    matrix.outer_view(row).is_none_or(|view| view.data().iter().all(|value| *value == 0.0))
 }
 
 /// Blocks `A_ob` (inner rows in the given order, interface rows) and `A_bb` of a symmetric matrix.

@@ -32,8 +32,9 @@ pub enum PointPlace {
     Rows {
         /// Row of the x displacement, counted from 0.
         first: usize,
-        /// Rows that belong to the point: 3 (displacements) or 6 (and rotations).
-        dofs: usize,
+        /// Rows that belong to the point: 3 (displacements) or 6 (and rotations); none: as many as the labels of the rows
+        /// say.
+        dofs: Option<usize>,
     },
     /// In the rows that carry the label of a node.
     Node {
@@ -74,9 +75,9 @@ impl InterfacePoints {
     }
 
     /// Reads a CSV table with the columns `name`, `role`, `x_m`, `y_m`, `z_m` and, for finite element matrices, where the
-    /// point is: `first_row_0based` (row of its x displacement; with `dofs` 6, the default, or 3), or `node` (for matrices
-    /// with labels; with `rotation_node` where the rotations have a node of their own, empty where not). Other columns are
-    /// an error.
+    /// point is: `first_row_0based` (row of its x displacement; with `dofs` 3 or 6, which only rows with labels can do
+    /// without), or `node` (for matrices with labels; with `rotation_node` where the rotations have a node of their own,
+    /// empty where not). Other columns are an error.
     ///
     /// # Errors
     /// File, line and reason.
@@ -129,7 +130,9 @@ impl InterfacePoints {
             let [x, y, z] = point.position_m;
             let place = match point.place {
                 PointPlace::None => ",".to_owned(),
-                PointPlace::Rows { first, dofs } => format!("{first},{dofs}"),
+                PointPlace::Rows { first, dofs } => {
+                    format!("{first},{}", dofs.map(|dofs| dofs.to_string()).unwrap_or_default())
+                }
                 PointPlace::Node { node, rotation_node } => {
                     format!("{node},{}", rotation_node.map(|node| node.to_string()).unwrap_or_default())
                 }
@@ -137,6 +140,15 @@ impl InterfacePoints {
             text += &format!("{},{},{x:e},{y:e},{z:e},{place}\n", point.name, point.role);
         }
         text
+    }
+
+    /// Says for every point that names its first row how many belong to it, where `rows` has three or six.
+    pub(super) fn state_dofs(&mut self, rows: &[[Option<usize>; 6]]) {
+        for (point, rows) in self.points.iter_mut().zip(rows) {
+            if let PointPlace::Rows { dofs: dofs @ None, .. } = &mut point.place {
+                *dofs = Some(rows.iter().flatten().count()).filter(|count| matches!(count, 3 | 6));
+            }
+        }
     }
 
     /// All points, in the order of the table.
@@ -190,10 +202,11 @@ impl PlaceColumns {
             Self::Rows { first, dofs } => PointPlace::Rows {
                 first: table.field(index, first, "a row counted from 0", |text| text.parse().ok())?,
                 dofs: match dofs {
-                    None => DOF_NAMES.len(),
-                    Some(dofs) => table.field(index, dofs, "3 or 6", |text| match text {
-                        "3" => Some(3),
-                        "6" => Some(6),
+                    None => None,
+                    Some(dofs) => table.field(index, dofs, "3 or 6, or nothing", |text| match text {
+                        "" => Some(None),
+                        "3" => Some(Some(3)),
+                        "6" => Some(Some(6)),
                         _ => None,
                     })?,
                 },

@@ -19,6 +19,7 @@ use super::partition::{inner_rows, sparse_times};
 use super::points::DOF_NAMES;
 use super::reduced::RIGID_BODY_HZ;
 use super::reduction::{Reduction, ReductionFacts, ReductionSettings, reduce_in_parts};
+use super::sense::{RigidMotions, remarks};
 use super::symmetric::congruence;
 use crate::linalg::{
     SymmetricPencil, cholesky, multiply_transposed, solve_lower_transposed, symmetric_eigen, symmetric_eigenvalues,
@@ -111,6 +112,12 @@ pub struct QualityReport {
     pub modes: Vec<ModePair>,
     /// Total mass along x, y, z in kg, where the directions of the rows are known.
     pub total_mass_kg: Option<[f64; 3]>,
+    /// Centre of mass in m, where every node with mass has a known place.
+    pub centre_of_mass_m: Option<[f64; 3]>,
+    /// Nodes with mass whose place is not known, and all nodes with mass; none where the directions of the rows are not known.
+    pub nodes_without_place: Option<[usize; 2]>,
+    /// What looks wrong: units, matrices exchanged, directions without mass.
+    pub remarks: Vec<String>,
     /// Static stiffness of every interface DOF; empty for a structure that floats.
     pub static_stiffness: Vec<StaticStiffness>,
     /// Frequencies of the curves in Hz.
@@ -165,12 +172,18 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
             .iter()
             .map(|step| StepRecord { name: format!("full model: {}", step.name), ..step.clone() }),
     );
-    let (modes, total_mass_kg) = pair_modes(model, &shapes, &reduced)?;
+    let rigid = RigidMotions::new(model);
+    let modes = pair_modes(model, rigid.as_ref(), (&shapes, &reduced))?;
+    let lowest_hz = shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0);
+    let centre = rigid.as_ref().map(|rigid| rigid.centre_m);
     let frequency_hz = curve_frequencies(settings.cutoff_hz);
     let mobility = mobilities(&names, (&shapes, &residual, &reduced), &frequency_hz, settings.damping_ratio);
     Ok(QualityReport {
         modes,
-        total_mass_kg,
+        total_mass_kg: rigid.as_ref().map(|rigid| rigid.mass_kg),
+        centre_of_mass_m: centre.and_then(Result::ok),
+        nodes_without_place: centre.and_then(Result::err).map(|(unknown, all)| [unknown, all]),
+        remarks: remarks(model, rigid.as_ref(), lowest_hz),
         static_stiffness: static_stiffness(&names, &residual, reduction.structure.static_flexibility()),
         frequency_hz,
         mobility,
@@ -254,21 +267,18 @@ fn hz(omega_squared: f64) -> f64 {
     if hz < RIGID_BODY_HZ { 0.0 } else { hz }
 }
 
-type Pairs = (Vec<ModePair>, Option<[f64; 3]>);
-
 /// Modes in rising order. Within a cluster of equal frequencies shapes may mix: the MAC of a mode is summed over the reduced
 /// modes within 1e-4 of its frequency.
-fn pair_modes(model: &FeModel, full: &Shapes, reduced: &Shapes) -> Result<Pairs, StructureError> {
+fn pair_modes(
+    model: &FeModel,
+    rigid: Option<&RigidMotions>,
+    (full, reduced): (&Shapes, &Shapes),
+) -> Result<Vec<ModePair>, StructureError> {
     const STEP: &str = "comparison of modes";
     let inertia = sparse_times(model.mass(), &full.all);
     let coupling = multiply_transposed(&inertia, &reduced.all).step(STEP, ADVICE)?;
-    let rigid = rigid_motions(model);
-    let total = rigid.as_ref().map(|rigid| {
-        let product = sparse_times(model.mass(), rigid);
-        [0, 1, 2].map(|axis| rigid.column(axis).dot(&product.column(axis)))
-    });
     let share = |shapes: &Shapes, mode: usize| -> Option<[f64; 3]> {
-        let (rigid, total) = (rigid.as_ref()?, total?);
+        let (rigid, total) = (&rigid?.translations, rigid?.mass_kg);
         let product = sparse_times(model.mass(), &shapes.all.columns(mode, 1).into_owned());
         Some([0, 1, 2].map(|axis| {
             if total[axis] > 0.0 { product.column(0).dot(&rigid.column(axis)).powi(2) / total[axis] } else { 0.0 }
@@ -288,22 +298,7 @@ fn pair_modes(model: &FeModel, full: &Shapes, reduced: &Shapes) -> Result<Pairs,
             effective_mass_reduced: share(reduced, mode),
         }
     };
-    Ok(((0..count).map(pair).collect(), total))
-}
-
-/// Unit translations along x, y, z by the labels of the rows.
-fn rigid_motions(model: &FeModel) -> Option<DMatrix<f64>> {
-    if model.labels().is_empty() {
-        return None;
-    }
-    let mut rigid = DMatrix::zeros(model.order(), 3);
-    for (row, label) in model.labels().iter().enumerate().filter(|(_, label)| label.dof < 3) {
-        rigid[(row, label.dof)] = 1.0;
-    }
-    for row in model.rotation_rows() {
-        rigid.row_mut(row).fill(0.0);
-    }
-    Some(rigid)
+    Ok((0..count).map(pair).collect())
 }
 
 /// Names of the rows of the interface displacement, with their directions; the first name of a row that several points share.

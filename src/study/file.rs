@@ -92,7 +92,8 @@ pub struct StructureEntry {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping_file: Option<String>,
     /// List of what the rows of the matrices stand for, one line per row: `12.3` (node 12, direction 3), `12 3` or
-    /// `5 12 UZ`, relative to the study; for `matrices`. CalculiX writes it as `.dof`, ANSYS as `.mapping`.
+    /// `5 12 UZ`, relative to the study; for `matrices`. The node's coordinates may follow. CalculiX writes it as `.dof`,
+    /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dof_file: Option<String>,
     /// Format of the matrices. Default: told by the end of the stiffness file's name (.mtx, .sti, .pch or .bdf, .op4,
@@ -102,11 +103,12 @@ pub struct StructureEntry {
     /// Units of the matrices. Default `si`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<UnitsName>,
-    /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node; serves the quality report. Default:
-    /// not known.
+    /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node and have no `dof_file`. Default: not
+    /// known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dofs_per_node: Option<u32>,
-    /// Name of the stiffness in a file of several matrices (`dmig`, `op4`). Default `KAAX`.
+    /// Name of the stiffness in a file of several matrices (`dmig`, `op4`), for instance `KAA`; of several of one name in an
+    /// OUTPUT4 file the second is `KAA#2`. Default `KAAX`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness_name: Option<String>,
     /// Name of the mass in a file of several matrices. Default `MAAX`.

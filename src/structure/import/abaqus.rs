@@ -7,7 +7,7 @@ use sprs::CsMat;
 use super::dofs::{direction, number};
 use super::labelled::LabelledMatrix;
 use super::lines::Lines;
-use super::triplets::Triplets;
+use super::triplets::{MOST_ROWS, Triplets};
 use crate::structure::error::StructureError;
 use crate::structure::model::DofLabel;
 
@@ -19,8 +19,8 @@ pub(super) enum AbaqusMatrix {
     Coordinate(CsMat<f64>),
 }
 
-/// Reads a matrix; the number of words of its first line tells which form it has.
-pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<AbaqusMatrix, StructureError> {
+/// Reads a matrix; the number of words of its first line tells which form it has. `listed`: rows by the list of rows.
+pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<AbaqusMatrix, StructureError> {
     let mut lines = Lines::new(file, bytes);
     let mut labelled = LabelledMatrix::default();
     let mut entries = Triplets::default();
@@ -36,7 +36,7 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<AbaqusMatrix, StructureE
         }
         match words[..] {
             [row, column, value] if words_per_line == 3 => {
-                let index = |word, what| lines.index_in(word, u32::MAX as usize, what);
+                let index = |word, what| lines.index_in(word, MOST_ROWS, what);
                 let (row, column) = (index(row, "row")?, index(column, "column")?);
                 order = order.max(row.max(column) as usize + 1);
                 entries.push(row, column, lines.number_in(value)?);
@@ -56,7 +56,10 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<AbaqusMatrix, StructureE
     }
     match words_per_line {
         0 => Err(lines.fault("the file is empty: entries of a matrix expected")),
-        3 => entries.assemble_as_found(file, order).map(AbaqusMatrix::Coordinate),
+        3 => {
+            entries.justify(file, order, listed)?;
+            entries.assemble_as_found(file, order).map(AbaqusMatrix::Coordinate)
+        }
         _ => Ok(AbaqusMatrix::Labelled(labelled)),
     }
 }

@@ -4,28 +4,23 @@ use std::io::Write;
 
 use sprs::CsMat;
 
+use super::bulk::{Card, Cards};
 use super::dofs::{direction, number};
 use super::labelled::LabelledMatrix;
 use super::lines::Lines;
+use super::triplets::Storage;
 use crate::structure::error::StructureError;
 use crate::structure::model::DofLabel;
 
-/// One entry of the bulk data: its fields without the card's name, four or eight per line.
-struct Card {
-    line: usize,
-    fields: Vec<String>,
-}
-
 /// Reads the matrix of this name.
 pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<LabelledMatrix, StructureError> {
-    let mut lines = Lines::new(file, bytes);
+    let mut cards = Cards::new(file, bytes);
     let mut matrix = LabelledMatrix::default();
     let mut header: Option<usize> = None;
     let mut columns = 0;
     let mut names: Vec<String> = Vec::new();
-    let mut pending = next_card(&mut lines, None)?;
-    while let Some((card, following)) = pending {
-        let field = |index: usize| card.fields.get(index).map_or("", String::as_str);
+    while let Some(card) = cards.next(&["DMIG"])? {
+        let field = |index: usize| card.field(index);
         let own = field(0).eq_ignore_ascii_case(name);
         if field(1) == "0" && !field(2).is_empty() {
             if !own && !names.contains(&field(0).to_owned()) {
@@ -33,16 +28,15 @@ pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<LabelledMatr
             }
             if own {
                 header = Some(card.line);
-                check_header(&lines, &card)?;
+                matrix.storage = check_header(&cards.lines, &card)?;
             }
         } else if own {
             if header.is_none() {
-                return Err(lines.fault_at(card.line, format!("a column of {name} before its header")));
+                return Err(cards.lines.fault_at(card.line, format!("a column of {name} before its header")));
             }
             columns += 1;
-            read_column(&lines, &card, &mut matrix)?;
+            read_column(&cards.lines, &card, &mut matrix)?;
         }
-        pending = next_card(&mut lines, following)?;
     }
     if header.is_none() {
         let reason = format!(
@@ -52,61 +46,14 @@ pub(super) fn parse(file: &str, bytes: &[u8], name: &str) -> Result<LabelledMatr
         return Err(StructureError::Matrix { file: file.to_owned(), reason });
     }
     if columns == 0 {
-        return Err(lines.fault(format!("the file is cut short: matrix {name} has a header but no column")));
+        return Err(cards.lines.fault(format!("the file is cut short: matrix {name} has a header but no column")));
     }
     Ok(matrix)
 }
 
-type Next = Option<(Card, Option<String>)>;
-
-/// The next DMIG card, and the line after it. `current` is a line that was read already.
-fn next_card(lines: &mut Lines, current: Option<String>) -> Result<Next, StructureError> {
-    let mut first = current;
-    loop {
-        if first.is_none() {
-            if !lines.advance_past(&["$"])? {
-                return Ok(None);
-            }
-            first = Some(lines.text.clone());
-        }
-        let text = first.take().unwrap_or_default();
-        let mnemonic = text.split([' ', ',', '*']).next().unwrap_or_default();
-        if !mnemonic.eq_ignore_ascii_case("DMIG") {
-            continue;
-        }
-        let mut card = Card { line: lines.number, fields: split(lines, &text)? };
-        while lines.advance_past(&["$"])? {
-            if !lines.text.starts_with(['*', '+', ' ', ',', '\t']) {
-                return Ok(Some((card, Some(lines.text.clone()))));
-            }
-            card.fields.extend(split(lines, &lines.text.clone())?);
-        }
-        return Ok(Some((card, None)));
-    }
-}
-
-/// Fields after the first: by commas, or by columns of 8 or 16 characters.
-fn split(lines: &Lines, text: &str) -> Result<Vec<String>, StructureError> {
-    if !text.is_ascii() {
-        return Err(lines.fault("expected plain characters"));
-    }
-    let large = text.split([',', ' ']).next().is_some_and(|first| first.contains('*')) || text.starts_with('*');
-    let (count, width) = if large { (4, 16) } else { (8, 8) };
-    if text.contains(',') {
-        let mut fields: Vec<String> = text.split(',').skip(1).map(|field| field.trim().to_owned()).collect();
-        fields.resize(fields.len().div_ceil(4).max(1) * 4, String::new());
-        fields.truncate(count);
-        return Ok(fields);
-    }
-    let field = |index: usize| {
-        let begin = (8 + index * width).min(text.len());
-        text[begin..(begin + width).min(text.len())].trim().to_owned()
-    };
-    Ok((0..count).map(field).collect())
-}
-
-fn check_header(lines: &Lines, card: &Card) -> Result<(), StructureError> {
-    let field = |index: usize| card.fields.get(index).map_or("", String::as_str);
+/// Which entries the form announces: a square matrix has all, a symmetric one a triangle, in some files both.
+fn check_header(lines: &Lines, card: &Card) -> Result<Option<Storage>, StructureError> {
+    let field = |index: usize| card.field(index);
     if !matches!(field(2), "1" | "6") {
         let reason = format!("form {} of {}: expected 6 (symmetric) or 1 (square)", field(2), field(0));
         return Err(lines.fault_at(card.line, reason));
@@ -115,7 +62,7 @@ fn check_header(lines: &Lines, card: &Card) -> Result<(), StructureError> {
         let reason = format!("type {} of {}: expected 1 or 2 (real)", field(3), field(0));
         return Err(lines.fault_at(card.line, reason));
     }
-    Ok(())
+    Ok((field(2) == "1").then_some(Storage::Both))
 }
 
 fn read_column(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Result<(), StructureError> {
@@ -127,7 +74,7 @@ fn read_column(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Resul
             fault(format!("expected a grid point and a component 0 to 6, found \"{node}\" and \"{dof}\""))
         })
     };
-    let field = |index: usize| card.fields.get(index).map_or("", String::as_str);
+    let field = |index: usize| card.field(index);
     let column = label(field(1), field(2))?;
     matrix.mention(column);
     let mut entries = 0;

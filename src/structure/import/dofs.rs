@@ -1,34 +1,59 @@
 //! Lists of what the rows of a matrix stand for.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::lines::Lines;
+use super::superelement;
 use crate::structure::error::StructureError;
 use crate::structure::model::{DofLabel, SCALAR};
 use crate::structure::points::DOF_NAMES;
 
-/// Reads a list of row labels, one line per row: `12.3` (CalculiX `.dof`), `12 3`, `5 12 3` (row first), with directions 1 to
-/// 6 (0: a modal coordinate) or names as `UX`, `ROTZ`, `x`, `rz` (ANSYS `.mapping`; a first line without numbers is a
-/// heading).
-pub(super) fn parse_dofs(file: &str, bytes: &[u8]) -> Result<Vec<DofLabel>, StructureError> {
+/// What the rows of matrices stand for, and what else a list of them tells of its nodes.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    pub labels: Vec<DofLabel>,
+    /// Axes (columns, in the basic system) of the displacements of nodes that have others than the basic ones.
+    pub axes: BTreeMap<i64, [[f64; 3]; 3]>,
+    /// Where nodes are, in the unit of the file.
+    pub positions: BTreeMap<i64, [f64; 3]>,
+    /// Whether the directions of nodes were not listed but taken to be all six.
+    pub assumed: bool,
+}
+
+/// Reads the table of a Nastran superelement, or a list of row labels, one line per row: `12.3` (CalculiX `.dof`), `12 3`,
+/// `5 12 3` (row first), with directions 1 to 6 (0: a modal coordinate) or names as `UX`, `ROTZ`, `x`, `rz` (ANSYS
+/// `.mapping`; a first line without numbers is a heading). The node's coordinates may follow the direction (`12 3 0.5 0 1.2`).
+pub(super) fn parse_rows(file: &str, bytes: &[u8]) -> Result<Rows, StructureError> {
+    if superelement::is_table(file, bytes)? {
+        return superelement::parse(file, bytes);
+    }
     let mut lines = Lines::new(file, bytes);
-    let mut labels = Vec::new();
+    let mut rows = Rows::default();
     let mut heading = true;
     while lines.advance_past(&["#"])? {
         let words: Vec<&str> = lines.text.split([' ', '\t', ',']).filter(|word| !word.is_empty()).collect();
-        let label = match words[..] {
-            [one] => one.split_once('.').and_then(|(node, dof)| label(node, dof)),
-            [node, dof] => label(node, dof),
-            [row, node, dof] if row.parse() == Ok(labels.len() + 1) => label(node, dof),
-            _ => None,
+        let row = rows.labels.len() + 1;
+        let (label, place) = match words[..] {
+            [one] => (one.split_once('.').and_then(|(node, dof)| label(node, dof)), None),
+            [node, dof] => (label(node, dof), None),
+            [number, node, dof] if number.parse() == Ok(row) => (label(node, dof), None),
+            [node, dof, x, y, z] => (label(node, dof), Some([x, y, z])),
+            [number, node, dof, x, y, z] if number.parse() == Ok(row) => (label(node, dof), Some([x, y, z])),
+            _ => (None, None),
         };
         match label {
-            Some(label) => labels.push(label),
+            Some(label) => {
+                rows.labels.push(label);
+                if let Some([x, y, z]) = place {
+                    let place = [lines.number_in(x)?, lines.number_in(y)?, lines.number_in(z)?];
+                    rows.positions.insert(label.node, place);
+                }
+            }
             None if heading && words.iter().all(|word| word.parse::<f64>().is_err()) => {}
             None => {
-                let row = labels.len() + 1;
                 let reason = format!(
-                    "expected node and direction of row {row} (for instance 12.3, 12 3 or {row} 12 UZ), found \"{}\"",
+                    "expected node and direction of row {row} (for instance 12.3, 12 3 or {row} 12 UZ, coordinates may follow), found \"{}\"",
                     lines.text.trim()
                 );
                 return Err(lines.fault(reason));
@@ -36,10 +61,10 @@ pub(super) fn parse_dofs(file: &str, bytes: &[u8]) -> Result<Vec<DofLabel>, Stru
         }
         heading = false;
     }
-    if labels.is_empty() {
+    if rows.labels.is_empty() {
         return Err(lines.fault("the list of rows is empty"));
     }
-    Ok(labels)
+    Ok(rows)
 }
 
 fn label(node: &str, dof: &str) -> Option<DofLabel> {
@@ -64,7 +89,7 @@ pub(super) fn number(dof: usize) -> usize {
     if dof == SCALAR { 0 } else { dof + 1 }
 }
 
-/// A list that [`parse_dofs`] reads: `node.direction` per line.
+/// A list that [`parse_rows`] reads: `node.direction` per line.
 pub(super) fn write_dofs(labels: &[DofLabel]) -> String {
     let mut text = String::new();
     for label in labels {
@@ -81,12 +106,14 @@ mod tests {
     #[test]
     fn forms_of_a_row() {
         let dof = |node, dof| DofLabel { node, dof };
-        let read = |text: &str| parse_dofs("d", text.as_bytes()).expect("valid");
+        let read = |text: &str| parse_rows("d", text.as_bytes()).expect("valid").labels;
         assert_eq!(read("10.1\n10.6\n-3.2\n"), [dof(10, 0), dof(10, 5), dof(-3, 1)]);
         assert_eq!(read("# rows\n10 1\n12, 3\n7 0\n"), [dof(10, 0), dof(12, 2), dof(7, SCALAR)]);
         assert_eq!(read(" Eqn Node DOF\n 1 10 UX\n 2 10 ROTZ\n"), [dof(10, 0), dof(10, 5)]);
+        let placed = parse_rows("d", b"10 1 0.5 0 1.25\n2 10 2 0.5 0 1.25\n").expect("valid");
+        assert_eq!((placed.labels.len(), placed.positions[&10]), (2, [0.5, 0.0, 1.25]));
         for (text, line) in [("10.7\n", 1), ("10.1\n10\n", 2), ("1 10 UX\n3 10 UY\n", 2), ("", 1), ("x\ny\n", 2)] {
-            let error = parse_dofs("d", text.as_bytes()).expect_err(text).to_string();
+            let error = parse_rows("d", text.as_bytes()).expect_err(text).to_string();
             assert!(error.starts_with(&format!("d, line {line}: ")), "{error}");
         }
     }

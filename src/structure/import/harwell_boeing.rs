@@ -5,8 +5,11 @@ use std::io::Write;
 use sprs::CsMat;
 
 use super::lines::Lines;
-use super::triplets::Triplets;
+use super::triplets::{MOST_ROWS, Storage, Triplets};
 use crate::structure::error::StructureError;
+
+/// Most numbers per line and most characters of one.
+const WIDEST: usize = 1000;
 
 /// Numbers per line and their width.
 #[derive(Clone, Copy)]
@@ -33,14 +36,16 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureErr
         line("the format of right-hand sides")?;
     }
     let words: Vec<&str> = kind.split_whitespace().collect();
-    let size = |index: usize| words.get(index).and_then(|word| word.parse::<usize>().ok());
+    let size = |index: usize| words.get(index)?.parse::<usize>().ok().filter(|size| *size <= MOST_ROWS);
     let kind = words.first().copied().unwrap_or_default().to_ascii_uppercase();
     if !matches!(kind.as_str(), "RSA" | "RUA") {
         let reason = format!("expected type RSA or RUA (real, assembled), found \"{kind}\"");
         return Err(lines.fault_at(3, reason));
     }
     let (Some(rows), Some(columns), Some(count)) = (size(1), size(2), size(3)) else {
-        return Err(lines.fault_at(3, "expected rows, columns and entries after the type"));
+        return Err(
+            lines.fault_at(3, format!("expected rows, columns and entries (at most {MOST_ROWS}) after the type"))
+        );
     };
     if rows != columns || rows == 0 {
         return Err(lines.fault_at(3, format!("expected a square matrix, found {rows} rows and {columns} columns")));
@@ -68,7 +73,8 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureErr
     if !right_hand_sides && lines.advance_past(&[])? {
         return Err(lines.fault(format!("more than the {count} values that line 3 announces")));
     }
-    entries.assemble_as_found(file, rows)
+    // Symmetric files hold a triangle; of ANSYS 9 there are some with both.
+    if kind == "RUA" { entries.assemble(file, rows, Storage::Both) } else { entries.assemble_as_found(file, rows) }
 }
 
 /// `1I14)`, `3E26.16)`, `1P,3E25.16)`.
@@ -78,7 +84,8 @@ fn layout(text: &str) -> Option<Layout> {
     let letter = text.find(['I', 'E', 'D', 'F', 'G'])?;
     let count = if letter == 0 { 1 } else { text[..letter].trim_start_matches("1P").parse().ok()? };
     let width: usize = text[letter + 1..].split('.').next()?.trim().parse().ok()?;
-    (count > 0 && width > 0).then_some(Layout { count, width })
+    let sound = |number: &usize| (1..=WIDEST).contains(number);
+    (sound(&count) && sound(&width)).then_some(Layout { count, width })
 }
 
 fn numbers(

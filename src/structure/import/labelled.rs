@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use sprs::CsMat;
 
-use super::triplets::Triplets;
+use super::triplets::{Storage, Triplets};
 use crate::structure::error::StructureError;
 use crate::structure::model::DofLabel;
 
@@ -14,6 +14,8 @@ pub(super) struct LabelledMatrix {
     labels: Vec<DofLabel>,
     known: HashMap<DofLabel, u32>,
     entries: Triplets,
+    /// Which entries the file says that it holds; none: as its entries show.
+    pub storage: Option<Storage>,
 }
 
 impl LabelledMatrix {
@@ -53,7 +55,10 @@ impl LabelledMatrix {
         let mut entries = Triplets { values: self.entries.values.clone(), ..Triplets::default() };
         entries.rows = self.entries.rows.iter().map(row_of).collect::<Result<_, _>>()?;
         entries.columns = self.entries.columns.iter().map(row_of).collect::<Result<_, _>>()?;
-        entries.assemble_as_found(file, all.len())
+        match self.storage {
+            Some(storage) => entries.assemble(file, all.len(), storage),
+            None => entries.assemble_as_found(file, all.len()),
+        }
     }
 }
 

@@ -13,9 +13,14 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, StructureError> {
         .map_err(|error| StructureError::Read { file: path.display().to_string(), reason: error.to_string() })
 }
 
-/// Bytes as they are, or unpacked where they are gzip (told by the first two bytes).
+/// Whether bytes are gzip, by the first two.
+pub(super) fn is_packed(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x1f, 0x8b])
+}
+
+/// Bytes as they are, or unpacked where they are gzip.
 pub(super) fn unpacked(bytes: &[u8]) -> Box<dyn Read + '_> {
-    if bytes.starts_with(&[0x1f, 0x8b]) { Box::new(MultiGzDecoder::new(bytes)) } else { Box::new(bytes) }
+    if is_packed(bytes) { Box::new(MultiGzDecoder::new(bytes)) } else { Box::new(bytes) }
 }
 
 /// Line reader that knows its file and line number.
@@ -42,17 +47,30 @@ impl<'a> Lines<'a> {
         FileFault { file: self.file.to_owned(), line, reason: reason.into() }.into()
     }
 
-    /// The next line, or `false` at the end of the file.
+    /// The next line, or `false` at the end of the file. Text is UTF-8, with or without a byte-order mark, or Latin-1 (as
+    /// comments with umlauts are).
     pub fn advance(&mut self) -> Result<bool, StructureError> {
         self.raw.clear();
         self.text.clear();
         self.number += 1;
         let read = self.reader.read_until(b'\n', &mut self.raw);
         let read = read.map_err(|error| self.fault(format!("the file is cut short or damaged ({error})")))?;
-        match std::str::from_utf8(&self.raw) {
-            Ok(text) => self.text.push_str(text.trim_end_matches(['\n', '\r'])),
-            Err(_) => return Err(self.fault("not text: a byte that is not UTF-8 (is this another format?)")),
+        let marks: &[&[u8]] = if self.number == 1 { &[b"\xff\xfe", b"\xfe\xff"] } else { &[] };
+        if marks.iter().any(|mark| self.raw.starts_with(mark)) {
+            return Err(self.fault("not text in UTF-8: it begins as UTF-16 or binary; save it as plain text"));
         }
+        let binary = |byte: &u8| *byte < b' ' && !matches!(*byte, b'\t' | b'\n' | b'\r' | 0x0c | 0x1a);
+        if let Some(byte) = self.raw.iter().find(|byte| binary(byte)) {
+            return Err(self.fault(format!("not text: a byte {byte} (is this another format?)")));
+        }
+        match std::str::from_utf8(&self.raw) {
+            Ok(text) => self.text.push_str(text),
+            Err(_) => self.text.extend(self.raw.iter().map(|byte| char::from(*byte))),
+        }
+        if self.number == 1 && self.text.starts_with('\u{feff}') {
+            self.text.remove(0);
+        }
+        self.text.truncate(self.text.trim_end_matches(['\n', '\r']).len());
         Ok(read > 0)
     }
 

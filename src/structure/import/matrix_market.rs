@@ -1,19 +1,20 @@
-//! Matrix Market: symmetric matrices in coordinate form, plain or gzip.
+//! Matrix Market: symmetric matrices in coordinate or array form, plain or gzip.
 
 use std::path::Path;
 
 use sprs::CsMat;
 
 use super::lines::{Lines, read_bytes};
-use super::triplets::{Storage, Triplets};
+use super::triplets::{MOST_ROWS, Storage, Triplets};
 use crate::structure::error::StructureError;
 
 const COMMENT: &[&str] = &["%"];
 
 /// Reads a symmetric matrix from a Matrix Market file, plain or gzip (told by its first two bytes).
 ///
-/// Accepted: `matrix coordinate real|integer symmetric|general`, square. The result holds both triangles.
-/// A symmetric file may use the lower or the upper triangle, but not both; a general one must be symmetric to 1e-9 (the
+/// Accepted: `matrix coordinate|array real|integer symmetric|general`, square. The result holds both triangles; zeros of an
+/// array are kept on the diagonal only.
+/// A symmetric coordinate file may use the lower or the upper triangle, but not both; a general one must be symmetric to 1e-9 (the
 /// mean of the two entries is taken). Entries given several times are summed, as finite element exporters write unassembled
 /// contributions.
 ///
@@ -28,38 +29,91 @@ pub fn read_matrix_market(path: &Path) -> Result<CsMat<f64>, StructureError> {
 /// # Errors
 /// As for [`read_matrix_market`].
 pub fn parse_matrix_market(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureError> {
-    let mut lines = Lines::new(file, bytes);
-    let storage = read_banner(&mut lines)?;
-    let (order, count) = read_size(&mut lines)?;
-    read_entries(&mut lines, order, count, storage)?.assemble(file, order, storage)
+    parse(file, bytes, None)
 }
 
-fn read_banner(lines: &mut Lines) -> Result<Storage, StructureError> {
-    const EXPECTED: &str = "expected \"%%MatrixMarket matrix coordinate real symmetric\" (or integer, general)";
+/// `listed`: rows by the list of rows.
+pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<CsMat<f64>, StructureError> {
+    let mut lines = Lines::new(file, bytes);
+    match read_banner(&mut lines)? {
+        (Form::Coordinate, storage) => {
+            let (order, count) = read_size(&mut lines, Form::Coordinate)?;
+            let entries = read_entries(&mut lines, order, count, storage)?;
+            entries.justify(file, order, listed)?;
+            entries.assemble(file, order, storage)
+        }
+        (Form::Array, storage) => {
+            let (order, _) = read_size(&mut lines, Form::Array)?;
+            read_values(&mut lines, order, storage)?.assemble(file, order, storage)
+        }
+    }
+}
+
+/// How entries are listed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    /// Row, column and value of each.
+    Coordinate,
+    /// All values, column by column.
+    Array,
+}
+
+fn read_banner(lines: &mut Lines) -> Result<(Form, Storage), StructureError> {
+    const EXPECTED: &str = "expected \"%%MatrixMarket matrix coordinate real symmetric\" (or array, integer, general)";
     if !lines.advance()? {
         return Err(lines.fault(format!("the file is empty: {EXPECTED}")));
     }
     let words: Vec<String> = lines.text.split_whitespace().map(str::to_ascii_lowercase).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    match words[..] {
-        ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", symmetry @ ("symmetric" | "general")] => {
-            Ok(if symmetry == "symmetric" { Storage::OneTriangle } else { Storage::Both })
+    let form = match words.get(2) {
+        Some(&"coordinate") => Some(Form::Coordinate),
+        Some(&"array") => Some(Form::Array),
+        _ => None,
+    };
+    match (form, &words[..]) {
+        (Some(form), ["%%matrixmarket", "matrix", _, "real" | "integer", symmetry @ ("symmetric" | "general")]) => {
+            Ok((form, if *symmetry == "symmetric" { Storage::OneTriangle } else { Storage::Both }))
         }
         _ => Err(lines.fault(format!("{EXPECTED}, found \"{}\"", lines.text.trim()))),
     }
 }
 
-fn read_size(lines: &mut Lines) -> Result<(usize, usize), StructureError> {
-    lines.advance_to(COMMENT, "the size line (rows, columns, entries)")?;
-    let numbers: Vec<Option<usize>> = lines.text.split_whitespace().map(|word| word.parse().ok()).collect();
-    match numbers[..] {
-        [Some(rows), Some(columns), Some(_)] if rows != columns => {
-            Err(lines.fault(format!("the matrix is not square: {rows} rows, {columns} columns")))
-        }
-        [Some(0), Some(_), Some(_)] => Err(lines.fault("the matrix is empty: at least one row expected")),
-        [Some(rows), Some(_), Some(count)] => Ok((rows, count)),
-        _ => Err(lines.fault(format!("expected rows, columns and entries, found \"{}\"", lines.text.trim()))),
+/// Order and number of entries; an array states no number.
+fn read_size(lines: &mut Lines, form: Form) -> Result<(usize, usize), StructureError> {
+    let words = if form == Form::Coordinate { "rows, columns and entries" } else { "rows and columns" };
+    lines.advance_to(COMMENT, &format!("the size line ({words})"))?;
+    let numbers: Option<Vec<usize>> = lines.text.split_whitespace().map(|word| word.parse().ok()).collect();
+    let (rows, columns, count) = match (form, numbers.as_deref()) {
+        (Form::Coordinate, Some([rows, columns, count])) => (*rows, *columns, *count),
+        (Form::Array, Some([rows, columns])) => (*rows, *columns, 0),
+        _ => return Err(lines.fault(format!("expected {words}, found \"{}\"", lines.text.trim()))),
+    };
+    if rows != columns {
+        return Err(lines.fault(format!("the matrix is not square: {rows} rows, {columns} columns")));
     }
+    if !(1..=MOST_ROWS).contains(&rows) {
+        return Err(lines.fault(format!("a matrix of {rows} rows: expected 1 to {MOST_ROWS}")));
+    }
+    Ok((rows, count))
+}
+
+/// All values of a general array, those of the lower triangle of a symmetric one, by columns.
+fn read_values(lines: &mut Lines, order: usize, storage: Storage) -> Result<Triplets, StructureError> {
+    let mut entries = Triplets::default();
+    for column in 0..order {
+        let first = if storage == Storage::OneTriangle { column } else { 0 };
+        for row in first..order {
+            lines.advance_to(COMMENT, &format!("the value of row {}, column {}", row + 1, column + 1))?;
+            let value = lines.number_in(&lines.text)?;
+            if value != 0.0 || row == column {
+                entries.push(row as u32, column as u32, value);
+            }
+        }
+    }
+    if lines.advance_past(COMMENT)? {
+        return Err(lines.fault(format!("more values than a matrix of {order} rows has")));
+    }
+    Ok(entries)
 }
 
 fn read_entries(lines: &mut Lines, order: usize, count: usize, storage: Storage) -> Result<Triplets, StructureError> {
@@ -124,7 +178,7 @@ mod tests {
     #[test]
     fn faults_name_file_line_and_reason() {
         fails("", 1, "empty");
-        fails("%%MatrixMarket matrix array real general\n", 1, "coordinate real symmetric");
+        fails("%%MatrixMarket matrix array complex general\n", 1, "coordinate real symmetric");
         fails(&format!("{HEAD}skew-symmetric\n"), 1, "expected");
         fails(&format!("{HEAD}symmetric\n% only\n"), 3, "cut short");
         fails(&format!("{HEAD}symmetric\n2 3 1\n1 1 1\n"), 2, "not square: 2 rows, 3 columns");
@@ -136,6 +190,35 @@ mod tests {
         fails(&format!("{HEAD}symmetric\n2 2 1\n1 1 NaN\n"), 3, "finite number, found \"NaN\"");
         fails(&format!("{HEAD}symmetric\n2 2 1\n1 1\n"), 3, "row, column and value");
         fails(&format!("{HEAD}symmetric\n3 3 2\n2 1 1\n1 3 1\n"), 4, "one triangle only");
+    }
+
+    #[test]
+    fn arrays_give_what_coordinates_give() {
+        let read = |text: &str| parse_matrix_market("K", text.as_bytes()).expect("valid");
+        let expected = read(&format!("{HEAD}symmetric\n3 3 4\n1 1 2\n3 1 -1\n2 2 5\n3 3 0\n"));
+        const ARRAY: &str = "%%MatrixMarket matrix array real ";
+        let general = format!("{ARRAY}general\n%\n3 3\n2\n0\n-1\n0\n5\n0\n-1\n0\n0\n");
+        let symmetric = format!("\u{feff}{ARRAY}symmetric\r\n3 3\r\n2.\r\n0\r\n-1e0\r\n5\r\n0\r\n0\r\n");
+        assert_eq!(read(&general), expected);
+        assert_eq!(read(&symmetric), expected);
+        fails(&format!("{ARRAY}general\n2 2\n1\n0\n0\n"), 6, "the value of row 2, column 2 expected");
+        fails(&format!("{ARRAY}symmetric\n2 2\n1\n0\n1\n1\n"), 6, "more values than a matrix of 2 rows has");
+        fails(&format!("{ARRAY}general\n2 3\n"), 2, "not square: 2 rows, 3 columns");
+        fails(&format!("{ARRAY}general\n2 2 4\n"), 2, "expected rows and columns, found \"2 2 4\"");
+    }
+
+    #[test]
+    fn memory_is_asked_for_by_entries_not_by_a_stated_size() {
+        for order in ["9000000000000000000", "4000000000", "200000000"] {
+            for (form, end) in [("coordinate", " 1\n1 1 2.0"), ("array", "\n2.0")] {
+                let text = format!("%%MatrixMarket matrix {form} real symmetric\n{order} {order}{end}\n");
+                let error = parse_matrix_market("K", text.as_bytes()).expect_err(order).to_string();
+                let named = error.contains(&format!("{order} rows")) || error.contains("cut short: the value of row 2");
+                assert!(named, "{error}");
+            }
+        }
+        let lumped = format!("{HEAD}symmetric\n100000 100000 1\n1 1 2.0\n");
+        assert_eq!(parse_matrix_market("M", lumped.as_bytes()).expect("valid").rows(), 100_000);
     }
 
     #[test]

@@ -5,6 +5,8 @@
 //! line and reason.
 
 mod abaqus;
+mod axes;
+mod bulk;
 mod calculix;
 mod dmig;
 mod dofs;
@@ -14,10 +16,12 @@ mod lines;
 mod matrix_market;
 mod op4;
 mod source;
+mod superelement;
 mod triplets;
 mod units;
 mod write;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use sprs::CsMat;
@@ -48,21 +52,27 @@ impl FeModel {
     /// wrong with the matrices.
     pub fn read(files: &ModelFiles) -> Result<Self, StructureError> {
         let name = |path: &Path| path.display().to_string();
-        let labels = match &files.dofs {
-            Some(path) => Some(dofs::parse_dofs(&name(path), &read_bytes(path)?)?),
+        let list = match &files.dofs {
+            Some(path) => Some((dofs::parse_rows(&name(path), &read_bytes(path)?)?, name(path))),
             None => None,
         };
-        let order = labels.as_ref().map(Vec::len);
+        let order = list.as_ref().map(|(rows, _)| rows.labels.len());
         let mut imported = vec![read_matrix(files, &files.stiffness, order)?, read_matrix(files, &files.mass, order)?];
         let mut names = vec![name(&files.stiffness.path), name(&files.mass.path)];
         if let Some(damping) = &files.damping {
             imported.push(read_matrix(files, damping, order)?);
             names.push(name(&damping.path));
         }
-        let mut matrices = combine(imported, &names, labels)?;
-        let order = matrices.mass.rows();
+        let assumed = list.as_ref().is_some_and(|(rows, _)| rows.assumed);
+        let labels = list.as_ref().map(|(rows, _)| rows.labels.clone());
+        let mut matrices = combine(imported, &names, (labels, assumed))?;
         if let (true, Some(dofs)) = (matrices.labels.is_empty(), files.dofs_per_node) {
-            matrices.labels = regular_labels(order, dofs);
+            matrices.labels = numbered(matrices.mass.rows(), dofs, &names)?;
+        }
+        let mut positions = BTreeMap::new();
+        if let Some((rows, file)) = list {
+            axes::to_basic(&mut matrices, &rows.axes, &file)?;
+            positions = rows.positions;
         }
         let [stiffness, mass] = [0, 1].map(|index| names.get(index).cloned().unwrap_or_default());
         let sources = Sources {
@@ -74,17 +84,27 @@ impl FeModel {
         let points = InterfacePoints::read(&files.points)?;
         let model = Self::validated(matrices, points, &sources)?;
         Ok(match files.units {
-            Units::Si => model,
-            Units::MillimetreTonneSecond => units::from_millimetre_tonne(model),
+            Units::Si => model.with_positions(positions, 1.0),
+            Units::MillimetreTonneSecond => units::from_millimetre_tonne(model).with_positions(positions, 1e-3),
         })
     }
+}
+
+/// Labels of rows that are numbered node by node.
+fn numbered(order: usize, dofs: usize, names: &[String]) -> Result<Vec<DofLabel>, StructureError> {
+    if dofs == 0 || !order.is_multiple_of(dofs) {
+        let file = names.first().cloned().unwrap_or_default();
+        let reason = format!("{order} rows are no whole number of nodes with dofs_per_node = {dofs}");
+        return Err(StructureError::Matrix { file, reason });
+    }
+    Ok(regular_labels(order, dofs))
 }
 
 fn read_matrix(files: &ModelFiles, source: &MatrixFile, order: Option<usize>) -> Result<Imported, StructureError> {
     let file = source.path.display().to_string();
     let bytes = read_bytes(&source.path)?;
     Ok(match files.format {
-        MatrixFormat::MatrixMarket => Imported::Rows(parse_matrix_market(&file, &bytes)?),
+        MatrixFormat::MatrixMarket => Imported::Rows(matrix_market::parse(&file, &bytes, order)?),
         MatrixFormat::Calculix => {
             let order = order.ok_or_else(|| StructureError::Matrix {
                 file: file.clone(),
@@ -93,9 +113,9 @@ fn read_matrix(files: &ModelFiles, source: &MatrixFile, order: Option<usize>) ->
             Imported::Rows(calculix::parse(&file, &bytes, order)?)
         }
         MatrixFormat::Dmig => Imported::Labels(dmig::parse(&file, &bytes, &source.name)?),
-        MatrixFormat::Op4 => Imported::Rows(op4::parse(&file, &bytes, &source.name)?),
+        MatrixFormat::Op4 => Imported::Rows(op4::parse(&file, &bytes, &source.name, order)?),
         MatrixFormat::HarwellBoeing => Imported::Rows(harwell_boeing::parse(&file, &bytes)?),
-        MatrixFormat::Abaqus => match abaqus::parse(&file, &bytes)? {
+        MatrixFormat::Abaqus => match abaqus::parse(&file, &bytes, order)? {
             AbaqusMatrix::Labelled(matrix) => Imported::Labels(matrix),
             AbaqusMatrix::Coordinate(matrix) => Imported::Rows(matrix),
         },
@@ -106,7 +126,7 @@ fn read_matrix(files: &ModelFiles, source: &MatrixFile, order: Option<usize>) ->
 fn combine(
     imported: Vec<Imported>,
     names: &[String],
-    labels: Option<Vec<DofLabel>>,
+    (labels, assumed): (Option<Vec<DofLabel>>, bool),
 ) -> Result<ModelMatrices, StructureError> {
     let labelled = imported.iter().filter_map(|matrix| match matrix {
         Imported::Labels(matrix) => Some(matrix),
@@ -114,20 +134,19 @@ fn combine(
     });
     let found = all_labels(labelled);
     let labels = labels.unwrap_or(found);
-    // Coordinate files end with their last entry; the list of rows, or the largest file, tells how many there are.
-    let rows = imported.iter().map(|matrix| match matrix {
-        Imported::Rows(matrix) => matrix.rows(),
-        Imported::Labels(_) => labels.len(),
-    });
-    let order = rows.max().unwrap_or(0).max(labels.len());
     let mut matrices = Vec::new();
     for (matrix, name) in imported.into_iter().zip(names) {
         let matrix = match matrix {
             Imported::Labels(matrix) => matrix.over(name, &labels)?,
             Imported::Rows(matrix) => matrix,
         };
-        if matrix.rows() != order && !labels.is_empty() {
-            let reason = format!("{} rows, but {order} are expected (list of rows, other matrices)", matrix.rows());
+        if !labels.is_empty() && matrix.rows() != labels.len() {
+            let hint = if assumed {
+                "; SECONCT does not tell which directions are retained, so all six were taken: name the .pch as dof_file, its EXTRN tells"
+            } else {
+                ""
+            };
+            let reason = format!("{} rows, but the list of rows has {}{hint}", matrix.rows(), labels.len());
             return Err(StructureError::Matrix { file: name.clone(), reason });
         }
         matrices.push(matrix);

@@ -8,6 +8,13 @@ use crate::structure::error::StructureError;
 /// `sqrt(|a_ii a_jj|)`. Exporters that write ten or more digits stay well below it.
 const ASYMMETRY_TOLERANCE: f64 = 1e-9;
 
+/// Rows are numbered in 32 bits.
+pub(super) const MOST_ROWS: usize = u32::MAX as usize - 1;
+/// A matrix may have so many rows without regard to its entries, and so many per entry beyond: memory goes with the size of
+/// a file, not with a number in it. A lumped mass on three of six directions has one entry for every second row.
+const FREE_ROWS: usize = 100_000;
+const ROWS_PER_ENTRY: usize = 8;
+
 /// Which entries a list of entries holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Storage {
@@ -47,6 +54,18 @@ impl Triplets {
             count if count == 2 * distinct => Some(Storage::Both),
             _ => None,
         }
+    }
+
+    /// Whether the entries justify an order that only a number in the file states, or a list of rows does.
+    pub fn justify(&self, file: &str, order: usize, listed: Option<usize>) -> Result<(), StructureError> {
+        let entries = self.values.len();
+        if listed == Some(order) || order <= FREE_ROWS.max(entries.saturating_mul(ROWS_PER_ENTRY)) {
+            return Ok(());
+        }
+        let reason = format!(
+            "{order} rows, but only {entries} entries: beyond {FREE_ROWS} rows one entry per {ROWS_PER_ENTRY} rows is the least; is the size wrong? If the other rows really are empty, name a dof_file that lists all of them"
+        );
+        Err(StructureError::Matrix { file: file.to_owned(), reason })
     }
 
     /// As [`Triplets::assemble`], with the storage that the entries show.

@@ -65,12 +65,23 @@ impl ExportFormat {
 /// read it back from.
 ///
 /// # Errors
-/// A format that needs labels of rows for a model without them, files that cannot be written.
+/// A format that needs labels of rows for a model without them, node numbers that Nastran does not have, files that cannot be
+/// written.
 pub fn write_model(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<ModelFiles, StructureError> {
     let labels = model.labels();
     if labels.is_empty() && matches!(format, ExportFormat::Calculix | ExportFormat::Dmig | ExportFormat::Abaqus) {
         let found = "a model without them (name a dof_file or dofs_per_node)";
         return Err(StructureError::argument("export format", "nodes and directions of the rows", found));
+    }
+    if format == ExportFormat::Dmig
+        && let Some(label) = labels.iter().find(|label| label.node < 1)
+    {
+        let found = format!("node {}", label.node);
+        return Err(StructureError::argument(
+            "export format dmig",
+            "nodes numbered from 1 on, as Nastran has them",
+            found,
+        ));
     }
     let (matrix_format, [stiffness, mass, damping]) = format.files();
     let matrix = |file: &str, name: &str, matrix: &CsMat<f64>| -> Result<MatrixFile, StructureError> {
