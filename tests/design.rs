@@ -342,13 +342,14 @@ fn hypercubes_that_meet_tight_constraints_are_found() {
 
 #[test]
 fn only_what_is_proved_is_called_impossible() {
-    // Of strata i and j pairs with i + j < 95 of 100 are possible: those from 95 on find none, whatever the places.
+    // Of 100 strata each, i and j can be paired up to i + j = 94, and up to 93 if the points lie in their middles: from those on
+    // none finds a partner.
     let below = |x: &[f64]| x[0] + x[1] < 0.95;
     let corner = |x: &[f64]| x[0] + x[1] + x[2] < 1.45;
-    for placement in [Placement::Random, Placement::Centred] {
+    for (placement, most) in [(Placement::Random, 95), (Placement::Centred, 94)] {
         let spec = |rows: usize| LatinHypercube { rows, placement, ..LatinHypercube::default() };
         let error = solvable(&spec(100), 3, &[(&[0, 1], &below)]).unwrap_err();
-        assert!(error.contains("cannot be met") && error.contains("at most 95 of 100 rows"), "{error}");
+        assert!(error.contains("cannot be met") && error.contains(&format!("at most {most} of 100 rows")), "{error}");
         // The mean of the sum is 1.5, so there is none; but nothing here proves it.
         let error = solvable(&spec(40), 3, &[(&[0, 1, 2], &corner)]).unwrap_err();
         assert!(error.contains("was found, though it is not proved that there is none"), "{error}");
@@ -390,6 +391,30 @@ fn rank_correlations_are_those_asked_for() {
     let contradiction = vec![vec![1.0, 0.9, -0.9], vec![0.9, 1.0, 0.9], vec![-0.9, 0.9, 1.0]];
     let error = Design::with_correlation(Kind::Random { rows: 9 }, cube(3), 0, &contradiction).unwrap_err();
     assert!(error.to_string().contains("contradict"), "{error}");
+}
+
+/// Iman-Conover in numpy misses the correlations by 0.016 to 0.096 over twelve seeds at 50 rows, and by 0.020 to 0.157 at 20.
+#[test]
+fn rank_correlations_of_few_rows_are_closer_than_those_of_iman_and_conover() {
+    let matrix = vec![vec![1.0, 0.8, -0.3], vec![0.8, 1.0, 0.0], vec![-0.3, 0.0, 1.0]];
+    let distance = |points: &[Vec<f64>]| Quality::of_points(points).minimum_distance;
+    for (rows, plain_bound, farther) in [(50, 0.001, 2.0), (20, 0.004, 1.0)] {
+        for seed in 0..6 {
+            let points = |kind| points(&Design::with_correlation(latin(rows, kind), cube(3), seed, &matrix).unwrap());
+            let plain = points(HypercubeKind::Random);
+            let spread = points(HypercubeKind::Maximin);
+            let even = points(HypercubeKind::CentredDiscrepancy);
+            for (points, bound) in [(&plain, plain_bound), (&spread, 0.0051), (&even, 0.0051)] {
+                assert!(is_latin(points));
+                for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+                    let found = spearman(points, a, b);
+                    assert!((found - matrix[a][b]).abs() <= bound, "{rows} rows, seed {seed}: {a}, {b}: {found}");
+                }
+            }
+            assert!(distance(&spread) > farther * distance(&plain), "{} {}", distance(&spread), distance(&plain));
+            assert!(centred_discrepancy(&even) < centred_discrepancy(&plain));
+        }
+    }
 }
 
 #[test]

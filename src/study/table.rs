@@ -82,9 +82,13 @@ fn cells(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
 
 /// Where a factor's column is among these.
 fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> {
-    let find = |name: &str| header.iter().position(|column| column == name);
+    // Files that decore writes have underscores for all but letters and digits.
+    let safe = |name: &str| name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect::<String>();
+    let prefixed = safe(&format!("{PREFIX}{factor}"));
+    let own = header.iter().position(|column| column == factor);
+    let written = header.iter().position(|column| safe(column) == prefixed);
     let file = file.display();
-    match (find(factor), find(&format!("{PREFIX}{factor}"))) {
+    match (own, written.filter(|_| !factor.starts_with(PREFIX) || own.is_none())) {
         (Some(place), None) | (None, Some(place)) => Ok(place),
         (Some(_), Some(_)) => Err(format!(
             "{file} has a column `{factor}` and a column `{PREFIX}{factor}`: rename the one that is not meant"
