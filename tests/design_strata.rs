@@ -207,9 +207,9 @@ fn logarithmic_whole_numbers_have_their_shares() {
     }
     // The share of v is log((v + 1/2) / (v - 1/2)) of log(1000.5 / 0.5); a stratified sample is off by one at each end.
     let all = (1000.5_f64 / 0.5).ln();
-    for value in 1..=1000_usize {
+    for (value, count) in counts.iter().enumerate().skip(1) {
         let share = ((value as f64 + 0.5) / (value as f64 - 0.5)).ln() / all;
-        assert!((counts[value] as f64 - share * rows as f64).abs() < 2.0, "{value}: {}", counts[value]);
+        assert!((*count as f64 - share * rows as f64).abs() < 2.0, "{value}: {count}");
     }
     let grid = |levels| column(&Design::new(Kind::FullFactorial, vec![factor(Some(levels))], 0).unwrap(), 0);
     assert_eq!(grid(4), [1, 10, 100, 1000].map(Level::Integer));

@@ -35,7 +35,7 @@ use constraint::{Conditions, Selection};
 use correlation::Correlation;
 use kind::{Plan, Request};
 
-pub use constraint::{Acceptance, Constraints};
+pub use constraint::{Acceptance, Constraints, Met};
 pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
 pub use error::DesignError;

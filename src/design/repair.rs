@@ -312,8 +312,8 @@ impl Search<'_, '_, '_> {
             let left = std::mem::replace(&mut self.left, PROOF_EVALUATIONS);
             let mut allowed = self.unknown(column, beside);
             let mut sound = vec![false; self.fresh()];
-            for row in 0..sound.len() {
-                sound[row] = self.can_hold(&mut allowed, [row, row], &among)?;
+            for (row, sound) in sound.iter_mut().enumerate() {
+                *sound = self.can_hold(&mut allowed, [row, row], &among)?;
             }
             self.rematch(&mut allowed, &among, &mut sound)?;
             let most = sound.iter().filter(|sound| **sound).count();
