@@ -192,3 +192,34 @@ fn designs_that_make_no_sense_are_errors() {
     assert_eq!(Design::new(Kind::FullFactorial, vec![wide.clone(); 2], 0), Err(DesignError::TooManyRows));
     assert!(Design::new(cube(), vec![wide], 0).unwrap().row(3).is_some());
 }
+
+#[test]
+fn logarithmic_whole_numbers_have_their_shares() {
+    let factor = |levels| Factor { distribution: Distribution::LogInteger { low: 1, high: 1000 }, levels };
+    let rows = 20_000;
+    let design = Design::new(latin(rows, Placement::Random), vec![factor(None)], 5).unwrap();
+    let mut counts = vec![0_usize; 1001];
+    for level in column(&design, 0) {
+        match level {
+            Level::Integer(value) => counts[usize::try_from(value).unwrap()] += 1,
+            other => panic!("{other:?}"),
+        }
+    }
+    // The share of v is log((v + 1/2) / (v - 1/2)) of log(1000.5 / 0.5); a stratified sample is off by one at each end.
+    let all = (1000.5_f64 / 0.5).ln();
+    for (value, count) in counts.iter().enumerate().skip(1) {
+        let share = ((value as f64 + 0.5) / (value as f64 - 0.5)).ln() / all;
+        assert!((*count as f64 - share * rows as f64).abs() < 2.0, "{value}: {count}");
+    }
+    let grid = |levels| column(&Design::new(Kind::FullFactorial, vec![factor(Some(levels))], 0).unwrap(), 0);
+    assert_eq!(grid(4), [1, 10, 100, 1000].map(Level::Integer));
+    // Where ratios are too fine for whole numbers, the levels are still different and end where they should.
+    let fine: Vec<i64> =
+        grid(40).iter().map(|level| if let Level::Integer(value) = level { *value } else { 0 }).collect();
+    assert!(fine.windows(2).all(|pair| pair[0] < pair[1]) && fine[0] == 1 && fine[39] == 1000, "{fine:?}");
+    let whole = Factor { distribution: Distribution::LogInteger { low: 3, high: 9 }, levels: None };
+    let all = Design::new(Kind::FullFactorial, vec![whole], 0).unwrap();
+    assert_eq!(column(&all, 0), [3, 4, 5, 6, 7, 8, 9].map(Level::Integer));
+    let zero = vec![Factor { distribution: Distribution::LogInteger { low: 0, high: 9 }, levels: None }];
+    assert!(matches!(Design::new(latin(3, Placement::Random), zero, 0).unwrap_err(), DesignError::NotPositive { .. }));
+}

@@ -197,7 +197,14 @@ fn faults_of_tables_name_file_line_and_column() {
     holds(&good.replace("1500", "1500.5"), &["line 3, column `steps`", "no whole number from 1000 to 2000"]);
     holds(&good.replace(" 0.05", "wide"), &["line 2, column `position`: `wide` is no number"]);
     holds(&good.replace("1000,", ""), &["line: 2"]);
-    holds(&good.replace("steps", "stages"), &["has no column `steps`; it has: stages, guide, remark, position"]);
+    holds(
+        &good.replace("steps", "stages"),
+        &["has no column `steps` (or `factor_steps`); it has: stages, guide, remark, position"],
+    );
+    holds(
+        &good.replace("remark", "factor_steps"),
+        &["a column `steps` and a column `factor_steps`: rename the one that is not meant"],
+    );
     holds("steps,guide,position\n", &["has no rows"]);
     let missing = message(parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'none.parquet'\n{TABLE}")));
     assert!(missing.contains("cannot read") && missing.contains("none.parquet"), "{missing}");
@@ -413,6 +420,130 @@ fn a_dataset_knows_the_quality_of_its_design() {
     assert!((number("wrap_around_discrepancy") / measured.wrap_around_discrepancy - 1.0).abs() < 1e-8);
     assert!((number("maximum_correlation") / measured.maximum_correlation - 1.0).abs() < 1e-8);
     assert!(number("phi_p") > 0.0 && number("points_accepted") == 40.0 && number("points_tried") > 50.0);
+}
+
+/// Factors of every kind, among them a derived one.
+const WRITTEN: &str = "
+[design.factor.position]
+path = 'hammer.left.rail_position_m'
+range = [-0.1, 0.1]
+unit = 'm'
+[design.factor.twice]
+expression = '2 * position'
+[design.factor.guide]
+path = 'solver.guide'
+values = ['spring', 'tied']
+[design.factor.steps]
+path = 'solver.max_steps'
+range = [1000, 2000000]
+integer = true
+scale = 'log'
+";
+
+#[test]
+fn a_written_design_is_read_back() {
+    let folder = TempDir::new().expect("scratch folder");
+    let file = folder.path().join("study.toml");
+    let design = "[design]\nkind = 'latin_hypercube'\nrows = 30\nconstraints = ['position > -0.2']";
+    std::fs::write(&file, format!("{MACHINE}\n{design}\n{WRITTEN}")).expect("written");
+    let first = Study::load(&file).and_then(|study| study.constrained(&station_points())).expect("a study");
+    // What the file tells need not be said again; whole numbers must be asked for.
+    let spared = WRITTEN.replace("range = [-0.1, 0.1]\n", "").replace("range = [1000, 2000000]\n", "");
+    let spared = spared.replace("values = ['spring', 'tied']\n", "");
+    for name in ["design.parquet", "design.csv", "design.PARQUET"] {
+        let path = folder.path().join(name);
+        let output = decore(&["design", "--output", path.to_str().expect("a path")], &file);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        for factors in [WRITTEN, &spared] {
+            let study = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = '{name}'\n{factors}"))
+                .unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(study.row_count(), 30);
+            for row in 0..30 {
+                assert_eq!(study.row_values(row), first.row_values(row), "{name}, row {row}");
+            }
+        }
+        let study = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = '{name}'\n{spared}")).unwrap();
+        let column = |index: usize| (0..30).map(|row| number(&first.row_values(row)[index])).collect::<Vec<f64>>();
+        let ends = |values: &[f64]| values.iter().fold([f64::MAX, f64::MIN], |[a, b], x| [a.min(*x), b.max(*x)]);
+        let [low, high] = ends(&column(0));
+        assert_eq!(study.factors()[0].domain(), format!("{low} to {high}"));
+        let [low, high] = ends(&column(3));
+        assert_eq!(study.factors()[3].domain(), format!("{low} to {high} (whole numbers, logarithmic)"));
+        assert!(["spring | tied", "tied | spring"].contains(&study.factors()[2].domain().as_str()));
+    }
+    let output = decore(&["design", "--output", "design.txt"], &file);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(".parquet or .csv"));
+    // A column of one value is that value; a range may stand beside a column.
+    std::fs::write(folder.path().join("one.csv"), "position,steps,guide\n0.05,1000,tied\n0.05,1000,tied\n").unwrap();
+    let one = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'one.csv'\n{spared}")).unwrap();
+    assert_eq!(one.row_values(1)[3], FactorValue::Integer(1000));
+    let fault = message(parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'none.csv'\n{spared}")));
+    assert!(fault.contains("cannot read") && fault.contains("design.factor.position"), "{fault}");
+}
+
+/// The example of a user: the antimonotone pairing meets it, and little else.
+#[test]
+fn a_tight_constraint_of_a_hypercube_is_met_for_every_seed() {
+    for seed in 0..16 {
+        let study = constrained(&format!(
+            "[design]\nkind = 'latin_hypercube'\nrows = 200\nseed = {seed}\n\
+             constraints = ['pressure <= 6 - 150 * (standoff - 0.08)']\n\
+             [design.factor.pressure]\npath = 'hammer.left.supply_bar'\nrange = [4.0, 6.0]\n\
+             [design.factor.standoff]\npath = 'hammer.left.standoff_m'\nrange = [0.08, 0.09]\n\
+             [design.factor.start]\npath = 'hammer.right.start_time_s'\nrange = [0.0, 0.01]\n"
+        ));
+        let study = constrained_or_panic(study);
+        for row in 0..200 {
+            let values = study.row_values(row);
+            assert!(number(&values[0]) <= 6.0 - 150.0 * (number(&values[1]) - 0.08) + 1e-12, "{seed}: {values:?}");
+        }
+    }
+    let fault = message(constrained(
+        "[design]\nkind = 'latin_hypercube'\nrows = 50\nconstraints = ['hammer.left.supply_bar + twice < 11.5']\n\
+         [design.factor.pressure]\npath = 'hammer.left.supply_bar'\nrange = [4.0, 6.0]\n\
+         [design.factor.standoff]\npath = 'hammer.left.standoff_m'\nrange = [0.06, 0.08]\n\
+         [design.factor.twice]\nexpression = '100 * standoff - 0.2'\n",
+    ));
+    assert!(fault.contains("cannot be met") && fault.contains("design.constraints"), "{fault}");
+}
+
+fn constrained_or_panic(study: Result<Study, StudyError>) -> Study {
+    study.unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn check_tells_what_a_fraction_confuses() {
+    let folder = TempDir::new().expect("scratch folder");
+    let file = folder.path().join("study.toml");
+    let factor = |(name, path): (&str, &str)| format!("[design.factor.{name}]\npath = '{path}'\nrange = [0.06, 0.1]\n");
+    let factors = [
+        ("a", "hammer.left.standoff_m"),
+        ("b", "hammer.right.standoff_m"),
+        ("c", "hammer.left.rail_position_m"),
+        ("d", "hammer.right.rail_position_m"),
+        ("e", "casting.part.centre_m.0"),
+    ]
+    .map(factor)
+    .concat();
+    let machine =
+        MACHINE.replace("[hammer.right]", "strike_point_m = [0.0, 0.0]\n[hammer.right]\nstrike_point_m = [0.0, 0.0]");
+    let design = "[design]\nkind = 'fractional_factorial'\nresolution = 5";
+    std::fs::write(&file, format!("duration_s = 0.01\n{machine}\n{design}\n{factors}")).expect("written");
+    let text = |arguments: &[&str]| {
+        let output = decore(arguments, &file);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let five = text(&["check"]);
+    for line in
+        ["generator    e = a*b*c*d", "words        1 of length 5: resolution 5", "no effects of one or two factors"]
+    {
+        assert!(five.contains(line), "{line}: {five}");
+    }
+    let three = text(&["check", "--set", "design.resolution=3"]);
+    assert!(three.contains("words        2 of length 3, 1 of length 4: resolution 3"), "{three}");
+    assert!(three.contains("aliased      a = "), "{three}");
 }
 
 /// A factor over machines: every row runs on its own, and what names no machine is found before any row.

@@ -8,7 +8,7 @@ use super::exit::{Exit, Failure};
 use super::prepare::{Prepared, prepare};
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
-use crate::design::{Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
+use crate::design::{Aliases, Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use crate::scene::Scene;
 use crate::study::{FactorInfo, Study};
@@ -18,6 +18,8 @@ use crate::system::InterfaceModes;
 const PROBE_WALL_TIME_S: f64 = 10.0;
 /// Rows drawn in a scatter matrix: more only make it black.
 const SCATTERED_ROWS: usize = 2000;
+/// Chains of aliased effects that are printed.
+const ALIAS_CHAINS: usize = 16;
 /// Rows looked at for one that can be simulated.
 const PROBED_ROWS: usize = 100;
 
@@ -82,6 +84,9 @@ fn describe_design(study: &Study) {
         }
         None => {}
     }
+    if let Some(aliases) = study.design().aliases() {
+        describe_aliases(study, &aliases);
+    }
     let Some(quality) = Quality::of(study.design()) else { return };
     let part =
         if quality.rows < study.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
@@ -94,6 +99,31 @@ fn describe_design(study: &Study) {
         quality.centred_discrepancy, quality.wrap_around_discrepancy
     ));
     say(&format_args!("  correlation  at most {:.4} between two factors{part}", quality.maximum_correlation));
+}
+
+/// What a two-level fraction confuses: its generators, how many words have which length, effects of one or two factors.
+fn describe_aliases(study: &Study, aliases: &Aliases) {
+    let drawn = study.factors().iter().filter(|factor| factor.distribution.is_some());
+    let names: Vec<&str> = drawn.map(|factor| factor.name.as_str()).collect();
+    let product = |effect: &[usize]| effect.iter().map(|factor| names[*factor]).collect::<Vec<_>>().join("*");
+    for (factor, others) in &aliases.generators {
+        say(&format_args!("  generator    {} = {}", names[*factor], product(others)));
+    }
+    if let (Some(lengths), Some(resolution)) = (&aliases.word_lengths, aliases.resolution()) {
+        let counts = lengths.iter().enumerate().skip(1).filter(|(_, count)| **count > 0);
+        let counts: Vec<String> = counts.map(|(length, count)| format!("{count} of length {length}")).collect();
+        say(&format_args!("  words        {}: resolution {resolution}", counts.join(", ")));
+    }
+    for chain in aliases.chains.iter().take(ALIAS_CHAINS) {
+        let effects: Vec<String> = chain.iter().map(|effect| product(effect)).collect();
+        say(&format_args!("  aliased      {}", effects.join(" = ")));
+    }
+    match aliases.chains.len() {
+        0 if aliases.generators.is_empty() => {}
+        0 => say(&"  aliased      no effects of one or two factors with each other"),
+        count if count > ALIAS_CHAINS => say(&format_args!("               and {} more", count - ALIAS_CHAINS)),
+        _ => {}
+    }
 }
 
 fn write_scatter(study: &Study, file: &Path) -> Result<(), Failure> {

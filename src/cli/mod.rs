@@ -3,6 +3,7 @@
 mod accuracy;
 mod check;
 mod cluster;
+mod design;
 mod exit;
 mod init;
 mod inputs;
@@ -47,6 +48,8 @@ enum Command {
     Run(run::RunArguments),
     /// Validate a study; print its size, the machine's modes, and the time it will take.
     Check(check::CheckArguments),
+    /// Write the rows of a study's design to a file, without running them.
+    Design(design::DesignArguments),
     /// Compare a machine's reduction with its full model: frequencies, shapes, statics, mobilities, time and memory.
     Structure(structure::StructureArguments),
     /// Simulate one row of a study and print all its outputs.
@@ -70,6 +73,7 @@ pub fn run() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
+        Command::Design(arguments) => design::design(&arguments),
         Command::Structure(arguments) => structure::structure(&arguments),
         Command::Scene(arguments) => scene::scene(&arguments),
         Command::Accuracy(arguments) => accuracy::accuracy(&arguments),

@@ -76,7 +76,7 @@ impl Rows {
 }
 
 /// The study with its constraints applied: they may ask for the machine's geometry.
-fn constrained(study: &Study) -> Result<Study, Failure> {
+pub(super) fn constrained(study: &Study) -> Result<Study, Failure> {
     let points = SourceModel::read(study.structure())?.points();
     study.check(&points)?;
     Ok(study.constrained(&points)?)

@@ -1,9 +1,9 @@
-//! A table of its own in a Parquet file: time signals of one run, figures of a comparison.
+//! A table of its own in a Parquet file: time signals of one run, figures of a comparison, a design.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
+use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 
 use super::columns::{ColumnDescription, ColumnGroup, ColumnKind, check_unique, identifier};
 use super::durable::StagedFile;
@@ -29,6 +29,8 @@ pub struct TableColumn {
 pub enum TableValues {
     /// Numbers; NaN stays NaN.
     Real(Vec<f64>),
+    /// Whole numbers.
+    Integer(Vec<i64>),
     /// Texts.
     Text(Vec<String>),
 }
@@ -62,6 +64,7 @@ pub fn write_table(
     check_unique(&descriptions)?;
     let array = |column: &TableColumn| match &column.values {
         TableValues::Real(values) => Arc::new(Float64Array::from(values.clone())) as ArrayRef,
+        TableValues::Integer(values) => Arc::new(Int64Array::from(values.clone())) as ArrayRef,
         TableValues::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,
     };
     let dictionary = serde_json::json!({ "table": table, "columns": descriptions }).to_string();
@@ -78,6 +81,7 @@ fn description(table: &str, column: &TableColumn) -> ColumnDescription {
         name: identifier(&column.name, table),
         kind: match column.values {
             TableValues::Real(_) => ColumnKind::Real,
+            TableValues::Integer(_) => ColumnKind::Integer,
             TableValues::Text(_) => ColumnKind::Text,
         },
         unit: column.unit.clone(),

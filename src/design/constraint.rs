@@ -1,5 +1,7 @@
 //! Rows chosen by constraints: which points of a plan stay.
 
+use super::coordinate::Coordinate;
+use super::distribution::Level;
 use super::error::DesignError;
 use super::kind::Plan;
 
@@ -7,6 +9,34 @@ use super::kind::Plan;
 const JUDGED: usize = 20_000;
 /// Points per one that passes, at most.
 const MOST_PER_ROW: usize = 1000;
+
+/// How many of the constraints named by index hold in a row, counted in their order up to the first that does not; the error of a
+/// constraint that cannot be evaluated.
+pub type Met<'a> = dyn FnMut(&[Level], &[usize]) -> Result<usize, String> + 'a;
+
+/// What must hold in every row of a design.
+pub struct Constraints<'a> {
+    /// Per constraint the factors, by index, that it looks at. Others must not matter to it: a search leaves them alone.
+    pub factors: Vec<Vec<usize>>,
+    /// Tells which hold.
+    pub met: &'a mut Met<'a>,
+}
+
+/// [`Met`] of a row's coordinates.
+pub(super) type MetThere<'a> = dyn FnMut(&[Coordinate], &[usize]) -> Result<usize, DesignError> + 'a;
+
+/// The same of a row's coordinates.
+pub(super) struct Conditions<'a> {
+    pub factors: &'a [Vec<usize>],
+    pub met: &'a mut MetThere<'a>,
+}
+
+impl Conditions<'_> {
+    /// The constraints by index.
+    pub fn all(&self) -> Vec<usize> {
+        (0..self.factors.len()).collect()
+    }
+}
 
 /// How many points were looked at and how many passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

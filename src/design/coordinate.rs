@@ -1,6 +1,6 @@
 //! Where a point lies along one factor, before the factor's distribution makes a value of it.
 
-use super::distribution::{Distribution, Level};
+use super::distribution::{Distribution, Level, whole_geometric};
 
 /// Place of a row along one factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +62,7 @@ impl Coordinate {
 
 /// Value in a stratum, at `place` in [0, 1) within it.
 fn stratum_level(distribution: &Distribution, (stratum, strata): (u64, u64), place: f64) -> Level {
-    let Some(values) = distribution.value_count() else {
+    let Some(values) = distribution.even_count() else {
         return distribution.quantile((stratum as f64 + place) / strata as f64);
     };
     let first = |stratum: u128| (stratum * u128::from(values) / u128::from(strata)) as u64;
@@ -78,6 +78,16 @@ fn grid_level(distribution: &Distribution, step: u64, count: u64) -> Level {
     let Some(values) = distribution.value_count() else {
         return distribution.at_share(step as f64 / (count.max(2) - 1) as f64);
     };
+    match *distribution {
+        // More levels than values cannot all be different.
+        Distribution::LogInteger { .. } if count > values => {
+            return distribution.at_share(step as f64 / (count.max(2) - 1) as f64);
+        }
+        Distribution::LogInteger { low, high } if count < values => {
+            return Level::Integer(whole_geometric([low, high], step, count));
+        }
+        _ => {}
+    }
     let last = u128::from(values - 1);
     let steps = u128::from(count.max(2) - 1);
     // Rounded to the nearest value, halves upwards.

@@ -8,6 +8,7 @@ use super::error::DesignError;
 /// A matrix of rank correlations (Spearman) that factors shall have.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Correlation {
+    asked: Vec<Vec<f64>>,
     /// Lower Cholesky factor of the correlations of normal scores.
     factor: Vec<Vec<f64>>,
 }
@@ -37,9 +38,14 @@ impl Correlation {
         // Correlation of normal variables whose ranks correlate as wanted (Pearson 1907).
         let normal = matrix.iter().map(|row| row.iter().map(|rho| 2.0 * (PI * rho / 6.0).sin()).collect()).collect();
         match cholesky(normal) {
-            Some(factor) => Ok(Self { factor }),
+            Some(factor) => Ok(Self { asked: matrix.to_vec(), factor }),
             None => fault("the rank correlations contradict each other: the matrix is not positive definite".into()),
         }
+    }
+
+    /// The matrix asked for.
+    pub(super) fn asked(&self) -> &[Vec<f64>] {
+        &self.asked
     }
 
     /// Independent probabilities become correlated ones, each still uniform.
@@ -54,7 +60,7 @@ impl Correlation {
     }
 
     /// Rearranges each column (Iman and Conover, Commun. Stat. B 11, 1982): the set of entries stays, their ranks follow
-    /// scores with exactly the correlation wanted.
+    /// scores with exactly the correlation wanted. What the ranks themselves miss, swaps mend: see [`super::ranks::Ranks`].
     pub(super) fn rearrange(&self, columns: &mut [&mut [u32]]) -> Result<(), DesignError> {
         let rows = columns.first().map_or(0, |column| column.len());
         let scores = (0..rows).map(|row| normal_quantile((row + 1) as f64 / (rows + 1) as f64));

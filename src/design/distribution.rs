@@ -78,6 +78,14 @@ pub enum Distribution {
         /// Largest value.
         high: i64,
     },
+    /// Integer from low to high, 1 or more: a real number rounded whose logarithm is uniform in [log (low - 1/2),
+    /// log (high + 1/2)].
+    LogInteger {
+        /// Smallest value.
+        low: i64,
+        /// Largest value.
+        high: i64,
+    },
     /// One of so many categories, equally likely.
     Categories {
         /// Number of categories.
@@ -154,22 +162,28 @@ impl Distribution {
                 (Some(&low), Some(&high)) => check_range(factor, low, high),
                 _ => Err(DesignError::NoCategories { factor }),
             },
-            Self::Integer { low, high } if low > high => {
+            Self::LogInteger { low, .. } if low < 1 => Err(DesignError::NotPositive { factor, low: low as f64 }),
+            Self::Integer { low, high } | Self::LogInteger { low, high } if low > high => {
                 let (low, high) = (low as f64, high as f64);
                 Err(DesignError::EmptyRange { factor, low, high })
             }
             Self::Categories { count: 0 } => Err(DesignError::NoCategories { factor }),
-            Self::Integer { .. } | Self::Categories { .. } => Ok(()),
+            Self::Integer { .. } | Self::LogInteger { .. } | Self::Categories { .. } => Ok(()),
         }
     }
 
     /// Number of different values; `None` for real ones.
     pub fn value_count(&self) -> Option<u64> {
         match *self {
-            Self::Integer { low, high } => Some(high.abs_diff(low).saturating_add(1)),
+            Self::Integer { low, high } | Self::LogInteger { low, high } => Some(high.abs_diff(low).saturating_add(1)),
             Self::Categories { count } => Some(count as u64),
             _ => None,
         }
+    }
+
+    /// Number of different values where all are equally likely; `None` for others.
+    pub(super) fn even_count(&self) -> Option<u64> {
+        self.value_count().filter(|_| !matches!(self, Self::LogInteger { .. }))
     }
 
     /// Ends of a real distribution: its own, or the 0.5 % and 99.5 % quantiles where it has none. `None` for others.
@@ -185,15 +199,18 @@ impl Distribution {
                 Some((mean - reach, mean + reach))
             }
             Self::Empirical { ref sorted } => Some((*sorted.first()?, *sorted.last()?)),
-            Self::Integer { .. } | Self::Categories { .. } => None,
+            Self::Integer { .. } | Self::LogInteger { .. } | Self::Categories { .. } => None,
         }
     }
 
-    /// Level at `share` in [0, 1] of the range: linear (geometric for [`Distribution::LogUniform`]), whatever the
+    /// Level at `share` in [0, 1] of the range: linear (geometric for logarithmic distributions), whatever the
     /// probabilities; discrete ones are rounded to the nearest value.
     pub fn at_share(&self, share: f64) -> Level {
         match (self, self.range()) {
             (Self::LogUniform { low, high }, _) => Level::Real(geometric(*low, *high, share)),
+            (Self::LogInteger { low, high }, _) => {
+                Level::Integer(whole(geometric(*low as f64, *high as f64, share), [*low, *high]))
+            }
             (_, Some((low, high))) => Level::Real((low + (high - low) * share).clamp(low, high)),
             (_, None) => {
                 let last = self.value_count().unwrap_or(1) - 1;
@@ -218,12 +235,15 @@ impl Distribution {
     ///
     /// Finite and within the ends even at 0 and 1: the tails of a normal distribution are cut at probabilities of 2^-53.
     pub fn quantile(&self, probability: f64) -> Level {
-        if let Some(count) = self.value_count() {
+        if let Some(count) = self.even_count() {
             return self.discrete(((probability * count as f64) as u64).min(count - 1));
         }
         let u = probability.clamp(0.0, 1.0);
         let value = match *self {
             Self::LogUniform { low, high } => return Level::Real(geometric(low, high, u)),
+            Self::LogInteger { low, high } => {
+                return Level::Integer(whole(geometric(low as f64 - 0.5, high as f64 + 0.5, u), [low, high]));
+            }
             Self::Normal { mean, std_dev } => {
                 let half_step = f64::EPSILON / 2.0;
                 return Level::Real(mean + std_dev * normal_quantile(u.clamp(half_step, 1.0 - half_step)));
@@ -261,6 +281,11 @@ impl Distribution {
             (Level::Integer(value), Self::Integer { low, .. }) => {
                 return (value.abs_diff(*low) as f64 + 0.5) / self.value_count().unwrap_or(1) as f64;
             }
+            (Level::Integer(value), Self::LogInteger { low, high }) => {
+                let [low, high] = [*low as f64 - 0.5, *high as f64 + 0.5].map(f64::ln);
+                let [below, above] = [value as f64 - 0.5, value as f64 + 0.5].map(|end| end.max(0.5).ln());
+                return ((0.5 * (below + above) - low) / (high - low)).clamp(0.0, 1.0);
+            }
             (Level::Integer(value), _) => value as f64,
             (Level::Real(value), _) => value,
         };
@@ -287,7 +312,9 @@ impl Distribution {
     /// The discrete value number `index`, from 0.
     pub(super) fn discrete(&self, index: u64) -> Level {
         match *self {
-            Self::Integer { low, .. } => Level::Integer(low.wrapping_add_unsigned(index)),
+            Self::Integer { low, .. } | Self::LogInteger { low, .. } => {
+                Level::Integer(low.wrapping_add_unsigned(index))
+            }
             _ => Level::Category(index as usize),
         }
     }
@@ -298,6 +325,24 @@ fn check_range(factor: usize, low: f64, high: f64) -> Result<(), DesignError> {
         return Err(DesignError::NotFinite { factor, low, high });
     }
     if low >= high { Err(DesignError::EmptyRange { factor, low, high }) } else { Ok(()) }
+}
+
+/// The whole number nearest to a real one, within the ends.
+fn whole(value: f64, [low, high]: [i64; 2]) -> i64 {
+    (value.round() as i64).clamp(low, high)
+}
+
+/// `count` different whole numbers from `low` to `high`, ends included, the one number `step`: each as near to equal ratios as
+/// those before it leave.
+pub(super) fn whole_geometric([low, high]: [i64; 2], step: u64, count: u64) -> i64 {
+    let mut value = low;
+    for taken in 0..step {
+        let left = count - 1 - taken;
+        let next = geometric(value as f64, high as f64, 1.0 / left as f64);
+        // Enough values must remain for the levels to come.
+        value = whole(next, [value + 1, high.saturating_sub_unsigned(left - 1)]);
+    }
+    value
 }
 
 /// Point at `share` between two positive ends on a logarithmic scale.

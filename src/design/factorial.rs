@@ -1,92 +1,9 @@
-//! Classical plans: two-level fractions, Plackett-Burman, central composite, Box-Behnken, one factor at a time.
+//! Classical plans: Plackett-Burman, central composite, Box-Behnken, one factor at a time.
 
 use super::coordinate::Coordinate;
 use super::error::DesignError;
+use super::fraction::{Fraction, MAX_RESOLUTION};
 use super::orthogonal::plackett_burman;
-
-/// Most factors of a fractional factorial's words.
-const MAX_BASIC_FACTORS: u32 = 30;
-/// More basic factors are used without further words only: the search for words would take minutes.
-const MAX_SEARCHED_FACTORS: u32 = 12;
-/// Highest resolution that is looked for.
-const MAX_RESOLUTION: u32 = 8;
-
-/// A two-level fraction of `2^basic` rows: column j is the product of the basic factors in its word.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Fraction {
-    basic: u32,
-    /// One bit per basic factor.
-    words: Vec<u64>,
-}
-
-impl Fraction {
-    /// The smallest fraction found in which no effect of `resolution` minus k factors is confused with one of k; among those
-    /// of the same size the one of the highest resolution.
-    ///
-    /// The basic factors come first; the others get, in their turn, a word that is no product of fewer than
-    /// `resolution - 1` columns chosen before (a lexicographic code), short words before long ones: a long word rules out
-    /// more of the others.
-    pub(super) fn new(factors: usize, resolution: u32) -> Result<Self, DesignError> {
-        if !(3..=MAX_RESOLUTION).contains(&resolution) {
-            let message = format!("the resolution is {resolution}, expected 3 to {MAX_RESOLUTION}");
-            return Err(DesignError::setting("resolution", message));
-        }
-        let smallest = (1..=MAX_BASIC_FACTORS.min(factors as u32))
-            .find_map(|basic| words(factors, basic, resolution).map(|words| Self { basic, words }));
-        let Some(smallest) = smallest else {
-            let message = format!("{factors} factors are too many for a fraction of resolution {resolution}");
-            return Err(DesignError::setting("resolution", message));
-        };
-        let better =
-            (resolution + 1..=MAX_RESOLUTION).map_while(|higher| words(factors, smallest.basic, higher)).last();
-        Ok(better.map_or(smallest.clone(), |words| Self { words, ..smallest }))
-    }
-
-    pub(super) fn rows(&self) -> usize {
-        1 << self.basic
-    }
-
-    /// Whether the factor is at its upper level.
-    pub(super) fn is_high(&self, row: u64, column: usize) -> bool {
-        let word = self.words.get(column).copied().unwrap_or(0);
-        // A product of an even number of lower levels is the upper one.
-        (!row & word).count_ones().is_multiple_of(2)
-    }
-}
-
-fn words(factors: usize, basic: u32, resolution: u32) -> Option<Vec<u64>> {
-    let mut chosen: Vec<u64> = (0..basic).map(|bit| 1 << bit).collect();
-    if factors <= chosen.len() {
-        chosen.truncate(factors);
-        return Some(chosen);
-    }
-    if basic > MAX_SEARCHED_FACTORS {
-        return None;
-    }
-    let mut candidates: Vec<u64> = (1..1_u64 << basic).filter(|word| word.count_ones() + 1 >= resolution).collect();
-    candidates.sort_by_key(|word| (word.count_ones(), *word));
-    for word in candidates {
-        if !is_product(&chosen, word, resolution - 2) {
-            chosen.push(word);
-        }
-        if chosen.len() == factors {
-            return Some(chosen);
-        }
-    }
-    None
-}
-
-/// Whether a word is the product of at most `most` columns.
-fn is_product(columns: &[u64], word: u64, most: u32) -> bool {
-    match (word, most) {
-        (0, _) => true,
-        (_, 0) => false,
-        _ => (0..columns.len()).any(|index| {
-            let (column, rest) = (columns[index], &columns[index + 1..]);
-            is_product(rest, word ^ column, most - 1)
-        }),
-    }
-}
 
 /// Where the axial points of a central composite design lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,13 +3,15 @@
 use std::sync::Arc;
 
 use super::Factor;
+use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
 use super::error::DesignError;
-use super::factorial::{Axial, Fraction, OneAtATime, Shares, box_behnken, central_composite, screening};
+use super::factorial::{Axial, OneAtATime, Shares, box_behnken, central_composite, screening};
+use super::fraction::{Aliases, Fraction};
 use super::halton::Halton;
-use super::latin::{Accept, Latin, LatinHypercube};
+use super::latin::{Latin, LatinHypercube};
 use super::permutation::{hash, uniform};
 use super::sensitivity::{Morris, Saltelli};
 use super::sobol::{MAX_DIMENSIONS, Sobol};
@@ -21,7 +23,8 @@ pub enum Kind {
     Single,
     /// Every combination of the factors' levels; the last factor changes fastest.
     FullFactorial,
-    /// A regular fraction of the two-level factorial: main effects clear of effects of up to `resolution - 2` factors.
+    /// A regular fraction of the two-level factorial: main effects clear of effects of up to `resolution - 2` factors; of least
+    /// aberration up to 15 factors.
     FractionalFactorial {
         /// 3 to 8.
         resolution: u32,
@@ -237,11 +240,19 @@ impl Plan {
     pub(super) fn constrained_latin(
         &self,
         correlation: Option<&Correlation>,
-        accept: &mut Accept<'_>,
+        conditions: Conditions<'_>,
     ) -> Option<Result<Self, DesignError>> {
         let Generator::Latin(latin) = &self.generator else { return None };
-        let constrained = latin.constrained(correlation, accept);
+        let constrained = latin.constrained(correlation, conditions);
         Some(constrained.map(|latin| Self { generator: Generator::Latin(latin), ..self.clone() }))
+    }
+
+    /// What a regular fraction confuses.
+    pub(super) fn aliases(&self) -> Option<Aliases> {
+        match &self.generator {
+            Generator::Fraction(fraction) => Some(Aliases::of(fraction)),
+            _ => None,
+        }
     }
 
     /// Whether every row is computed alone, without a table of all.

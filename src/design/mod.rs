@@ -14,27 +14,34 @@ mod distribution;
 mod error;
 mod expression;
 mod factorial;
+mod fraction;
 mod halton;
 mod kind;
 mod latin;
+mod mirrored;
 mod optimise;
 mod orthogonal;
 mod permutation;
+mod polish;
 mod quality;
+mod ranks;
+mod repair;
 mod scatter;
 mod sensitivity;
 mod sobol;
+mod table;
 
-use constraint::Selection;
+use constraint::{Conditions, Selection};
 use correlation::Correlation;
 use kind::{Plan, Request};
 
-pub use constraint::Acceptance;
+pub use constraint::{Acceptance, Constraints, Met};
 pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
 pub use error::DesignError;
 pub use expression::{Expression, ExpressionError, Scope, Value};
 pub use factorial::Axial;
+pub use fraction::Aliases;
 pub use kind::Kind;
 pub use latin::{HypercubeKind, LatinHypercube, Placement};
 pub use quality::{
@@ -117,23 +124,29 @@ impl Design {
         Ok(Self { kind, factors, seed, correlation, plan, selection: None })
     }
 
-    /// The design restricted to rows that `accept` lets pass.
+    /// The design restricted to rows that meet the constraints.
     ///
-    /// Latin hypercubes stay Latin: entries are swapped within their columns until every row passes. Sobol', Halton and
+    /// Latin hypercubes stay Latin: entries are moved within their columns until every row passes. Sobol', Halton and
     /// random points, Morris trajectories and Saltelli blocks that do not pass are skipped and the next ones taken, so the
     /// number of rows stays. All other kinds lose the rows that do not pass.
     ///
     /// # Errors
-    /// [`DesignError::Unsatisfiable`] if no row is left, less than a thousandth of the points pass, or a Latin hypercube
-    /// cannot be had; errors of `accept` as [`DesignError::Constraint`].
-    pub fn constrained(&self, mut accept: impl FnMut(&[Level]) -> Result<bool, String>) -> Result<Self, DesignError> {
+    /// [`DesignError::Unsatisfiable`] if no row is left, less than a thousandth of the points pass, or no Latin hypercube
+    /// is found (the message says whether it is proved that there is none); errors of the constraints as
+    /// [`DesignError::Constraint`].
+    pub fn constrained(&self, constraints: Constraints<'_>) -> Result<Self, DesignError> {
+        let Constraints { factors, met } = constraints;
         let unselected = Self { selection: None, ..self.clone() };
-        let mut accept_levels = |levels: &[Level]| accept(levels).map_err(DesignError::Constraint);
-        let mut accept_coordinates = |coordinates: &[Coordinate]| accept_levels(&self.levels(coordinates));
-        if let Some(plan) = self.plan.constrained_latin(self.correlation.as_ref(), &mut accept_coordinates) {
+        let mut met_levels = |levels: &[Level], among: &[usize]| met(levels, among).map_err(DesignError::Constraint);
+        let mut met_coordinates =
+            |coordinates: &[Coordinate], among: &[usize]| met_levels(&self.levels(coordinates), among);
+        let conditions = Conditions { factors: &factors, met: &mut met_coordinates };
+        let all = conditions.all();
+        if let Some(plan) = self.plan.constrained_latin(self.correlation.as_ref(), conditions) {
             return Ok(Self { plan: plan?, ..unselected });
         }
-        let selection = Selection::choose(&unselected.plan, |row| accept_levels(&unselected.candidate(row)))?;
+        let accept = |row| Ok(met_levels(&unselected.candidate(row), &all)? == all.len());
+        let selection = Selection::choose(&unselected.plan, accept)?;
         Ok(Self { selection: Some(selection), ..unselected })
     }
 
@@ -160,6 +173,11 @@ impl Design {
     /// How many points passed the constraints; `None` where none were left out (no constraints, or a Latin hypercube).
     pub fn acceptance(&self) -> Option<Acceptance> {
         self.selection.as_ref().map(Selection::acceptance)
+    }
+
+    /// What a regular two-level fraction confuses; `None` for other kinds and where constraints left out rows.
+    pub fn aliases(&self) -> Option<Aliases> {
+        self.plan.aliases().filter(|_| self.selection.is_none())
     }
 
     /// Whether every row is computed from (design, row) alone, without a table of all rows.

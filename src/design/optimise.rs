@@ -8,8 +8,6 @@ use super::permutation::Stream;
 
 /// Steps in which the threshold falls.
 const STAGES: u64 = 400;
-/// Exponent of a squared distance in phi_p: p = 32.
-const POWER: u32 = 16;
 /// Lanes of the sums: fixed, so that the order of additions does not depend on the machine.
 const LANES: usize = 8;
 
@@ -107,7 +105,9 @@ fn root(number: f64, degree: u64) -> f64 {
 }
 
 /// Sum of the squared distances' inverse powers: phi_p to the p-th, small where the smallest distance is large.
-pub(super) struct Crowding {
+///
+/// The squares are squared so many times: p = 32 for 4, p = 16 for 3.
+pub(super) struct Crowding<const SQUARINGS: u32> {
     /// Coordinates, a column after the other.
     points: Vec<Vec<f64>>,
     rows: usize,
@@ -117,7 +117,7 @@ pub(super) struct Crowding {
     sums: Vec<f64>,
 }
 
-impl Crowding {
+impl<const SQUARINGS: u32> Crowding<SQUARINGS> {
     /// `points`: coordinates by column, scaled so that neighbours of a column lie about 1 apart.
     pub(super) fn new(points: Vec<Vec<f64>>) -> Self {
         let rows = points.first().map_or(0, Vec::len);
@@ -136,13 +136,47 @@ impl Crowding {
     fn line(&self, row: usize) -> &[f64] {
         &self.squares[row * self.rows..(row + 1) * self.rows]
     }
+
+    pub(super) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(super) fn column(&self, column: usize) -> &[f64] {
+        &self.points[column]
+    }
+
+    pub(super) fn square(&self, a: usize, b: usize) -> f64 {
+        self.squares[a * self.rows + b]
+    }
+
+    /// Change by a swap of the part that the distances to all rows but the two themselves and those `beside` make up.
+    pub(super) fn change_beyond(&mut self, Swap { column, a, b }: Swap, beside: &[usize]) -> f64 {
+        // Distances that are left out are made infinite for a while; that of the two rows to each other stays.
+        let left_out = [b].into_iter().chain(beside.iter().copied()).map(|row| (a, row));
+        let left_out = left_out.chain([a].into_iter().chain(beside.iter().copied()).map(|row| (b, row)));
+        let mut own = [(0, 0.0); 6];
+        let mut left = 0.0;
+        for (kept, (row, other)) in own.iter_mut().zip(left_out) {
+            let place = row * self.rows + other;
+            *kept = (place, self.squares[place]);
+            left += inverse_power::<SQUARINGS>(self.squares[place]);
+            self.squares[place] = f64::INFINITY;
+        }
+        let entries = &self.points[column];
+        let shift = Shift { gap: entries[b] - entries[a], sum: entries[b] + entries[a] };
+        let after = shift.crowding::<SQUARINGS>([self.line(a), self.line(b)], entries);
+        for (place, square) in own.into_iter().take(2 + 2 * beside.len()) {
+            self.squares[place] = square;
+        }
+        after - (self.sums[a] + self.sums[b] - left)
+    }
 }
 
-/// `square^-POWER`.
+/// `square^-(2^SQUARINGS)`.
 #[inline(always)]
-fn inverse_power(square: f64) -> f64 {
+pub(super) fn inverse_power<const SQUARINGS: u32>(square: f64) -> f64 {
     let mut power = 1.0 / square;
-    for _ in 0..POWER.ilog2() {
+    for _ in 0..SQUARINGS {
         power *= power;
     }
     power
@@ -161,11 +195,11 @@ impl Shift {
     }
 
     /// Sum of both rows' inverse powers after the swap.
-    fn crowding(&self, [line_a, line_b]: [&[f64]; 2], column: &[f64]) -> f64 {
+    fn crowding<const SQUARINGS: u32>(&self, [line_a, line_b]: [&[f64]; 2], column: &[f64]) -> f64 {
         let mut lanes = [0.0; LANES];
         let term = |a: f64, b: f64, x: f64| {
             let shift = self.at(x);
-            inverse_power(a + shift) + inverse_power(b - shift)
+            inverse_power::<SQUARINGS>(a + shift) + inverse_power::<SQUARINGS>(b - shift)
         };
         let [a, b, x] = [line_a, line_b, column].map(|entries| entries.chunks_exact(LANES));
         let rest = a.remainder().iter().zip(b.remainder()).zip(x.remainder());
@@ -181,32 +215,22 @@ impl Shift {
     }
 }
 
-impl Criterion for Crowding {
+impl<const SQUARINGS: u32> Criterion for Crowding<SQUARINGS> {
     fn refresh(&mut self) -> f64 {
         for (sum, line) in self.sums.iter_mut().zip(self.squares.chunks_exact(self.rows)) {
-            *sum = line.iter().copied().map(inverse_power).sum();
+            *sum = line.iter().copied().map(inverse_power::<SQUARINGS>).sum();
         }
         0.5 * self.sums.iter().sum::<f64>()
     }
 
-    fn change(&mut self, Swap { column, a, b }: Swap) -> f64 {
-        let (pair, mirrored) = (a * self.rows + b, b * self.rows + a);
-        // The distance of the two rows to each other stays: it is left out by making it infinite.
-        let own = self.squares[pair];
-        self.squares[pair] = f64::INFINITY;
-        self.squares[mirrored] = f64::INFINITY;
-        let entries = &self.points[column];
-        let shift = Shift { gap: entries[b] - entries[a], sum: entries[b] + entries[a] };
-        let after = shift.crowding([self.line(a), self.line(b)], entries);
-        self.squares[pair] = own;
-        self.squares[mirrored] = own;
-        after - (self.sums[a] + self.sums[b] - 2.0 * inverse_power(own))
+    fn change(&mut self, swap: Swap) -> f64 {
+        self.change_beyond(swap, &[])
     }
 
     fn swap(&mut self, Swap { column, a, b }: Swap) {
         let entries = &mut self.points[column];
         let shift = Shift { gap: entries[b] - entries[a], sum: entries[b] + entries[a] };
-        let own = inverse_power(self.squares[a * self.rows + b]);
+        let own = inverse_power::<SQUARINGS>(self.squares[a * self.rows + b]);
         let mut sums = [own; 2];
         for (other, x) in entries.iter().enumerate().filter(|(other, _)| *other != a && *other != b) {
             for (row, sign, sum) in [(a, 1.0, 0), (b, -1.0, 1)] {
@@ -214,9 +238,9 @@ impl Criterion for Crowding {
                 let after = before + sign * shift.at(*x);
                 self.squares[row * self.rows + other] = after;
                 self.squares[other * self.rows + row] = after;
-                let power = inverse_power(after);
+                let power = inverse_power::<SQUARINGS>(after);
                 sums[sum] += power;
-                self.sums[other] += power - inverse_power(before);
+                self.sums[other] += power - inverse_power::<SQUARINGS>(before);
             }
         }
         [self.sums[a], self.sums[b]] = sums;
@@ -364,7 +388,7 @@ mod tests {
 
     #[test]
     fn changes_of_crowding_hold() {
-        changes_hold(&mut Crowding::new(points(19, 4, 1.0)));
+        changes_hold(&mut Crowding::<4>::new(points(19, 4, 1.0)));
     }
 
     #[test]

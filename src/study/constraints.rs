@@ -4,12 +4,12 @@ use std::cell::OnceCell;
 
 use super::Study;
 use super::error::StudyError;
-use super::factors::{Factors, design_problem};
+use super::factors::{Factors, Plan, Source, design_problem};
 use super::file::FactorValue;
 use super::path;
 use super::placement::PointTable;
 use super::resolve::Issue;
-use crate::design::{Acceptance, Level, Scope, Value};
+use crate::design::{Acceptance, Constraints, Level, Scope, Value};
 use crate::scene::{HammerUnit, Scene};
 
 impl Study {
@@ -26,7 +26,13 @@ impl Study {
         if self.plan.constraints.is_empty() {
             return Ok(study);
         }
-        match self.plan.design.constrained(|levels| study.accepts(levels, points)) {
+        let order = self.plan.cheapest_first();
+        let factors = order.iter().map(|index| self.plan.looked_at(*index)).collect();
+        let mut met = |levels: &[Level], among: &[usize]| {
+            let named: Vec<usize> = among.iter().filter_map(|place| order.get(*place)).copied().collect();
+            study.met(levels, &named, points)
+        };
+        match self.plan.design.constrained(Constraints { factors, met: &mut met }) {
             Ok(design) => {
                 study.plan.design = design;
                 Ok(study)
@@ -45,26 +51,71 @@ impl Study {
         self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
     }
 
-    fn accepts(&self, levels: &[Level], points: &PointTable) -> Result<bool, String> {
+    /// How many of these constraints hold in a row, up to the first that does not.
+    fn met(&self, levels: &[Level], among: &[usize], points: &PointTable) -> Result<usize, String> {
         let (values, fault) = self.plan.values(levels);
         // A derived factor without a value is no row.
         if fault.is_some() {
-            return Ok(false);
+            return Ok(0);
         }
         let row = RowScope { study: self, values: &values, points, scene: OnceCell::new() };
-        for (text, expression) in &self.plan.constraints {
+        let constraints = among.iter().filter_map(|index| self.plan.constraints.get(*index));
+        for (met, (text, expression)) in constraints.enumerate() {
             let value = expression.evaluate(&row);
             if row.misses() {
-                return Ok(false);
+                return Ok(met);
             }
             match value {
                 Ok(Value::Truth(true)) => {}
-                Ok(Value::Truth(false)) => return Ok(false),
+                Ok(Value::Truth(false)) => return Ok(met),
                 Ok(other) => return Err(format!("`{text}`: expected a comparison, found {other}")),
                 Err(message) => return Err(format!("`{text}`: {message}")),
             }
         }
-        Ok(true)
+        Ok(among.len())
+    }
+}
+
+impl Plan {
+    /// The constraints, those that ask for geometry last: they cost more.
+    fn cheapest_first(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.constraints.len()).collect();
+        order.sort_by_key(|index| self.constraints[*index].1.calls_scope());
+        order
+    }
+
+    /// The drawn factors that a constraint looks at; all of them where it asks for geometry. A row is none without the values of
+    /// all derived factors, so what these look at counts too.
+    fn looked_at(&self, constraint: usize) -> Vec<usize> {
+        let expression = &self.constraints[constraint].1;
+        if expression.calls_scope() {
+            return (0..self.design.factors().len()).collect();
+        }
+        let named = expression.names().into_iter().filter_map(|name| {
+            let at = path::split(name).unwrap_or_default();
+            let drives = |paths: &Vec<Vec<String>>| paths.contains(&at);
+            let factor = self.factors.iter().position(|factor| factor.name == name);
+            factor.or_else(|| self.paths.iter().position(drives))
+        });
+        let derived = (0..self.sources.len()).filter(|index| matches!(self.sources[*index], Source::Derived(_)));
+        let mut used: Vec<usize> = named.chain(derived).flat_map(|index| self.drawn_for(index)).collect();
+        used.sort_unstable();
+        used.dedup();
+        used
+    }
+
+    /// The drawn factors, by their index in the design, that give a factor its value.
+    fn drawn_for(&self, factor: usize) -> Vec<usize> {
+        match self.sources.get(factor) {
+            Some(Source::Drawn(index)) => vec![*index],
+            Some(Source::Derived(expression)) => {
+                let place = |name: &&str| self.factors.iter().position(|factor| factor.name == *name);
+                let before =
+                    expression.names().iter().filter_map(place).filter(|other| *other < factor).collect::<Vec<_>>();
+                before.into_iter().flat_map(|other| self.drawn_for(other)).collect()
+            }
+            None => Vec::new(),
+        }
     }
 }
 

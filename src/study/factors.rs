@@ -66,6 +66,7 @@ impl FactorInfo {
                 format!("{} to {} ({} observations)", end(sorted.first()), end(sorted.last()), sorted.len())
             }
             Some(Distribution::Integer { low, high }) => format!("{low} to {high} (whole numbers)"),
+            Some(Distribution::LogInteger { low, high }) => format!("{low} to {high} (whole numbers, logarithmic)"),
             Some(Distribution::Categories { .. }) => {
                 self.values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" | ")
             }
@@ -89,7 +90,9 @@ impl FactorInfo {
     pub(super) fn extremes(&self) -> Vec<Level> {
         match &self.distribution {
             None => Vec::new(),
-            Some(Distribution::Integer { low, high }) => vec![Level::Integer(*low), Level::Integer(*high)],
+            Some(Distribution::Integer { low, high } | Distribution::LogInteger { low, high }) => {
+                vec![Level::Integer(*low), Level::Integer(*high)]
+            }
             Some(Distribution::Categories { count }) => (0..*count).map(Level::Category).collect(),
             Some(real) => real.range().map_or(Vec::new(), |(low, high)| vec![Level::Real(low), Level::Real(high)]),
         }
@@ -205,7 +208,8 @@ impl Plan {
         let (mut factors, mut sources): (Vec<FactorInfo>, Vec<Source>) = (Vec::new(), Vec::new());
         let (mut paths, mut links): (Vec<Vec<Vec<String>>>, Vec<Vec<Link>>) = (Vec::new(), Vec::new());
         let mut drawn = Vec::new();
-        for (name, factor) in &entry.factor {
+        for (name, typed) in &entry.factor {
+            let factor = &reader.spanned(entry, (name, typed), directory);
             let values = reader.values(name, factor);
             let (driven, followed) = reader.paths(name, factor, &values, &paths);
             let source = match &factor.expression {
@@ -298,7 +302,7 @@ fn clamp_count(count: u64) -> usize {
 
 fn kind_of(distribution: &Distribution, values: &[FactorValue]) -> FactorKind {
     match distribution {
-        Distribution::Integer { .. } => FactorKind::Integer,
+        Distribution::Integer { .. } | Distribution::LogInteger { .. } => FactorKind::Integer,
         Distribution::Categories { .. } => {
             if values.iter().any(|value| matches!(value, FactorValue::Text(_))) {
                 FactorKind::Text
@@ -330,6 +334,14 @@ impl Reader<'_> {
         self.problems.push(problem);
         // The entry that was just pushed.
         &mut self.problems[index]
+    }
+
+    /// The factor with what a table's file tells of it.
+    fn spanned(&mut self, entry: &DesignEntry, (name, typed): (&str, &FactorEntry), directory: &Path) -> FactorEntry {
+        kinds::spanned(entry, (name, typed), directory).unwrap_or_else(|(at, message)| {
+            self.problem(&at, message);
+            typed.clone()
+        })
     }
 
     fn constraints(&mut self, entry: &DesignEntry) -> Vec<(String, Expression)> {
@@ -525,13 +537,7 @@ impl Reader<'_> {
         match (factor.integer == Some(true), factor.scale.unwrap_or_default()) {
             (false, Scale::Linear) => Distribution::Uniform { low, high },
             (false, Scale::Log) => Distribution::LogUniform { low, high },
-            (true, Scale::Log) => {
-                let at = self.at(name, &["scale"]);
-                self.problem(&at, "a range of integers has no logarithmic scale").expected =
-                    Some("`values = [...]` for integers that are not evenly spaced".into());
-                fallback
-            }
-            (true, Scale::Linear) => {
+            (true, scale) => {
                 // Beyond 2^53 a float no longer tells neighbouring integers apart.
                 let whole = |end: f64| end.fract() == 0.0 && end.abs() <= 9_007_199_254_740_992.0;
                 if !(whole(low) && whole(high)) {
@@ -539,7 +545,11 @@ impl Reader<'_> {
                     self.problem(&at, "the ends of a range of integers must be whole numbers");
                     return fallback;
                 }
-                Distribution::Integer { low: low as i64, high: high as i64 }
+                let (low, high) = (low as i64, high as i64);
+                match scale {
+                    Scale::Linear => Distribution::Integer { low, high },
+                    Scale::Log => Distribution::LogInteger { low, high },
+                }
             }
         }
     }

@@ -453,7 +453,8 @@ design_entries! {
     base_points: u64,
     /// Whether a Saltelli design serves second-order indices. Default false.
     second_order: bool,
-    /// File with the rows of a table, CSV or Parquet, one column per factor, relative to the study.
+    /// File with the rows of a table, CSV or Parquet, relative to the study: a column per factor, named like it or `factor_` and
+    /// its name, as `decore design` writes them.
     file: String,
 }
 
@@ -504,7 +505,7 @@ pub enum DesignKind {
     None,
     /// Every combination of the factors' levels.
     FullFactorial,
-    /// A regular fraction of the two-level factorial.
+    /// A regular fraction of the two-level factorial, of least aberration up to 15 factors.
     FractionalFactorial,
     /// The fewest rows for main effects at two levels.
     PlackettBurman,
@@ -544,7 +545,8 @@ pub struct FactorEntry {
     /// Paths of several parameters that it drives with the same value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paths: Option<Vec<String>>,
-    /// Lower and upper end.
+    /// Lower and upper end. A factor of a table that says nothing of what it varies over takes it from the file: the ends of its
+    /// column, or its texts as values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
     /// Spacing within the range. Default `linear`.

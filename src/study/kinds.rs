@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::factors::FactorInfo;
-use super::file::{AxialName, CorrelationEntry, DesignEntry, DesignKind, OptimiseName, PartEntry};
-use super::table;
+use super::file::{AxialName, CorrelationEntry, DesignEntry, DesignKind, FactorEntry, OptimiseName, PartEntry};
+use super::table::{self, Span};
 use crate::design::{Axial, DesignError, HypercubeKind, Kind, LatinHypercube, Placement};
 
 /// Morris trajectories.
@@ -18,7 +18,7 @@ const RESOLUTION: u64 = 4;
 const CENTRE_POINTS: u64 = 1;
 
 /// Path of a key and what is wrong with it.
-type Fault = (Vec<String>, String);
+pub(super) type Fault = (Vec<String>, String);
 /// Names of files and their contents.
 type Files = Vec<(String, String)>;
 /// A kind and the files it was read from.
@@ -132,6 +132,35 @@ impl<'a> Drawn<'a> {
         }
         Ok(whole)
     }
+}
+
+/// A factor as typed, with what it varies over from a table's file where the study says nothing of it.
+pub(super) fn spanned(
+    design: &DesignEntry,
+    (name, factor): (&str, &FactorEntry),
+    directory: &Path,
+) -> Result<FactorEntry, Fault> {
+    let told = factor.range.is_some()
+        || factor.values.is_some()
+        || factor.distribution.is_some()
+        || factor.expression.is_some();
+    let whole = design.as_part();
+    let own = |part: &&PartEntry| part.factors.as_ref().is_none_or(|names| names.iter().any(|own| own == name));
+    let mut tables = [&whole].into_iter().chain(&design.part).filter(|part| part.kind == Some(DesignKind::Table));
+    let file = tables.find(own).and_then(|part| part.file.as_ref());
+    let (false, Some(file)) = (told, file) else {
+        return Ok(factor.clone());
+    };
+    let integer = factor.integer == Some(true);
+    let span = table::span(&directory.join(file), name, integer)
+        .map_err(|message| (["design", "factor", name].map(str::to_string).to_vec(), message))?;
+    Ok(match span {
+        Span::Range(range) => FactorEntry { range: Some(range), ..factor.clone() },
+        // A single value or texts need none of the keys of a range.
+        Span::Values(values) => {
+            FactorEntry { values: Some(values), scale: None, integer: None, levels: None, ..factor.clone() }
+        }
+    })
 }
 
 fn key_at(at: &[String], key: &str) -> Vec<String> {

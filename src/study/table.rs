@@ -1,7 +1,8 @@
-//! Rows of a design given by the user: a CSV or Parquet file with a column per factor.
+//! Rows of a design given by the user: a CSV or Parquet file with a column per factor, named like it or `factor_` and its name.
 
 use std::fs::File;
 use std::path::Path;
+use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
@@ -21,14 +22,14 @@ struct Row {
     cells: Vec<String>,
 }
 
+/// What begins the name of a factor's column in files that decore writes.
+pub(super) const PREFIX: &str = "factor_";
+
 /// Reads the factors' columns; columns of other names are left alone.
 pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
     let name = file.display();
-    let parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let rows = if parquet { read_parquet(file, factors)? } else { read_csv(file, factors)? };
-    if rows.is_empty() {
-        return Err(format!("{name} has no rows"));
-    }
+    let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
+    let rows = cells(file, &names)?;
     let levels = |row: Row| {
         let read = row.cells.iter().zip(factors).map(|(cell, factor)| {
             let told = |message| format!("{name}, {}, column `{}`: {message}", row.place, factor.name);
@@ -39,18 +40,73 @@ pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level
     rows.into_iter().map(levels).collect()
 }
 
-fn read_csv(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Row>, String> {
+/// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
+/// values typed as whole numbers.
+pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
+    let column = cells(file, &[factor])?;
+    let texts = || column.iter().filter_map(|row| row.cells.first());
+    let numbers: Option<Vec<f64>> =
+        texts().map(|cell| cell.parse::<f64>().ok().filter(|number| number.is_finite())).collect();
+    let Some(numbers) = numbers else {
+        let mut values: Vec<FactorValue> = Vec::new();
+        for value in texts().cloned().map(FactorValue::Text) {
+            if !values.contains(&value) {
+                values.push(value);
+            }
+        }
+        return Ok(Span::Values(values));
+    };
+    let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if low < high {
+        return Ok(Span::Range([low, high]));
+    }
+    Ok(Span::Values(vec![if integer { FactorValue::Integer(low as i64) } else { FactorValue::Real(low) }]))
+}
+
+/// What the cells of a column span.
+pub(super) enum Span {
+    Range([f64; 2]),
+    Values(Vec<FactorValue>),
+}
+
+/// The cells of these factors, row by row; at least one row.
+fn cells(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
+    let parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let rows = if parquet { read_parquet(file, factors)? } else { read_csv(file, factors)? };
+    if rows.is_empty() {
+        return Err(format!("{} has no rows", file.display()));
+    }
+    Ok(rows)
+}
+
+/// Where a factor's column is among these.
+fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> {
+    // Files that decore writes have underscores for all but letters and digits.
+    let safe = |name: &str| name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect::<String>();
+    let prefixed = safe(&format!("{PREFIX}{factor}"));
+    let own = header.iter().position(|column| column == factor);
+    let written = header.iter().position(|column| safe(column) == prefixed);
+    let file = file.display();
+    match (own, written.filter(|_| !factor.starts_with(PREFIX) || own.is_none())) {
+        (Some(place), None) | (None, Some(place)) => Ok(place),
+        (Some(_), Some(_)) => Err(format!(
+            "{file} has a column `{factor}` and a column `{PREFIX}{factor}`: rename the one that is not meant"
+        )),
+        (None, None) => {
+            Err(format!("{file} has no column `{factor}` (or `{PREFIX}{factor}`); it has: {}", header.join(", ")))
+        }
+    }
+}
+
+fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
     let fault = |error: csv::Error| format!("cannot read {}: {error}", file.display());
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(file).map_err(fault)?;
     let header: Vec<String> = reader.headers().map_err(fault)?.iter().map(str::to_string).collect();
     // Some programs begin a file with a byte order mark.
     let plain = |column: &String| column.trim_start_matches('\u{feff}').to_string();
     let header: Vec<String> = header.iter().map(plain).collect();
-    let places = factors.iter().map(|factor| {
-        let place = header.iter().position(|column| *column == factor.name);
-        place.ok_or_else(|| missing(file, factor, &header))
-    });
-    let places = places.collect::<Result<Vec<usize>, String>>()?;
+    let places = factors.iter().map(|factor| place(file, factor, &header)).collect::<Result<Vec<usize>, String>>()?;
     let row = |record: Result<csv::StringRecord, csv::Error>| {
         let record = record.map_err(fault)?;
         let line = record.position().map_or(0, csv::Position::line);
@@ -60,11 +116,7 @@ fn read_csv(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Row>, String> {
     reader.records().map(row).collect()
 }
 
-fn missing(file: &Path, factor: &FactorInfo, header: &[String]) -> String {
-    format!("{} has no column `{}`; it has: {}", file.display(), factor.name, header.join(", "))
-}
-
-fn read_parquet(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Row>, String> {
+fn read_parquet(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
     let fault = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", file.display());
     let opened = File::open(file).map_err(|error| fault(&error))?;
     // As the file has them: what its writer had in memory (dictionaries, views of texts) does not matter.
@@ -74,9 +126,7 @@ fn read_parquet(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Row>, String
     for batch in reader.and_then(|builder| builder.build()).map_err(|error| fault(&error))? {
         let batch = batch.map_err(|error| fault(&error))?;
         let header: Vec<String> = batch.schema().fields().iter().map(|field| field.name().clone()).collect();
-        let column = |factor: &&FactorInfo| {
-            batch.column_by_name(&factor.name).cloned().ok_or_else(|| missing(file, factor, &header))
-        };
+        let column = |factor: &&str| place(file, factor, &header).map(|place| Arc::clone(batch.column(place)));
         let columns = factors.iter().map(column).collect::<Result<Vec<ArrayRef>, String>>()?;
         let before = rows.len();
         for row in 0..batch.num_rows() {
@@ -84,7 +134,7 @@ fn read_parquet(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Row>, String
             let cells = columns.iter().zip(factors).map(|(column, factor)| {
                 cell(column, row).ok_or_else(|| {
                     let kind = column.data_type();
-                    format!("{}, {place}, column `{}`: no number or text ({kind})", file.display(), factor.name)
+                    format!("{}, {place}, column `{factor}`: no number or text ({kind})", file.display())
                 })
             });
             let cells = cells.collect::<Result<Vec<String>, String>>()?;
@@ -125,7 +175,7 @@ fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
         let place = factor.values.iter().position(same);
         return place.map(Level::Category).ok_or_else(|| format!("`{cell}` is none of {}", factor.domain()));
     }
-    if let Some(Distribution::Integer { low, high }) = factor.distribution {
+    if let Some(Distribution::Integer { low, high } | Distribution::LogInteger { low, high }) = factor.distribution {
         let number = cell.parse::<f64>().ok().filter(|number| number.fract() == 0.0);
         let number = number.filter(|number| (low as f64..=high as f64).contains(number));
         return number
