@@ -297,12 +297,11 @@ fn what_cannot_be_met_is_an_error() {
     assert_eq!(error, DesignError::Constraint("1 / 0".into()));
 }
 
+/// A constraint with the factors that it looks at.
+type Bound<'a> = (&'a [usize], &'a dyn Fn(&[f64]) -> bool);
+
 /// Whether a Latin hypercube whose rows meet the constraints, each with the factors that it looks at, is found for a seed.
-fn solvable(
-    spec: &LatinHypercube,
-    seed: u64,
-    constraints: &[(&[usize], &dyn Fn(&[f64]) -> bool)],
-) -> Result<(), String> {
+fn solvable(spec: &LatinHypercube, seed: u64, constraints: &[Bound<'_>]) -> Result<(), String> {
     let factors = constraints.iter().flat_map(|(factors, _)| *factors).max().map_or(1, |last| last + 1);
     let design = Design::new(Kind::LatinHypercube(spec.clone()), cube(factors), seed).unwrap();
     let mut met = |levels: &[Level], among: &[usize]| {
@@ -334,8 +333,7 @@ fn hypercubes_that_meet_tight_constraints_are_found() {
         solvable(&spec(200), seed, &[(&[0, 1, 2, 3, 4, 5], &sliver)]).unwrap_or_else(|error| panic!("{error}"));
         solvable(&spec(100), seed, &[(&[0, 1, 2], &sum)]).unwrap_or_else(|error| panic!("{error}"));
         solvable(&spec(100), seed, &[(&[0, 1], &falls), (&[1, 2], &follows)]).unwrap_or_else(|error| panic!("{error}"));
-        let apart: [(&[usize], &dyn Fn(&[f64]) -> bool); 3] =
-            [(&[0, 1], &apart[0]), (&[0, 2], &apart[1]), (&[1, 2], &apart[2])];
+        let apart: [Bound<'_>; 3] = [(&[0, 1], &apart[0]), (&[0, 2], &apart[1]), (&[1, 2], &apart[2])];
         solvable(&spec(100), seed, &apart).unwrap_or_else(|error| panic!("{error}"));
     }
 }
