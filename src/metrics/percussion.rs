@@ -18,7 +18,7 @@ pub enum Percussion {
     /// In the last third of the time with the gate open, blows come at less than half the rate of the rest (the share is
     /// `outputs.stall_rate_share`).
     Stalled,
-    /// Energies or intervals still follow a trend, or there are fewer than [`LEAST_BLOWS`] periodic blows to tell.
+    /// Energies or intervals still follow a trend, or there are fewer than four periodic blows to tell.
     Unsettled,
     /// No period up to `outputs.longest_period_blows` fits.
     Aperiodic,
@@ -27,7 +27,7 @@ pub enum Percussion {
 }
 
 /// Fewest periodic blows whose kind of motion is judged.
-pub const LEAST_BLOWS: usize = 4;
+const LEAST_BLOWS: usize = 4;
 /// Standard errors beyond which a trend counts.
 const SIGNIFICANT: f64 = 3.0;
 /// Usual intervals of blows that the last third of the gated time must span for silence to mean something.

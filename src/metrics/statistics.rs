@@ -77,7 +77,7 @@ mod tests {
     fn analytic_short_series() {
         let alternating: Vec<f64> = (0..21).map(|i| if i % 2 == 0 { 3.0 } else { 1.0 }).collect();
         let error = standard_error(&alternating).unwrap();
-        assert!(error >= 0.99 / 21.0 && error < 0.06, "{error}");
+        assert!((0.99 / 21.0..0.06).contains(&error), "{error}");
         assert_eq!(standard_error(&[2.0; 9]), Some(0.0));
         assert_eq!(standard_error(&[1.0, 3.0]), Some(0.5));
         assert_eq!((standard_error(&[1.0]), standard_error(&[]), mean(&[]), variance(&[])), (None, None, None, None));

@@ -123,8 +123,7 @@ fn integrate<'a, O: Observer<Coupled<'a>>>(scene: &Scene, system: &mut Coupled<'
 
 /// Status of a run that reached its end, by its audits.
 fn audited(totals: &RunTotals, scene: &Scene) -> (RowStatus, String) {
-    // Written so that a NaN fails.
-    let fails = |residual: f64| !(residual.abs() <= RESIDUAL_LIMIT);
+    let fails = |residual: f64| residual.is_nan() || residual.abs() > RESIDUAL_LIMIT;
     let parts = [("energy", totals.energy_residual), ("chamber", totals.chamber_residual)];
     let failed: Vec<String> = (parts.iter().filter(|(_, residual)| fails(*residual)))
         .map(|(audit, residual)| format!("{audit} residual {residual:.1e} beyond {RESIDUAL_LIMIT:.0e}"))
