@@ -188,7 +188,7 @@ fn describe_twins(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -
         say(&format_args!("twins          {twins} per row, {:.1} times the time of a row without", times(twins)));
     } else if let Some(reason) = amplifies {
         say(&format_args!(
-            "note           {reason}: its periodic figures scatter; `outputs.twins = {SUGGESTED_TWINS}` shows by how much, for {:.1} \
+            "note           {reason}: its periodic figures may scatter; `outputs.twins = {SUGGESTED_TWINS}` shows by how much, for {:.1} \
              times the time",
             times(SUGGESTED_TWINS)
         ));
