@@ -460,6 +460,23 @@ fn merged_shards_are_the_whole() {
     assert_eq!(contract(&merged), contract(&whole));
 }
 
+/// A merge into one of its own shards would delete it before it is read: refused, by whatever path, with all rows left.
+#[test]
+fn a_merge_into_one_of_its_shards_is_refused() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folders = shards(scratch.path(), &[0, 50, ROWS]);
+    let before = contract(&folders[0]);
+    let name = folders[0].file_name().expect("a name").to_owned();
+    let around = folders[1].join("..").join(name);
+    for (output, existing) in
+        [(&folders[0], Existing::Replace), (&around, Existing::Replace), (&around, Existing::Resume)]
+    {
+        let error = merge(&folders, output, existing).expect_err("refused").to_string();
+        assert!(error.contains("is the shard") && error.contains("folder of its own"), "{error}");
+        assert_eq!(contract(&folders[0]), before);
+    }
+}
+
 #[test]
 fn shards_that_make_no_whole_are_refused() {
     let scratch = TempDir::new().expect("scratch folder");

@@ -1,5 +1,6 @@
 //! One dataset from shards: byte for byte the one of an unsharded run.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::columns::TableName;
@@ -18,6 +19,7 @@ use super::{DatasetError, DatasetReader, DatasetWriter, Existing};
 /// [`DatasetError::Shards`] for shards that do not make a whole; [`DatasetError::Damaged`]; [`DatasetError::InUse`]; the
 /// reader's and the writer's. Everything is verified before anything is written.
 pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Manifest, DatasetError> {
+    refuse_input(shards, output)?;
     let mut readers = Vec::with_capacity(shards.len());
     for folder in shards {
         readers.push(open(folder)?);
@@ -49,6 +51,16 @@ pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Ma
     let problem =
         missing.first().map_or_else(String::new, |gap| format!("no part has rows {} to {}", gap.first, gap.end - 1));
     Err(DatasetError::Shards { problem, advice: "run the shards again: they compute what is missing" })
+}
+
+/// The output is none of the shards, by whatever path: to replace it would delete rows before they are read.
+fn refuse_input(shards: &[PathBuf], output: &Path) -> Result<(), DatasetError> {
+    // What is not there yet is no shard.
+    let Ok(target) = fs::canonicalize(output) else { return Ok(()) };
+    let is_target = |shard: &&PathBuf| fs::canonicalize(shard).is_ok_and(|shard| shard == target);
+    let Some(shard) = shards.iter().find(is_target) else { return Ok(()) };
+    let problem = format!("the output {} is the shard {}", output.display(), shard.display());
+    Err(DatasetError::Shards { problem, advice: "give a folder of its own: the shards stay as they are" })
 }
 
 fn open(folder: &Path) -> Result<DatasetReader, DatasetError> {

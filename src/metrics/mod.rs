@@ -185,6 +185,8 @@ quantities! {
     pub struct RunTotals {
         /// Work delivered to the castings over the whole run by all hammers: the integral of force times velocity.
         pub delivered_work_j: f64 => "J" main,
+        /// Impulse of the chisel-casting forces over the whole run, all hammers.
+        pub delivered_impulse_n_s: f64 => "N s" main,
         /// Audit of the run: (work put in by gas and gravity - stored - dissipated) / work put in, the latter at least 1 J.
         pub energy_residual: f64 => "1",
         /// Audit of the chambers, the largest over them: what the energy of its gas misses by its own equation, over the

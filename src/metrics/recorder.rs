@@ -36,13 +36,19 @@ impl Recorder {
         let mut blows: Vec<_> = blows.into_iter().flatten().collect();
         blows.sort_by(|a, b| a.start_time_s.total_cmp(&b.start_time_s).then(a.hammer.cmp(&b.hammer)));
         let totals = RunTotals {
-            delivered_work_j: hammers.iter().map(|hammer| hammer.delivered_work_j).fold(0.0, |sum, work| sum + work),
+            delivered_work_j: sum(hammers.iter().map(|hammer| hammer.delivered_work_j)),
+            delivered_impulse_n_s: sum(hammers.iter().map(|hammer| hammer.delivered_impulse_n_s)),
             energy_residual: self.audit.energy_residual(system, end),
             chamber_residual: chamber_residual(system, end),
         };
         let castings = self.castings.into_iter().map(CastingTrack::finish).collect();
         RunMetrics { hammers, castings, blows, totals, scatter: None }
     }
+}
+
+/// The sum, 0.0 of nothing, where `Iterator::sum` has -0.0.
+fn sum(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |sum, value| sum + value)
 }
 
 impl Observer<Coupled<'_>> for Recorder {
