@@ -23,6 +23,7 @@
 //! ```text
 //! contact    :
 //! design     :
+//! guide      :
 //! integrate  :
 //! linalg     :
 //! workpiece  :
@@ -37,7 +38,7 @@
 //! dataset    : metrics run
 //! report     : dataset
 //! engine     : dataset design run scene structure study system
-//! cli        : accuracy dataset design engine metrics report run scene structure study system
+//! cli        : accuracy dataset design engine guide metrics report run scene structure study system
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
@@ -51,6 +52,7 @@
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
+//! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
 
@@ -60,6 +62,7 @@ pub mod contact;
 pub mod dataset;
 pub mod design;
 pub mod engine;
+pub mod guide;
 pub mod hammer;
 pub mod integrate;
 pub mod linalg;
