@@ -37,7 +37,7 @@
 //! accuracy   : metrics run scene system
 //! dataset    : metrics run
 //! report     : dataset
-//! engine     : dataset design run scene structure study system
+//! engine     : dataset design metrics run scene structure study system
 //! cli        : accuracy dataset design engine guide metrics report run scene structure study system
 //! ```
 //!

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io::Write;
 
 use super::exit::Failure;
-use crate::engine::Engine;
+use crate::engine::{Engine, Rows};
 
 /// Writes a line to standard output.
 pub(super) fn say(line: &dyn Display) {
@@ -28,7 +28,7 @@ pub(super) fn threads(text: &str) -> Result<usize, String> {
 
 /// A row asked for on the command line must be one of the study's.
 pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
-    let last = engine.study().row_count() - 1;
+    let last = engine.checked().row_count() - 1;
     if row <= last {
         return Ok(());
     }

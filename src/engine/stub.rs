@@ -47,7 +47,7 @@ pub struct StubRows {
 }
 
 impl Rows for StubRows {
-    fn study(&self) -> &CheckedStudy {
+    fn checked(&self) -> &CheckedStudy {
         &self.study
     }
 
@@ -84,7 +84,7 @@ impl Rows for StubRows {
 
 impl StubRows {
     fn metrics(&self, row: u64) -> RunMetrics {
-        let (hammers, castings) = (self.study.study().hammer_names().len(), self.study.study().casting_names().len());
+        let (hammers, castings) = (self.study().hammer_names().len(), self.study().casting_names().len());
         let hammer = |index: usize| HammerMetrics {
             first_impact_time_s: Some(0.1 + 0.01 * unit(row, index)),
             first_impact_energy_j: Some(60.0 + unit(row, index + 1)),

@@ -9,73 +9,49 @@ use super::file::FactorValue;
 use super::path;
 use super::placement::PointTable;
 use super::resolve::Issue;
-use crate::design::{Acceptance, Constraints, Level, Scope, Value};
+use crate::design::{Constraints, Design, Level, Scope, Value};
 use crate::scene::{HammerUnit, Scene};
 
-impl Study {
-    /// The study with its rows chosen by the constraints of the design; the same study where there are none.
-    ///
-    /// `points`: the machine's interface points, for constraints on geometry. A row whose hammer misses its casting meets no
-    /// constraint that asks for geometry.
-    ///
-    /// # Errors
-    /// [`StudyError::Invalid`] if a constraint cannot be evaluated, or the constraints leave too few rows.
-    pub fn constrained(&self, points: &PointTable) -> Result<Self, StudyError> {
-        let mut study = self.clone();
-        study.constrained = true;
-        if self.plan.constraints.is_empty() {
-            return Ok(study);
-        }
-        let order = self.plan.cheapest_first();
-        let factors = order.iter().map(|index| self.plan.looked_at(*index)).collect();
-        let mut met = |levels: &[Level], among: &[usize]| {
-            let named: Vec<usize> = among.iter().filter_map(|place| order.get(*place)).copied().collect();
-            study.met(levels, &named, points)
-        };
-        match self.plan.design.constrained(Constraints { factors, met: &mut met }) {
-            Ok(design) => {
-                study.plan.design = design;
-                Ok(study)
-            }
-            Err(error) => Err(StudyError::one(design_problem(&self.document, &error, &self.plan.factors))),
-        }
+/// The design of a study with its rows chosen by its constraints; `points`: the machine's interface points, for constraints on
+/// geometry.
+pub(super) fn constrained(study: &Study, points: &PointTable) -> Result<Design, StudyError> {
+    let plan = &study.plan;
+    if plan.constraints.is_empty() {
+        return Ok(plan.design.clone());
     }
-
-    /// How many points met the constraints; `None` where none were left out.
-    pub fn acceptance(&self) -> Option<Acceptance> {
-        self.plan.design.acceptance()
-    }
-
-    /// The constraints, as written.
-    pub fn constraints(&self) -> Vec<&str> {
-        self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
-    }
-
-    /// How many of these constraints hold in a row, up to the first that does not.
-    fn met(&self, levels: &[Level], among: &[usize], points: &PointTable) -> Result<usize, String> {
-        let (values, fault) = self.plan.values(levels);
-        // A derived factor without a value is no row.
-        if fault.is_some() {
-            return Ok(0);
-        }
-        let row = RowScope { study: self, values: &values, points, scene: OnceCell::new() };
-        let constraints = among.iter().filter_map(|index| self.plan.constraints.get(*index));
-        for (met, (text, expression)) in constraints.enumerate() {
-            let value = expression.evaluate(&row);
-            if row.misses() {
-                return Ok(met);
-            }
-            match value {
-                Ok(Value::Truth(true)) => {}
-                Ok(Value::Truth(false)) => return Ok(met),
-                Ok(other) => return Err(format!("`{text}`: expected a comparison, found {other}")),
-                Err(message) => return Err(format!("`{text}`: {message}")),
-            }
-        }
-        Ok(among.len())
-    }
+    let order = plan.cheapest_first();
+    let factors = order.iter().map(|index| plan.looked_at(*index)).collect();
+    let mut met = |levels: &[Level], among: &[usize]| {
+        let named: Vec<usize> = among.iter().filter_map(|place| order.get(*place)).copied().collect();
+        met(study, (levels, points), &named)
+    };
+    let design = plan.design.constrained(Constraints { factors, met: &mut met });
+    design.map_err(|error| StudyError::one(design_problem(&study.document, &error, &plan.factors)))
 }
 
+/// How many of these constraints hold in a row, up to the first that does not.
+fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]) -> Result<usize, String> {
+    let (values, fault) = study.plan.values(levels);
+    // A derived factor without a value is no row.
+    if fault.is_some() {
+        return Ok(0);
+    }
+    let row = RowScope { study, values: &values, points, scene: OnceCell::new() };
+    let constraints = among.iter().filter_map(|index| study.plan.constraints.get(*index));
+    for (met, (text, expression)) in constraints.enumerate() {
+        let value = expression.evaluate(&row);
+        if row.misses() {
+            return Ok(met);
+        }
+        match value {
+            Ok(Value::Truth(true)) => {}
+            Ok(Value::Truth(false)) => return Ok(met),
+            Ok(other) => return Err(format!("`{text}`: expected a comparison, found {other}")),
+            Err(message) => return Err(format!("`{text}`: {message}")),
+        }
+    }
+    Ok(among.len())
+}
 impl Plan {
     /// The constraints, those that ask for geometry last: they cost more.
     fn cheapest_first(&self) -> Vec<usize> {

@@ -1,11 +1,13 @@
 //! Studies: the TOML file as typed, and what it means: a machine, a scene per row, and the design of the rows.
 //!
-//! [`Study::load`] reads the file and everything it names (hammer files) once; [`Study::check`] holds it to the interface
-//! points of the machine; after that [`Study::scene`] is a pure function of the row that touches no file.
+//! [`Study::load`] reads the file and everything it names (hammer files) once; [`CheckedStudy::new`] holds it to the interface
+//! points of the machine and lets its constraints choose the rows; [`CheckedStudy::scene`] is a pure function of the row that
+//! touches no file.
 //!
 //! A row's values are put at their paths into the tree of the file's values, which is then read like any file: whatever
 //! the file can say, a factor or a `--set` can vary.
 
+mod checked;
 mod constraints;
 mod demand;
 mod document;
@@ -30,12 +32,13 @@ mod table;
 use std::path::{Path, PathBuf};
 
 use document::Document;
-use factors::{Plan, Source, linked};
+use factors::{Plan, linked, to_toml};
 use keys::Shape;
 use library::Library;
 use overrides::Override;
 use resolve::{Context, Issue, resolve};
 
+pub use checked::CheckedStudy;
 pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
@@ -48,7 +51,6 @@ pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};
 pub use structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 
-use crate::design::Level;
 use crate::scene::Scene;
 
 /// A commented study that shows every key: what `init` writes.
@@ -56,6 +58,15 @@ pub const TEMPLATE: &str = include_str!("template.toml");
 
 /// Top-level keys that all rows share.
 const SHARED_KEYS: [&str; 4] = ["title", "structure", "structures", "design"];
+
+/// A text that some row has at a path.
+struct Candidate {
+    value: String,
+    /// Where the study says so.
+    place: Place,
+    /// Path of the key that says so.
+    at: Vec<String>,
+}
 
 /// A loaded study.
 #[derive(Debug, Clone)]
@@ -68,8 +79,6 @@ pub struct Study {
     structure: StructureSettings,
     /// The further machines by name.
     structures: Vec<(String, StructureSettings)>,
-    /// Whether the design's constraints have chosen its rows.
-    constrained: bool,
     /// Paths at which only factors give a value.
     filled: Vec<Vec<String>>,
     /// Values of the file, overrides and, where the file is silent, row 0's factors applied: a complete study.
@@ -162,7 +171,6 @@ impl Study {
             library,
             structure,
             structures,
-            constrained: false,
             filled,
             base,
             template: tree,
@@ -262,34 +270,6 @@ impl Study {
         &self.plan.factors
     }
 
-    /// The design.
-    pub fn design(&self) -> &crate::design::Design {
-        &self.plan.design
-    }
-
-    /// Number of rows.
-    pub fn row_count(&self) -> usize {
-        self.plan.design.row_count()
-    }
-
-    /// Values of the factors in a row, in the order of [`Study::factors`]; empty past the last row.
-    ///
-    /// A factor all of whose paths are overridden has the override's value.
-    pub fn row_values(&self, row: usize) -> Vec<FactorValue> {
-        let drawn = self.plan.row(row).into_iter().zip(&self.plan.paths);
-        drawn
-            .map(|(value, paths)| {
-                let overridden: Option<Vec<FactorValue>> = paths.iter().map(|at| self.overridden(at)).collect();
-                let first = overridden.and_then(|values| values.into_iter().next());
-                match (first, &value) {
-                    (Some(FactorValue::Integer(whole)), FactorValue::Real(_)) => FactorValue::Real(whole as f64),
-                    (Some(value), _) => value,
-                    (None, _) => value,
-                }
-            })
-            .collect()
-    }
-
     /// Value of the last override of exactly this path.
     fn overridden(&self, at: &[String]) -> Option<FactorValue> {
         let one = self.overrides.iter().rev().find(|one| one.path == at)?;
@@ -299,6 +279,11 @@ impl Study {
     /// Twins of each row.
     pub fn twins(&self) -> usize {
         self.base.outputs.twins
+    }
+
+    /// The constraints, as written.
+    pub fn constraints(&self) -> Vec<&str> {
+        self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
     }
 
     /// Names of the hammers, in order.
@@ -321,34 +306,6 @@ impl Study {
         &self.structures
     }
 
-    /// The scene of a row; `points`: the machine's interface points.
-    ///
-    /// Pure: touches no file, depends on no other row.
-    ///
-    /// # Errors
-    /// [`InvalidRow`] if the row's values describe no scene that can be simulated, e.g. a hammer beside its casting, and
-    /// for rows past the last one.
-    pub fn scene(&self, row: usize, points: &PointTable) -> Result<Scene, InvalidRow> {
-        let levels = self.plan.design.row(row).ok_or_else(|| InvalidRow {
-            reason: format!("row {row} does not exist: the study has the rows 0 to {}", self.row_count() - 1),
-        })?;
-        if !self.plan.constraints.is_empty() && !self.constrained {
-            let reason = "the constraints of the design are not applied: call `Study::constrained` first".to_string();
-            return Err(InvalidRow { reason });
-        }
-        let (values, fault) = self.plan.values(&levels);
-        if let Some(reason) = fault {
-            return Err(InvalidRow { reason });
-        }
-        self.resolve_with(&values, points).map_err(|issues| {
-            let words = issues.iter().map(|issue| match &issue.nearest {
-                Some(nearest) => format!("`{}`: {} (did you mean `{nearest}`?)", issue.path, issue.message),
-                None => format!("`{}`: {}", issue.path, issue.message),
-            });
-            InvalidRow { reason: words.collect::<Vec<_>>().join("; ") }
-        })
-    }
-
     /// Applies the factors' values, then the overrides, and resolves.
     fn resolve_with(&self, values: &[FactorValue], points: &PointTable) -> Result<Scene, Vec<Issue>> {
         let fault = |path: String, message: String| vec![Issue { path, message, nearest: None, row_only: false }];
@@ -368,47 +325,36 @@ impl Study {
         resolve(&file, &context)
     }
 
-    /// Checks the study against the machine's interface points, before any row is run: every name that a row can use, the
-    /// values of the first row, and each factor at its ends (or each of its values) with the others as in the first row.
-    ///
-    /// Hammers that miss their casting are no fault here: such rows end as invalid.
-    ///
-    /// # Errors
-    /// [`StudyError::Invalid`] with all faults found.
-    pub fn check(&self, points: &PointTable) -> Result<(), StudyError> {
-        let mut problems = self.check_names(points);
-        let first = self.plan.design.row(0).unwrap_or_default();
-        self.collect_issues(&first, points, &mut problems);
-        for (source, factor) in self.plan.sources.iter().zip(&self.plan.factors) {
-            let Source::Drawn(index) = *source else { continue };
-            for extreme in factor.extremes() {
-                let mut levels = first.clone();
-                if let Some(level) = levels.get_mut(index) {
-                    *level = extreme;
-                }
-                self.collect_issues(&levels, points, &mut problems);
+    /// All texts that some row can have at a path.
+    fn candidates(&self, at: &[String]) -> Vec<Candidate> {
+        let overridden = self.overrides.iter().rev().find(|one| one.path == at);
+        let driver = self.plan.paths.iter().position(|paths| paths.iter().any(|path| path == at));
+        let factor = driver.and_then(|index| self.plan.factors.get(index));
+        match (overridden, factor) {
+            (Some(one), _) => {
+                let text = one.value.as_str().map(str::to_string);
+                text.into_iter().map(|value| Candidate { value, place: one.place(), at: at.to_vec() }).collect()
+            }
+            (None, Some(factor)) => {
+                let candidate = |(index, value)| {
+                    let index: usize = index;
+                    let entry = index.to_string();
+                    let key = ["design", "factor", &factor.name, "values", &entry].map(str::to_string);
+                    let value = to_toml(value).as_str()?.to_string();
+                    Some(Candidate { value, place: self.document.locate(&key), at: key.to_vec() })
+                };
+                factor.values.iter().enumerate().filter_map(candidate).collect()
+            }
+            (None, None) => {
+                let value = path::get(&self.template, at).and_then(toml::Value::as_str);
+                let candidate = |value: &str| Candidate {
+                    value: value.to_string(),
+                    place: self.document.locate(at),
+                    at: at.to_vec(),
+                };
+                value.map(candidate).into_iter().collect()
             }
         }
-        // Rows share their faults: one report per place and key.
-        let mut seen = std::collections::BTreeSet::new();
-        problems.retain(|problem| {
-            let place = &problem.place;
-            seen.insert((place.file.clone(), place.line, place.column, problem.key.clone()))
-        });
-        StudyError::from_problems(problems)
-    }
-
-    fn collect_issues(&self, levels: &[Level], points: &PointTable, problems: &mut Vec<Problem>) {
-        let (values, fault) = self.plan.values(levels);
-        if let Some(message) = fault {
-            let at = "design.factor".to_string();
-            problems.push(self.problem(Issue { path: at, message, nearest: None, row_only: false }));
-            return;
-        }
-        let values = values.as_slice();
-        let issues = self.resolve_with(values, points).err().unwrap_or_default();
-        let studies = issues.into_iter().filter(|issue| !issue.row_only);
-        problems.extend(studies.map(|issue| self.problem(issue)));
     }
 
     /// Gives an issue its place: the factor that drives the quantity, the override, the hammer file, or the study.
