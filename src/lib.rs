@@ -23,6 +23,7 @@
 //! ```text
 //! contact    :
 //! design     :
+//! expression :
 //! guide      :
 //! integrate  :
 //! linalg     :
@@ -30,7 +31,7 @@
 //! hammer     : contact
 //! structure  : linalg
 //! scene      : contact hammer workpiece
-//! study      : design hammer scene workpiece
+//! study      : design expression hammer scene workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system
@@ -43,6 +44,7 @@
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
+//! - [`expression`]: arithmetic and logic over names, for constraints and derived factors.
 //! - [`scene`]: all that one row needs, as plain data.
 //! - [`system`]: the coupled model; its builder is the only part that knows scenes.
 //! - [`integrate`]: time integration of piecewise smooth systems; never sees a hammer.
@@ -62,6 +64,7 @@ pub mod contact;
 pub mod dataset;
 pub mod design;
 pub mod engine;
+pub mod expression;
 pub mod guide;
 pub mod hammer;
 pub mod integrate;

@@ -9,7 +9,9 @@ use super::file::FactorValue;
 use super::path;
 use super::placement::PointTable;
 use super::resolve::Issue;
-use crate::design::{Constraints, Design, Level, Scope, Value};
+use crate::design::{Constraints, Design, Level};
+use crate::expression::{Scope, Value};
+use crate::hammer::choked_flow;
 use crate::scene::{HammerUnit, Scene};
 
 /// The design of a study with its rows chosen by its constraints; `points`: the machine's interface points, for constraints on
@@ -187,12 +189,10 @@ impl RowScope<'_> {
     /// Choked flow through the larger feed of the hammer's valve at supply pressure, in kg/s: no hammer takes more.
     fn air_flow(&self, hammer: &HammerUnit) -> Result<f64, String> {
         let gas = &self.scene()?.environment;
-        let kappa = gas.isentropic_exponent;
-        let choked = (2.0 / (kappa + 1.0)).powf((kappa + 1.0) / (2.0 * (kappa - 1.0)));
         let valve = &hammer.parameters.valve;
         let area_m2 = valve.rear_feed_area_m2.max(valve.front_feed_area_m2);
-        let factor = (kappa / (gas.gas_constant_j_per_kg_k * gas.temperature_k)).sqrt();
-        Ok(area_m2 * hammer.supply_pressure_pa * factor * choked)
+        let energy_j_per_kg = gas.gas_constant_j_per_kg_k * gas.temperature_k;
+        Ok(choked_flow(gas.isentropic_exponent, energy_j_per_kg, hammer.supply_pressure_pa, area_m2))
     }
 }
 

@@ -10,7 +10,8 @@ use super::file::{DesignEntry, DistributionName, FactorEntry, FactorValue, LinkE
 use super::keys::{Shape, shape_at};
 use super::kinds;
 use super::path;
-use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level, Scope, Value as ExpressionValue};
+use crate::design::{Design, DesignError, Distribution, Factor, Level};
+use crate::expression::{self, Expression, Scope};
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
@@ -162,18 +163,18 @@ pub(super) struct Factors<'a> {
 }
 
 impl Factors<'_> {
-    pub fn get(&self, name: &str) -> Option<ExpressionValue> {
+    pub fn get(&self, name: &str) -> Option<expression::Value> {
         let pair = self.names.iter().zip(self.values).find(|(info, _)| info.name == name);
         pair.map(|(_, value)| match value {
-            FactorValue::Integer(number) => ExpressionValue::Number(*number as f64),
-            FactorValue::Real(number) => ExpressionValue::Number(*number),
-            FactorValue::Text(text) => ExpressionValue::Text(text.clone()),
+            FactorValue::Integer(number) => expression::Value::Number(*number as f64),
+            FactorValue::Real(number) => expression::Value::Number(*number),
+            FactorValue::Text(text) => expression::Value::Text(text.clone()),
         })
     }
 }
 
 impl Scope for Factors<'_> {
-    fn value(&self, name: &str) -> Result<ExpressionValue, String> {
+    fn value(&self, name: &str) -> Result<expression::Value, String> {
         self.get(name).ok_or_else(|| format!("there is no factor `{name}`"))
     }
 
@@ -275,7 +276,7 @@ impl Plan {
                 Source::Derived(expression) => {
                     let scope = Factors { names: &self.factors, values: &values };
                     let number = match expression.evaluate(&scope) {
-                        Ok(ExpressionValue::Number(number)) => Ok(number),
+                        Ok(expression::Value::Number(number)) => Ok(number),
                         Ok(other) => Err(format!("expected a number, found {other}")),
                         Err(message) => Err(message),
                     };
