@@ -138,6 +138,9 @@ impl Shape {
             (Self::Integer { minimum }, Value::Integer(number)) if number < minimum => {
                 return Err(format!("is {number}"));
             }
+            (Self::Text, Value::String(text)) if text.contains(char::is_control) => {
+                return Err(format!("is {text:?}, which has a control character (a line break, a tab or the like)"));
+            }
             (Self::Choice(choices), Value::String(text)) if !choices.contains(text) => {
                 return Err(format!("is \"{text}\""));
             }
