@@ -12,10 +12,11 @@ use std::process::Command;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::prepare::{load, prepare};
 use super::run::default_folder;
 use super::shard::Shard;
 use super::text::say;
+use crate::engine::Engine;
+use crate::study::Study;
 
 /// Runs one shard, again if it was killed.
 const TASK_SCRIPT: &str = include_str!("task.sh");
@@ -145,8 +146,8 @@ impl Plan {
         plain("this program", program.as_os_str())?;
         let run = run_command(&program, arguments)?;
         match arguments.stub_row_ms {
-            Some(_) => load(&arguments.study, &arguments.overrides).map(|_| ())?,
-            None => prepare(&arguments.study, &arguments.overrides).map(|_| ())?,
+            Some(_) => Study::load(&arguments.study)?.with_overrides(&arguments.overrides).map(|_| ())?,
+            None => Engine::load(&arguments.study, &arguments.overrides).map(|_| ())?,
         }
         for folder in [self.folder.clone(), self.folder.join("logs"), self.shards()] {
             let failed = |source| Failure::Write { path: folder.display().to_string(), source };

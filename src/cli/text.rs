@@ -4,6 +4,9 @@ use std::borrow::Cow;
 use std::fmt::{Display, Write as _};
 use std::io::Write;
 
+use super::exit::Failure;
+use crate::engine::Engine;
+
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
 
@@ -60,6 +63,15 @@ const MOST_THREADS: usize = 1024;
 pub(super) fn threads(text: &str) -> Result<usize, String> {
     let number = text.parse::<usize>().ok().filter(|number| *number <= MOST_THREADS);
     number.ok_or_else(|| format!("expected a whole number from 0 (as many as the machine has) to {MOST_THREADS}"))
+}
+
+/// A row asked for on the command line must be one of the study's.
+pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
+    let last = engine.study().row_count() - 1;
+    if row <= last {
+        return Ok(());
+    }
+    Err(Failure::Argument(format!("--row is {row}, but the study has the rows 0 to {last}")))
 }
 
 /// `1 row`, `2 rows`.
