@@ -1,5 +1,8 @@
 //! Latin hypercubes: plain, sliced, on orthogonal arrays, optimised, correlated, constrained, grown.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::Factor;
 use super::constraint::Conditions;
 use super::coordinate::Coordinate;
@@ -26,10 +29,12 @@ pub enum Placement {
 }
 
 /// What a Latin hypercube is chosen for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum HypercubeKind {
     /// At random among all.
     #[default]
+    #[serde(rename = "none")]
     Random,
     /// A large smallest distance (by phi_p with p = 32 over the strata's middles).
     Maximin,

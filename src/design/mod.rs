@@ -12,9 +12,6 @@ mod coordinate;
 mod correlation;
 mod distribution;
 mod error;
-mod factorial;
-mod fraction;
-mod halton;
 mod kind;
 mod latin;
 mod mirrored;
@@ -26,7 +23,6 @@ mod quality;
 mod ranks;
 mod repair;
 mod scatter;
-mod sensitivity;
 mod sobol;
 mod table;
 
@@ -38,9 +34,7 @@ pub use constraint::{Acceptance, Constraints, Met};
 pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
 pub use error::DesignError;
-pub use factorial::Axial;
-pub use fraction::Aliases;
-pub use kind::Kind;
+pub use kind::{Aliases, Axial, Kind};
 pub use latin::{HypercubeKind, LatinHypercube, Placement};
 pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,

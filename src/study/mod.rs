@@ -10,6 +10,7 @@
 mod checked;
 mod constraints;
 mod demand;
+mod design_kind;
 mod document;
 mod error;
 mod factors;
@@ -40,12 +41,13 @@ use resolve::{Context, Issue, resolve};
 
 pub use checked::CheckedStudy;
 pub use demand::InterfaceDemand;
+pub use design_kind::DesignKind;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    AxialName, CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DesignKind, DistributionName, FactorEntry,
-    FactorValue, Fidelity, FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName,
-    ParameterOverrides, PartEntry, Scale, SolverEntry, SourceName, StructureEntry, StudyFile, UnitsName,
+    CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DistributionName, FactorEntry, FactorValue, Fidelity,
+    FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, ParameterOverrides, PartEntry, Scale, SolverEntry,
+    SourceName, StructureEntry, StudyFile, UnitsName,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};

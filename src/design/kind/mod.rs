@@ -1,6 +1,16 @@
 //! Kinds of designs, and the generators of their points, addressed by row.
 
+mod factorial;
+mod fraction;
+mod halton;
+mod sensitivity;
+
 use std::sync::Arc;
+
+use factorial::{OneAtATime, Shares, box_behnken, central_composite, screening};
+use fraction::Fraction;
+use halton::Halton;
+use sensitivity::{Morris, Saltelli};
 
 use super::Factor;
 use super::constraint::Conditions;
@@ -8,13 +18,12 @@ use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
 use super::error::DesignError;
-use super::factorial::{Axial, OneAtATime, Shares, box_behnken, central_composite, screening};
-use super::fraction::{Aliases, Fraction};
-use super::halton::Halton;
 use super::latin::{Latin, LatinHypercube};
 use super::permutation::{hash, uniform};
-use super::sensitivity::{Morris, Saltelli};
 use super::sobol::{MAX_DIMENSIONS, Sobol};
+
+pub use factorial::Axial;
+pub use fraction::Aliases;
 
 /// How the rows are chosen.
 #[derive(Debug, Clone, PartialEq)]
