@@ -15,8 +15,6 @@ use crate::structure::{
 };
 use crate::study::{StructureSettings, StructureSource, Study, load_structure};
 
-/// Digits that keep every bit of a number.
-const EXACT_DIGITS: usize = 17;
 /// Frequencies in the first lines of the report.
 const LOWEST: usize = 6;
 
@@ -173,13 +171,8 @@ fn export(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<Exit, 
         say(&format_args!("rows           {}", dofs.display()));
     }
     say(&format_args!("points         {}", files.points.display()));
-    if format.digits() < EXACT_DIGITS {
-        say(&format_args!(
-            "note           {} entries have {} digits: enough for a reduced model, but the lowest frequencies of a whole one move (by \
-             parts of a per cent where the stiffness is ill-conditioned); other formats keep {EXACT_DIGITS} digits",
-            format.name(),
-            format.digits()
-        ));
+    if let Some(loss) = format.loss() {
+        say(&format_args!("note           {loss}"));
     }
     Ok(Exit::Done)
 }

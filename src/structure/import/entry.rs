@@ -46,8 +46,8 @@ pub(super) struct Form {
     pub files: [&'static str; 3],
     /// What it asks of the rows.
     pub rows: RowLabels,
-    /// Significant digits; 17 keep every bit.
-    pub digits: usize,
+    /// What gets lost in it, for the user to know; `None` where every bit is kept.
+    pub loss: Option<&'static str>,
     /// Writes a matrix.
     pub write: fn(&mut dyn Write, &Named) -> std::io::Result<()>,
 }

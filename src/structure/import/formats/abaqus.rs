@@ -17,7 +17,7 @@ pub(super) const FORMAT: Format = Format {
         name: "abaqus",
         files: ["STIF1.mtx", "MASS1.mtx", "DMPV1.mtx"],
         rows: RowLabels::Needed,
-        digits: 17,
+        loss: None,
         write: write,
     }],
 };

@@ -16,7 +16,7 @@ pub(super) const FORMAT: Format = Format {
         name: "calculix",
         files: ["model.sti", "model.mas", "model.dam"],
         rows: RowLabels::Needed,
-        digits: 17,
+        loss: None,
         write: write,
     }],
 };

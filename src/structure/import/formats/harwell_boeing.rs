@@ -14,7 +14,7 @@ pub(super) const FORMAT: Format = Format {
         name: "harwell_boeing",
         files: ["K.matrix", "M.matrix", "D.matrix"],
         rows: RowLabels::Unused,
-        digits: 17,
+        loss: None,
         write: write,
     }],
 };

@@ -84,9 +84,9 @@ impl ExportFormat {
         self.form.name
     }
 
-    /// Significant digits of what it writes; 17 keep every bit.
-    pub fn digits(self) -> usize {
-        self.form.digits
+    /// What gets lost in it, for the user to know; `None` where every bit is kept.
+    pub fn loss(self) -> Option<&'static str> {
+        self.form.loss
     }
 }
 
