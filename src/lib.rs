@@ -31,7 +31,7 @@
 //! hammer     : contact
 //! structure  : linalg
 //! scene      : contact hammer workpiece
-//! study      : design expression hammer scene workpiece
+//! study      : design expression hammer scene structure workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system

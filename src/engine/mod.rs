@@ -39,7 +39,7 @@ mod sweep;
 pub use error::EngineError;
 pub use event::{Listener, SweepEvent};
 pub use info::dataset_info;
-pub use machine::{Machine, SourceModel, model_files, reduction_settings};
+pub use machine::{Machine, SourceModel, reduction_settings};
 pub use prepared::{Engine, RowScene, Rows, checked};
 pub use stub::StubRows;
 pub use sweep::{SweepSettings, sweep};

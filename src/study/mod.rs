@@ -45,9 +45,9 @@ pub use design_kind::DesignKind;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DistributionName, FactorEntry, FactorValue, Fidelity,
-    FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, ParameterOverrides, PartEntry, Scale, SolverEntry,
-    SourceName, StructureEntry, StudyFile, UnitsName,
+    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FactorValue, Fidelity, FixtureEntry,
+    HammerEntry, Housings, LinkEntry, ParameterOverrides, PartEntry, Scale, SolverEntry, SourceName, StructureEntry,
+    StudyFile,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};

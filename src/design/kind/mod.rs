@@ -101,7 +101,7 @@ pub enum Kind {
 
 /// A kind of design, ready to give rows.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Generator {
+enum Generator {
     Single,
     Grid(Vec<u64>),
     Fraction(Fraction),
@@ -121,7 +121,7 @@ pub(super) enum Generator {
 /// A generator and its number of rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plan {
-    pub generator: Generator,
+    generator: Generator,
     pub rows: usize,
     factors: usize,
 }
