@@ -1,14 +1,14 @@
 //! A study held to its machine: every name known, its constraints applied, its rows what they stay.
 
-use super::Study;
 use super::constraints::constrained;
 use super::demand::check_names;
-use super::error::{InvalidRow, Problem, StudyError};
-use super::factors::Source;
+use super::document::error::{InvalidRow, Problem, StudyError};
 use super::file::FactorValue;
 use super::growth::frame_hash;
-use super::placement::PointTable;
-use super::resolve::Issue;
+use super::loaded::Study;
+use super::plan::factors::Source;
+use super::resolve::placement::PointTable;
+use super::resolve::scene::Issue;
 use crate::design::{Acceptance, Design, Level};
 use crate::scene::Scene;
 
@@ -100,7 +100,7 @@ impl CheckedStudy {
         if let Some(reason) = fault {
             return Err(InvalidRow { reason });
         }
-        self.study.resolve_with(&values, &self.points).map_err(|issues| {
+        self.study.scene_of(&values, &self.points).map_err(|issues| {
             let words = issues.iter().map(|issue| match &issue.nearest {
                 Some(nearest) => format!("`{}`: {} (did you mean `{nearest}`?)", issue.path, issue.message),
                 None => format!("`{}`: {}", issue.path, issue.message),
@@ -169,6 +169,6 @@ fn collect_issues(study: &Study, (levels, points): (&[Level], &PointTable), prob
         problems.push(study.problem(Issue::new("design.factor".to_string(), message)));
         return;
     }
-    let issues = study.resolve_with(&values, points).err().unwrap_or_default();
+    let issues = study.scene_of(&values, points).err().unwrap_or_default();
     problems.extend(issues.into_iter().filter(|issue| !issue.row_only).map(|issue| study.problem(issue)));
 }

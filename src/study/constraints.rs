@@ -2,13 +2,13 @@
 
 use std::cell::OnceCell;
 
-use super::Study;
-use super::error::StudyError;
-use super::factors::{Factors, Plan, Source, design_problem};
+use super::document::error::StudyError;
+use super::document::path;
 use super::file::FactorValue;
-use super::path;
-use super::placement::PointTable;
-use super::resolve::Issue;
+use super::loaded::Study;
+use super::plan::factors::{Factors, Plan, Source, design_problem};
+use super::resolve::placement::PointTable;
+use super::resolve::scene::Issue;
 use crate::design::{Constraints, Design, Level};
 use crate::expression::{Scope, Value};
 use crate::hammer::choked_flow;
@@ -28,7 +28,7 @@ pub(super) fn constrained(study: &Study, points: &PointTable) -> Result<Design, 
         met(study, (levels, points), &named)
     };
     let design = plan.design.constrained(Constraints { factors, met: &mut met });
-    design.map_err(|error| StudyError::one(design_problem(&study.document, &error, &plan.factors)))
+    design.map_err(|error| StudyError::one(design_problem(&study.typed.document, &error, &plan.factors)))
 }
 
 /// How many of these constraints hold in a row, up to the first that does not.
@@ -114,12 +114,10 @@ impl Scope for RowScope<'_> {
         }
         let at = path::split(name)?;
         let plan = &self.study.plan;
-        for ((paths, links), value) in plan.paths.iter().zip(&plan.links).zip(self.values) {
-            if let Some(place) = paths.iter().position(|path| *path == at) {
-                return as_value(&super::factors::linked(value, links[place]), name);
-            }
+        if let Some((_, value)) = plan.driven(self.values).into_iter().find(|(path, _)| *path == at) {
+            return as_value(&value, name);
         }
-        let value = path::get(&self.study.template, &at);
+        let value = path::get(&self.study.scenes.template, &at);
         let value = value.ok_or_else(|| format!("`{name}` is no factor, and no value that the study gives"))?;
         as_value(value, name)
     }
@@ -154,7 +152,7 @@ impl RowScope<'_> {
     }
 
     fn scene(&self) -> Result<&Scene, String> {
-        let scene = self.scene.get_or_init(|| self.study.resolve_with(self.values, self.points));
+        let scene = self.scene.get_or_init(|| self.study.scene_of(self.values, self.points));
         scene.as_ref().map_err(|issues| {
             let words = issues.iter().map(|issue| format!("`{}`: {}", issue.path, issue.message));
             words.collect::<Vec<_>>().join("; ")

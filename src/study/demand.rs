@@ -1,10 +1,10 @@
 //! Which interface points the rows of a study can use.
 
-use super::error::{Problem, nearest_name};
-use super::path;
-use super::placement::PointTable;
-use super::resolve::DEFAULT_MACHINE;
-use super::{Candidate, Study};
+use super::document::error::{Problem, nearest_name};
+use super::document::path;
+use super::loaded::{Candidate, Study};
+use super::resolve::placement::PointTable;
+use super::resolve::scene::DEFAULT_MACHINE;
 
 /// The interface points that some row of a study can use: what the reduced machine must keep.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl InterfaceDemand {
             add(&mut demand.mounts, candidate.value);
         }
         for candidate in rails(study) {
-            let rail = study.structure.rails.iter().find(|rail| rail.name == candidate.value);
+            let rail = study.scenes.rails.iter().find(|rail| rail.name == candidate.value);
             for point in rail.into_iter().flat_map(|rail| &rail.points) {
                 add(&mut demand.mounts, point.clone());
             }
@@ -36,7 +36,7 @@ impl InterfaceDemand {
 }
 
 fn hammer_candidates(study: &Study, key: &str) -> Vec<Candidate> {
-    let names = study.base.hammer.keys();
+    let names = study.file.hammer.keys();
     names.flat_map(|name| study.candidates(&["hammer", name, key].map(str::to_string))).collect()
 }
 
@@ -47,11 +47,11 @@ fn mounts(study: &Study) -> Vec<Candidate> {
 /// Rails that hammers name, or use as the only one there is.
 fn rails(study: &Study) -> Vec<Candidate> {
     let mut rails = hammer_candidates(study, "rail");
-    if let [only] = study.structure.rails.as_slice() {
-        for (name, entry) in &study.base.hammer {
+    if let [only] = study.scenes.rails.as_slice() {
+        for (name, entry) in &study.file.hammer {
             if entry.rail.is_none() && entry.rail_position_m.is_some() {
                 let at = ["hammer", name, "rail_position_m"].map(str::to_string).to_vec();
-                rails.push(Candidate { value: only.name.clone(), place: study.document.locate(&at), at });
+                rails.push(Candidate { value: only.name.clone(), place: study.typed.document.locate(&at), at });
             }
         }
     }
@@ -59,7 +59,7 @@ fn rails(study: &Study) -> Vec<Candidate> {
 }
 
 fn fixture_points(study: &Study) -> Vec<Candidate> {
-    let castings = study.base.casting.iter();
+    let castings = study.file.casting.iter();
     let fixtures = castings.flat_map(|(casting, entry)| {
         entry.fixture.keys().map(move |fixture| ["casting", casting, "fixture", fixture, "point"].map(str::to_string))
     });
@@ -77,7 +77,7 @@ pub(super) fn check_names(study: &Study, points: &PointTable) -> Vec<Problem> {
         }
     }
     for candidate in study.candidates(&["machine".to_string()]) {
-        let mut known = study.structures.iter().map(|(name, _)| name.as_str()).chain([DEFAULT_MACHINE]);
+        let mut known = study.scenes.machines.iter().map(String::as_str).chain([DEFAULT_MACHINE]);
         if known.clone().all(|name| name != candidate.value) {
             let message =
                 format!("no machine `{}`: expected one of [structures], or `{DEFAULT_MACHINE}`", candidate.value);
@@ -85,13 +85,13 @@ pub(super) fn check_names(study: &Study, points: &PointTable) -> Vec<Problem> {
             problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
         }
     }
-    for rail in &study.structure.rails {
+    for rail in &study.scenes.rails {
         for (index, point) in rail.points.iter().enumerate() {
             if points.position(point).is_none() {
                 let entry = index.to_string();
                 let at = ["structure", "rails", &rail.name, &entry].map(str::to_string);
                 let message = format!("the machine has no interface point `{point}`");
-                let problem = Problem::new(study.document.locate(&at), path::join(&at), message);
+                let problem = Problem::new(study.typed.document.locate(&at), path::join(&at), message);
                 problems.push(problem.nearest(points.nearest_name(point)));
             }
         }

@@ -1,18 +1,22 @@
 //! What a study is but for its number of rows: by it a sweep that was finished goes on when rows are added.
 
-use super::Study;
+use super::document::path;
 use super::file::{DesignEntry, PartEntry, StudyFile};
+use super::hash::hash;
+use super::loaded::Study;
 
 /// Keys of a design and its parts that only say how many rows there are.
 const ROW_KEYS: [&str; 4] = ["rows", "grown_from", "trajectories", "base_points"];
 /// See [`super::CheckedStudy::frame_hash`].
 pub(super) fn frame_hash(study: &Study) -> String {
-    let typed = StudyFile { title: None, design: without_rows(&study.base.design), ..study.base.clone() };
+    let typed = StudyFile { title: None, design: without_rows(&study.file.design), ..study.file.clone() };
     let mut tree = serde_json::to_value(&typed).unwrap_or_default();
     // Where only factors give a value, the first row's stands in, which more rows may change.
-    study.filled.iter().for_each(|at| forget(&mut tree, at));
-    let overrides = study.overrides.iter().filter(|one| !counts_rows(&one.path));
-    study.hash_of(&tree.to_string(), overrides, &[])
+    let typed = study.typed.tree();
+    let silent = study.plan.driven_paths().filter(|at| path::get(&typed, at).is_none());
+    silent.for_each(|at| forget(&mut tree, at));
+    let overrides = study.typed.overrides.iter().filter(|one| !counts_rows(&one.path));
+    hash(&tree.to_string(), overrides, (&[], &study.scenes.library))
 }
 
 fn without_rows(design: &DesignEntry) -> DesignEntry {
@@ -65,7 +69,6 @@ fn counts_rows(at: &[String]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::path;
 
     #[test]
     fn keys_of_rows_are_told_from_others() {

@@ -3,21 +3,21 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::design_kind::{DesignKind, Made};
 use super::factors::FactorInfo;
-use super::file::{CorrelationEntry, DesignEntry, FactorEntry, PartEntry};
 use super::table::{self, Span};
 use crate::design::{DesignError, Kind};
+use crate::study::design_kind::{DesignKind, Made};
+use crate::study::file::{CorrelationEntry, DesignEntry, FactorEntry, PartEntry};
 
 /// Path of a key and what is wrong with it.
-pub(super) type Fault = (Vec<String>, String);
+pub(in crate::study) type Fault = (Vec<String>, String);
 /// Names of files and their contents.
 type Files = Vec<(String, String)>;
 /// A kind and the files it was read from.
 type Chosen = (Kind, Files);
 
 /// The drawn factors of a study, in the order of the design.
-pub(super) struct Drawn<'a> {
+pub(in crate::study) struct Drawn<'a> {
     factors: Vec<&'a FactorInfo>,
 }
 
@@ -127,7 +127,7 @@ impl<'a> Drawn<'a> {
 }
 
 /// A factor as typed, with what it varies over from a table's file where the study says nothing of it.
-pub(super) fn spanned(
+pub(in crate::study) fn spanned(
     design: &DesignEntry,
     (name, factor): (&str, &FactorEntry),
     directory: &Path,
