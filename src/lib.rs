@@ -21,15 +21,16 @@
 //! One way only; a test holds the `use crate::` lines to this table. A module not named on the right is not imported.
 //!
 //! ```text
-//! contact    :
 //! design     :
 //! integrate  :
 //! linalg     :
+//! parameter  :
 //! workpiece  :
-//! hammer     : contact
+//! contact    : parameter
+//! hammer     : contact parameter
 //! structure  : linalg
-//! scene      : contact hammer workpiece
-//! study      : design hammer scene workpiece
+//! scene      : contact hammer parameter workpiece
+//! study      : design hammer parameter scene workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene structure study system
@@ -40,6 +41,7 @@
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`parameter`]: parameters declared once, with unit, default, range and source.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
 //! - [`scene`]: all that one row needs, as plain data.
 //! - [`system`]: the coupled model; its builder is the only part that knows scenes.
@@ -51,6 +53,9 @@
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
+
+#[macro_use]
+pub mod parameter;
 
 pub mod accuracy;
 pub mod cli;
