@@ -22,6 +22,7 @@
 //!
 //! ```text
 //! design     :
+//! guide      :
 //! integrate  :
 //! linalg     :
 //! parameter  :
@@ -37,7 +38,7 @@
 //! accuracy   : metrics run scene system
 //! dataset    : metrics run
 //! report     : dataset
-//! cli        : accuracy dataset design metrics report run scene structure study system
+//! cli        : accuracy dataset design guide metrics report run scene structure study system
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
@@ -51,6 +52,7 @@
 //! - [`run`]: one row, the machine shared by all rows, the parallel batch.
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
+//! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
 
@@ -62,6 +64,7 @@ pub mod cli;
 pub mod contact;
 pub mod dataset;
 pub mod design;
+pub mod guide;
 pub mod hammer;
 pub mod integrate;
 pub mod linalg;
