@@ -21,17 +21,18 @@
 //! One way only; a test holds the `use crate::` lines to this table. A module not named on the right is not imported.
 //!
 //! ```text
-//! contact    :
 //! design     :
 //! expression :
 //! guide      :
 //! integrate  :
 //! linalg     :
+//! parameter  :
 //! workpiece  :
-//! hammer     : contact
+//! contact    : parameter
+//! hammer     : contact parameter
 //! structure  : linalg
-//! scene      : contact hammer workpiece
-//! study      : design expression hammer scene structure workpiece
+//! scene      : hammer parameter workpiece
+//! study      : design expression hammer parameter scene structure workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system
@@ -43,6 +44,7 @@
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`parameter`]: parameters declared once, with unit, default, range and source.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
 //! - [`expression`]: arithmetic and logic over names, for constraints and derived factors.
 //! - [`scene`]: all that one row needs, as plain data.
@@ -57,6 +59,9 @@
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
+
+#[macro_use]
+pub mod parameter;
 
 pub mod accuracy;
 pub mod cli;

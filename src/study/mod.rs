@@ -37,7 +37,7 @@ pub use loaded::Study;
 pub use plan::factors::{FactorInfo, FactorKind};
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
-pub use schema::{hammer_schema, study_schema};
+pub use schema::{hammer_file, hammer_schema, study_schema};
 
 /// A commented study that shows every key: what `init` writes.
 pub const TEMPLATE: &str = include_str!("template.toml");
