@@ -210,7 +210,7 @@ fn ending(
 }
 
 fn tell_of_earlier_runs(writer: &DatasetWriter, range: RowSpan, folder: &Path) {
-    tell_of_damage(writer.damaged());
+    tell_of_damage(writer.damaged(), writer.notes());
     match writer.recovered().0 {
         0 => {}
         done if done == range.len() => tell(&format_args!("all {done} rows are in {} already", folder.display())),
@@ -220,15 +220,18 @@ fn tell_of_earlier_runs(writer: &DatasetWriter, range: RowSpan, folder: &Path) {
 
 fn tell_of_growth(growth: &Growth, rows: u64) {
     tell(&format_args!("the study has grown from {} to {rows} rows: rows that are done are kept", growth.rows_before));
-    tell_of_damage(&growth.damaged);
+    tell_of_damage(&growth.damaged, &growth.notes);
 }
 
-fn tell_of_damage(damaged: &[DatasetError]) {
+fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
+    notes.iter().for_each(|note| tell(note));
     for damage in damaged {
         tell(&format_args!("damaged: {damage}"));
     }
     if !damaged.is_empty() {
-        tell(&"the rows of the damaged parts are computed again");
+        tell(
+            &"the rows of the damaged parts are computed again; the parts are kept in the folder .damaged of the dataset",
+        );
     }
 }
 

@@ -8,6 +8,7 @@ use super::columns::{Cell, ColumnDescription, Columns, TableName};
 use super::durable::failed_to;
 use super::manifest::{Manifest, Part, TimingsManifest};
 use super::parquet_file::visit_rows;
+use super::rebuild::timings_of_parts;
 
 /// A dataset as its manifests describe it at the time of opening; later parts are not seen.
 #[derive(Debug)]
@@ -22,12 +23,15 @@ impl DatasetReader {
     /// Reads the manifests.
     ///
     /// # Errors
-    /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Version`],
-    /// [`DatasetError::DuplicateColumn`] or the system's.
+    /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Seal`], [`DatasetError::Version`],
+    /// [`DatasetError::DuplicateColumn`] or the system's. Timings that are lost are no error, see [`DatasetReader::damage`].
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         // In this order: `timings.json` may be ahead of the manifest, never behind.
         let manifest = Manifest::read(folder)?;
-        let timings = TimingsManifest::read(folder)?;
+        let timings = match TimingsManifest::read(folder) {
+            Err(error) if error.is_lost_manifest() => timings_of_parts(folder, &manifest)?,
+            found => found?,
+        };
         let columns = Columns::new(&manifest.study)?;
         Ok(Self {
             folder: folder.to_owned(),
@@ -104,11 +108,15 @@ impl DatasetReader {
 
     /// Compares every part's length and checksum with the manifests; returns what is damaged, in the manifests' order.
     ///
-    /// Each entry is a [`DatasetError::Damaged`] or [`DatasetError::Io`] that names the file.
+    /// Each entry names the file. A `timings.json` that is lost comes first.
     pub fn damage(&self) -> Vec<DatasetError> {
-        let tables = TableName::ALL.into_iter();
-        let parts = tables.flat_map(|table| self.parts(table));
-        parts.filter_map(|part| check_part(&self.folder, part).err()).collect()
+        let lost = TimingsManifest::read(&self.folder).err();
+        lost.into_iter().chain(TableName::ALL.into_iter().flat_map(|table| self.damage_of(table))).collect()
+    }
+
+    /// The same of one table's parts.
+    pub fn damage_of(&self, table: TableName) -> impl Iterator<Item = DatasetError> {
+        self.parts(table).iter().filter_map(|part| check_part(&self.folder, part).err())
     }
 }
 
