@@ -318,6 +318,6 @@ mod tests {
         let mut flipped = bytes.clone();
         flipped[40] ^= 1;
         fs::write(&path, flipped).expect("written");
-        assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, 4);
+XX
     }
 }
