@@ -318,6 +318,6 @@ mod tests {
         let mut flipped = bytes.clone();
         flipped[40] ^= 1;
         fs::write(&path, flipped).expect("written");
-XX
+        assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, 5, "all but the damaged one");
     }
 }
