@@ -192,6 +192,15 @@ pub enum DatasetError {
         /// What the manifest says.
         expected: String,
     },
+    /// A file beside the parts.
+    #[error(
+        "{}: no part of the dataset, but readers that take all files of the folder read it too: move it elsewhere",
+        path.display()
+    )]
+    Stray {
+        /// The file.
+        path: PathBuf,
+    },
     /// A part of which no manifest has the checksum.
     #[error("{}: nothing is left that says whether it is whole: its rows are computed again", path.display())]
     Unvouched {

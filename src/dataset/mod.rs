@@ -54,6 +54,7 @@ mod recovery;
 mod status;
 mod store;
 mod table_file;
+mod verify;
 mod writer;
 
 pub use columns::{BlowRecord, Cell, Column, ColumnDescription, ColumnGroup, ColumnKind, Columns, TableName};
@@ -67,4 +68,5 @@ pub use reader::DatasetReader;
 pub use record::StoredRow;
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
 pub use table_file::{TableColumn, TableValues, write_signals, write_table};
+pub use verify::{Verification, verify};
 pub use writer::{DatasetWriter, Existing, RowRecorder};

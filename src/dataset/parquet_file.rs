@@ -59,25 +59,29 @@ pub fn schema(columns: &[ColumnDescription]) -> Arc<Schema> {
     Arc::new(Schema::new(fields))
 }
 
-/// Settings of the writer: nothing of the machine or the clock enters the file.
-///
-/// # Errors
-/// The Parquet library's.
-pub fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProperties, ParquetError> {
+/// What every file says of its study.
+fn entries(info: &DatasetInfo, dictionary: String) -> Vec<KeyValue> {
     let entry = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
-    let entries = vec![
+    vec![
         entry("decore.study_name", info.study_name.clone()),
         entry("decore.study_text", info.study_text.clone()),
         entry("decore.study_hash", info.study_hash.clone()),
         entry("decore.seed", info.seed.to_string()),
         entry("decore.version", info.program_version.clone()),
         entry("decore.dictionary", dictionary),
-    ];
+    ]
+}
+
+/// Settings of the writer: nothing of the machine or the clock enters the file.
+///
+/// # Errors
+/// The Parquet library's.
+pub fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProperties, ParquetError> {
     Ok(WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::try_new(ZSTD_LEVEL)?))
         .set_created_by(format!("decore version {}", info.program_version))
         .set_max_row_group_row_count(Some(ROW_GROUP_ROWS))
-        .set_key_value_metadata(Some(entries))
+        .set_key_value_metadata(Some(entries(info, dictionary)))
         .build())
 }
 
@@ -166,9 +170,35 @@ pub fn encode_batch(batch: &RecordBatch, properties: WriterProperties) -> Result
 
 /// What a file says of its block; `None` if it says nothing or cannot be read.
 pub fn read_block_text(path: &Path) -> Option<String> {
-    let metadata = ParquetMetaDataReader::new().parse_and_finish(&File::open(path).ok()?).ok()?;
-    let entries = metadata.file_metadata().key_value_metadata()?;
-    entries.iter().find(|entry| entry.key == BLOCK_KEY)?.value.clone()
+    read_entries(path).ok()?.into_iter().find(|entry| entry.key == BLOCK_KEY)?.value
+}
+
+fn read_entries(path: &Path) -> Result<Vec<KeyValue>, DatasetError> {
+    let file = File::open(path).map_err(failed_to("open", path))?;
+    let metadata = ParquetMetaDataReader::new().parse_and_finish(&file);
+    let metadata = metadata.map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
+    Ok(metadata.file_metadata().key_value_metadata().cloned().unwrap_or_default())
+}
+
+/// Holds what a file says of its study and columns to a dataset's.
+///
+/// # Errors
+/// [`DatasetError::Damaged`] with the first key that differs, the Parquet library's or the system's.
+pub fn check_study(
+    path: &Path,
+    info: &DatasetInfo,
+    (table, columns): (TableName, &[ColumnDescription]),
+) -> Result<(), DatasetError> {
+    let found = read_entries(path)?;
+    let wanted = entries(info, dictionary_json(table, columns));
+    match wanted.iter().find(|entry| !found.contains(entry)) {
+        None => Ok(()),
+        Some(entry) => Err(DatasetError::Damaged {
+            path: path.to_owned(),
+            found: format!("another `{}` in its metadata", entry.key),
+            expected: "that of the manifest's study".to_owned(),
+        }),
+    }
 }
 
 /// Calls `visit` with the chosen columns of every row of a file, in the order of `columns`.

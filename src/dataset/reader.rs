@@ -9,6 +9,7 @@ use super::durable::failed_to;
 use super::manifest::{Manifest, Part, TimingsManifest};
 use super::parquet_file::visit_rows;
 use super::rebuild::timings_of_parts;
+use super::verify::strays;
 
 /// A dataset as its manifests describe it at the time of opening; later parts are not seen.
 #[derive(Debug)]
@@ -108,10 +109,32 @@ impl DatasetReader {
 
     /// Compares every part's length and checksum with the manifests; returns what is damaged, in the manifests' order.
     ///
-    /// Each entry names the file. A `timings.json` that is lost comes first.
+    /// Each entry names the file. A `timings.json` that is lost and files that are no parts come first.
     pub fn damage(&self) -> Vec<DatasetError> {
-        let lost = TimingsManifest::read(&self.folder).err();
-        lost.into_iter().chain(TableName::ALL.into_iter().flat_map(|table| self.damage_of(table))).collect()
+        let mut found: Vec<DatasetError> = TimingsManifest::read(&self.folder).err().into_iter().collect();
+        found.extend(strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error]));
+        found.extend(TableName::ALL.into_iter().flat_map(|table| self.damage_of(table)));
+        found
+    }
+
+    /// What can be said without reading the parts: files that are no parts, parts that are gone or of another length.
+    pub fn damage_at_a_glance(&self) -> Vec<DatasetError> {
+        let parts = TableName::ALL.into_iter().flat_map(|table| self.parts(table));
+        let odd = parts.filter_map(|part| {
+            let path = self.folder.join(&part.file);
+            let length = fs::metadata(&path).map(|data| data.len()).map_err(failed_to("look at", &path));
+            match length {
+                Ok(length) if length == part.bytes => None,
+                Ok(length) => Some(DatasetError::Damaged {
+                    path,
+                    found: format!("{length} bytes"),
+                    expected: format!("{} bytes", part.bytes),
+                }),
+                Err(error) => Some(error),
+            }
+        });
+        let strays = strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error]);
+        strays.into_iter().chain(odd).collect()
     }
 
     /// The same of one table's parts.

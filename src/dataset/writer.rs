@@ -20,6 +20,7 @@ use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
 use super::store::{Block, DAMAGED, REPLACED, STAGING, Store, columns_of, remove, set_aside};
+use super::verify::strays;
 use super::{DatasetError, DatasetInfo, RowRecord};
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
@@ -107,7 +108,9 @@ impl DatasetWriter {
                 refuse_change(folder, &known.manifest, (info, range))?;
                 // Title and comments of the first run stay, so that all parts have the same bytes.
                 columns = columns_of(&known.manifest.study)?;
-                recover(folder, &columns, *known)?
+                let mut recovered = recover(folder, &columns, *known)?;
+                recovered.notes.extend(strays(folder, &recovered.manifest)?.iter().map(ToString::to_string));
+                recovered
             }
             found => {
                 let manifest = Manifest::new(info.clone(), range);
