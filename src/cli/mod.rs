@@ -12,6 +12,7 @@ mod monitor;
 mod run;
 mod scene;
 mod shard;
+mod signals;
 mod status;
 mod structure;
 mod text;
@@ -75,6 +76,7 @@ enum Command {
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
+    signals::install();
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),

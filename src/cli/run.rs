@@ -157,8 +157,9 @@ fn sweep((rows, info): (&Rows, &DatasetInfo), folder: &Path, arguments: &RunArgu
     let mut writer = DatasetWriter::open(folder, info, range, existing)?;
     let recovered = writer.recovered();
     tell_of_earlier_runs(&writer, range, folder);
+    let place = writer.place();
     let monitor = Monitor::new(Beginning {
-        folder: folder.to_owned(),
+        place: place.clone(),
         rows: range.len(),
         recovered,
         threads: threads(arguments.threads),
@@ -181,7 +182,7 @@ fn sweep((rows, info): (&Rows, &DatasetInfo), folder: &Path, arguments: &RunArgu
         _ => ending(&monitor, &summary, arguments.max_failed),
     };
     monitor.finish(&status, arguments.summary.as_deref());
-    if summary.is_err() || finished.is_err() {
+    if (summary.is_err() || finished.is_err()) && place.is_there() {
         tell(&format_args!("what is done is kept in {}; the same command goes on", folder.display()));
     }
     summary?;
@@ -259,6 +260,7 @@ fn threads(asked: usize) -> u64 {
 fn stop_on_interrupt() {
     let handler = || {
         if STOP.swap(true, Ordering::SeqCst) {
+            tell(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");
             std::process::exit(Exit::Interrupted as i32);
         }
         tell(&"interrupted: finishing the rows that run; interrupt again to stop at once (the same command goes on)");

@@ -32,8 +32,10 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
         found.push((folder, status, damage));
     }
     if arguments.json {
-        let list: Vec<_> =
-            found.iter().map(|(folder, status, damage)| json!({ "dataset": folder, "status": status, "damage": damage })).collect();
+        let list: Vec<_> = found
+            .iter()
+            .map(|(folder, status, damage)| json!({ "dataset": folder, "status": status, "damage": damage }))
+            .collect();
         say(&format_args!("{:#}", json!(list)));
         return Ok(Exit::Done);
     }
@@ -57,7 +59,9 @@ fn text(folder: &Path, status: &SweepStatus) -> String {
         SweepState::Interrupted => "interrupted; the same command goes on".to_owned(),
         SweepState::TooManyFailed => "stopped, too many rows failed".to_owned(),
         SweepState::NotWritten => format!("stopped, results could not be written: {}", status.message),
-        SweepState::Lost => "not running: killed, or its machine went down; the same command goes on".to_owned(),
+        SweepState::Lost => {
+            "not running: killed, stopped at once, or its machine went down; the same command goes on".to_owned()
+        }
     };
     let percent = 100.0 * status.rows_done as f64 / status.rows.max(1) as f64;
     let mut text = format!(

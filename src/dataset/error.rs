@@ -59,6 +59,16 @@ pub enum DatasetError {
         /// Who, as far as known.
         owner: String,
     },
+    /// The dataset's folder was taken away while it was written to.
+    #[error(
+        "{} is not the folder any more in which this sweep began: it was removed, moved or replaced, and with it the rows that \
+         were done; run the command again to begin anew, or to go on with what is there now",
+        path.display()
+    )]
+    Gone {
+        /// The dataset's folder.
+        path: PathBuf,
+    },
     /// Shards that do not make a whole.
     #[error("failed to merge: {problem}; {advice}")]
     Shards {

@@ -61,7 +61,7 @@ pub use columns::{BlowRecord, Cell, Column, ColumnDescription, ColumnGroup, Colu
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
 pub use info::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
-pub use lock::host_name;
+pub use lock::{Place, host_name};
 pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
 pub use merge::{Merged, merge};
 pub use reader::DatasetReader;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::columns::{Cell, Columns, TableName};
 use super::durable::{StagedFile, failed_to, sync_folder};
+use super::lock::Place;
 use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_sealed_json};
 use super::parquet_file::TableBuilder;
 use super::rebuild::BlockDescription;
@@ -36,6 +37,7 @@ struct Tables {
 /// The parts and manifests of a dataset.
 pub struct Store {
     folder: PathBuf,
+    place: Place,
     columns: Arc<Columns>,
     manifest: Manifest,
     timings: TimingsManifest,
@@ -47,15 +49,16 @@ impl Store {
     /// # Errors
     /// The system's.
     pub fn open(
-        folder: &Path,
+        place: Place,
         columns: Arc<Columns>,
         (manifest, timings): (Manifest, TimingsManifest),
     ) -> Result<Self, DatasetError> {
+        let folder = place.path().to_owned();
         for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
             let path = folder.join(name);
             fs::create_dir_all(&path).map_err(failed_to("create", &path))?;
         }
-        let store = Self { folder: folder.to_owned(), columns, manifest, timings };
+        let store = Self { folder, place, columns, manifest, timings };
         store.put_manifests_in_place(&store.manifest, &store.timings)?;
         Ok(store)
     }
@@ -63,6 +66,14 @@ impl Store {
     /// The manifest of what is in place.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
+    }
+
+    /// Whether the dataset's folder is still the one that was opened.
+    ///
+    /// # Errors
+    /// [`DatasetError::Gone`].
+    pub fn check_place(&self) -> Result<(), DatasetError> {
+        self.place.check()
     }
 
     /// Writes the parts of a block: all files are staged and synced first, then renamed into place, then the manifests.
@@ -73,6 +84,7 @@ impl Store {
         let Some(first) = block.keys().next() else {
             return Ok(());
         };
+        self.check_place()?;
         let per_part = self.manifest.study.rows_per_part;
         let first_row = first / per_part * per_part;
         let failed = block.values().filter(|row| row.failed()).count() as u64;

@@ -49,15 +49,15 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
     let (mut parts, mut bytes) = (0, 0);
     let columns = Columns::new(&manifest.study)?;
     for runs in &manifest.runs {
-        let found =
-            [Some(runs), find(&manifest.blows, runs.first_row), find(&known.timings.timings, runs.first_row)];
+        let found = [Some(runs), find(&manifest.blows, runs.first_row), find(&known.timings.timings, runs.first_row)];
         for (table, part) in TableName::ALL.into_iter().zip(found) {
             let Some(part) = part else {
                 faults.push(format!("no part of {} for the rows from {}", table.folder(), runs.first_row));
                 continue;
             };
             (parts, bytes) = (parts + 1, bytes + part.bytes);
-            let checked = check_part(folder, part).and_then(|()| check_contents(folder, (manifest, part), &columns, table));
+            let checked =
+                check_part(folder, part).and_then(|()| check_contents(folder, (manifest, part), &columns, table));
             faults.extend(checked.err().map(|error| error.to_string()));
         }
     }

@@ -13,7 +13,7 @@ use super::columns::{Columns, TableName};
 use super::difference::differences;
 use super::durable::failed_to;
 use super::journal::{self, JOURNAL, Journal};
-use super::lock::{LOCK_NAME, Lock};
+use super::lock::{LOCK_NAME, Lock, Place};
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
 use super::rebuild::{Known, known};
 use super::record::StoredRow;
@@ -68,14 +68,17 @@ pub struct RowRecorder {
     info: Arc<DatasetInfo>,
     columns: Arc<Columns>,
     journal: Arc<Journal>,
+    place: Place,
 }
 
 impl RowRecorder {
     /// Puts a row into the journal. It must be handed to [`DatasetWriter::accept`] too, to get into a part.
     ///
     /// # Errors
-    /// [`DatasetError::Record`] if the row has not the shape of the study; the system's, such as a full disk.
+    /// [`DatasetError::Record`] if the row has not the shape of the study; [`DatasetError::Gone`] if the folder is another one;
+    /// the system's, such as a full disk.
     pub fn record(&self, record: &RowRecord) -> Result<StoredRow, DatasetError> {
+        self.place.check()?;
         check_record(&self.info, record)?;
         let row = StoredRow::new(&self.info, &self.columns, record);
         self.journal.append(&row)?;
@@ -143,9 +146,10 @@ impl DatasetWriter {
         unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
         journal.sync()?;
         let range = manifest.range;
-        let mut store = Store::open(folder, Arc::clone(&columns), (manifest, timings))?;
+        let place = lock.place().clone();
+        let mut store = Store::open(place.clone(), Arc::clone(&columns), (manifest, timings))?;
         untimed.into_iter().try_for_each(|first_row| store.put_null_timings(first_row))?;
-        let recorder = RowRecorder { info, columns, journal };
+        let recorder = RowRecorder { info, columns, journal, place };
         let mut writer = Self {
             folder: folder.to_owned(),
             parts: Some(PartThread::start(store, Arc::clone(&recorder.journal))?),
@@ -168,6 +172,11 @@ impl DatasetWriter {
     /// Turns records into rows for [`DatasetWriter::accept`], from any thread.
     pub fn recorder(&self) -> RowRecorder {
         self.recorder.clone()
+    }
+
+    /// Where the dataset is.
+    pub fn place(&self) -> Place {
+        self.recorder.place.clone()
     }
 
     /// The rows that are still to come, ascending.
@@ -224,6 +233,7 @@ impl DatasetWriter {
         }
         let parts = self.parts.take().ok_or(DatasetError::WriterLost)?;
         let store = parts.finish()?;
+        self.recorder.place.check()?;
         remove(&self.folder.join(JOURNAL))?;
         remove(&self.folder.join(STAGING))?;
         if store.manifest().complete {
@@ -293,6 +303,9 @@ impl Drop for DatasetWriter {
             let _ = parts.finish();
         }
         let _ = self.recorder.journal.sync();
+        if self.recorder.place.check().is_err() {
+            return;
+        }
         let _ = fs::remove_dir_all(self.folder.join(STAGING));
         // Empty after a finished dataset; otherwise it has rows for the next run.
         let _ = fs::remove_dir(self.folder.join(JOURNAL));
@@ -326,7 +339,7 @@ fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) ->
                 let number = block.keys().next().map(|row| row / store.manifest().study.rows_per_part);
                 store.put_block(&block).and_then(|()| number.map_or(Ok(()), |number| journal.remove(number)))
             }
-            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Timeout) => store.check_place(),
             Err(RecvTimeoutError::Disconnected) => return (store, Ok(())),
         };
         if last_sync.elapsed() >= SYNC_INTERVAL {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record};
-use decore::dataset::{Cell, DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge};
+use decore::dataset::{Cell, DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify};
 use tempfile::TempDir;
 
 /// Variable that sets the number of corruptions of the campaign.
@@ -302,4 +302,117 @@ fn corruptions_of_every_file_are_mended_and_said() {
     println!(
         "{count} corruptions ({unchanged} without effect): all rows there with the same bytes, {again} rows computed again"
     );
+}
+
+#[test]
+fn verify_reads_everything_and_strays_are_named() {
+    let (_scratch, folder) = dataset();
+    let faults = || verify(&folder).expect("verified").faults;
+    assert_eq!(faults(), Vec::<String>::new());
+    let origin = files(&folder);
+    let stray = "runs/runs-000000000000 (1).parquet";
+    let cases: [(&str, &dyn Fn(), &str); 5] = [
+        (
+            "stray",
+            &|| _ = fs::copy(folder.join("runs/runs-000000000000.parquet"), folder.join(stray)).expect("copied"),
+            stray,
+        ),
+        ("manifest", &|| fs::write(folder.join("manifest.json"), "{").expect("written"), "manifest.json is lost"),
+        ("timings", &|| fs::remove_file(folder.join("timings.json")).expect("removed"), "timings.json is lost"),
+        (
+            "part",
+            &|| fs::write(folder.join("blows/blows-000000000064.parquet"), "cut").expect("cut"),
+            "blows-000000000064",
+        ),
+        (
+            "gone",
+            &|| fs::remove_file(folder.join("runs/runs-000000000128.parquet")).expect("gone"),
+            "runs-000000000128",
+        ),
+    ];
+    for (name, damage, words) in cases {
+        damage();
+        let found = faults();
+        assert!(found.len() == 1 && found[0].contains(words), "{name}: {found:?}");
+        restore(&folder, &origin);
+    }
+    // A resumed run and a report name strays and leave them.
+    fs::write(folder.join(stray), "a copy").expect("written");
+    let resumed = resume(&folder).expect("resumed");
+    assert!(resumed.notes.len() == 1 && resumed.notes[0].contains(stray), "{:?}", resumed.notes);
+    let reader = DatasetReader::open(&folder).expect("opened");
+    assert!(reader.damage()[0].to_string().contains("move it elsewhere"), "{:?}", reader.damage());
+    assert!(reader.damage_at_a_glance().len() == 1 && folder.join(stray).exists());
+    // Rows still to come are no fault of the files, but the dataset is not whole.
+    let scratch = TempDir::new().expect("scratch folder");
+    let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
+    (0..100).for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
+    assert!(matches!(verify(scratch.path()), Err(DatasetError::InUse { .. })));
+    drop(writer);
+    let found = verify(scratch.path()).expect("verified");
+    assert_eq!((found.rows_done, found.rows_in_journal, found.rows), (64, 36, ROWS));
+    assert_eq!(found.faults, ["rows 64 to 149 are in no part"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn verify_has_an_exit_code_and_status_says_what_it_has_not_read() {
+    let (_scratch, folder) = dataset();
+    let run = |command: &str| {
+        let mut process = crate::sweeps::decore();
+        let ended = process.arg(command).arg(&folder).output().expect("decore runs");
+        (ended.status.code(), String::from_utf8_lossy(&ended.stdout).into_owned())
+    };
+    let (code, text) = run("verify");
+    assert!(code == Some(0) && text.contains("whole") && text.contains("150 of 150 rows in 9 parts"), "{text}");
+    assert!(run("status").1.contains("were not read: `decore verify"), "{}", run("status").1);
+    // Of the same length: only reading finds it. Of another length: status does, too.
+    let path = folder.join("runs/runs-000000000000.parquet");
+    let bytes = fs::read(&path).expect("part");
+    fs::write(&path, flip(&bytes, bytes.len() / 2)).expect("written");
+    let (code, text) = run("verify");
+    assert!(code == Some(8) && text.contains("NOT WHOLE") && text.contains("runs-000000000000.parquet"), "{text}");
+    fs::write(&path, &bytes[1..]).expect("written");
+    let (code, text) = run("status");
+    assert!(code == Some(0) && text.contains("DAMAGED") && text.contains("runs-000000000000.parquet"), "{text}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_made_anew_belongs_to_its_new_writer() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    let mut first = DatasetWriter::create(&folder, &info(), Existing::Refuse).expect("created");
+    (0..10).for_each(|row| first.write(&record(row, outcome(row))).expect("taken"));
+    fs::remove_dir_all(&folder).expect("removed");
+    let mut second = DatasetWriter::create(&folder, &info(), Existing::Refuse).expect("created anew");
+    (0..70).for_each(|row| second.write(&record(row, outcome(row))).expect("taken"));
+    let error = first.write(&record(10, outcome(10))).expect_err("refused");
+    assert!(matches!(error, DatasetError::Gone { .. }), "{error}");
+    assert!(matches!(first.finish(), Err(DatasetError::Gone { .. })));
+    // The end of the first takes nothing from the second, not even its lock.
+    let error = DatasetWriter::create(&folder, &info(), Existing::Resume).err().expect("refused");
+    assert!(matches!(error, DatasetError::InUse { .. }), "{error}");
+    (70..ROWS).for_each(|row| second.write(&record(row, outcome(row))).expect("taken"));
+    assert!(second.finish().expect("finished").complete);
+    let (_scratch, whole) = dataset();
+    assert_eq!(contract(&folder), contract(&whole));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_limit_on_file_sizes_is_an_error_not_the_end() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    let sweep = crate::sweeps::sweep(&folder, 300, 0.0);
+    let words: Vec<String> = std::iter::once(sweep.get_program())
+        .chain(sweep.get_args())
+        .map(|word| format!("'{}'", word.to_string_lossy()))
+        .collect();
+    // In blocks of 512 bytes or 1 kB: below a span of the journal.
+    let limited = format!("ulimit -f 100; exec {}", words.join(" "));
+    let ended = std::process::Command::new("sh").args(["-c", &limited]).output().expect("sh runs");
+    let text = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(3), "{text}");
+    assert!(text.contains("too large"), "{text}");
 }
