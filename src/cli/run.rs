@@ -143,9 +143,9 @@ impl Display<'_> {
             SweepEvent::Grown { growth, rows } => {
                 let before = growth.rows_before;
                 tell(&format_args!("the study has grown from {before} to {rows} rows: rows that are done are kept"));
-                tell_of_damage(&growth.damaged);
+                tell_of_damage(&growth.damaged, &growth.notes);
             }
-            SweepEvent::Damaged(damaged) => tell_of_damage(damaged),
+            SweepEvent::Found { damaged, notes } => tell_of_damage(damaged, notes),
             SweepEvent::Begins { rows, done, failed } => {
                 match done {
                     0 => {}
@@ -167,12 +167,15 @@ impl Display<'_> {
     }
 }
 
-fn tell_of_damage(damaged: &[DatasetError]) {
+fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
+    notes.iter().for_each(|note| tell(note));
     for damage in damaged {
         tell(&format_args!("damaged: {damage}"));
     }
     if !damaged.is_empty() {
-        tell(&"the rows of the damaged parts are computed again");
+        tell(
+            &"the rows of the damaged parts are computed again; the parts are kept in the folder .damaged of the dataset",
+        );
     }
 }
 
@@ -180,6 +183,7 @@ fn tell_of_damage(damaged: &[DatasetError]) {
 fn stop_on_interrupt() {
     let handler = || {
         if STOP.swap(true, Ordering::SeqCst) {
+            tell(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");
             std::process::exit(Exit::Interrupted as i32);
         }
         tell(&"interrupted: finishing the rows that run; interrupt again to stop at once (the same command goes on)");

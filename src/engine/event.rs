@@ -18,8 +18,13 @@ pub enum SweepEvent<'a> {
         /// Rows of the study now.
         rows: u64,
     },
-    /// Parts of the dataset were damaged: their rows are computed again.
-    Damaged(&'a [DatasetError]),
+    /// What was found in the folder: damaged parts, whose rows are computed again.
+    Found {
+        /// What is wrong with them.
+        damaged: &'a [DatasetError],
+        /// What else was found and done, in words.
+        notes: &'a [String],
+    },
     /// The rows that are left begin.
     Begins {
         /// Rows that the dataset is to hold.

@@ -71,12 +71,17 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
     }
     let mut writer = DatasetWriter::open(folder, &info, range, settings.existing)?;
     let (done, failed) = writer.recovered();
-    if !writer.damaged().is_empty() {
-        listener(SweepEvent::Damaged(writer.damaged()));
-    }
+    let place = writer.place();
+    listener(SweepEvent::Found { damaged: writer.damaged(), notes: writer.notes() });
     listener(SweepEvent::Begins { rows: range.len(), done, failed });
     let threads = threads(settings.threads);
-    let monitor = Monitor::new(Beginning { folder, rows: range.len(), recovered: (done, failed), threads, listener });
+    let monitor = Monitor::new(Beginning {
+        place: place.clone(),
+        rows: range.len(),
+        recovered: (done, failed),
+        threads,
+        listener,
+    });
     let own = AtomicBool::new(false);
     let limit = Limit { most_failed: settings.max_failed, stop: settings.stop.unwrap_or(&own) };
     limit.hold(failed);
@@ -94,7 +99,7 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
         _ => ending(&monitor, &summary, limit.most_failed),
     };
     monitor.finish(&status, settings.summary);
-    if summary.is_err() || finished.is_err() {
+    if (summary.is_err() || finished.is_err()) && place.is_there() {
         listener(SweepEvent::Failed);
     }
     summary?;

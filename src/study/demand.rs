@@ -1,10 +1,11 @@
 //! Which interface points the rows of a study can use.
 
-use super::document::error::{Problem, nearest_name};
+use super::document::error::Problem;
 use super::document::path;
 use super::loaded::{Candidate, Study};
 use super::resolve::placement::PointTable;
 use super::resolve::scene::DEFAULT_MACHINE;
+use crate::words::nearest;
 
 /// The interface points that some row of a study can use: what the reduced machine must keep.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -81,7 +82,7 @@ pub(super) fn check_names(study: &Study, points: &PointTable) -> Vec<Problem> {
         if known.clone().all(|name| name != candidate.value) {
             let message =
                 format!("no machine `{}`: expected one of [structures], or `{DEFAULT_MACHINE}`", candidate.value);
-            let nearest = nearest_name(&candidate.value, known.by_ref());
+            let nearest = nearest(&candidate.value, known.by_ref());
             problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
         }
     }

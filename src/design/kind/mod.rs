@@ -12,15 +12,16 @@ use fraction::Fraction;
 use halton::Halton;
 use sensitivity::{Morris, Saltelli};
 
-use super::Factor;
 use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
 use super::error::DesignError;
-use super::latin::{Latin, LatinHypercube};
+use super::factor::Factor;
+use super::latin::Latin;
 use super::permutation::{hash, uniform};
 use super::sobol::{MAX_DIMENSIONS, Sobol};
+use super::strata::LatinHypercube;
 
 pub use factorial::Axial;
 pub use fraction::Aliases;
