@@ -29,7 +29,7 @@
 //! workpiece  :
 //! hammer     : contact
 //! structure  : linalg
-//! scene      : contact hammer workpiece
+//! scene      : contact hammer integrate workpiece
 //! study      : design hammer scene workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
