@@ -1,0 +1,4 @@
+//! The command line as a process: what commands print and write, and how they end.
+
+mod commands;
+mod options;
