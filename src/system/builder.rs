@@ -441,7 +441,7 @@ mod tests {
     use super::*;
     use crate::hammer::HammerParameters;
     use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings, Stepping};
-    use crate::workpiece::{Fixture, Inertia};
+    use crate::workpiece::{Casting, Fixture, Inertia};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
     fn scene() -> (Scene, InterfaceModes) {
