@@ -33,11 +33,12 @@
 //! study      : design hammer scene workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
-//! run        : integrate metrics scene structure study system
+//! run        : integrate metrics scene system
 //! accuracy   : metrics run scene system
 //! dataset    : metrics run
 //! report     : dataset
-//! cli        : accuracy dataset design guide metrics report run scene structure study system
+//! engine     : dataset design run scene structure study system
+//! cli        : accuracy dataset design engine guide metrics report run scene structure study system
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
@@ -47,9 +48,10 @@
 //! - [`integrate`]: time integration of piecewise smooth systems; never sees a hammer.
 //! - [`metrics`]: outputs, computed while a run goes on.
 //! - [`design`], [`study`]: rows of a design, addressable by (seed, row); the study file as typed and as resolved.
-//! - [`run`]: one row, the machine shared by all rows, the parallel batch.
+//! - [`run`]: one row, the parallel batch.
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
+//! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
@@ -59,6 +61,7 @@ pub mod cli;
 pub mod contact;
 pub mod dataset;
 pub mod design;
+pub mod engine;
 pub mod guide;
 pub mod hammer;
 pub mod integrate;

@@ -9,10 +9,11 @@ use std::process::Command;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::prepare::{load, prepare};
 use super::run::default_folder;
 use super::shard::Shard;
 use super::text::say;
+use crate::engine::Engine;
+use crate::study::Study;
 
 /// Runs one shard, again if it was killed.
 const TASK_SCRIPT: &str = include_str!("task.sh");
@@ -146,8 +147,8 @@ fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
 /// Checks the study, then writes the scripts that every scheduler uses.
 fn write_scripts(arguments: &ClusterArguments) -> Result<Plan, Failure> {
     match arguments.stub_row_ms {
-        Some(_) => load(&arguments.study, &arguments.overrides).map(|_| ())?,
-        None => prepare(&arguments.study, &arguments.overrides).map(|_| ())?,
+        Some(_) => Study::load(&arguments.study)?.with_overrides(&arguments.overrides).map(|_| ())?,
+        None => Engine::load(&arguments.study, &arguments.overrides).map(|_| ())?,
     }
     let plan = Plan::new(arguments)?;
     for folder in [plan.folder.clone(), plan.logs(), plan.shards()] {

@@ -3,6 +3,9 @@
 use std::fmt::Display;
 use std::io::Write;
 
+use super::exit::Failure;
+use crate::engine::Engine;
+
 /// Writes a line to standard output.
 pub(super) fn say(line: &dyn Display) {
     // A reader that has gone (`decore scene ... | head`) wants no more.
@@ -21,6 +24,15 @@ const MOST_THREADS: usize = 1024;
 pub(super) fn threads(text: &str) -> Result<usize, String> {
     let number = text.parse::<usize>().ok().filter(|number| *number <= MOST_THREADS);
     number.ok_or_else(|| format!("expected a whole number from 0 (as many as the machine has) to {MOST_THREADS}"))
+}
+
+/// A row asked for on the command line must be one of the study's.
+pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
+    let last = engine.study().row_count() - 1;
+    if row <= last {
+        return Ok(());
+    }
+    Err(Failure::Argument(format!("--row is {row}, but the study has the rows 0 to {last}")))
 }
 
 /// `1 row`, `2 rows`.

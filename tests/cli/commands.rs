@@ -348,14 +348,7 @@ fn bad_matrices_name_file_and_reason() {
 
 #[test]
 fn a_modal_table_gives_what_the_matrices_give() {
-    use decore::run::{Machine, SourceModel};
-    let modes_of = |path: &std::path::Path| {
-        let study = decore::study::Study::load(path).unwrap();
-        let model = SourceModel::read(study.structure()).unwrap();
-        let points = model.points();
-        let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-        machine.modes(&study.scene(0, &points).unwrap()).unwrap()
-    };
+    let modes_of = |path: &std::path::Path| decore::engine::Engine::load(path, &[]).unwrap().scene(0).unwrap().modes;
     let scratch = TempDir::new().unwrap();
     let modes = modes_of(&studies().join("paper_rig.toml"));
     let mut table = "mode,frequency_hz,damping_ratio,R5.z,T5.z\n".to_owned();

@@ -1,17 +1,13 @@
 //! The methods at a fixed step on the paper's rig: how far their outputs are from those of the default method at 1e-7.
 
-use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row};
-use decore::study::Study;
+use decore::engine::{Engine, RowScene};
+use decore::run::{RowOutcome, RowStatus, run_row};
 
 fn simulate(settings: &[&str]) -> RowOutcome {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-    let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
-    let model = SourceModel::read(study.structure()).unwrap();
-    let points = model.points();
-    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-    let scene = study.scene(0, &points).unwrap();
-    run_row(&scene, &machine.modes(&scene).unwrap())
+    let RowScene { scene, modes } = Engine::load(&path, &settings).unwrap().scene(0).unwrap();
+    run_row(&scene, &modes)
 }
 
 /// First-impact energy, peak velocity of the casting, mean periodic energy, hit frequency.
@@ -75,8 +71,6 @@ fn modes_are_integrated_at_a_fixed_step() {
     assert!(outcome.states >= 2 * outcome.modes);
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
     let settings = ["solver.method=trapezoid".to_owned(), "solver.modes=condensed".to_owned()];
-    let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
-    let points = SourceModel::read(study.structure()).unwrap().points();
-    let message = study.scene(0, &points).unwrap_err().to_string();
+    let message = Engine::load(&path, &settings).unwrap_err().to_string();
     assert!(message.contains("must be \"integrated\""), "{message}");
 }

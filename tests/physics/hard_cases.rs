@@ -1,10 +1,10 @@
 //! Scenes that break integrators: each must end as stated, with every number finite and every joule accounted for.
 
+use decore::engine::Engine;
 use decore::hammer::body;
 use decore::integrate::{Observer, Step};
-use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row, run_row_observed};
+use decore::run::{RowOutcome, RowStatus, run_row, run_row_observed};
 use decore::scene::Scene;
-use decore::study::Study;
 use decore::system::Coupled;
 use decore::workpiece::Inertia;
 
@@ -12,7 +12,7 @@ use decore::workpiece::Inertia;
 const RESIDUAL: f64 = 1e-3;
 
 struct Rig {
-    machine: Machine,
+    engine: Engine,
     scene: Scene,
 }
 
@@ -21,16 +21,13 @@ fn rig(settings: &[&str]) -> Rig {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
     let mut all = vec!["solver.guide=tied".to_owned(), "duration_s=0.5".to_owned()];
     all.extend(settings.iter().map(|setting| (*setting).to_owned()));
-    let study = Study::load(&path).unwrap().with_overrides(&all).unwrap();
-    let model = SourceModel::read(study.structure()).unwrap();
-    let points = model.points();
-    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-    let scene = study.scene(0, &points).unwrap();
-    Rig { machine, scene }
+    let engine = Engine::load(&path, &all).unwrap();
+    let scene = engine.scene(0).unwrap().scene;
+    Rig { engine, scene }
 }
 
 fn run(rig: &Rig) -> RowOutcome {
-    run_row(&rig.scene, &rig.machine.modes(&rig.scene).unwrap())
+    run_row(&rig.scene, &rig.engine.modes(&rig.scene).unwrap())
 }
 
 /// Runs the rig to its end; holds it to the energy audit and to finite numbers.
@@ -180,7 +177,7 @@ fn sticking_for_seconds_creeps_at_the_speed_of_the_regularisation() {
         let setting = format!("hammer.hammer.parameters.telescope.friction_velocity_m_s={velocity}");
         let rig = rig(&[friction, &setting, "duration_s=4", "hammer.hammer.standoff_m=0.1"]);
         let (outcome, log) =
-            run_row_observed(&rig.scene, &rig.machine.modes(&rig.scene).unwrap(), |_| Extension::default());
+            run_row_observed(&rig.scene, &rig.engine.modes(&rig.scene).unwrap(), |_| Extension::default());
         let (outcome, log) = (sound(outcome, &["stick"]), log.unwrap());
         let speed = (log.last.1 - log.middle.1) / (log.last.0 - log.middle.0);
         println!("{velocity}: {speed} m/s, {} steps", outcome.counters.steps);
@@ -221,7 +218,7 @@ fn a_free_floating_structure_hammers_and_keeps_its_momentum() {
 /// Condensed, phases in which contacts rest are passed in exponential steps, which must leave structure and bodies the same impulses.
 fn floating_structure(treatment: &str) {
     let rig = rig(&["duration_s=1.5", &format!("solver.modes={treatment}")]);
-    let held = rig.machine.modes(&rig.scene).unwrap();
+    let held = rig.engine.modes(&rig.scene).unwrap();
     let shape: f64 = 1.0 / 2000.0_f64.sqrt();
     let mut modes = held.clone();
     modes.omega_rad_s.insert(0, 0.0);
@@ -263,7 +260,7 @@ impl Observer<Coupled<'_>> for Momentum {
 fn a_mode_at_fifty_kilohertz() {
     for treatment in ["integrated", "condensed"] {
         let rig = rig(&[&format!("solver.modes={treatment}"), "duration_s=0.3"]);
-        let plain = rig.machine.modes(&rig.scene).unwrap();
+        let plain = rig.engine.modes(&rig.scene).unwrap();
         let expected = first_energy(&sound(run_row(&rig.scene, &plain), &["plain"])).unwrap();
         let mut modes = plain.clone();
         modes.omega_rad_s.push(2.0 * std::f64::consts::PI * 5e4);

@@ -4,11 +4,10 @@
 use std::ops::Range;
 use std::path::Path;
 
+use decore::engine::{Engine, RowScene};
 use decore::integrate::{
     ExponentialTsit5, Integrator, LinearPart, Settings, StiffBlock, StiffMatrices, Stopped, System,
 };
-use decore::run::{Machine, SourceModel};
-use decore::study::Study;
 use decore::system::{Coupled, CoupledModel, build};
 
 /// Stiffness of the return spring, N/m, the one that the matrices leave out: it is soft.
@@ -22,11 +21,7 @@ const CYLINDER_KG: f64 = 6.5;
 fn model() -> CoupledModel {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
     let settings = ["solver.guide=tied", "solver.modes=condensed", "duration_s=0.5"].map(str::to_owned);
-    let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
-    let source = SourceModel::read(study.structure()).unwrap();
-    let points = source.points();
-    let machine = Machine::new(source, study.structure(), &study.interface_demand()).unwrap();
-    let mut scene = study.scene(0, &points).unwrap();
+    let RowScene { mut scene, modes } = Engine::load(&path, &settings).unwrap().scene(0).unwrap();
     let parameters = &mut scene.hammers[0].parameters;
     let telescope = &mut parameters.telescope;
     telescope.friction_static_n = 0.0;
@@ -35,7 +30,7 @@ fn model() -> CoupledModel {
     parameters.piston.friction_viscous_n_s_per_m = 0.0;
     parameters.valve.friction_viscous_n_s_per_m = 0.0;
     parameters.chisel.friction_viscous_n_s_per_m = 0.0;
-    build(&scene, &machine.modes(&scene).unwrap()).unwrap()
+    build(&scene, &modes).unwrap()
 }
 
 /// Central difference of the rates at `(t, y)` with respect to component `index`, moved by `by`.

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use decore::accuracy::main_differences;
+use decore::engine::{Engine, RowScene};
 use decore::metrics::RunMetrics;
-use decore::run::{Machine, SourceModel, run_row};
+use decore::run::run_row;
 use decore::study::Study;
 
 /// The whole structure: all modes of a basis that is complete up to 20 kHz, 525 of them.
@@ -26,12 +27,8 @@ fn with(settings: &[&str]) -> Study {
 }
 
 fn outputs(settings: &[&str]) -> RunMetrics {
-    let study = with(settings);
-    let model = SourceModel::read(study.structure()).unwrap();
-    let points = model.points();
-    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-    let scene = study.scene(0, &points).unwrap();
-    run_row(&scene, &machine.modes(&scene).unwrap()).metrics.unwrap()
+    let RowScene { scene, modes } = Engine::new(with(settings)).unwrap().scene(0).unwrap();
+    run_row(&scene, &modes).metrics.unwrap()
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use decore::accuracy::main_differences;
-use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row};
-use decore::study::Study;
+use decore::engine::{Engine, RowScene};
+use decore::run::{RowOutcome, RowStatus, run_row};
 use serde_json::Value;
 
 /// Names here, names in the reference, and the bound of the relative difference.
@@ -38,13 +38,8 @@ fn reference() -> Value {
 fn simulate(study: &str, settings: &[&str]) -> RowOutcome {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(study);
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-    let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
-    let model = SourceModel::read(study.structure()).unwrap();
-    let points = model.points();
-    study.check(&points).unwrap();
-    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-    let scene = study.scene(0, &points).unwrap();
-    let outcome = run_row(&scene, &machine.modes(&scene).unwrap());
+    let RowScene { scene, modes } = Engine::load(&path, &settings).unwrap().scene(0).unwrap();
+    let outcome = run_row(&scene, &modes);
     assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
     outcome
 }
@@ -161,12 +156,7 @@ fn val_selected_modes_stand_for_the_whole_structure() {
         let basis = ["structure.fixed_interface_cutoff_hz=20000", "solver.guide=tied"];
         let settings: Vec<String> = basis.iter().chain(settings).map(|setting| (*setting).to_owned()).collect();
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
-        let study = Study::load(&path).and_then(|study| study.with_overrides(&settings)).unwrap();
-        let model = SourceModel::read(study.structure()).unwrap();
-        let points = model.points();
-        let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-        let scene = study.scene(0, &points).unwrap();
-        let modes = machine.modes(&scene).unwrap();
+        let RowScene { scene, modes } = Engine::load(&path, &settings).unwrap().scene(0).unwrap();
         let metrics = run_row(&scene, &modes).metrics.unwrap();
         (modes.omega_rad_s.len(), metrics)
     };

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 
-use super::exit::Failure;
+use super::error::EngineError;
 use crate::study::StructureSource;
 
 /// BLAKE3 of every file of a structure by its key in the study and the file's name. Folders do not count: a sweep may be
 /// continued elsewhere.
 ///
 /// `table`: where the structure stands in the study.
-pub(super) fn input_hashes(table: &str, source: &StructureSource) -> Result<BTreeMap<String, String>, Failure> {
+pub(super) fn input_hashes(table: &str, source: &StructureSource) -> Result<BTreeMap<String, String>, EngineError> {
     let files: Vec<(&str, &Path)> = match source {
         // Built in: the program's version stands for it.
         StructureSource::Station => Vec::new(),
@@ -26,9 +26,9 @@ pub(super) fn input_hashes(table: &str, source: &StructureSource) -> Result<BTre
     Ok(hashes)
 }
 
-fn hash(path: &Path) -> Result<String, Failure> {
+fn hash(path: &Path) -> Result<String, EngineError> {
     let mut hasher = blake3::Hasher::new();
     let read = File::open(path).and_then(|file| hasher.update_reader(file).map(|_| ()));
-    read.map_err(|source| Failure::Argument(format!("failed to read {}: {source}", path.display())))?;
+    read.map_err(|source| EngineError::Read { path: path.to_path_buf(), source })?;
     Ok(hasher.finalize().to_hex().to_string())
 }
