@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::integrate::locate::{Ends, Locator};
 use crate::integrate::observer::Observer;
 use crate::integrate::step::Step;
-use crate::integrate::stepper::{Accepted, Counters, Plan, Settings, Stepper, Trial};
+use crate::integrate::stepper::{Counters, Plan, Settings, Stepper, Trial};
 use crate::integrate::system::{GuardSample, Switching};
 
 /// Steps between two looks at the clock.
@@ -227,7 +227,7 @@ impl<P> Integrator<P> {
             std::mem::swap(&mut self.samples, &mut self.samples_new);
         }
         self.rate_known = theta == 1.0;
-        self.stepper.accepted(&Accepted { h, error, cut: theta < 1.0, guards: &self.samples });
+        self.stepper.accepted(h, error, self.rate_known.then_some(&self.samples[..]));
         // A switch at the very start of a step happens together with the one before.
         if theta > 0.0 {
             self.fresh.fill(false);

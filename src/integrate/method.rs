@@ -22,9 +22,6 @@ macro_rules! methods {
         }
 
         impl Method {
-            /// All of them.
-            pub const ALL: &[Self] = &[$(Self::$method),+];
-
             /// Name in a study.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$method => $name,)+ }
