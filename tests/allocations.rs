@@ -61,7 +61,7 @@ fn a_step_allocates_nothing() {
     let model = build(&scene, &modes).expect("sound");
     let mut system = Coupled::new(&model);
     let mut integrator =
-        Integrator::<ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5, 1e-3));
+        Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5, 1e-3));
     let (stopped, count) = counted(|| integrator.run(&mut system, &mut (), 0.3));
     assert_eq!(stopped, Stopped::AtEnd);
     println!("{} steps, {} events, {count} allocations", integrator.counters().steps, integrator.counters().events);
@@ -70,7 +70,7 @@ fn a_step_allocates_nothing() {
     let mut system = Coupled::new(&model);
     let mut recorder = Recorder::new(&model, &scene);
     let mut integrator =
-        Integrator::<ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5, 1e-3));
+        Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5, 1e-3));
     let (stopped, count) = counted(|| integrator.run(&mut system, &mut recorder, 0.3));
     assert_eq!(stopped, Stopped::AtEnd);
     let blows = recorder.finish(&system, integrator.time(), integrator.state()).blows.len();
@@ -98,7 +98,7 @@ fn a_fixed_step_allocates_nothing() {
 fn fixed<P: for<'a> Stepper<Coupled<'a>>>(model: &CoupledModel) -> (Counters, u64) {
     let settings = Settings { step_s: 1e-5, located: false, ..settings(1e-5, 1e-3) };
     let mut system = Coupled::new(model);
-    let mut integrator = Integrator::<P>::new(&system, 0.0, model.initial_state(), &settings);
+    let mut integrator = Integrator::<_, P>::new(&system, 0.0, model.initial_state(), &settings);
     let (stopped, count) = counted(|| integrator.run(&mut system, &mut (), 0.1));
     assert_eq!(stopped, Stopped::AtEnd);
     (integrator.counters(), count)

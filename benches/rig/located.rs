@@ -211,7 +211,7 @@ fn run(scene: &Scene, rig: &Rig, case: &Case) -> ([f64; 4], Counters) {
     };
     let y0 = model.initial_state();
     let mut book = Book { recorder: Recorder::new(&model, scene), state: y0.to_vec(), booked: Vec::new() };
-    let mut integrator = Integrator::<Tsit5>::new(&system, 0.0, y0, &settings);
+    let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, y0, &settings);
     if integrator.run(&mut system, &mut book, scene.duration_s) != Stopped::AtEnd {
         return ([f64::NAN; 4], integrator.counters());
     }

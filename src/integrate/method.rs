@@ -82,7 +82,7 @@ where
     S: Switching,
     O: Observer<S>,
 {
-    let mut integrator = Integrator::<P>::new(system, 0.0, span.y0, settings);
+    let mut integrator = Integrator::<_, P>::new(system, 0.0, span.y0, settings);
     let stopped = integrator.run(system, observer, span.t_end);
     End { stopped, t: integrator.time(), y: integrator.state().to_vec(), counters: integrator.counters() }
 }

@@ -261,7 +261,7 @@ pub fn observe<S: Solved, O: Observer<S>>(
     end: f64,
     observer: &mut O,
 ) -> Run {
-    let mut integrator = Integrator::<S::Method>::new(system, 0.0, y0, &settings);
+    let mut integrator = Integrator::<_, S::Method>::new(system, 0.0, y0, &settings);
     let mut both = (EventLog::default(), Borrowed(observer));
     let stopped = integrator.run(system, &mut both, end);
     Run {

@@ -321,7 +321,7 @@ fn analytic_energy_under_every_law() {
         let mut system = Coupled::new(&model);
         let mut recorder = Recorder::new(&model, &scene);
         let mut integrator =
-            Integrator::<ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-6, 1e-3));
+            Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-6, 1e-3));
         assert_eq!(integrator.run(&mut system, &mut recorder, 0.4), Stopped::AtEnd);
         let metrics = recorder.finish(&system, integrator.time(), integrator.state());
         let counters = integrator.counters();

@@ -37,7 +37,7 @@ fn by<P: Stepper<S>, S: Switching, O: Observer<S>>(
     settings: Settings,
     (end, observer): (f64, &mut O),
 ) -> Run {
-    let mut integrator = Integrator::<P>::new(&system, 0.0, y0, &settings);
+    let mut integrator = Integrator::<_, P>::new(&system, 0.0, y0, &settings);
     let stopped = integrator.run(&mut system, observer, end);
     Run { stopped, t: integrator.time(), y: integrator.state().to_vec(), counters: integrator.counters() }
 }

@@ -310,7 +310,7 @@ fn a_run_can_be_continued() {
     use decore::integrate::{Integrator, Tsit5};
     let start = ORBIT.solution(0.0);
     let mut system = Smooth(ORBIT);
-    let mut integrator = Integrator::<Tsit5>::new(&system, 0.0, &start, &settings(1e-9, 1.0));
+    let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, &start, &settings(1e-9, 1.0));
     for piece in 1..=10 {
         assert_eq!(integrator.run(&mut system, &mut (), 0.2 * PI * f64::from(piece)), Stopped::AtEnd);
     }

@@ -115,7 +115,7 @@ fn audits(model: &CoupledModel, scene: &decore::scene::Scene, plant: Plant) -> R
         max_steps: 1_000_000,
         max_wall_time_s: 60.0,
     };
-    let mut integrator = Integrator::<Tsit5>::new(&system, 0.0, model.initial_state(), &settings);
+    let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings);
     let mut observer = Through(Recorder::new(model, scene));
     assert_eq!(integrator.run(&mut system, &mut observer, DURATION_S), Stopped::AtEnd, "{plant:?}");
     observer.0.finish(&system.inner, integrator.time(), integrator.state()).totals

@@ -98,7 +98,7 @@ fn matrices_are_the_slopes_of_the_rates() {
         max_steps: 1_000_000,
         max_wall_time_s: 600.0,
     };
-    let mut integrator = Integrator::<ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings);
+    let mut integrator = Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings);
     let block = system.stiff_block().expect("tied, condensed and linear");
     let mut matrices = StiffMatrices::zeros(&block);
     let (mut states, mut relaxing) = (std::collections::BTreeSet::new(), 0);
