@@ -31,7 +31,7 @@
 //! contact    : parameter
 //! hammer     : contact parameter
 //! structure  : linalg words
-//! scene      : hammer parameter workpiece
+//! scene      : hammer integrate parameter workpiece
 //! study      : design hammer parameter scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
