@@ -28,21 +28,22 @@
 //! integrate  :
 //! linalg     :
 //! parameter  :
+//! plot       :
 //! words      :
 //! workpiece  :
 //! contact    : parameter
 //! hammer     : contact parameter
-//! structure  : linalg words
+//! structure  : linalg plot words
 //! scene      : hammer integrate parameter workpiece
 //! study      : design expression hammer parameter scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system
-//! accuracy   : metrics run scene system
+//! accuracy   : metrics plot run scene system
 //! dataset    : metrics run words
 //! report     : dataset
 //! engine     : dataset design metrics run scene structure study system
-//! cli        : accuracy dataset design engine guide metrics report run scene structure study system
+//! cli        : accuracy dataset design engine guide metrics plot report run scene structure study system
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
@@ -59,6 +60,7 @@
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`guide`]: pages for users, as `decore help` prints them.
+//! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
 //! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
@@ -78,6 +80,7 @@ pub mod hammer;
 pub mod integrate;
 pub mod linalg;
 pub mod metrics;
+pub mod plot;
 pub mod report;
 pub mod run;
 pub mod scene;

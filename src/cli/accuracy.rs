@@ -96,7 +96,7 @@ fn write(folder: &Path, engine: &Engine, (result, words): (&Accuracy, &str)) -> 
     write_table(&folder.join("accuracy.parquet"), &engine.info(), ("accuracy", &columns(result)))?;
     let path = folder.join("accuracy.txt");
     std::fs::write(&path, words).map_err(failed(&path))?;
-    let svg = plot(result).map_err(|error| Failure::Argument(format!("nothing to plot: {error}")))?;
+    let svg = plot(result).map_err(Failure::Plot)?;
     let path = folder.join("accuracy.svg");
     std::fs::write(&path, svg).map_err(failed(&path))
 }

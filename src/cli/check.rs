@@ -7,8 +7,9 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
-use crate::design::{Aliases, Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
+use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{Engine, RowScene, Rows};
+use crate::plot::{Factor, scatter_matrix};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use crate::scene::Scene;
 use crate::study::{CheckedStudy, FactorInfo, Study};
@@ -132,14 +133,14 @@ fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
     let design = checked.design();
     let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
     let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution.as_ref()?)));
-    let axis = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Axis {
+    let panel = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Factor {
         name: factor.name.clone(),
         domain: format!("{} {}", factor.domain(), factor.unit.as_deref().unwrap_or_default()).trim_end().to_owned(),
         shares: rows.iter().filter_map(|row| row.get(index)).map(|level| distribution.share(*level)).collect(),
     };
-    let axes: Vec<Axis> = drawn.enumerate().map(axis).collect();
+    let panels: Vec<Factor> = drawn.enumerate().map(panel).collect();
     let path = file.display().to_string();
-    std::fs::write(file, scatter_matrix(study.title(), &axes)).map_err(|source| Failure::Write { path, source })?;
+    std::fs::write(file, scatter_matrix(&panels)?).map_err(|source| Failure::Write { path, source })?;
     say(&format_args!("scatter        {}", file.display()));
     Ok(())
 }

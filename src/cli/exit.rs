@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use crate::dataset::DatasetError;
 use crate::engine::EngineError;
+use crate::plot::PlotError;
 use crate::run::BatchError;
 use crate::structure::StructureError;
 use crate::study::StudyError;
@@ -46,6 +47,8 @@ pub(super) enum Failure {
     Structure(#[from] StructureError),
     #[error("{0}")]
     Dataset(#[from] DatasetError),
+    #[error("{0}")]
+    Plot(#[from] PlotError),
     #[error("{0}")]
     Argument(String),
     #[error("failed to write {path}: {source} (check free space and permissions)")]

@@ -81,7 +81,7 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     let report = assess(&model, &QualitySettings { reduction, cutoff_hz: settings.cutoff_hz, damping_ratio })?;
     if let Some(path) = &arguments.html {
         let title = format!("Reduction of {}", arguments.file.display());
-        std::fs::write(path, quality_page(&report, &title))
+        std::fs::write(path, quality_page(&report, &title)?)
             .map_err(|source| Failure::Write { path: path.display().to_string(), source })?;
     }
     if arguments.json {

@@ -23,7 +23,6 @@ mod polish;
 mod quality;
 mod ranks;
 mod repair;
-mod scatter;
 mod selection;
 mod sobol;
 mod strata;
@@ -44,7 +43,6 @@ pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,
     wrap_around_discrepancy,
 };
-pub use scatter::{Axis, scatter_matrix};
 pub use selection::Acceptance;
 pub use strata::{HypercubeKind, LatinHypercube, Placement};
 

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::quality::{MobilityCurve, QualityReport};
+use super::quality::{MobilityCurve, ModePair, QualityReport};
+use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels};
 
 const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;color:#1c2430;margin:2rem auto;max-width:64rem;padding:0 1rem}\
 h1{font-size:1.5rem;margin-bottom:.2rem}h2{font-size:1.1rem;margin-top:2rem}p{max-width:46rem}\
@@ -10,11 +11,14 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.
 th{font-weight:600;background:#f5f7f9}td:first-child,th:first-child{text-align:left}.scroll{overflow-x:auto}\
 .curves{display:grid;grid-template-columns:repeat(auto-fill,minmax(30rem,1fr));gap:.5rem}svg{width:100%;height:auto}\
 .figure{font-size:1.3rem;font-weight:600}.figures{display:flex;flex-wrap:wrap;gap:2rem}.figures span{display:block;color:#5a6675}";
-const FULL: &str = "#c2410c";
-const REDUCED: &str = "#0369a1";
+const FULL: Color = COLORS[5];
+const REDUCED: Color = COLORS[0];
 
 /// The page. `title`: what was reduced.
-pub fn quality_page(report: &QualityReport, title: &str) -> String {
+///
+/// # Errors
+/// The plotting library's words.
+pub fn quality_page(report: &QualityReport, title: &str) -> Result<String, PlotError> {
     let mut page = String::new();
     let title = escape(title);
     put(
@@ -28,12 +32,12 @@ pub fn quality_page(report: &QualityReport, title: &str) -> String {
         format_args!("<h1>{title}</h1>\n<p>The reduced structure beside its full finite element model.</p>\n"),
     );
     figures(&mut page, report);
-    frequencies(&mut page, report);
+    frequencies(&mut page, report)?;
     stiffness(&mut page, report);
-    mobility(&mut page, report);
+    mobility(&mut page, report)?;
     conditions(&mut page, report);
     page.push_str("</body></html>\n");
-    page
+    Ok(page)
 }
 
 /// Writing to a string cannot fail.
@@ -65,9 +69,10 @@ fn figures(page: &mut String, report: &QualityReport) {
     page.push_str("</div>\n");
 }
 
-fn frequencies(page: &mut String, report: &QualityReport) {
+fn frequencies(page: &mut String, report: &QualityReport) -> Result<(), PlotError> {
     page.push_str("<h2>Natural frequencies</h2>\n");
-    page.push_str(&error_plot(report));
+    page.push_str(&error_plot(report)?);
+    put(page, format_args!("<details><summary>{} modes</summary>\n", report.modes.len()));
     page.push_str("<div class=\"scroll\"><table><tr><th>mode</th><th>full (Hz)</th><th>reduced (Hz)</th><th>relative error</th><th>MAC</th>");
     if report.total_mass_kg.is_some() {
         page.push_str(
@@ -94,7 +99,7 @@ fn frequencies(page: &mut String, report: &QualityReport) {
         }
         page.push_str("</tr>\n");
     }
-    page.push_str("</table></div>\n");
+    page.push_str("</table></div></details>\n");
     if let Some([x, y, z]) = report.total_mass_kg {
         let sum = |axis: usize| {
             100.0
@@ -112,104 +117,29 @@ fn frequencies(page: &mut String, report: &QualityReport) {
     } else {
         page.push_str("<p>Effective masses need the directions of the rows (dof_file or dofs_per_node).</p>\n");
     }
+    Ok(())
 }
 
-/// A frame with two logarithmic axes.
-struct Axes {
-    x: [f64; 2],
-    y: [f64; 2],
-}
+/// Size of a plot in pixels.
+const PLOT: (u32, u32) = (900, 420);
 
-impl Axes {
-    const LEFT: f64 = 70.0;
-    const RIGHT: f64 = 630.0;
-    const TOP: f64 = 34.0;
-    const BOTTOM: f64 = 250.0;
-
-    fn new(xs: impl Iterator<Item = f64>, ys: impl Iterator<Item = f64>) -> Self {
-        let range = |values: &mut dyn Iterator<Item = f64>| {
-            let logs = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
-            let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-            if low > high { [0.0, 1.0] } else { [low, high.max(low + 0.1)] }
-        };
-        let (mut xs, mut ys) = (xs, ys);
-        let [low, high] = range(&mut ys);
-        Self { x: range(&mut xs), y: [low.floor(), high.ceil().max(low.floor() + 1.0)] }
-    }
-
-    fn x(&self, value: f64) -> f64 {
-        Self::LEFT + (value.log10() - self.x[0]) / (self.x[1] - self.x[0]) * (Self::RIGHT - Self::LEFT)
-    }
-
-    fn y(&self, value: f64) -> f64 {
-        let log = value.max(f64::MIN_POSITIVE).log10().max(self.y[0]);
-        Self::BOTTOM - (log - self.y[0]) / (self.y[1] - self.y[0]) * (Self::BOTTOM - Self::TOP)
-    }
-
-    fn frame(&self, title: &str, x_name: &str) -> String {
-        let (left, right, top, bottom) = (Self::LEFT, Self::RIGHT, Self::TOP, Self::BOTTOM);
-        let mut svg = format!(
-            "<svg viewBox=\"0 0 660 300\" font-family=\"system-ui,sans-serif\" font-size=\"12\" role=\"img\"><text x=\"{left}\" y=\"20\" font-weight=\"600\">{}</text>",
-            escape(title)
-        );
-        let step = ((self.y[1] - self.y[0]) / 6.0).ceil().max(1.0) as usize;
-        for decade in (self.y[0] as i32..=self.y[1] as i32).step_by(step) {
-            let y = self.y(10_f64.powi(decade));
-            put(
-                &mut svg,
-                format_args!(
-                    "<path d=\"M{left} {y:.1}H{right}\" stroke=\"#e3e7ec\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#5a6675\">1e{decade}</text>",
-                    left - 8.0,
-                    y + 4.0
-                ),
-            );
-        }
-        for decade in self.x[0].floor() as i32..=self.x[1].ceil() as i32 {
-            for factor in [1.0, 2.0, 5.0] {
-                let value = factor * 10_f64.powi(decade);
-                let x = self.x(value);
-                if (left - 0.5..=right + 0.5).contains(&x) {
-                    put(
-                        &mut svg,
-                        format_args!(
-                            "<path d=\"M{x:.1} {top}V{bottom}\" stroke=\"#e3e7ec\"/><text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5a6675\">{value}</text>",
-                            bottom + 18.0
-                        ),
-                    );
-                }
-            }
-        }
-        put(
-            &mut svg,
-            format_args!(
-                "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" fill=\"#5a6675\">{x_name}</text>",
-                (left + right) / 2.0,
-                bottom + 38.0
-            ),
-        );
-        svg
-    }
-
-    fn line(&self, xs: &[f64], ys: &[f64], style: &str) -> String {
-        let points: Vec<String> =
-            xs.iter().zip(ys).map(|(x, y)| format!("{:.1},{:.1}", self.x(*x), self.y(*y))).collect();
-        format!("<polyline points=\"{}\" fill=\"none\" {style}/>", points.join(" "))
-    }
-}
-
-fn error_plot(report: &QualityReport) -> String {
-    let pairs: Vec<(f64, f64)> =
-        report.modes.iter().filter_map(|mode| Some((mode.full_hz, mode.relative_error?.abs().max(1e-16)))).collect();
-    let axes = Axes::new(pairs.iter().map(|pair| pair.0), pairs.iter().map(|pair| pair.1));
-    let mut svg = axes.frame("relative error of the reduced frequencies", "frequency (Hz)");
-    for (hz, error) in pairs {
-        put(
-            &mut svg,
-            format_args!("<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3.5\" fill=\"{REDUCED}\"/>", axes.x(hz), axes.y(error)),
-        );
-    }
-    svg.push_str("</svg>\n");
-    format!("<div style=\"max-width:42rem\">{svg}</div>")
+fn error_plot(report: &QualityReport) -> Result<String, PlotError> {
+    let error = |mode: &ModePair| Some((mode.full_hz, mode.relative_error?.abs().max(1e-16)));
+    let errors = Series {
+        name: String::new(),
+        color: REDUCED,
+        points: report.modes.iter().filter_map(error).collect(),
+        line: Line::None,
+        marker: Marker::Disc,
+    };
+    let chart = Chart {
+        title: "relative error of the reduced frequencies".to_owned(),
+        x: Axis::logarithmic("frequency (Hz)"),
+        y: Axis::logarithmic("relative error (1)"),
+        series: vec![errors],
+    };
+    let svg = panels(&[chart], PLOT)?;
+    Ok(format!("<div style=\"max-width:42rem\">{svg}</div>\n"))
 }
 
 fn stiffness(page: &mut String, report: &QualityReport) {
@@ -218,6 +148,7 @@ fn stiffness(page: &mut String, report: &QualityReport) {
         page.push_str("<p>The structure floats: it has no static stiffness.</p>\n");
         return;
     }
+    put(page, format_args!("<details><summary>{} directions</summary>\n", report.static_stiffness.len()));
     page.push_str("<div class=\"scroll\"><table><tr><th>DOF</th><th>full (N/m, N m/rad)</th><th>reduced</th><th>relative error</th></tr>\n");
     for one in &report.static_stiffness {
         put(
@@ -231,34 +162,43 @@ fn stiffness(page: &mut String, report: &QualityReport) {
             ),
         );
     }
-    page.push_str("</table></div>\n");
+    page.push_str("</table></div></details>\n");
 }
 
-fn mobility(page: &mut String, report: &QualityReport) {
-    put(
-        page,
-        format_args!(
-            "<h2>Mobility</h2>\n<p>Velocity per force in m/(s N): <b style=\"color:{FULL}\">full model</b>, <b style=\"color:{REDUCED}\">reduced structure (dashed)</b>. Drive points first, then pairs of points in the same direction.</p>\n<div class=\"curves\">\n"
-        ),
+fn mobility(page: &mut String, report: &QualityReport) -> Result<(), PlotError> {
+    page.push_str(
+        "<h2>Mobility</h2>\n<p>Velocity per force. Drive points first, then pairs of points in the same direction.</p>\n<div class=\"curves\">\n",
     );
     for curve in &report.mobility {
-        page.push_str(&mobility_plot(curve, &report.frequency_hz));
+        page.push_str(&mobility_plot(curve, &report.frequency_hz)?);
     }
     page.push_str("</div>\n");
+    Ok(())
 }
 
-fn mobility_plot(curve: &MobilityCurve, hz: &[f64]) -> String {
-    let axes = Axes::new(hz.iter().copied(), curve.full.iter().chain(&curve.reduced).copied());
+fn mobility_plot(curve: &MobilityCurve, hz: &[f64]) -> Result<String, PlotError> {
     let title = if curve.response == curve.force {
         format!("drive point {}", curve.response)
     } else {
         format!("{} under a force at {}", curve.response, curve.force)
     };
-    let title = format!("{title}; largest difference {:.1e}", curve.largest_relative_difference);
-    let full = axes.line(hz, &curve.full, &format!("stroke=\"{FULL}\" stroke-width=\"2.5\" opacity=\"0.7\""));
-    let reduced =
-        axes.line(hz, &curve.reduced, &format!("stroke=\"{REDUCED}\" stroke-width=\"1.4\" stroke-dasharray=\"6 4\""));
-    format!("{}{full}{reduced}</svg>\n", axes.frame(&title, "frequency (Hz)"))
+    let series = |name: &str, (color, line), values: &[f64]| Series {
+        name: name.to_owned(),
+        color,
+        points: hz.iter().copied().zip(values.iter().copied()).collect(),
+        line,
+        marker: Marker::None,
+    };
+    let chart = Chart {
+        title: format!("{title}; largest difference {:.1e}", curve.largest_relative_difference),
+        x: Axis::logarithmic("frequency (Hz)"),
+        y: Axis::logarithmic("mobility (m/(s N))"),
+        series: vec![
+            series("full model", (FULL, Line::Solid), &curve.full),
+            series("reduced", (REDUCED, Line::Dashed), &curve.reduced),
+        ],
+    };
+    panels(&[chart], PLOT)
 }
 
 fn conditions(page: &mut String, report: &QualityReport) {

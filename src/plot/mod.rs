@@ -1,0 +1,15 @@
+//! Pictures as SVG, all drawn by one hand: charts, stacked panels, scatter matrices.
+//!
+//! Every axis has a name with its unit, ticks have short labels, and legends stand beside the data, never over them.
+
+mod axis;
+mod chart;
+mod matrix;
+mod style;
+mod thin;
+
+pub use axis::Axis;
+pub use chart::{Chart, Line, Marker, Series, panels};
+pub use matrix::{Factor, scatter_matrix};
+pub use style::{BLACK, COLORS, Color, PlotError};
+pub use thin::thinned;
