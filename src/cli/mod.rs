@@ -9,6 +9,7 @@ mod help;
 mod init;
 mod merge;
 mod monitor;
+mod outputs;
 mod run;
 mod scene;
 mod shard;

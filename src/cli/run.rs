@@ -8,6 +8,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::monitor::{Beginning, Monitor};
+use super::outputs::refuse_inputs;
 use super::shard::Shard;
 use super::text::{self, say, tell};
 use crate::dataset::{
@@ -68,6 +69,7 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
+    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
     let rows = match arguments.stub_row_ms {
         Some(milliseconds) => stub_rows(arguments, milliseconds)?,
         None => {

@@ -47,6 +47,8 @@ mod lock;
 mod manifest;
 mod merge;
 mod parquet_file;
+#[cfg(test)]
+mod power_cut;
 mod reader;
 mod rebuild;
 mod record;
