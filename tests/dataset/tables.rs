@@ -253,7 +253,7 @@ fn records_that_do_not_fit_are_refused() {
 
     let mut few_factors = good();
     few_factors.factors.pop();
-    assert!(refusal(&mut writer, few_factors).contains("number of factors: found 2, expected 4"));
+    assert!(refusal(&mut writer, few_factors).contains("number of factors: found 2, expected 3"));
     let mut wrong_type = good();
     wrong_type.factors[0] = FactorValue::Integer(4);
     assert!(refusal(&mut writer, wrong_type).contains("factor `hammer.left.supply_bar`: found Integer, expected Real"));
