@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use super::columns::{Columns, TableName};
 use super::difference::differences;
 use super::durable::{failed_to, make_folder};
+use super::growth::GROWING;
 use super::journal::{self, JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock, Place};
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
@@ -448,7 +449,7 @@ fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
     let earlier = fs::read_dir(folder.join(REPLACED)).map_or(0, Iterator::count);
     let aside = folder.join(REPLACED).join((earlier + 1).to_string());
     let tables = TableName::ALL.map(TableName::folder);
-    let names = tables.into_iter().chain([JOURNAL, DAMAGED, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
+    let names = tables.into_iter().chain([JOURNAL, DAMAGED, GROWING, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
     names.map(|name| folder.join(name)).try_for_each(|path| set_aside(&path, &aside))?;
     Ok(format!("the dataset that was there is kept in {} until the new one is whole", aside.display()))
 }
