@@ -36,6 +36,8 @@ pub struct Journal {
     folder: PathBuf,
     rows_per_part: u64,
     state: Mutex<State>,
+    /// Held while files are synced: who finds nothing to sync must not be told so while another still waits for the disk.
+    syncing: Mutex<()>,
 }
 
 #[derive(Debug, Default)]
@@ -60,7 +62,7 @@ struct BlockFile {
 impl Journal {
     /// The journal of the dataset in `dataset`; its folder must exist.
     pub fn new(dataset: &Path, rows_per_part: u64) -> Self {
-        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::default() }
+        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::default(), syncing: Mutex::default() }
     }
 
     /// Appends a row; when this returns, it outlives the process.
@@ -92,6 +94,7 @@ impl Journal {
     /// # Errors
     /// The system's.
     pub fn sync(&self) -> Result<(), DatasetError> {
+        let _syncing = self.syncing.lock().unwrap_or_else(PoisonError::into_inner);
         let files = std::mem::take(&mut self.lock().unsynced);
         if files.is_empty() {
             return Ok(());
