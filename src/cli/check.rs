@@ -167,8 +167,8 @@ fn probe(engine: &Engine, threads: usize) {
             ));
         }
         say(&format_args!("states         {}", outcome.states));
-        let runs = describe_twins(&scene, &modes, &outcome);
-        say(&estimate(&outcome, runs * scene.duration_s, (rows, threads)));
+        let times = describe_twins(&scene, &modes, &outcome);
+        say(&estimate(&outcome, &Sweep { rows, threads, duration_s: scene.duration_s, times }));
         if invalid > 0 {
             say(&format_args!("note           the first {invalid} rows describe no scene that can be simulated"));
         }
@@ -198,11 +198,24 @@ fn describe_twins(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -
     times(twins)
 }
 
-fn estimate(outcome: &RowOutcome, duration_s: f64, (rows, threads): (usize, usize)) -> String {
+/// What a sweep runs.
+struct Sweep {
+    rows: usize,
+    /// 0: as many as the machine has.
+    threads: usize,
+    /// Simulated time of a row, s.
+    duration_s: f64,
+    /// How many times as long as a plain run a row takes with its twins.
+    times: f64,
+}
+
+/// Time of a row and of all, by a run that may have ended before its time.
+fn estimate(outcome: &RowOutcome, sweep: &Sweep) -> String {
+    let Sweep { rows, threads, duration_s, times } = *sweep;
     if outcome.time_reached_s <= 0.0 {
         return format!("time           unknown: the first row ended at once ({})", outcome.reason);
     }
-    let row_s = outcome.wall_time_s * duration_s / outcome.time_reached_s;
+    let row_s = times * outcome.wall_time_s * duration_s / outcome.time_reached_s;
     let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
     let total_s = row_s * rows as f64 / threads.min(rows.max(1)) as f64;
     let note = match outcome.status {
