@@ -20,7 +20,7 @@ const PAGE: usize = 4096;
 const ROWS: u64 = 150;
 /// Moments at which the power is cut, and times that each is replayed.
 const CUTS: usize = 200;
-const REPLAYS: usize = 3;
+const REPLAYS: usize = 1;
 
 /// One thing that was asked of the disk, or promised of it.
 #[derive(Debug, Clone)]
