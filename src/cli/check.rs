@@ -9,10 +9,10 @@ use super::outputs::refuse_inputs;
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
-use crate::engine::{Engine, RowScene};
+use crate::engine::{Engine, RowScene, Rows};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use crate::scene::Scene;
-use crate::study::{FactorInfo, Study};
+use crate::study::{CheckedStudy, FactorInfo, Study};
 use crate::system::InterfaceModes;
 
 /// Wall time in s spent at most on the row that tells the time of the others.
@@ -43,9 +43,9 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     let columns = Columns::new(&engine.info())?;
-    let study = engine.study();
+    let (study, checked) = (engine.study(), engine.checked());
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));
-    say(&format_args!("design         {}, seed {}", plural(study.row_count(), "row"), study.seed()));
+    say(&format_args!("design         {}, seed {}", plural(checked.row_count(), "row"), study.seed()));
     for factor in study.factors() {
         let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
         say(&format_args!("  factor       {}: {}{unit}", factor.name, factor.domain()));
@@ -53,9 +53,9 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
             say(&format_args!("    drives     {path}"));
         }
     }
-    describe_design(study);
+    describe_design(checked);
     if let Some(file) = &arguments.scatter {
-        write_scatter(study, file)?;
+        write_scatter(checked, file)?;
     }
     say(&format_args!("hammers        {}", study.hammer_names().join(", ")));
     say(&format_args!("castings       {}", study.casting_names().join(", ")));
@@ -69,29 +69,30 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
 }
 
 /// Constraints with the share of points that met them, and the design's measures.
-fn describe_design(study: &Study) {
+fn describe_design(checked: &CheckedStudy) {
+    let study = checked.study();
     for constraint in study.constraints() {
         say(&format_args!("  constraint   {constraint}"));
     }
-    match study.acceptance() {
+    match checked.acceptance() {
         Some(acceptance) => say(&format_args!(
             "  acceptance   {:.1} % ({} of {} {})",
             100.0 * acceptance.rate(),
             acceptance.accepted,
             acceptance.tried,
-            if acceptance.accepted == study.row_count() { "points" } else { "blocks of rows that belong together" }
+            if acceptance.accepted == checked.row_count() { "points" } else { "blocks of rows that belong together" }
         )),
         None if !study.constraints().is_empty() => {
             say(&"  acceptance   100 % (a Latin hypercube that meets the constraints)");
         }
         None => {}
     }
-    if let Some(aliases) = study.design().aliases() {
+    if let Some(aliases) = checked.design().aliases() {
         describe_aliases(study, &aliases);
     }
-    let Some(quality) = Quality::of(study.design()) else { return };
+    let Some(quality) = Quality::of(checked.design()) else { return };
     let part =
-        if quality.rows < study.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
+        if quality.rows < checked.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
     say(&format_args!(
         "  distance     smallest {:.4}, phi_{} {:.4}{part}",
         quality.minimum_distance, PHI_EXPONENT, quality.phi_p
@@ -128,8 +129,9 @@ fn describe_aliases(study: &Study, aliases: &Aliases) {
     }
 }
 
-fn write_scatter(study: &Study, file: &Path) -> Result<(), Failure> {
-    let design = study.design();
+fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
+    let study = checked.study();
+    let design = checked.design();
     let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
     let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution.as_ref()?)));
     let axis = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Axis {
@@ -149,7 +151,7 @@ const SUGGESTED_TWINS: usize = 4;
 
 /// Simulates the first row that describes a scene and tells what it took.
 fn probe(engine: &Engine, threads: usize) {
-    let rows = engine.study().row_count();
+    let rows = engine.checked().row_count();
     let mut invalid = 0;
     for row in 0..rows.min(PROBED_ROWS) {
         let Ok(RowScene { mut scene, modes }) = engine.scene(row) else {
