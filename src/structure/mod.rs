@@ -22,6 +22,7 @@ mod csv;
 mod error;
 mod fixed_interface;
 mod import;
+mod label;
 mod modal_table;
 mod model;
 mod modes;
@@ -40,11 +41,10 @@ mod symmetric;
 pub use attached::RigidMass;
 pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
 pub use error::{FileFault, StructureError};
-pub use import::{
-    ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, parse_matrix_market, read_matrix_market, write_model,
-};
+pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, write_model};
+pub use label::{DofLabel, SCALAR};
 pub use modal_table::ModalTable;
-pub use model::{DofLabel, FeModel, ModelMatrices, SCALAR};
+pub use model::{FeModel, ModelMatrices};
 pub use modes::StructureModes;
 pub use observe::{Observer, StepRecord, peak_memory_bytes};
 pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};

@@ -4,7 +4,10 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::design_kind::{DesignKind, DesignOptions, design_keys};
+use crate::design::{Axial, HypercubeKind};
 use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings};
+use crate::structure::{Damping, MatrixFormat, Units};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -96,13 +99,12 @@ pub struct StructureEntry {
     /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dof_file: Option<String>,
-    /// Format of the matrices. Default: told by the end of the stiffness file's name (.mtx, .sti, .pch or .bdf, .op4,
-    /// .matrix or .rsa; .gz may follow).
+    /// Format of the matrices. Default: told by the end of the stiffness file's name (`.gz` may follow).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub format: Option<FormatName>,
+    pub format: Option<MatrixFormat>,
     /// Units of the matrices. Default `si`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub units: Option<UnitsName>,
+    pub units: Option<Units>,
     /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node and have no `dof_file`. Default: not
     /// known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -145,7 +147,7 @@ pub struct StructureEntry {
     pub fixed_interface_cutoff_hz: Option<f64>,
     /// Modal damping ratio: one for all modes or a list, one per mode. Default 0.02.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping_ratio: Option<DampingRatio>,
+    pub damping_ratio: Option<Damping>,
     /// Whether the hammers' housings are added to the machine or already part of it. Default `add`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub housings: Option<Housings>,
@@ -166,45 +168,6 @@ pub enum SourceName {
     Matrices,
     /// A modal table: `modal_file`, `points_file`.
     ModalTable,
-}
-
-/// Exchange format of matrices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FormatName {
-    /// Matrix Market coordinate text.
-    MatrixMarket,
-    /// CalculiX `.sti` and `.mas` with the `.dof` file as `dof_file`.
-    Calculix,
-    /// Nastran DMIG entries in a punch or bulk data file.
-    Dmig,
-    /// Nastran OUTPUT4, text or binary.
-    Op4,
-    /// Harwell-Boeing text, as ANSYS writes it.
-    HarwellBoeing,
-    /// Abaqus matrix text.
-    Abaqus,
-}
-
-/// Units of matrices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum UnitsName {
-    /// m, kg, s, N.
-    #[default]
-    Si,
-    /// mm, t, s, N.
-    MmTS,
-}
-
-/// Modal damping.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum DampingRatio {
-    /// One ratio for all modes.
-    Uniform(f64),
-    /// One ratio per mode, in the order of the modes.
-    PerMode(Vec<f64>),
 }
 
 /// Treatment of the hammers' housings.
@@ -339,10 +302,10 @@ pub struct SolverEntry {
     /// Method of integration: the error-controlled default, or a fixed step for comparison. Default `tsit5`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<Method>,
-    /// Step of `rk4` and `trapezoid` in s. Default 1e-5.
+    /// Length in s of the steps of a method with a fixed step. Default 1e-5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Whether `rk4` and `trapezoid` locate contacts, supplies and gates instead of noticing them at the ends of steps.
+    /// Whether a method with a fixed step locates contacts, supplies and gates instead of noticing them at the ends of steps.
     /// Default false.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub located: Option<bool>,
@@ -371,7 +334,7 @@ pub enum Fidelity {
     Reference,
 }
 
-/// Keys that say how rows are chosen: one list for `[design]` and for the parts of a union or product.
+/// The sections that have [`design_keys`].
 macro_rules! design_entries {
     ($($(#[$note:meta])* $name:ident: $kind:ty,)*) => {
         /// The design of the runs.
@@ -416,75 +379,15 @@ macro_rules! design_entries {
         }
 
         impl PartEntry {
-            /// Names of the keys that are given, `kind` and `factors` apart.
-            pub fn given(&self) -> Vec<&'static str> {
-                let all = [$((stringify!($name), self.$name.is_some())),*];
-                all.into_iter().filter(|(name, given)| *given && *name != "kind").map(|(name, _)| name).collect()
+            /// What is given of its kind.
+            pub(super) fn options(&self) -> DesignOptions {
+                DesignOptions { $($name: self.$name.clone(),)* }
             }
         }
     };
 }
 
-design_entries! {
-    /// Kind of design. Default `none`: one row.
-    kind: DesignKind,
-    /// Number of rows (Latin hypercube, Sobol', Halton, random).
-    rows: u64,
-    /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false; true where the
-    /// hypercube is optimised.
-    centred: bool,
-    /// What a Latin hypercube is chosen for. Default `none`.
-    optimise: OptimiseName,
-    /// Numbers of rows that a Latin hypercube had before: its first rows are that design's.
-    grown_from: Vec<u64>,
-    /// Whether Sobol' or Halton points are scrambled. Default true.
-    scramble: bool,
-    /// Resolution of a fractional factorial, 3 to 8. Default 4.
-    resolution: u64,
-    /// Where a central composite design has its axial points. Default `inscribed`.
-    axial: AxialName,
-    /// Number of centre points (central composite, Box-Behnken). Default 1.
-    centre_points: u64,
-    /// Number of Morris trajectories. Default 10.
-    trajectories: u64,
-    /// Levels of the Morris grid, even. Default 4.
-    morris_levels: u64,
-    /// Number of base points of a Saltelli design; powers of two are best.
-    base_points: u64,
-    /// Whether a Saltelli design serves second-order indices. Default false.
-    second_order: bool,
-    /// File with the rows of a table, CSV or Parquet, relative to the study: a column per factor, named like it or `factor_` and
-    /// its name, as `decore design` writes them.
-    file: String,
-}
-
-/// What a Latin hypercube is chosen for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum OptimiseName {
-    /// At random among all.
-    #[default]
-    None,
-    /// A large smallest distance.
-    Maximin,
-    /// A small centred L2 discrepancy.
-    CentredDiscrepancy,
-    /// Every pair of factors hits each of its cells once: rows the square of a prime power.
-    OrthogonalArray,
-    /// A Latin hypercube in each slice: the combinations of the factors with `values`.
-    Sliced,
-}
-
-/// Where the axial points of a central composite design lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum AxialName {
-    /// At the ends of the ranges, the corners drawn in (rotatable).
-    #[default]
-    Inscribed,
-    /// In the middle of the faces, the corners at the ends of the ranges.
-    Faces,
-}
+design_keys!(design_entries);
 
 /// Rank correlations (Spearman) of some factors.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -494,45 +397,6 @@ pub struct CorrelationEntry {
     pub factors: Vec<String>,
     /// Matrix, a row per factor named.
     pub matrix: Vec<Vec<f64>>,
-}
-
-/// Kind of design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum DesignKind {
-    /// One row.
-    #[default]
-    None,
-    /// Every combination of the factors' levels.
-    FullFactorial,
-    /// A regular fraction of the two-level factorial, of least aberration up to 15 factors.
-    FractionalFactorial,
-    /// The fewest rows for main effects at two levels.
-    PlackettBurman,
-    /// Corners, axial points and centre.
-    CentralComposite,
-    /// Middles of edges and centre.
-    BoxBehnken,
-    /// Latin hypercube.
-    LatinHypercube,
-    /// Sobol' points.
-    Sobol,
-    /// Halton points.
-    Halton,
-    /// Independent random points.
-    Random,
-    /// Each factor alone, the others in the middle of their ranges.
-    OneAtATime,
-    /// Morris trajectories.
-    Morris,
-    /// Saltelli's design for Sobol' indices.
-    Saltelli,
-    /// Rows from a file.
-    Table,
-    /// The rows of several parts, one part after the other.
-    Union,
-    /// Every row of each part with every row of the others.
-    Product,
 }
 
 /// One factor: what it drives and what it varies over, either `range` or `values`.

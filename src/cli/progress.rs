@@ -1,0 +1,320 @@
+//! Tells how far a batch is: a bar on a terminal, plain lines elsewhere.
+
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::run::RowStatus;
+
+/// Default time between two plain lines.
+pub(super) const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);
+/// Layout of the bar; the text behind it is the same as in plain lines.
+const BAR: &str = "{bar:24} {percent:>3} %  {msg}";
+
+/// Progress of a batch: rows done, failed, rows per second, time left.
+pub(super) struct Progress {
+    state: Mutex<State>,
+    started: Instant,
+}
+
+struct State {
+    tally: Tally,
+    display: Display,
+}
+
+enum Display {
+    Bar(ProgressBar),
+    Lines {
+        sink: Box<dyn Write + Send>,
+        interval: Duration,
+        /// When the last line was written, from the start.
+        last: Duration,
+    },
+}
+
+impl Progress {
+    /// A bar if stderr is a terminal, else plain lines to stderr at most every `interval`.
+    ///
+    /// `rows` is the number of rows of the whole; see [`Progress::resumed`].
+    pub fn to_stderr(rows: u64, interval: Duration) -> Self {
+        if io::stderr().is_terminal() {
+            Self::bar(rows, ProgressDrawTarget::stderr())
+        } else {
+            Self::lines(rows, interval, Box::new(io::stderr()))
+        }
+    }
+
+    /// Plain lines without control characters at most every `interval`, and a last one at the end.
+    pub fn lines(rows: u64, interval: Duration, sink: Box<dyn Write + Send>) -> Self {
+        Self::new(rows, Display::Lines { sink, interval, last: Duration::ZERO })
+    }
+
+    /// A bar on the given target.
+    pub fn bar(rows: u64, target: ProgressDrawTarget) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(rows), target);
+        // The layout is a constant that a test draws; should it be refused, indicatif's own does.
+        if let Ok(style) = ProgressStyle::with_template(BAR) {
+            bar.set_style(style);
+        }
+        Self::new(rows, Display::Bar(bar))
+    }
+
+    fn new(rows: u64, display: Display) -> Self {
+        let tally = Tally { rows, before: 0, done: 0, failed: 0 };
+        Self { state: Mutex::new(State { tally, display }), started: Instant::now() }
+    }
+
+    /// Begins with `done` rows from earlier runs, of which `failed` are not done; they do not count in the rate.
+    pub fn resumed(self, done: u64, failed: u64) -> Self {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.tally = Tally { before: done, done, failed, ..state.tally };
+        drop(state);
+        self
+    }
+
+    /// Writes the last line, or leaves the bar as it is and goes to the next line.
+    pub fn finish(&self) {
+        self.update(Moment::End);
+    }
+
+    /// Counts a row that ended.
+    pub fn row_ended(&self, status: RowStatus) {
+        self.update(Moment::RowEnded(status));
+    }
+
+    /// Shows that time passed.
+    pub fn tick(&self) {
+        self.update(Moment::Tick);
+    }
+
+    fn update(&self, moment: Moment) {
+        let elapsed = self.started.elapsed();
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Moment::RowEnded(status) = moment {
+            state.tally.done += 1;
+            state.tally.failed += u64::from(status != RowStatus::Done);
+        }
+        let State { tally, display } = &mut *state;
+        let at_end = matches!(moment, Moment::End);
+        let text = Text { tally: *tally, elapsed, at_end };
+        match display {
+            Display::Bar(bar) => {
+                bar.set_position(tally.done);
+                bar.set_message(text.to_string());
+                if at_end {
+                    bar.abandon();
+                }
+            }
+            Display::Lines { sink, interval, last } => {
+                if at_end || elapsed.saturating_sub(*last) >= *interval {
+                    *last = elapsed;
+                    // A log that cannot be written must not end a sweep whose results can.
+                    let _ = writeln!(sink, "{text}").and_then(|()| sink.flush());
+                }
+            }
+        }
+    }
+}
+
+enum Moment {
+    RowEnded(RowStatus),
+    Tick,
+    End,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Tally {
+    rows: u64,
+    /// Rows done before this run.
+    before: u64,
+    done: u64,
+    failed: u64,
+}
+
+/// `120 of 500 rows, 2 failed, 14.2 rows/s, 00:00:27 left`.
+struct Text {
+    tally: Tally,
+    elapsed: Duration,
+    at_end: bool,
+}
+
+impl fmt::Display for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Tally { rows, before, done, failed } = self.tally;
+        write!(f, "{done} of {rows} rows, {failed} failed")?;
+        let seconds = self.elapsed.as_secs_f64();
+        if done > before && seconds > 0.0 {
+            let rate = (done - before) as f64 / seconds;
+            write!(f, ", {} rows/s", three_digits(rate))?;
+            if !self.at_end {
+                let left = rows.saturating_sub(done) as f64 / rate;
+                write!(f, ", {} left", clock(left))?;
+            }
+        }
+        if self.at_end {
+            write!(f, ", {} in all", clock(seconds))?;
+        }
+        Ok(())
+    }
+}
+
+/// A positive number to about three digits, without exponent.
+fn three_digits(value: f64) -> String {
+    let decimals = match value {
+        v if v >= 100.0 => 0,
+        v if v >= 10.0 => 1,
+        v if v >= 1.0 => 2,
+        _ => 4,
+    };
+    format!("{value:.decimals$}")
+}
+
+/// Seconds as `hh:mm:ss`, rounded.
+pub(super) fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    format!("{:02}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use indicatif::TermLike;
+
+    use super::*;
+
+    #[derive(Clone, Default)]
+    struct Log(Arc<Mutex<Vec<u8>>>);
+
+    impl Log {
+        fn text(&self) -> String {
+            String::from_utf8(self.0.lock().expect("not poisoned").clone()).expect("UTF-8")
+        }
+    }
+
+    impl Write for Log {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().expect("not poisoned").extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn text_has_rate_and_time_left() {
+        let tally = Tally { rows: 500, before: 0, done: 120, failed: 2 };
+        let mut text = Text { tally, elapsed: Duration::from_secs(8), at_end: false };
+        assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:25 left");
+        text.at_end = true;
+        assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:08 in all");
+        text.tally.before = 40;
+        assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 10.0 rows/s, 00:00:08 in all");
+        text.tally.before = 0;
+        text.tally.done = 0;
+        text.at_end = false;
+        assert_eq!(text.to_string(), "0 of 500 rows, 2 failed");
+    }
+
+    #[test]
+    fn times_over_a_day_stay_readable() {
+        assert_eq!(clock(90_061.4), "25:01:01");
+        assert_eq!(three_digits(0.01234), "0.0123");
+    }
+
+    #[test]
+    fn lines_are_rare_and_plain() {
+        let log = Log::default();
+        let progress = Progress::lines(1000, Duration::from_secs(3600), Box::new(log.clone()));
+        for row in 0..1000 {
+            let failed = row % 100 == 0;
+            progress.row_ended(if failed { RowStatus::Diverged } else { RowStatus::Done });
+            progress.tick();
+        }
+        assert_eq!(log.text(), "", "the interval is not over");
+        progress.finish();
+        let text = log.text();
+        assert!(text.starts_with("1000 of 1000 rows, 10 failed, "), "{text}");
+        assert_eq!(text.lines().count(), 1);
+        assert!(text.chars().all(|c| c == '\n' || !c.is_control()), "{text:?}");
+    }
+
+    #[test]
+    fn lines_come_without_rows_ending() {
+        let log = Log::default();
+        let progress = Progress::lines(10, Duration::ZERO, Box::new(log.clone()));
+        progress.tick();
+        assert_eq!(log.text(), "0 of 10 rows, 0 failed\n");
+    }
+
+    #[test]
+    fn a_broken_log_is_no_error() {
+        struct Broken;
+        impl Write for Broken {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::Error::other("closed"))
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Err(io::Error::other("closed"))
+            }
+        }
+        let progress = Progress::lines(1, Duration::ZERO, Box::new(Broken));
+        progress.row_ended(RowStatus::Done);
+        progress.finish();
+    }
+
+    /// A terminal that keeps what is written.
+    #[derive(Clone, Default)]
+    struct Screen(Log);
+
+    impl fmt::Debug for Screen {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("Screen")
+        }
+    }
+
+    impl TermLike for Screen {
+        fn width(&self) -> u16 {
+            100
+        }
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn write_line(&self, text: &str) -> io::Result<()> {
+            writeln!(self.0.clone(), "{text}")
+        }
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            write!(self.0.clone(), "{text}")
+        }
+        fn clear_line(&self) -> io::Result<()> {
+            Ok(())
+        }
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn the_bar_shows_the_text() {
+        let screen = Screen::default();
+        let progress = Progress::bar(2, ProgressDrawTarget::term_like(Box::new(screen.clone())));
+        progress.row_ended(RowStatus::Done);
+        progress.row_ended(RowStatus::Invalid);
+        progress.finish();
+        let text = screen.0.text();
+        assert!(text.contains("100 %  2 of 2 rows, 1 failed"), "{text:?}");
+    }
+}

@@ -1,0 +1,183 @@
+//! Faults of studies: where they are, what was expected, what to do.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// Why a study cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Faults in the text, in the order of their places; at least one.
+    #[error("{}", Listing(problems))]
+    Invalid {
+        /// The faults.
+        problems: Vec<Problem>,
+    },
+}
+
+impl StudyError {
+    /// The faults in the text; empty if a file could not be read.
+    pub fn problems(&self) -> &[Problem] {
+        match self {
+            Self::Read { .. } => &[],
+            Self::Invalid { problems } => problems,
+        }
+    }
+
+    /// An error if there are problems.
+    pub(in crate::study) fn from_problems(problems: Vec<Problem>) -> Result<(), Self> {
+        if problems.is_empty() {
+            return Ok(());
+        }
+        Err(Self::several(problems))
+    }
+
+    /// The error of at least one problem, sorted by place.
+    pub(in crate::study) fn several(mut problems: Vec<Problem>) -> Self {
+        problems.sort_by(|a, b| {
+            let order = |problem: &Problem| (problem.place.line, problem.place.column);
+            let files = a.place.file.cmp(&b.place.file);
+            files.then_with(|| order(a).cmp(&order(b)))
+        });
+        problems.dedup();
+        Self::Invalid { problems }
+    }
+
+    /// The error of one problem.
+    pub(in crate::study) fn one(problem: Problem) -> Self {
+        Self::several(vec![problem])
+    }
+}
+
+/// A row of a study that describes no scene that can be simulated.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
+pub struct InvalidRow {
+    /// What is wrong, with the paths of the offending quantities.
+    pub reason: String,
+}
+
+/// A place in a file. Lines and columns count from 1, columns in characters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Name of the file as it was given.
+    pub file: String,
+    /// Line; `None` where the fault belongs to no line, e.g. a missing table.
+    pub line: Option<usize>,
+    /// Column; `None` where the fault belongs to no line.
+    pub column: Option<usize>,
+    /// Text of the line.
+    pub source_line: String,
+    /// Number of characters at fault, at least 1.
+    pub width: usize,
+}
+
+impl Place {
+    /// A whole file.
+    pub(in crate::study) fn in_file(file: &str) -> Self {
+        Self { file: file.to_string(), line: None, column: None, source_line: String::new(), width: 1 }
+    }
+
+    /// A byte range of a text; a range over several lines is cut at the end of its first.
+    pub(in crate::study) fn in_text(file: &str, text: &str, span: Range<usize>) -> Self {
+        let at = |offset: usize| {
+            let bounded = offset.min(text.len());
+            (0..=bounded).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
+        };
+        let (start, end) = (at(span.start), at(span.end.max(span.start)));
+        let before = text.get(..start).unwrap_or("");
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        let line = text.get(line_start..).unwrap_or("").lines().next().unwrap_or("");
+        let column = before.get(line_start..).unwrap_or("").chars().count() + 1;
+        let covered = text.get(start..end).unwrap_or("").lines().next().unwrap_or("");
+        Self {
+            file: file.to_string(),
+            line: Some(before.matches('\n').count() + 1),
+            column: Some(column),
+            source_line: line.to_string(),
+            width: covered.chars().count().max(1),
+        }
+    }
+}
+
+/// One fault.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Where it is.
+    pub place: Place,
+    /// Path of the key; empty for a fault of syntax.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+    /// What was expected, where that is not part of the message.
+    pub expected: Option<String>,
+    /// The nearest known key or name.
+    pub nearest: Option<String>,
+}
+
+impl Problem {
+    pub(in crate::study) fn new(place: Place, key: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { place, key: key.into(), message: message.into(), expected: None, nearest: None }
+    }
+
+    pub(in crate::study) fn expected(mut self, expected: impl Into<String>) -> Self {
+        self.expected = Some(expected.into());
+        self
+    }
+
+    pub(in crate::study) fn nearest(mut self, nearest: Option<String>) -> Self {
+        self.nearest = nearest;
+        self
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}", self.place.file)?;
+        if let (Some(line), Some(column)) = (self.place.line, self.place.column) {
+            write!(formatter, ":{line}:{column}")?;
+        }
+        write!(formatter, ": ")?;
+        if !self.key.is_empty() {
+            write!(formatter, "`{}`: ", self.key)?;
+        }
+        write!(formatter, "{}", self.message)?;
+        if let (Some(line), Some(column)) = (self.place.line, self.place.column) {
+            let number = line.to_string();
+            let margin = " ".repeat(number.len());
+            // Tabs are kept so that the caret stays below its column.
+            let indent: String =
+                self.place.source_line.chars().take(column - 1).map(|c| if c == '\t' { c } else { ' ' }).collect();
+            let carets = "^".repeat(self.place.width);
+            write!(formatter, "\n {margin} |\n {number} | {}\n {margin} | {indent}{carets}", self.place.source_line)?;
+        }
+        if let Some(expected) = &self.expected {
+            write!(formatter, "\n  expected: {expected}")?;
+        }
+        if let Some(nearest) = &self.nearest {
+            write!(formatter, "\n  did you mean `{nearest}`?")?;
+        }
+        Ok(())
+    }
+}
+
+/// Shows faults one below the other.
+struct Listing<'a>(&'a [Problem]);
+
+impl fmt::Display for Listing<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, problem) in self.0.iter().enumerate() {
+            let separator = if index == 0 { "" } else { "\n\n" };
+            write!(formatter, "{separator}{problem}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,164 @@
+//! A TOML document with the place of every key and value, so that any later fault can be shown in the text.
+
+use std::ops::Range;
+
+use indexmap::IndexMap;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{Place, Problem};
+
+/// Text of a TOML file and its tree.
+#[derive(Debug, Clone)]
+pub(in crate::study) struct Document {
+    /// Name for messages, usually the path.
+    pub name: String,
+    /// The text as read.
+    pub text: String,
+    /// The top-level table.
+    pub root: Node,
+}
+
+/// A value with its place in the text (byte ranges).
+#[derive(Debug, Clone)]
+pub(in crate::study) struct Node {
+    pub content: Content,
+    pub key: Range<usize>,
+    pub span: Range<usize>,
+}
+
+#[derive(Debug, Clone)]
+pub(in crate::study) enum Content {
+    Table(IndexMap<String, Node>),
+    Array(Vec<Node>),
+    Leaf(toml::Value),
+}
+
+impl Document {
+    /// Parses `text`; syntax errors become problems, all that the parser can tell apart at once.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Vec<Problem>> {
+        // A byte order mark is legal at the start of a file and would shift the columns.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let (table, errors) = DeTable::parse_recoverable(text);
+        let mut problems: Vec<Problem> = errors
+            .iter()
+            .map(|error| {
+                let place = error.span().map(|span| Place::in_text(name, text, span));
+                Problem::new(place.unwrap_or_else(|| Place::in_file(name)), "", error.message())
+            })
+            .collect();
+        // After its first fault the rest of a line says little.
+        problems.dedup_by_key(|problem| problem.place.line);
+        let span = table.span();
+        let mut document = Self {
+            name: name.to_string(),
+            text: text.to_string(),
+            root: Node { content: Content::Table(IndexMap::new()), key: span.clone(), span },
+        };
+        if problems.is_empty() {
+            let content = document.table(table.get_ref(), &mut problems);
+            document.root.content = content;
+        }
+        if problems.is_empty() { Ok(document) } else { Err(problems) }
+    }
+
+    fn table(&self, table: &DeTable<'_>, problems: &mut Vec<Problem>) -> Content {
+        let entries = table.iter().map(|(key, value)| {
+            let node = Node {
+                content: self.content(value.get_ref(), &value.span(), problems),
+                key: key.span(),
+                span: value.span(),
+            };
+            (key.get_ref().to_string(), node)
+        });
+        Content::Table(entries.collect())
+    }
+
+    fn content(&self, value: &DeValue<'_>, span: &Range<usize>, problems: &mut Vec<Problem>) -> Content {
+        let fault = |message: String| Problem::new(self.place(span.clone()), "", message);
+        Content::Leaf(match value {
+            DeValue::Table(table) => return self.table(table, problems),
+            DeValue::Array(array) => {
+                let entries = array.iter().map(|entry| Node {
+                    content: self.content(entry.get_ref(), &entry.span(), problems),
+                    key: entry.span(),
+                    span: entry.span(),
+                });
+                return Content::Array(entries.collect());
+            }
+            DeValue::String(text) => toml::Value::String(text.to_string()),
+            DeValue::Boolean(flag) => toml::Value::Boolean(*flag),
+            DeValue::Datetime(date) => toml::Value::Datetime(*date),
+            DeValue::Integer(digits) => {
+                let parsed = i64::from_str_radix(digits.as_str(), digits.radix()).map_err(|error| {
+                    problems.push(fault(format!("{} is no 64-bit integer: {error}", digits.as_str())));
+                });
+                toml::Value::Integer(parsed.unwrap_or(0))
+            }
+            DeValue::Float(digits) => {
+                let parsed = digits.as_str().parse::<f64>().map_err(|error| {
+                    problems.push(fault(format!("{} is no number: {error}", digits.as_str())));
+                });
+                toml::Value::Float(parsed.unwrap_or(0.0))
+            }
+        })
+    }
+
+    /// Place of a byte range.
+    pub fn place(&self, span: Range<usize>) -> Place {
+        Place::in_text(&self.name, &self.text, span)
+    }
+
+    /// Node at a path, or the deepest one above it, and how many segments were found.
+    pub fn nearest(&self, path: &[String]) -> (&Node, usize) {
+        let mut node = &self.root;
+        for (depth, segment) in path.iter().enumerate() {
+            match node.child(segment) {
+                Some(child) => node = child,
+                None => return (node, depth),
+            }
+        }
+        (node, path.len())
+    }
+
+    /// Place of the value at a path; where it is absent, of the key of the deepest table above it.
+    pub fn locate(&self, path: &[String]) -> Place {
+        let (node, depth) = self.nearest(path);
+        if depth == 0 {
+            return Place::in_file(&self.name);
+        }
+        if depth == path.len() && !matches!(node.content, Content::Table(_)) {
+            return self.place(node.span.clone());
+        }
+        self.place(node.key.clone())
+    }
+}
+
+impl Node {
+    /// Child of this name (table) or index (array).
+    pub fn child(&self, segment: &str) -> Option<&Node> {
+        match &self.content {
+            Content::Table(entries) => entries.get(segment),
+            Content::Array(entries) => entries.get(segment.parse::<usize>().ok()?),
+            Content::Leaf(_) => None,
+        }
+    }
+
+    /// The value without places.
+    pub fn value(&self) -> toml::Value {
+        match &self.content {
+            Content::Table(entries) => {
+                toml::Value::Table(entries.iter().map(|(key, node)| (key.clone(), node.value())).collect())
+            }
+            Content::Array(entries) => toml::Value::Array(entries.iter().map(Node::value).collect()),
+            Content::Leaf(value) => value.clone(),
+        }
+    }
+
+    /// The value as a table; empty for anything else.
+    pub fn table(&self) -> toml::Table {
+        match self.value() {
+            toml::Value::Table(table) => table,
+            _ => toml::Table::new(),
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Rows of a design given by the user: a CSV or Parquet file with a column per factor, named like it or `factor_` and its name.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{
+    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
+};
+use arrow_array::{Array, ArrayRef};
+use arrow_schema::DataType;
+use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
+
+use super::factors::{FactorInfo, FactorKind};
+use crate::design::{Distribution, Level};
+use crate::study::file::FactorValue;
+
+/// A row of the file: where it is, for messages, and a cell per factor.
+struct Row {
+    place: String,
+    cells: Vec<String>,
+}
+
+/// What begins the name of a factor's column in files that decore writes.
+pub(in crate::study) const PREFIX: &str = "factor_";
+
+/// Reads the factors' columns; columns of other names are left alone.
+pub(in crate::study) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
+    let name = file.display();
+    let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
+    let rows = cells(file, &names)?;
+    let levels = |row: Row| {
+        let read = row.cells.iter().zip(factors).map(|(cell, factor)| {
+            let told = |message| format!("{name}, {}, column `{}`: {message}", row.place, factor.name);
+            parse(cell, factor).map_err(told)
+        });
+        read.collect::<Result<Vec<Level>, String>>()
+    };
+    rows.into_iter().map(levels).collect()
+}
+
+/// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
+/// values typed as whole numbers.
+pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
+    let column = cells(file, &[factor])?;
+    let texts = || column.iter().filter_map(|row| row.cells.first());
+    let numbers: Option<Vec<f64>> =
+        texts().map(|cell| cell.parse::<f64>().ok().filter(|number| number.is_finite())).collect();
+    let Some(numbers) = numbers else {
+        let mut values: Vec<FactorValue> = Vec::new();
+        for value in texts().cloned().map(FactorValue::Text) {
+            if !values.contains(&value) {
+                values.push(value);
+            }
+        }
+        return Ok(Span::Values(values));
+    };
+    let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if low < high {
+        return Ok(Span::Range([low, high]));
+    }
+    Ok(Span::Values(vec![if integer { FactorValue::Integer(low as i64) } else { FactorValue::Real(low) }]))
+}
+
+/// What the cells of a column span.
+pub(in crate::study) enum Span {
+    Range([f64; 2]),
+    Values(Vec<FactorValue>),
+}
+
+/// The cells of these factors, row by row; at least one row.
+fn cells(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
+    let parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let rows = if parquet { read_parquet(file, factors)? } else { read_csv(file, factors)? };
+    if rows.is_empty() {
+        return Err(format!("{} has no rows", file.display()));
+    }
+    Ok(rows)
+}
+
+/// Where a factor's column is among these.
+fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> {
+    // Files that decore writes have underscores for all but letters and digits.
+    let safe = |name: &str| name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect::<String>();
+    let prefixed = safe(&format!("{PREFIX}{factor}"));
+    let own = header.iter().position(|column| column == factor);
+    let written = header.iter().position(|column| safe(column) == prefixed);
+    let file = file.display();
+    match (own, written.filter(|_| !factor.starts_with(PREFIX) || own.is_none())) {
+        (Some(place), None) | (None, Some(place)) => Ok(place),
+        (Some(_), Some(_)) => Err(format!(
+            "{file} has a column `{factor}` and a column `{PREFIX}{factor}`: rename the one that is not meant"
+        )),
+        (None, None) => {
+            Err(format!("{file} has no column `{factor}` (or `{PREFIX}{factor}`); it has: {}", header.join(", ")))
+        }
+    }
+}
+
+fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
+    let fault = |error: csv::Error| format!("cannot read {}: {error}", file.display());
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(file).map_err(fault)?;
+    let header: Vec<String> = reader.headers().map_err(fault)?.iter().map(str::to_string).collect();
+    // Some programs begin a file with a byte order mark.
+    let plain = |column: &String| column.trim_start_matches('\u{feff}').to_string();
+    let header: Vec<String> = header.iter().map(plain).collect();
+    let places = factors.iter().map(|factor| place(file, factor, &header)).collect::<Result<Vec<usize>, String>>()?;
+    let row = |record: Result<csv::StringRecord, csv::Error>| {
+        let record = record.map_err(fault)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cells = places.iter().filter_map(|place| record.get(*place)).map(str::to_string).collect();
+        Ok(Row { place: format!("line {line}"), cells })
+    };
+    reader.records().map(row).collect()
+}
+
+fn read_parquet(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
+    let fault = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", file.display());
+    let opened = File::open(file).map_err(|error| fault(&error))?;
+    // As the file has them: what its writer had in memory (dictionaries, views of texts) does not matter.
+    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+    let reader = ParquetRecordBatchReaderBuilder::try_new_with_options(opened, options);
+    let mut rows: Vec<Row> = Vec::new();
+    for batch in reader.and_then(|builder| builder.build()).map_err(|error| fault(&error))? {
+        let batch = batch.map_err(|error| fault(&error))?;
+        let header: Vec<String> = batch.schema().fields().iter().map(|field| field.name().clone()).collect();
+        let column = |factor: &&str| place(file, factor, &header).map(|place| Arc::clone(batch.column(place)));
+        let columns = factors.iter().map(column).collect::<Result<Vec<ArrayRef>, String>>()?;
+        let before = rows.len();
+        for row in 0..batch.num_rows() {
+            let place = format!("row {}", before + row);
+            let cells = columns.iter().zip(factors).map(|(column, factor)| {
+                cell(column, row).ok_or_else(|| {
+                    let kind = column.data_type();
+                    format!("{}, {place}, column `{factor}`: no number or text ({kind})", file.display())
+                })
+            });
+            let cells = cells.collect::<Result<Vec<String>, String>>()?;
+            rows.push(Row { place, cells });
+        }
+    }
+    Ok(rows)
+}
+
+/// A cell as text; numbers in the shortest form that reads back the same.
+fn cell(column: &ArrayRef, row: usize) -> Option<String> {
+    if column.is_null(row) {
+        return None;
+    }
+    match column.data_type() {
+        DataType::Float64 => Some(column.as_primitive::<Float64Type>().value(row).to_string()),
+        DataType::Float32 => Some(column.as_primitive::<Float32Type>().value(row).to_string()),
+        DataType::Int64 => Some(column.as_primitive::<Int64Type>().value(row).to_string()),
+        DataType::Int32 => Some(column.as_primitive::<Int32Type>().value(row).to_string()),
+        DataType::Int16 => Some(column.as_primitive::<Int16Type>().value(row).to_string()),
+        DataType::Int8 => Some(column.as_primitive::<Int8Type>().value(row).to_string()),
+        DataType::UInt64 => Some(column.as_primitive::<UInt64Type>().value(row).to_string()),
+        DataType::UInt32 => Some(column.as_primitive::<UInt32Type>().value(row).to_string()),
+        DataType::UInt16 => Some(column.as_primitive::<UInt16Type>().value(row).to_string()),
+        DataType::UInt8 => Some(column.as_primitive::<UInt8Type>().value(row).to_string()),
+        DataType::Utf8 => Some(column.as_string::<i32>().value(row).to_string()),
+        _ => None,
+    }
+}
+
+fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
+    if factor.kind == FactorKind::Text || !factor.values.is_empty() {
+        let same = |value: &FactorValue| match value {
+            FactorValue::Text(text) => text == cell,
+            FactorValue::Integer(number) => cell.parse::<f64>().is_ok_and(|cell| cell == *number as f64),
+            FactorValue::Real(number) => cell.parse::<f64>().is_ok_and(|cell| cell == *number),
+        };
+        let place = factor.values.iter().position(same);
+        return place.map(Level::Category).ok_or_else(|| format!("`{cell}` is none of {}", factor.domain()));
+    }
+    if let Some(Distribution::Integer { low, high } | Distribution::LogInteger { low, high }) = factor.distribution {
+        let number = cell.parse::<f64>().ok().filter(|number| number.fract() == 0.0);
+        let number = number.filter(|number| (low as f64..=high as f64).contains(number));
+        return number
+            .map(|number| Level::Integer(number as i64))
+            .ok_or_else(|| format!("`{cell}` is no whole number from {low} to {high}"));
+    }
+    let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
+    let number = number.ok_or_else(|| format!("`{cell}` is no number"))?;
+    let unbounded = matches!(factor.distribution, Some(Distribution::Normal { .. }));
+    match factor.distribution.as_ref().and_then(Distribution::range).filter(|_| !unbounded) {
+        Some((low, high)) if !(low..=high).contains(&number) => {
+            Err(format!("{number} lies outside the factor's range, {low} to {high}"))
+        }
+        _ => Ok(Level::Real(number)),
+    }
+}

@@ -1,0 +1,84 @@
+//! Whether what stands on the machine stands where its interface points are: strikes are vertical, so x and y must agree.
+
+use super::placement::PointTable;
+use super::scene::Issue;
+use crate::scene::HammerUnit;
+use crate::workpiece::Casting;
+
+/// Distance in m up to which places agree: coordinates are typed to a millimetre.
+const AGREEMENT_M: f64 = 1e-3;
+/// What to do about a fault.
+const REMEDY: &str = "correct one of them, or set `geometry = \"as_given\"`";
+
+/// Faults of a row's geometry: strike points beside their mounts, fixtures beside their interface points, two housings in one
+/// place. They are faults of the row: another row may place a hammer elsewhere.
+pub(in crate::study) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &PointTable) -> Vec<Issue> {
+    let mut issues = Vec::new();
+    let mut fault = |path: String, message: String| {
+        issues.push(Issue { row_only: true, ..Issue::new(path, message) });
+    };
+    for (h, hammer) in hammers.iter().enumerate() {
+        let (Some(mount), Some(casting)) = (place(hammer, points), castings.get(hammer.casting)) else { continue };
+        let strike = [0, 1].map(|axis| casting.centre_m[axis] + hammer.strike_point_m[axis]);
+        if apart(strike, [mount[0], mount[1]]) > AGREEMENT_M {
+            let message = format!(
+                "hammer `{}` strikes downwards from {}, but its strike point on casting `{}` is at {}: {REMEDY}",
+                hammer.name,
+                words([mount[0], mount[1]]),
+                casting.name,
+                words(strike)
+            );
+            fault(format!("hammer.{}.strike_point_m", hammer.name), message);
+        }
+        for other in &hammers[..h] {
+            let Some(taken) = place(other, points) else { continue };
+            let between = mount.iter().zip(taken).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+            if between <= AGREEMENT_M {
+                let message = format!(
+                    "hammer `{}` stands where hammer `{}` does, at {}: move one of them, or set `geometry = \"as_given\"`",
+                    hammer.name,
+                    other.name,
+                    words([mount[0], mount[1]])
+                );
+                fault(format!("hammer.{}.mount", hammer.name), message);
+            }
+        }
+    }
+    for casting in castings {
+        for fixture in &casting.fixtures {
+            let Some([x, y, _]) = points.position(&fixture.point) else { continue };
+            let held = [0, 1].map(|axis| casting.centre_m[axis] + fixture.at_m[axis]);
+            if apart(held, [x, y]) > AGREEMENT_M {
+                let message = format!(
+                    "fixture `{}` holds casting `{}` at {}, but its interface point `{}` is at {}: {REMEDY}",
+                    fixture.name,
+                    casting.name,
+                    words(held),
+                    fixture.point,
+                    words([x, y])
+                );
+                fault(format!("casting.{}.fixture.{}.at_m", casting.name, fixture.name), message);
+            }
+        }
+    }
+    issues
+}
+
+/// Where a hammer's mount is, x, y and z in m.
+fn place(hammer: &HammerUnit, points: &PointTable) -> Option<[f64; 3]> {
+    let mut place = [0.0; 3];
+    for (name, weight) in &hammer.mount.points {
+        for (sum, value) in place.iter_mut().zip(points.position(name)?) {
+            *sum += weight * value;
+        }
+    }
+    Some(place)
+}
+
+fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+fn words([x, y]: [f64; 2]) -> String {
+    format!("({x:.4}, {y:.4}) m")
+}

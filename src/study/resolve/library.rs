@@ -1,0 +1,104 @@
+//! Hammer files, read once when a study is loaded.
+
+use std::path::Path;
+
+use indexmap::IndexMap;
+
+use super::layers::{Conflict, lay};
+use crate::hammer::HammerParameters;
+use crate::study::document::error::{Place, Problem};
+use crate::study::document::keys::{self, Shape};
+use crate::study::document::path;
+use crate::study::document::tree::Document;
+use crate::study::schema::hammer_schema;
+
+/// The hammers that rows of a study can use.
+#[derive(Debug, Clone)]
+pub(in crate::study) struct Library {
+    defaults: toml::Table,
+    files: IndexMap<String, HammerFile>,
+}
+
+#[derive(Debug, Clone)]
+struct HammerFile {
+    document: Document,
+    /// All parameters, the file's laid over the defaults.
+    values: toml::Table,
+    parameters: HammerParameters,
+}
+
+impl Library {
+    /// A library with the built-in hammer only.
+    pub fn new() -> Result<Self, String> {
+        let defaults = toml::Table::try_from(HammerParameters::default()).map_err(|error| error.to_string())?;
+        Ok(Self { defaults, files: IndexMap::new() })
+    }
+
+    /// Reads a hammer file; `place` and `key` say where the study names it.
+    pub fn read(&mut self, directory: &Path, file: &str, place: Place, key: &str) -> Result<(), Vec<Problem>> {
+        if self.files.contains_key(file) {
+            return Ok(());
+        }
+        let full = directory.join(file);
+        let text = std::fs::read_to_string(&full).map_err(|error| {
+            let message = format!("cannot read the hammer file {}: {error}", full.display());
+            vec![Problem::new(place, key, message).expected("a hammer file (TOML), its path relative to the study")]
+        })?;
+        let document = Document::parse(&full.display().to_string(), &text)?;
+        let shape = Shape::from_schema(&hammer_schema());
+        let problems = keys::check(&document, &shape, &|_| false);
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let mut values = self.defaults.clone();
+        lay(&mut values, &document.root.table()).map_err(|Conflict { path, message }| {
+            vec![Problem::new(document.locate(&path), path::join(&path), message)]
+        })?;
+        let parameters = HammerParameters::deserialize_from(&values)
+            .map_err(|error| vec![Problem::new(Place::in_file(&document.name), "", error)])?;
+        self.files.insert(file.to_string(), HammerFile { document, values, parameters });
+        Ok(())
+    }
+
+    /// Parameters of a file (`None`: the built-in hammer) with overrides laid over them.
+    pub fn parameters(&self, file: Option<&str>, overrides: &toml::Table) -> Result<HammerParameters, String> {
+        let entry = match file {
+            Some(file) => Some(self.files.get(file).ok_or_else(|| format!("the hammer file {file} was not read"))?),
+            None => None,
+        };
+        if overrides.is_empty() {
+            return Ok(entry.map_or_else(HammerParameters::default, |entry| entry.parameters.clone()));
+        }
+        let mut values = entry.map_or(&self.defaults, |entry| &entry.values).clone();
+        lay(&mut values, overrides)
+            .map_err(|Conflict { path, message }| format!("`{}`: {message}", path::join(&path)))?;
+        HammerParameters::deserialize_from(&values)
+    }
+
+    /// Place of a parameter in a hammer file, if the file gives it.
+    pub fn locate(&self, file: &str, parameter: &[String]) -> Option<Place> {
+        let document = &self.files.get(file)?.document;
+        let (_, depth) = document.nearest(parameter);
+        (depth == parameter.len()).then(|| document.locate(parameter))
+    }
+
+    /// Names and values of all files read, by name.
+    pub fn contents(&self) -> Vec<(&str, toml::Table)> {
+        let mut contents: Vec<_> =
+            self.files.iter().map(|(name, file)| (name.as_str(), file.document.root.table())).collect();
+        contents.sort_by_key(|(name, _)| *name);
+        contents
+    }
+}
+
+/// Deserialisation with the key in the message.
+trait FromTable: Sized {
+    fn deserialize_from(table: &toml::Table) -> Result<Self, String>;
+}
+
+impl FromTable for HammerParameters {
+    fn deserialize_from(table: &toml::Table) -> Result<Self, String> {
+        serde_path_to_error::deserialize(toml::Value::Table(table.clone()))
+            .map_err(|error| format!("`{}`: {}", error.path(), error.inner().message()))
+    }
+}

@@ -1,0 +1,284 @@
+//! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
+
+use super::geometry;
+use super::library::Library;
+use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
+use super::preset::Preset;
+use crate::scene::{HammerUnit, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
+use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, SolverEntry, StudyFile};
+use crate::words::nearest;
+use crate::workpiece::{Casting, Fixture, Inertia};
+
+/// Simulated time in s, unless the study says otherwise.
+const DURATION_S: f64 = 1.5;
+/// Supply pressure above ambient in bar.
+const SUPPLY_BAR: f64 = 5.0;
+/// Distance of the chisel's tip from the casting in m.
+const STANDOFF_M: f64 = 0.085;
+/// Time at which the supply is switched on in s.
+const START_TIME_S: f64 = 0.002;
+/// Time from the first contact to the percussion in s.
+const GATE_DELAY_S: f64 = 0.020;
+/// Stiffness `k_T` of a fixture in N/m.
+const FIXTURE_STIFFNESS_N_PER_M: f64 = 3e7;
+/// Damping `c_T` of a fixture in N s/m.
+const FIXTURE_DAMPING_N_S_PER_M: f64 = 4000.0;
+/// Steps after which a row is given up.
+const MAX_STEPS: u64 = 20_000_000;
+/// Wall time in s after which a row is given up.
+const MAX_WALL_TIME_S: f64 = 600.0;
+/// One bar in Pa.
+const BAR_PA: f64 = 1e5;
+
+/// Something that keeps a study from being a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::study) struct Issue {
+    /// Path of the offending quantity.
+    pub path: String,
+    pub message: String,
+    pub nearest: Option<String>,
+    /// Whether only this row is at fault (a hammer beside its casting), not the study.
+    pub row_only: bool,
+}
+
+impl Issue {
+    pub fn new(path: String, message: impl Into<String>) -> Self {
+        Self { path, message: message.into(), nearest: None, row_only: false }
+    }
+}
+
+/// What rows share.
+pub(in crate::study) struct Context<'a> {
+    pub rails: &'a [Rail],
+    /// Names of the further machines.
+    pub machines: &'a [String],
+    pub library: &'a Library,
+    pub points: &'a PointTable,
+}
+
+/// Resolves a study with one row's values applied.
+pub(in crate::study) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, Vec<Issue>> {
+    let mut issues = Vec::new();
+    if file.hammer.is_empty() {
+        issues.push(Issue::new("hammer".into(), "a study needs at least one hammer: [hammer.NAME]"));
+    }
+    if file.casting.is_empty() {
+        issues.push(Issue::new("casting".into(), "a study needs at least one casting: [casting.NAME]"));
+    }
+    let machine = machine(file.machine.as_deref(), context.machines, &mut issues);
+    let mut castings = Vec::new();
+    for (name, entry) in &file.casting {
+        castings.push(casting(name, entry, context.points, &mut issues));
+    }
+    let mut hammers = Vec::new();
+    for (name, entry) in &file.hammer {
+        let resolver = HammerResolver { name, entry, file, context, castings: &castings };
+        hammers.extend(resolver.resolve(&mut issues));
+    }
+    if issues.is_empty() && file.geometry == Geometry::Checked {
+        issues.extend(geometry::check(&hammers, &castings, context.points));
+    }
+    if !issues.is_empty() {
+        return Err(issues);
+    }
+    let scene = Scene {
+        machine,
+        environment: file.environment,
+        hammers,
+        castings,
+        duration_s: file.duration_s.unwrap_or(DURATION_S),
+        solver: solver(&file.solver),
+        outputs: file.outputs,
+    };
+    let problems = scene.validate();
+    if problems.is_empty() {
+        return Ok(scene);
+    }
+    let issue = |problem: crate::scene::SceneProblem| Issue {
+        row_only: problem.kind == SceneProblemKind::Miss,
+        path: problem.path,
+        message: problem.message,
+        nearest: None,
+    };
+    Err(problems.into_iter().map(issue).collect())
+}
+
+/// Name of the machine of the table `[structure]`.
+pub(in crate::study) const DEFAULT_MACHINE: &str = "structure";
+
+/// Index of the machine among the further ones.
+fn machine(name: Option<&str>, known: &[String], issues: &mut Vec<Issue>) -> Option<usize> {
+    let name = name.filter(|name| *name != DEFAULT_MACHINE)?;
+    let found = known.iter().position(|known| *known == name);
+    if found.is_none() {
+        let nearest = nearest(name, known.iter().map(String::as_str).chain([DEFAULT_MACHINE]));
+        let message = format!("no machine `{name}`: it is neither `{DEFAULT_MACHINE}` nor in [structures]");
+        issues.push(Issue { nearest, ..Issue::new("machine".into(), message) });
+    }
+    found
+}
+
+fn solver(entry: &SolverEntry) -> SolverSettings {
+    let preset = Preset::of(entry.fidelity.unwrap_or_default());
+    let default = Stepping::default();
+    let stepping = Stepping {
+        method: entry.method.unwrap_or(default.method),
+        step_s: entry.step_s.unwrap_or(default.step_s),
+        located: entry.located.unwrap_or(default.located),
+    };
+    SolverSettings {
+        tolerance: entry.tolerance.unwrap_or(preset.tolerance),
+        guide: entry.guide.unwrap_or(preset.guide),
+        modes: entry.modes.unwrap_or(if stepping.method.is_fixed() {
+            ModeTreatment::Integrated
+        } else {
+            ModeTreatment::Automatic
+        }),
+        stepping,
+        max_steps: entry.max_steps.unwrap_or(MAX_STEPS),
+        max_wall_time_s: entry.max_wall_time_s.unwrap_or(MAX_WALL_TIME_S),
+    }
+}
+
+fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut Vec<Issue>) -> Casting {
+    let mut places = Vec::new();
+    for (fixture, fixture_entry) in &entry.fixture {
+        match points.position(&fixture_entry.point) {
+            Some(position) => places.push([position[0], position[1]]),
+            None => {
+                let path = format!("casting.{name}.fixture.{fixture}.point");
+                issues.push(unknown_point(path, &fixture_entry.point, points));
+            }
+        }
+    }
+    let centre = entry.centre_m.unwrap_or_else(|| mean(&places));
+    let known = entry.fixture.iter().filter(|(_, fixture)| points.position(&fixture.point).is_some());
+    let fixtures =
+        known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
+    Casting {
+        name: name.to_string(),
+        mass_kg: entry.mass_kg,
+        inertia: entry.inertia_kg_m2.map(|[x_kg_m2, y_kg_m2]| Inertia { x_kg_m2, y_kg_m2 }),
+        centre_m: centre,
+        size_m: entry.size_m,
+        measuring_point_m: entry.measuring_point_m,
+        fixtures: fixtures.collect(),
+    }
+}
+
+fn fixture_of(name: &str, entry: &FixtureEntry, place: [f64; 2], centre: [f64; 2]) -> Fixture {
+    Fixture {
+        name: name.to_string(),
+        point: entry.point.clone(),
+        at_m: entry.at_m.unwrap_or([place[0] - centre[0], place[1] - centre[1]]),
+        stiffness_n_per_m: entry.stiffness_n_per_m.unwrap_or(FIXTURE_STIFFNESS_N_PER_M),
+        damping_n_s_per_m: entry.damping_n_s_per_m.unwrap_or(FIXTURE_DAMPING_N_S_PER_M),
+    }
+}
+
+fn mean(places: &[[f64; 2]]) -> [f64; 2] {
+    let count = places.len().max(1) as f64;
+    [0, 1].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / count)
+}
+
+fn unknown_point(path: String, point: &str, points: &PointTable) -> Issue {
+    let message = PlacementError::UnknownPoint(point.to_string()).to_string();
+    Issue { nearest: points.nearest_name(point), ..Issue::new(path, message) }
+}
+
+struct HammerResolver<'a> {
+    name: &'a str,
+    entry: &'a HammerEntry,
+    file: &'a StudyFile,
+    context: &'a Context<'a>,
+    castings: &'a [Casting],
+}
+
+impl HammerResolver<'_> {
+    fn path(&self, key: &str) -> String {
+        format!("hammer.{}.{key}", self.name)
+    }
+
+    fn resolve(&self, issues: &mut Vec<Issue>) -> Option<HammerUnit> {
+        let entry = self.entry;
+        let placed = self.place().map_err(|issue| issues.push(issue)).ok();
+        let casting = self.casting().map_err(|issue| issues.push(issue)).ok();
+        let parameters = self.context.library.parameters(entry.file.as_deref(), &entry.parameters.0);
+        let parameters = parameters.map_err(|message| issues.push(Issue::new(self.path("parameters"), message))).ok();
+        let (Some(placed), Some(casting), Some(parameters)) = (placed, casting, parameters) else {
+            return None;
+        };
+        let centre = self.castings.get(casting).map_or([0.0; 2], |casting| casting.centre_m);
+        let below = [placed.position[0] - centre[0], placed.position[1] - centre[1]];
+        let supply = BAR_PA * entry.supply_bar.unwrap_or(SUPPLY_BAR);
+        Some(HammerUnit {
+            name: self.name.to_string(),
+            parameters,
+            supply_pressure_pa: self.file.environment.ambient_pressure_pa + supply,
+            start_time_s: entry.start_time_s.unwrap_or(START_TIME_S),
+            supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or_default(),
+            gate_delay_s: entry.gate_delay_s.unwrap_or(GATE_DELAY_S),
+            standoff_m: entry.standoff_m.unwrap_or(STANDOFF_M),
+            mount: placed.mount,
+            casting,
+            strike_point_m: entry.strike_point_m.unwrap_or(below),
+        })
+    }
+
+    fn place(&self) -> Result<Placed, Issue> {
+        let points = self.context.points;
+        match (&self.entry.mount, self.entry.rail_position_m) {
+            (Some(mount), None) if self.entry.rail.is_none() => {
+                at_point(mount, points).map_err(|_| unknown_point(self.path("mount"), mount, points))
+            }
+            (None, Some(position)) => {
+                let rail = self.rail()?;
+                on_rail(rail, position, points).map_err(|error| {
+                    let key = if matches!(error, PlacementError::OffRail { .. }) { "rail_position_m" } else { "rail" };
+                    Issue::new(self.path(key), error.to_string())
+                })
+            }
+            (None, None) => Err(Issue::new(
+                self.path("mount"),
+                "the hammer has no place: give `mount = \"POINT\"`, or `rail` with `rail_position_m`",
+            )),
+            (Some(_), _) => Err(Issue::new(
+                self.path("mount"),
+                "the hammer has two places: give either `mount`, or `rail` with `rail_position_m`",
+            )),
+        }
+    }
+
+    fn rail(&self) -> Result<&Rail, Issue> {
+        let rails = self.context.rails;
+        let names = || rails.iter().map(|rail| rail.name.as_str());
+        match (&self.entry.rail, rails) {
+            (Some(name), _) => rails.iter().find(|rail| rail.name == *name).ok_or_else(|| Issue {
+                nearest: nearest(name, names()),
+                ..Issue::new(self.path("rail"), format!("the structure has no rail `{name}`"))
+            }),
+            (None, [only]) => Ok(only),
+            (None, _) => {
+                let known = names().collect::<Vec<_>>().join(", ");
+                let message = format!("`rail_position_m` needs the name of a rail; the structure has: {known}");
+                Err(Issue::new(self.path("rail"), message))
+            }
+        }
+    }
+
+    fn casting(&self) -> Result<usize, Issue> {
+        let names = || self.castings.iter().map(|casting| casting.name.as_str());
+        match &self.entry.casting {
+            Some(wanted) => names().position(|name| name == wanted).ok_or_else(|| Issue {
+                nearest: nearest(wanted, names()),
+                ..Issue::new(self.path("casting"), format!("the study has no casting `{wanted}`"))
+            }),
+            None if self.castings.len() <= 1 => Ok(0),
+            None => {
+                let known = names().collect::<Vec<_>>().join(", ");
+                let message = format!("which casting does it strike? The study has: {known}");
+                Err(Issue::new(self.path("casting"), message))
+            }
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! Settings of the machine and its reduction, defaults filled in and paths resolved.
+
+use std::path::{Path, PathBuf};
+
+use super::placement::Rail;
+use super::preset::Preset;
+use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
+use crate::study::document::error::{Problem, StudyError};
+use crate::study::document::keys::Shape;
+use crate::study::document::tree::Document;
+use crate::study::document::typed::{check_keys, read_tree};
+use crate::study::file::{Fidelity, Housings, SourceName, StructureEntry, StructureFile};
+
+/// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
+const CUTOFF_HZ: f64 = 1000.0;
+/// Fixed-interface modes are kept up to this frequency in Hz.
+const FIXED_INTERFACE_CUTOFF_HZ: f64 = 3000.0;
+/// Band for which modes are selected, in Hz: half the period of a contact of chisel and casting is some 100 us.
+const MODE_BAND_HZ: f64 = 5000.0;
+/// Modal damping ratio.
+const DAMPING_RATIO: f64 = 0.02;
+/// The rail of the built-in station.
+const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);
+
+/// Where the machine comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StructureSource {
+    /// The built-in station.
+    Station,
+    /// Finite element matrices.
+    Matrices(Box<MatrixSource>),
+    /// Modal table.
+    ModalTable {
+        /// Frequencies, damping and rows per interface point.
+        table: PathBuf,
+        /// Table of interface points.
+        points: PathBuf,
+    },
+}
+
+/// Finite element matrices and how to read them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MatrixSource {
+    /// Files, format and units.
+    pub files: ModelFiles,
+    /// Whether reductions are kept and used again.
+    pub cache: bool,
+}
+
+impl MatrixSource {
+    /// Every file with its key in the study.
+    pub fn keyed_files(&self) -> Vec<(&'static str, &Path)> {
+        let files = &self.files;
+        let mut keyed: Vec<(&'static str, &Path)> = vec![
+            ("stiffness_file", &files.stiffness.path),
+            ("mass_file", &files.mass.path),
+            ("points_file", &files.points),
+        ];
+        keyed.extend(files.damping.iter().map(|matrix| ("damping_file", matrix.path.as_path())));
+        keyed.extend(files.dofs.iter().map(|path| ("dof_file", path.as_path())));
+        keyed
+    }
+}
+
+/// The machine and its reduction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StructureSettings {
+    /// Where it comes from.
+    pub source: StructureSource,
+    /// Modes of the coupled machine are kept up to this frequency in Hz.
+    pub cutoff_hz: f64,
+    /// Instead of all modes up to the cut-off, those of all that a scene needs for this error of its receptances.
+    pub mode_tolerance: Option<f64>,
+    /// Edge of the band for which that error holds, in Hz.
+    pub mode_band_hz: f64,
+    /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz.
+    pub fixed_interface_cutoff_hz: f64,
+    /// Modal damping.
+    pub damping_ratio: Damping,
+    /// Whether housings are added.
+    pub housings: Housings,
+    /// Rails on which hammers can stand.
+    pub rails: Vec<Rail>,
+}
+
+/// Reads a file that has the table `[structure]` and nothing else; `None` for a study, told by its hammers or castings.
+///
+/// # Errors
+/// [`StudyError::Read`] if the file cannot be read, [`StudyError::Invalid`] with all faults found.
+pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyError> {
+    let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+    let name = path.display().to_string();
+    let document = Document::parse(&name, &text).map_err(|problems| StudyError::Invalid { problems })?;
+    let root = document.root.table();
+    if !root.contains_key("structure") || root.contains_key("hammer") || root.contains_key("casting") {
+        return Ok(None);
+    }
+    let shape = Shape::from_schema(&schemars::schema_for!(StructureFile).to_value());
+    let tree = check_keys(&document, &shape, &[])?;
+    let file: StructureFile = read_tree(toml::Value::Table(tree)).map_err(|(key, message)| {
+        let at = crate::study::document::path::split(&key).unwrap_or_default();
+        StudyError::one(Problem::new(document.locate(&at), key, message))
+    })?;
+    let directory = path.parent().unwrap_or(Path::new(""));
+    StructureSettings::read(&file.structure, (&document, directory), (&["structure"], Fidelity::default()))
+        .map(Some)
+        .map_err(StudyError::several)
+}
+
+impl StructureSettings {
+    /// Fills in defaults and resolves paths against the study's directory.
+    ///
+    /// `at`: where the table stands in the document; `fidelity`: the preset that selects modes where the table is silent.
+    pub(in crate::study) fn read(
+        entry: &StructureEntry,
+        (document, directory): (&Document, &Path),
+        (at, fidelity): (&[&str], Fidelity),
+    ) -> Result<Self, Vec<Problem>> {
+        let mut reader = Reader { entry, document, directory, at, problems: Vec::new() };
+        let source = reader.source();
+        let preset = Preset::of(fidelity);
+        let mode_tolerance = reader.mode_tolerance(preset.mode_tolerance);
+        let basis_hz = match (&source, mode_tolerance) {
+            (StructureSource::Station, Some(_)) => preset.station_basis_hz,
+            _ => FIXED_INTERFACE_CUTOFF_HZ,
+        };
+        let settings = Self {
+            source,
+            cutoff_hz: reader.frequency("cutoff_hz", entry.cutoff_hz, CUTOFF_HZ),
+            mode_tolerance,
+            mode_band_hz: reader.frequency("mode_band_hz", entry.mode_band_hz, MODE_BAND_HZ),
+            fixed_interface_cutoff_hz: reader.frequency(
+                "fixed_interface_cutoff_hz",
+                entry.fixed_interface_cutoff_hz,
+                basis_hz,
+            ),
+            damping_ratio: reader.damping(),
+            housings: entry.housings.unwrap_or_default(),
+            rails: reader.rails(),
+        };
+        if reader.problems.is_empty() { Ok(settings) } else { Err(reader.problems) }
+    }
+}
+
+struct Reader<'a> {
+    entry: &'a StructureEntry,
+    document: &'a Document,
+    directory: &'a Path,
+    at: &'a [&'a str],
+    problems: Vec<Problem>,
+}
+
+impl Reader<'_> {
+    fn problem(&mut self, keys: &[&str], message: impl Into<String>) {
+        let at: Vec<String> = self.at.iter().chain(keys).copied().map(str::to_string).collect();
+        let problem = Problem::new(self.document.locate(&at), crate::study::document::path::join(&at), message);
+        self.problems.push(problem);
+    }
+
+    /// The tolerance given, else the preset's unless the study says itself which modes count: by a cut-off, or by a list of
+    /// damping ratios, one per mode.
+    fn mode_tolerance(&mut self, preset: f64) -> Option<f64> {
+        let listed = matches!(self.entry.damping_ratio, Some(Damping::PerMode(_)));
+        let silent = self.entry.cutoff_hz.is_none() && !listed;
+        let tolerance = self.entry.mode_tolerance.or(silent.then_some(preset))?;
+        if !(0.0..1.0).contains(&tolerance) {
+            self.problem(&["mode_tolerance"], format!("expected a number from 0 to below 1, found {tolerance}"));
+        }
+        Some(tolerance)
+    }
+
+    fn source(&mut self) -> StructureSource {
+        let name = self.entry.source.unwrap_or_default();
+        let (wanted, words): (&[&str], _) = match name {
+            SourceName::Station => (&[], "station"),
+            SourceName::Matrices => (&["stiffness_file", "mass_file", "points_file"], "matrices"),
+            SourceName::ModalTable => (&["modal_file", "points_file"], "modal_table"),
+        };
+        let optional: &[&str] = if name == SourceName::Matrices { &["damping_file", "dof_file"] } else { &[] };
+        let given = [
+            ("stiffness_file", &self.entry.stiffness_file),
+            ("mass_file", &self.entry.mass_file),
+            ("damping_file", &self.entry.damping_file),
+            ("dof_file", &self.entry.dof_file),
+            ("modal_file", &self.entry.modal_file),
+            ("points_file", &self.entry.points_file),
+        ];
+        for (key, file) in given {
+            match (wanted.contains(&key), file) {
+                (true, None) => self.problem(&[key], format!("missing key: `source = \"{words}\"` needs this file")),
+                (false, Some(_)) if !optional.contains(&key) => {
+                    self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
+                }
+                (_, Some(file)) if !self.directory.join(file).is_file() => {
+                    self.problem(&[key], format!("there is no file {}", self.directory.join(file).display()));
+                }
+                _ => {}
+            }
+        }
+        if name != SourceName::Matrices {
+            self.refuse_matrix_keys(words);
+        }
+        match name {
+            SourceName::Station => StructureSource::Station,
+            SourceName::Matrices => StructureSource::Matrices(Box::new(self.matrices())),
+            SourceName::ModalTable => StructureSource::ModalTable {
+                table: self.full(&self.entry.modal_file),
+                points: self.full(&self.entry.points_file),
+            },
+        }
+    }
+
+    fn full(&self, file: &Option<String>) -> PathBuf {
+        self.directory.join(file.as_deref().unwrap_or_default())
+    }
+
+    fn refuse_matrix_keys(&mut self, words: &str) {
+        let entry = self.entry;
+        let given = [
+            ("format", entry.format.is_some()),
+            ("units", entry.units.is_some()),
+            ("dofs_per_node", entry.dofs_per_node.is_some()),
+            ("stiffness_name", entry.stiffness_name.is_some()),
+            ("mass_name", entry.mass_name.is_some()),
+            ("damping_name", entry.damping_name.is_some()),
+            ("cache", entry.cache.is_some()),
+        ];
+        for (key, _) in given.into_iter().filter(|(_, given)| *given) {
+            self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
+        }
+    }
+
+    fn matrices(&mut self) -> MatrixSource {
+        let entry = self.entry;
+        let stiffness = entry.stiffness_file.as_deref().unwrap_or_default();
+        let format = entry.format.or_else(|| MatrixFormat::of_file(stiffness)).unwrap_or_else(|| {
+            if !stiffness.is_empty() {
+                let message = format!("missing key: the end of `{stiffness}` does not tell the format of the matrices");
+                self.problem(&["format"], message);
+            }
+            MatrixFormat::MatrixMarket
+        });
+        if entry.dofs_per_node.is_some_and(|dofs| dofs != 3 && dofs != 6) {
+            self.problem(&["dofs_per_node"], "expected 3 (displacements) or 6 (and rotations)");
+        }
+        let matrix = |file: &Option<String>, name: &Option<String>, default: &str| MatrixFile {
+            path: self.full(file),
+            name: name.clone().unwrap_or_else(|| default.to_owned()),
+        };
+        let files = ModelFiles {
+            format,
+            units: entry.units.unwrap_or_default(),
+            stiffness: matrix(&entry.stiffness_file, &entry.stiffness_name, "KAAX"),
+            mass: matrix(&entry.mass_file, &entry.mass_name, "MAAX"),
+            damping: (entry.damping_file.is_some()).then(|| matrix(&entry.damping_file, &entry.damping_name, "BAAX")),
+            dofs: entry.dof_file.is_some().then(|| self.full(&entry.dof_file)),
+            dofs_per_node: entry.dofs_per_node.map(|dofs| dofs as usize),
+            points: self.full(&entry.points_file),
+        };
+        MatrixSource { files, cache: entry.cache.unwrap_or(true) }
+    }
+
+    fn frequency(&mut self, key: &str, given: Option<f64>, default: f64) -> f64 {
+        let value = given.unwrap_or(default);
+        if value <= 0.0 {
+            self.problem(&[key], format!("is {value}, expected a positive number"));
+        }
+        value
+    }
+
+    fn damping(&mut self) -> Damping {
+        let ratio = self.entry.damping_ratio.clone().unwrap_or(Damping::Ratio(DAMPING_RATIO));
+        let sound = |ratio: &f64| (0.0..1.0).contains(ratio);
+        let bad = match &ratio {
+            Damping::Ratio(one) => (!sound(one)).then_some(*one),
+            Damping::PerMode(list) => list.iter().copied().find(|one| !sound(one)),
+        };
+        if let Some(bad) = bad {
+            self.problem(&["damping_ratio"], format!("is {bad}, expected 0 or more and below 1"));
+        }
+        if matches!(&ratio, Damping::PerMode(list) if list.is_empty()) {
+            self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
+        }
+        ratio
+    }
+
+    fn rails(&mut self) -> Vec<Rail> {
+        if self.at.first() != Some(&"structure") {
+            if !self.entry.rails.is_empty() {
+                self.problem(&["rails"], "rails belong to the table [structure]: all machines of a study share them");
+            }
+            return Vec::new();
+        }
+        let mut rails: Vec<Rail> =
+            self.entry.rails.iter().map(|(name, points)| Rail { name: name.clone(), points: points.clone() }).collect();
+        let short: Vec<String> =
+            rails.iter().filter(|rail| rail.points.len() < 2).map(|rail| rail.name.clone()).collect();
+        for name in short {
+            self.problem(&["rails", &name], "a rail needs at least two interface points");
+        }
+        let (name, points) = STATION_RAIL;
+        let station = self.entry.source.unwrap_or_default() == SourceName::Station;
+        if station && rails.iter().all(|rail| rail.name != name) {
+            rails.insert(0, Rail { name: name.to_string(), points: points.map(str::to_string).to_vec() });
+        }
+        rails
+    }
+}
