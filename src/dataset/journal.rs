@@ -15,9 +15,9 @@ use memmap2::{MmapMut, MmapOptions};
 
 use super::DatasetError;
 use super::durable::{failed_to, sync_folder};
-#[cfg(test)]
-use super::power_cut::{Event, note};
 use super::record::StoredRow;
+#[cfg(test)]
+use super::trace::{Event, note};
 
 /// Folder of the journal in the dataset's folder.
 pub const JOURNAL: &str = ".journal";
