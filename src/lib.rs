@@ -30,7 +30,7 @@
 //! hammer     : contact
 //! structure  : linalg
 //! scene      : contact hammer workpiece
-//! study      : design hammer scene workpiece
+//! study      : design hammer scene structure workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system

@@ -40,9 +40,9 @@ pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    AxialName, CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DesignKind, DistributionName, FactorEntry,
-    FactorValue, Fidelity, FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName,
-    ParameterOverrides, PartEntry, Scale, SolverEntry, SourceName, StructureEntry, StudyFile, UnitsName,
+    AxialName, CastingEntry, CorrelationEntry, DesignEntry, DesignKind, DistributionName, FactorEntry, FactorValue,
+    Fidelity, FixtureEntry, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry, Scale,
+    SolverEntry, SourceName, StructureEntry, StudyFile,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};
