@@ -23,14 +23,15 @@
 //! ```text
 //! contact    :
 //! design     :
+//! files      :
 //! guide      :
 //! integrate  :
 //! linalg     :
 //! workpiece  :
 //! hammer     : contact
-//! structure  : linalg
+//! structure  : files linalg
 //! scene      : contact hammer workpiece
-//! study      : design hammer scene structure workpiece
+//! study      : design files hammer scene structure workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system
@@ -52,6 +53,7 @@
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
+//! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
@@ -62,6 +64,7 @@ pub mod contact;
 pub mod dataset;
 pub mod design;
 pub mod engine;
+pub mod files;
 pub mod guide;
 pub mod hammer;
 pub mod integrate;

@@ -87,8 +87,8 @@ pub enum DesignError {
     /// A design of several rows without factors, or the other way round.
     #[error("{0}")]
     Factors(&'static str),
-    /// The number of rows does not fit a machine word.
-    #[error("the design has too many rows to count: reduce the levels")]
+    /// More than [`super::MOST_ROWS`] rows.
+    #[error("the design has more than {MOST_ROWS} rows, the most: take fewer rows, levels or points, or several studies", MOST_ROWS = super::MOST_ROWS)]
     TooManyRows,
     /// The rank correlations cannot be had.
     #[error("{0}")]

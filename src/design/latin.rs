@@ -6,6 +6,7 @@ use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::Distribution;
 use super::error::DesignError;
+use super::kind::MOST_ROWS;
 use super::orthogonal::{Field, bose};
 use super::permutation::{Permutation, hash, uniform};
 use super::table::{Builder, OPTIMISER_STREAM, Table};
@@ -13,7 +14,7 @@ use super::table::{Builder, OPTIMISER_STREAM, Table};
 /// Most rows of an optimised hypercube: its effort and memory grow with their square.
 const MAX_OPTIMISED_ROWS: usize = 3000;
 /// Most entries (rows times factors) of a hypercube that is kept as a table.
-const MAX_TABLE_ENTRIES: usize = 1 << 28;
+const MAX_TABLE_ENTRIES: usize = 100_000_000;
 
 /// Place of a point within its stratum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -111,6 +112,9 @@ impl Latin {
         if spec.rows == 0 {
             return Err(DesignError::NoRows);
         }
+        if spec.rows > MOST_ROWS {
+            return Err(DesignError::TooManyRows);
+        }
         let stages = [spec.grown_from.as_slice(), &[spec.rows]].concat();
         if stages.first() == Some(&0) || stages.windows(2).any(|pair| pair[0] >= pair[1]) {
             let message = format!("{:?} and then {} rows do not ascend from 1", spec.grown_from, spec.rows);
@@ -159,7 +163,11 @@ impl Latin {
             return Ok(self);
         }
         if self.spec.rows.saturating_mul(self.columns) > MAX_TABLE_ENTRIES {
-            return Err(DesignError::TooManyRows);
+            let message = format!(
+                "{} rows of {} factors are too many for a hypercube that is kept in memory (at most {MAX_TABLE_ENTRIES} values)",
+                self.spec.rows, self.columns
+            );
+            return Err(DesignError::setting("rows", message));
         }
         let table = Builder { latin: &self, conditions, correlation }.build()?;
         Ok(Self { form: Form::Table(table), ..self })

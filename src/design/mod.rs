@@ -42,7 +42,7 @@ pub use error::DesignError;
 pub use expression::{Expression, ExpressionError, Scope, Value};
 pub use factorial::Axial;
 pub use fraction::Aliases;
-pub use kind::Kind;
+pub use kind::{Kind, MOST_ROWS};
 pub use latin::{HypercubeKind, LatinHypercube, Placement};
 pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::{FileFault, StructureError};
+use crate::files::{self, Limit};
 
 /// A table as text, with what is needed to name a fault.
 pub(super) struct Table {
@@ -14,7 +15,7 @@ pub(super) struct Table {
 }
 
 pub(super) fn read_text(path: &Path) -> Result<String, StructureError> {
-    std::fs::read_to_string(path)
+    files::read_text(path, Limit::POINTS)
         .map_err(|error| StructureError::Read { file: path.display().to_string(), reason: error.to_string() })
 }
 

@@ -226,7 +226,11 @@ impl PlaceColumns {
 
 /// The known name with the fewest edits, the first of several.
 fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
-    known.min_by_key(|candidate| strsim::damerau_levenshtein(name, candidate)).map(str::to_owned)
+    // The effort is the product of the lengths.
+    known
+        .filter(|_| name.len() <= 200)
+        .min_by_key(|candidate| strsim::damerau_levenshtein(name, candidate))
+        .map(str::to_owned)
 }
 
 /// One interface DOF: a point and one of its six directions.

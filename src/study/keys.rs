@@ -3,8 +3,8 @@
 use serde_json::Value as Json;
 use toml::Value;
 
-use super::document::{Content, Document, Node};
-use super::error::{Problem, nearest_name};
+use super::document::{Content, Document, MOST_FAULTS, Node};
+use super::error::{LONGEST_NAME, Problem, nearest_name};
 use super::path;
 
 /// What is allowed at one place of a file.
@@ -206,6 +206,9 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn node(&mut self, node: &Node, shape: &Shape, at: &mut Vec<String>) {
+        if self.problems.len() >= MOST_FAULTS {
+            return;
+        }
         match (shape, &node.content) {
             (Shape::Table { keys, required }, Content::Table(entries)) => {
                 for (key, child) in entries {
@@ -324,6 +327,9 @@ fn nearest_path(root: &Shape, tree: &toml::Table, wanted: &[String]) -> Option<S
     let mut known = Vec::new();
     collect(root, Some(tree), &mut Vec::new(), &mut known);
     let wanted = path::join(wanted);
+    if wanted.len() > LONGEST_NAME {
+        return None;
+    }
     let alike = |candidate: &String| strsim::normalized_damerau_levenshtein(&wanted, candidate);
     let best = known.iter().max_by(|a, b| alike(a).total_cmp(&alike(b)).then_with(|| b.cmp(a)))?;
     let last = format!(".{}", wanted.rsplit('.').next().unwrap_or(&wanted));

@@ -10,6 +10,7 @@ use super::keys::{self, Shape};
 use super::layers::{Conflict, lay};
 use super::path;
 use super::schema::hammer_schema;
+use crate::files::{self, Limit};
 use crate::hammer::HammerParameters;
 
 /// The hammers that rows of a study can use.
@@ -40,7 +41,7 @@ impl Library {
             return Ok(());
         }
         let full = directory.join(file);
-        let text = std::fs::read_to_string(&full).map_err(|error| {
+        let text = files::read_text(&full, Limit::TOML).map_err(|error| {
             let message = format!("cannot read the hammer file {}: {error}", full.display());
             vec![Problem::new(place, key, message).expected("a hammer file (TOML), its path relative to the study")]
         })?;

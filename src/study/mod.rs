@@ -49,6 +49,7 @@ pub use schema::{hammer_schema, study_schema};
 pub use structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 
 use crate::design::Level;
+use crate::files::{self, Limit};
 use crate::scene::Scene;
 
 /// A commented study that shows every key: what `init` writes.
@@ -85,8 +86,8 @@ impl Study {
     /// # Errors
     /// [`StudyError::Read`] if the study cannot be read, [`StudyError::Invalid`] with all faults found.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+        let text = files::read_text(path, Limit::TOML)
+            .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
         let directory = path.parent().unwrap_or(Path::new(""));
         Self::parse(&text, directory, &path.display().to_string())
     }
