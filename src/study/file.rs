@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::design::Axial;
 use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings};
 use crate::structure::{Damping, MatrixFormat, Units};
 
@@ -403,7 +404,7 @@ design_entries! {
     /// Resolution of a fractional factorial, 3 to 8. Default 4.
     resolution: u64,
     /// Where a central composite design has its axial points. Default `inscribed`.
-    axial: AxialName,
+    axial: Axial,
     /// Number of centre points (central composite, Box-Behnken). Default 1.
     centre_points: u64,
     /// Number of Morris trajectories. Default 10.
@@ -434,17 +435,6 @@ pub enum OptimiseName {
     OrthogonalArray,
     /// A Latin hypercube in each slice: the combinations of the factors with `values`.
     Sliced,
-}
-
-/// Where the axial points of a central composite design lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum AxialName {
-    /// At the ends of the ranges, the corners drawn in (rotatable).
-    #[default]
-    Inscribed,
-    /// In the middle of the faces, the corners at the ends of the ranges.
-    Faces,
 }
 
 /// Rank correlations (Spearman) of some factors.

@@ -40,12 +40,12 @@ pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    AxialName, CastingEntry, CorrelationEntry, DesignEntry, DesignKind, DistributionName, FactorEntry, FactorValue,
-    Fidelity, FixtureEntry, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry, Scale,
-    SolverEntry, SourceName, StructureEntry, StudyFile,
+    CastingEntry, CorrelationEntry, DesignEntry, DesignKind, DistributionName, FactorEntry, FactorValue, Fidelity,
+    FixtureEntry, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry, Scale, SolverEntry,
+    SourceName, StructureEntry, StudyFile,
 };
 pub use placement::{PointTable, Rail};
-pub use schema::{hammer_schema, study_schema};
+pub use schema::{hammer_file, hammer_schema, study_schema};
 pub use structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 
 use crate::design::Level;
