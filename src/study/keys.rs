@@ -195,6 +195,7 @@ fn type_words(value: &Value) -> String {
 pub(super) fn check(document: &Document, shape: &Shape, provided: &dyn Fn(&[String]) -> bool) -> Vec<Problem> {
     let mut walk = Walk { document, provided, problems: Vec::new() };
     walk.node(&document.root, shape, &mut Vec::new());
+    walk.problems.truncate(MOST_FAULTS);
     walk.problems
 }
 
@@ -272,6 +273,9 @@ impl Walk<'_> {
 
     fn unknown(&mut self, node: &Node, keys: &[(String, Shape)], at: &[String]) {
         let names = || keys.iter().map(|(name, _)| name.as_str());
+        if self.problems.len() >= MOST_FAULTS {
+            return;
+        }
         let nearest = at.last().and_then(|key| nearest_name(key, names()));
         let place = self.document.place(node.key.clone());
         let problem = Problem::new(place, path::join(at), "unknown key");

@@ -13,8 +13,10 @@ const LONGEST_LINE: u64 = 1_000_000;
 /// Most characters of a message that quotes a line.
 const LONGEST_REASON: usize = 1000;
 /// A packed file unpacks to so many bytes whatever its size, and to so many times its size beyond: exported matrices have a tenth.
-const FREE_UNPACKED: u64 = 64_000_000;
-const MOST_UNPACKED: u64 = 200;
+const FREE_UNPACKED: u64 = 16_000_000;
+const MOST_UNPACKED: u64 = 100;
+/// Most lines without a word in a row.
+const MOST_SKIPPED: usize = 1_000_000;
 
 /// The bytes of a file.
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, StructureError> {
@@ -114,10 +116,16 @@ impl<'a> Lines<'a> {
 
     /// Moves to the next line that is not empty and does not begin with one of the comment marks; `false` at the end.
     pub fn advance_past(&mut self, comments: &[&str]) -> Result<bool, StructureError> {
+        let before = self.number;
         while self.advance()? {
             let text = self.text.trim();
             if !text.is_empty() && !comments.iter().any(|mark| text.starts_with(mark)) {
                 return Ok(true);
+            }
+            if self.number - before > MOST_SKIPPED {
+                return Err(
+                    self.fault("more than a million empty lines or comments in a row (is this another format?)")
+                );
             }
         }
         Ok(false)
