@@ -27,17 +27,18 @@
 //! integrate  :
 //! linalg     :
 //! parameter  :
+//! words      :
 //! workpiece  :
 //! contact    : parameter
 //! hammer     : contact parameter
-//! structure  : files linalg
-//! scene      : hammer parameter workpiece
-//! study      : design files hammer parameter scene structure workpiece
+//! structure  : files linalg words
+//! scene      : hammer integrate parameter workpiece
+//! study      : design files hammer parameter scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system
 //! accuracy   : metrics run scene system
-//! dataset    : metrics run
+//! dataset    : metrics run words
 //! report     : dataset
 //! engine     : dataset design run scene structure study system
 //! cli        : accuracy dataset design engine guide metrics report run scene structure study system
@@ -57,6 +58,7 @@
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
+//! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
 
@@ -81,4 +83,5 @@ pub mod scene;
 pub mod structure;
 pub mod study;
 pub mod system;
+pub mod words;
 pub mod workpiece;

@@ -2,22 +2,21 @@
 
 use std::sync::Arc;
 
-use super::Factor;
 use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
-use super::error::DesignError;
+use super::error::{DesignError, MOST_ROWS};
+use super::factor::Factor;
 use super::factorial::{Axial, OneAtATime, Shares, box_behnken, central_composite, screening};
 use super::fraction::{Aliases, Fraction};
 use super::halton::Halton;
-use super::latin::{Latin, LatinHypercube};
+use super::latin::Latin;
 use super::permutation::{hash, uniform};
 use super::sensitivity::{Morris, Saltelli};
 use super::sobol::{MAX_DIMENSIONS, Sobol};
+use super::strata::LatinHypercube;
 
-/// Most rows of a design: a millisecond each would take a day.
-pub const MOST_ROWS: usize = 100_000_000;
 /// Most rows that a number in the study alone puts into memory.
 const MOST_STATED_ROWS: usize = 1_000_000;
 

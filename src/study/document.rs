@@ -5,10 +5,7 @@ use std::ops::Range;
 use indexmap::IndexMap;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Place, Problem};
-
-/// Most faults of a file that are told of.
-pub(super) const MOST_FAULTS: usize = 20;
+use super::error::{MOST_FAULTS, Place, Problem};
 
 /// Text of a TOML file and its tree.
 #[derive(Debug, Clone)]

@@ -4,7 +4,10 @@ use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use super::document::MOST_FAULTS;
+/// Most faults of a file that are told of.
+pub(super) const MOST_FAULTS: usize = 20;
+/// Most characters of a line that are shown, about the fault, and of a key.
+const SHOWN: usize = 160;
 
 /// Why a study cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -148,7 +151,7 @@ impl fmt::Display for Problem {
             write!(formatter, ":{line}:{column}")?;
         }
         write!(formatter, ": ")?;
-        match self.key.char_indices().nth(LONGEST_NAME) {
+        match self.key.char_indices().nth(SHOWN) {
             _ if self.key.is_empty() => {}
             None => write!(formatter, "`{}`: ", self.key)?,
             Some((end, _)) => write!(formatter, "`{}...`: ", &self.key[..end])?,
@@ -189,22 +192,4 @@ impl fmt::Display for Listing<'_> {
         }
         Ok(())
     }
-}
-
-/// Longest name that is compared with others: the effort is the product of their lengths.
-pub(super) const LONGEST_NAME: usize = 200;
-/// Most characters of a line that are shown, about the fault.
-const SHOWN: usize = 160;
-
-/// The name nearest to `wanted`, if one is near enough to be meant.
-pub(super) fn nearest_name<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    if wanted.len() > LONGEST_NAME {
-        return None;
-    }
-    names
-        .into_iter()
-        .map(|name| (strsim::jaro_winkler(&wanted.to_lowercase(), &name.to_lowercase()), name))
-        .filter(|(similarity, _)| *similarity > 0.6)
-        .max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(a.1)))
-        .map(|(_, name)| name.to_string())
 }
