@@ -94,7 +94,7 @@ fn check_design(keys: &str) -> String {
 fn check_matrix(bytes: &[u8]) -> String {
     let scratch = TempDir::new().expect("scratch folder");
     fs::write(scratch.path().join("k.mtx"), bytes).expect("matrix");
-    check_files(&scratch.path().join("k.mtx"), &shipped("station/interface_points.csv"))
+    check_files(&scratch.path().join("k.mtx"), &shipped("../src/assets/station/interface_points.csv"))
 }
 
 fn check_files(matrix: &Path, points: &Path) -> String {
@@ -187,7 +187,8 @@ fn devices_are_read_to_a_limit() {
         assert!(refused(&arguments, scratch.path()).contains("more than 4 MB"));
     }
     assert!(check_with(&["hammer.hammer.file=/dev/zero"]).contains("more than 4 MB"));
-    let (good, points) = (shipped("station/K.mtx.gz"), shipped("station/interface_points.csv"));
+    let (good, points) =
+        (shipped("../src/assets/station/K.mtx.gz"), shipped("../src/assets/station/interface_points.csv"));
     assert!(check_files(zero, &points).contains("no file /dev/zero"));
     assert!(check_files(&good, zero).contains("no file /dev/zero"));
     assert!(check_design("kind = \"table\"\nfile = \"/dev/zero\"").contains("more than 64 MB"));

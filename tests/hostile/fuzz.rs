@@ -193,7 +193,7 @@ fn studies() -> Target {
 }
 
 fn station_points() -> PointTable {
-    let points = InterfacePoints::read(&root("studies/station/interface_points.csv")).expect("valid");
+    let points = InterfacePoints::read(&root("src/assets/station/interface_points.csv")).expect("valid");
     points.iter().map(|point| (point.name.clone(), point.position_m)).collect()
 }
 
@@ -327,7 +327,7 @@ fn targets(folder: &Path) -> Vec<Target> {
         Target { name: "structure", seeds: vec![machine.to_vec()], read: Box::new(structure) },
         Target {
             name: "points",
-            seeds: seeds(&["tests/data/fuzz/points.csv", "studies/station/interface_points.csv"]),
+            seeds: seeds(&["tests/data/fuzz/points.csv", "src/assets/station/interface_points.csv"]),
             read: Box::new(points),
         },
         Target { name: "modes", seeds: seeds(&["tests/data/fuzz/modes.csv"]), read: Box::new(modes) },
