@@ -13,7 +13,7 @@ use std::time::Duration;
 use cpu_time::ThreadTime;
 use decore::dataset::{Columns, DatasetReader, SweepStatus, TableName};
 use decore::structure::{FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalTable, ModelFiles, Units};
-use decore::study::{PointTable, Study, load_structure};
+use decore::study::{CheckedStudy, PointTable, Study, load_structure};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -172,12 +172,9 @@ fn file(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
 /// Reads a study to its first scene.
 fn study(folder: &Path, text: &str, points: &PointTable) -> bool {
     let Ok(study) = Study::parse(text, folder, "study.toml") else { return false };
-    if study.check(points).is_err() {
-        return false;
-    }
-    let Ok(study) = study.constrained(points) else { return false };
+    let Ok(study) = CheckedStudy::new(study, points.clone()) else { return false };
     // The last row has gone through every generator.
-    [0, study.row_count() - 1].into_iter().all(|row| study.scene(row, points).is_ok())
+    [0, study.row_count() - 1].into_iter().all(|row| study.scene(row).is_ok())
 }
 
 fn studies() -> Target {
