@@ -24,6 +24,7 @@
 //! ```text
 //! design     :
 //! expression :
+//! files      :
 //! guide      :
 //! integrate  :
 //! linalg     :
@@ -33,9 +34,9 @@
 //! workpiece  :
 //! contact    : parameter
 //! hammer     : contact parameter
-//! structure  : linalg plot words
+//! structure  : files linalg plot words
 //! scene      : hammer integrate parameter workpiece
-//! study      : design expression hammer parameter scene structure words workpiece
+//! study      : design expression files hammer parameter scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system
@@ -59,6 +60,7 @@
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
+//! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
 //! - [`words`]: the name that a mistyped one stands for.
@@ -75,6 +77,7 @@ pub mod dataset;
 pub mod design;
 pub mod engine;
 pub mod expression;
+pub mod files;
 pub mod guide;
 pub mod hammer;
 pub mod integrate;

@@ -7,6 +7,8 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure};
+use super::outputs::refuse_inputs;
+use super::scene_plot::{Picture, scene_plot};
 use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
@@ -30,6 +32,9 @@ pub(super) struct SceneArguments {
     /// Also write time signals to this Parquet file.
     #[arg(long, value_name = "FILE")]
     signals: Option<PathBuf>,
+    /// Also draw motions, casting, work and machine over time to this file (SVG).
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// Interval of the time signals in s.
     #[arg(long, default_value_t = 1e-4, value_name = "SECONDS")]
     signal_interval_s: f64,
@@ -40,6 +45,7 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
+    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.signals.as_ref(), arguments.plot.as_ref()])?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
     let outcome = simulate(&engine, arguments)?;
@@ -52,17 +58,27 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
 }
 
 fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, Failure> {
-    let Some(path) = &arguments.signals else {
+    if arguments.signals.is_none() && arguments.plot.is_none() {
         return Ok(engine.outcome(arguments.row));
-    };
+    }
     let interval_s = arguments.signal_interval_s;
     let (outcome, signals) = engine.outcome_with_signals(arguments.row, interval_s).map_err(|error| match error {
         EngineError::Signals { .. } => Failure::Argument(format!("--signal-interval-s {interval_s:e}: {error}")),
         error => error.into(),
     })?;
-    if let Some(signals) = signals {
+    let Some(signals) = signals else { return Ok(outcome) };
+    if let Some(path) = &arguments.signals {
         write_signals(path, &engine.info(), &signals)?;
         tell(&format_args!("signals are in {}", path.display()));
+    }
+    if let Some(path) = &arguments.plot {
+        let study = engine.study();
+        let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
+        let title = format!("{}, row {}", study.title(), arguments.row);
+        let picture = Picture { title, hammers: study.hammer_names(), signals: &signals, blows };
+        std::fs::write(path, scene_plot(&picture)?)
+            .map_err(|source| Failure::Write { path: path.display().to_string(), source })?;
+        tell(&format_args!("the plot is in {}", path.display()));
     }
     Ok(outcome)
 }

@@ -1,0 +1,67 @@
+//! The picture of a row: motions, casting, work and machine over time.
+
+use crate::metrics::{Blow, Signal};
+use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels, thinned};
+
+/// Size in pixels: its width, and the height of a panel.
+const SIZE: (u32, u32) = (1200, 230);
+/// Columns into which curves are thinned, about the pixels of an axis.
+const COLUMNS: usize = 900;
+/// Curves of each hammer, panel by panel: signal, what the legend says of it.
+const PANELS: [(&str, &[(&str, &str)]); 4] = [
+    ("position (m)", &[("extension_m", "cylinder"), ("piston_m", "piston in it")]),
+    ("casting (m/s)", &[("casting_velocity_m_s", "casting at the strike")]),
+    ("work done (J)", &[("delivered_work_j", "work on the casting")]),
+    ("machine (m/s)", &[("arm_velocity_m_s", "mount")]),
+];
+/// The panel that shows blows.
+const BLOWS: usize = 1;
+
+/// What a row's picture is drawn from.
+pub(super) struct Picture<'a> {
+    pub title: String,
+    pub hammers: Vec<&'a str>,
+    pub signals: &'a [Signal],
+    pub blows: &'a [Blow],
+}
+
+/// Four panels over time as SVG: cylinder and piston, casting with the blows, work on the casting, the machine at the mount.
+pub(super) fn scene_plot(picture: &Picture<'_>) -> Result<String, PlotError> {
+    let charts: Vec<Chart> = PANELS.iter().enumerate().map(|(index, panel)| chart(picture, (index, *panel))).collect();
+    panels(&charts, (SIZE.0, SIZE.1 * charts.len() as u32))
+}
+
+fn chart(picture: &Picture<'_>, (index, (axis, curves)): (usize, (&str, &[(&str, &str)]))) -> Chart {
+    let last = index + 1 == PANELS.len();
+    let mut series = Vec::new();
+    for (h, hammer) in picture.hammers.iter().enumerate() {
+        for (c, (signal, what)) in curves.iter().enumerate() {
+            let name = if picture.hammers.len() == 1 { (*what).to_owned() } else { format!("{hammer}: {what}") };
+            let line = if c == 0 { Line::Solid } else { Line::Dashed };
+            let points = points(picture.signals, &format!("{hammer}_{signal}"));
+            series.push(Series { name, color: color(h + c), points, line, marker: Marker::None });
+        }
+        if index == BLOWS {
+            let of_hammer = picture.blows.iter().filter(|blow| blow.hammer == h);
+            let name = if h == 0 { "blow, its peak".to_owned() } else { String::new() };
+            let points = of_hammer.map(|blow| (blow.start_time_s, blow.casting_peak_velocity_m_s)).collect();
+            series.push(Series { name, color: color(h + 3), points, line: Line::None, marker: Marker::Down });
+        }
+    }
+    let time = if last { "time (s)" } else { "" };
+    let title = if index == 0 { picture.title.clone() } else { String::new() };
+    Chart { title, x: Axis::linear(time), y: Axis::linear(axis), series }
+}
+
+fn color(index: usize) -> Color {
+    COLORS[index % COLORS.len()]
+}
+
+/// A signal over time, thinned; empty if it was not recorded.
+fn points(signals: &[Signal], name: &str) -> Vec<(f64, f64)> {
+    let (Some(time), Some(signal)) = (signals.first(), signals.iter().find(|signal| signal.name == name)) else {
+        return Vec::new();
+    };
+    let all: Vec<(f64, f64)> = time.values.iter().copied().zip(signal.values.iter().copied()).collect();
+    thinned(&all, COLUMNS)
+}
