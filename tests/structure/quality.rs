@@ -54,7 +54,7 @@ fn the_station_is_reported_as_scipy_sees_it() {
     assert!(report.mobility.iter().all(|curve| curve.largest_relative_difference < 2e-3), "{:?}", report.mobility[0]);
     assert!(report.conditions.inner_stiffness.is_some_and(|condition| condition > 1e3));
     assert!(report.steps.iter().any(|step| step.name.starts_with("full model: count")));
-    let page = quality_page(&report, "Station <1>");
+    let page = quality_page(&report, "Station <1>").expect("drawn");
     assert!(page.contains("Station &lt;1&gt;") && page.matches("<svg").count() == 1 + report.mobility.len());
     assert!(!page.contains("NaN") && !page.contains("inf"));
 }
@@ -143,7 +143,7 @@ fn a_floating_structure_is_reported_without_statics() {
     assert!(report.modes[0].mac > 0.999_999 && report.largest_frequency_error(2.0) < 1e-8);
     let share = report.modes[0].effective_mass_full.expect("x of every node");
     assert!((share[0] - 1.0).abs() < 1e-9, "the free motion carries all the mass: {share:?}");
-    assert!(quality_page(&report, "free").contains("The structure floats"));
+    assert!(quality_page(&report, "free").expect("drawn").contains("The structure floats"));
 }
 
 fn decore(arguments: &[&str]) -> Output {
