@@ -16,6 +16,9 @@ use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, QuantityValue, Run
 use crate::run::{RowOutcome, RowStatus};
 use crate::study::FactorValue;
 
+/// Interval in s at which a plot reads the signals.
+const PLOT_INTERVAL_S: f64 = 2e-5;
+
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
     /// Study file (TOML).
@@ -61,7 +64,9 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, F
     if arguments.signals.is_none() && arguments.plot.is_none() {
         return Ok(engine.outcome(arguments.row));
     }
-    let interval_s = arguments.signal_interval_s;
+    // A picture by itself shows the peaks of short contacts; beside a table it shows what the table has.
+    let finest = if arguments.signals.is_none() { PLOT_INTERVAL_S } else { f64::INFINITY };
+    let interval_s = arguments.signal_interval_s.min(finest);
     let (outcome, signals) = engine.outcome_with_signals(arguments.row, interval_s).map_err(|error| match error {
         EngineError::Signals { .. } => Failure::Argument(format!("--signal-interval-s {interval_s:e}: {error}")),
         error => error.into(),

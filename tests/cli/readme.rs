@@ -81,3 +81,18 @@ fn the_readme_s_figures_of_the_rig_are_those_that_scene_prints() {
         assert_eq!(format!("{value:.decimals$}"), figure, "{title}");
     }
 }
+
+#[test]
+fn the_readme_s_picture_is_what_scene_draws() {
+    let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
+    assert!(readme().contains("](studies/paper_rig.svg)"));
+    let scratch = TempDir::new().expect("scratch");
+    let drawn = decore(&scratch).arg("scene").arg(studies.join("paper_rig.toml")).args(["--plot", "rig.svg"]).output();
+    assert!(drawn.expect("started").status.success());
+    let picture = fs::read_to_string(scratch.path().join("rig.svg")).expect("a picture");
+    for text in ["cylinder", "piston in it", "casting at the strike", "blow, its peak", "work on the casting", "mount"]
+    {
+        assert!(picture.contains(text), "{text}");
+    }
+    assert!(picture == fs::read_to_string(studies.join("paper_rig.svg")).expect("shipped"), "draw it anew");
+}
