@@ -8,14 +8,20 @@ const SIZE: (u32, u32) = (1200, 230);
 /// Columns into which curves are thinned, about the pixels of an axis.
 const COLUMNS: usize = 900;
 /// Curves of each hammer, panel by panel: signal, what the legend says of it.
-const PANELS: [(&str, &[(&str, &str)]); 4] = [
-    ("position (m)", &[("extension_m", "cylinder"), ("piston_m", "piston in it")]),
-    ("casting (m/s)", &[("casting_velocity_m_s", "casting at the strike")]),
-    ("work done (J)", &[("delivered_work_j", "work on the casting")]),
-    ("machine (m/s)", &[("arm_velocity_m_s", "mount")]),
+const PANELS: [Panel; 4] = [
+    Panel { axis: "position (m)", curves: &[("extension_m", "cylinder"), ("piston_m", "piston in it")] },
+    Panel { axis: "casting (m/s)", curves: &[("casting_velocity_m_s", "casting at the strike")] },
+    Panel { axis: "work done (J)", curves: &[("delivered_work_j", "work on the casting")] },
+    Panel { axis: "machine (m/s)", curves: &[("arm_velocity_m_s", "mount")] },
 ];
 /// The panel that shows blows.
 const BLOWS: usize = 1;
+
+/// A panel of the picture: its axis, and each hammer's curves by signal and name.
+struct Panel {
+    axis: &'static str,
+    curves: &'static [(&'static str, &'static str)],
+}
 
 /// What a row's picture is drawn from.
 pub(super) struct Picture<'a> {
@@ -27,15 +33,15 @@ pub(super) struct Picture<'a> {
 
 /// Four panels over time as SVG: cylinder and piston, casting with the blows, work on the casting, the machine at the mount.
 pub(super) fn scene_plot(picture: &Picture<'_>) -> Result<String, PlotError> {
-    let charts: Vec<Chart> = PANELS.iter().enumerate().map(|(index, panel)| chart(picture, (index, *panel))).collect();
+    let charts: Vec<Chart> = PANELS.iter().enumerate().map(|(index, panel)| chart(picture, index, panel)).collect();
     panels(&charts, (SIZE.0, SIZE.1 * charts.len() as u32))
 }
 
-fn chart(picture: &Picture<'_>, (index, (axis, curves)): (usize, (&str, &[(&str, &str)]))) -> Chart {
+fn chart(picture: &Picture<'_>, index: usize, panel: &Panel) -> Chart {
     let last = index + 1 == PANELS.len();
     let mut series = Vec::new();
     for (h, hammer) in picture.hammers.iter().enumerate() {
-        for (c, (signal, what)) in curves.iter().enumerate() {
+        for (c, (signal, what)) in panel.curves.iter().enumerate() {
             let name = if picture.hammers.len() == 1 { (*what).to_owned() } else { format!("{hammer}: {what}") };
             let line = if c == 0 { Line::Solid } else { Line::Dashed };
             let points = points(picture.signals, &format!("{hammer}_{signal}"));
@@ -50,7 +56,7 @@ fn chart(picture: &Picture<'_>, (index, (axis, curves)): (usize, (&str, &[(&str,
     }
     let time = if last { "time (s)" } else { "" };
     let title = if index == 0 { picture.title.clone() } else { String::new() };
-    Chart { title, x: Axis::linear(time), y: Axis::linear(axis), series }
+    Chart { title, x: Axis::linear(time), y: Axis::linear(panel.axis), series }
 }
 
 fn color(index: usize) -> Color {

@@ -20,17 +20,17 @@ impl Rule for Rk4 {
     }
 
     fn step<S: System>(&mut self, system: &mut S, trial: &mut Trial<'_>) -> Result<(), String> {
-        let (h, y, n) = (trial.h, trial.y, trial.y.len());
-        for i in 0..n {
-            trial.y_new[i] = y[i] + h / 6.0 * trial.rates[i];
-            self.scratch[i] = y[i] + 0.5 * h * trial.rates[i];
+        let (h, y) = (trial.h, trial.y);
+        for (i, start) in y.iter().enumerate() {
+            trial.y_new[i] = start + h / 6.0 * trial.rates[i];
+            self.scratch[i] = start + 0.5 * h * trial.rates[i];
         }
         // Node and weight of the stages that follow, and how far the next stage's state lies along their rate.
         for (node, weight, reach) in [(0.5, 1.0 / 3.0, 0.5), (0.5, 1.0 / 3.0, 1.0), (1.0, 1.0 / 6.0, 0.0)] {
             system.rhs(trial.t + node * h, &self.scratch, &mut self.rate);
-            for i in 0..n {
+            for (i, start) in y.iter().enumerate() {
                 trial.y_new[i] += weight * h * self.rate[i];
-                self.scratch[i] = y[i] + reach * h * self.rate[i];
+                self.scratch[i] = start + reach * h * self.rate[i];
             }
         }
         trial.counters.rhs += 3;

@@ -146,12 +146,15 @@ fn mutate(bytes: &mut Vec<u8>, other: &[u8], (what, place, size): Mutation) {
     }
 }
 
+/// Tries the bytes in a folder; whether they were accepted.
+type Try = Box<dyn Fn(&Path, &[u8]) -> bool>;
+
 /// A reader: its name, files to begin with, and a try, which tells whether the bytes were accepted. The folder holds what the
 /// files name.
 struct Target {
     name: &'static str,
     seeds: Vec<Vec<u8>>,
-    read: Box<dyn Fn(&Path, &[u8]) -> bool>,
+    read: Try,
 }
 
 fn root(name: &str) -> PathBuf {

@@ -12,13 +12,13 @@ use crate::structure::label::DofLabel;
 
 pub(super) const FORMAT: Format = Format {
     endings: &[],
-    read: read,
+    read,
     forms: &[Form {
         name: "abaqus",
         files: ["STIF1.mtx", "MASS1.mtx", "DMPV1.mtx"],
         rows: RowLabels::Needed,
         loss: None,
-        write: write,
+        write,
     }],
 };
 

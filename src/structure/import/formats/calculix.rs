@@ -11,13 +11,13 @@ use crate::structure::import::triplets::{Storage, Triplets};
 
 pub(super) const FORMAT: Format = Format {
     endings: &["sti", "mas"],
-    read: read,
+    read,
     forms: &[Form {
         name: "calculix",
         files: ["model.sti", "model.mas", "model.dam"],
         rows: RowLabels::Needed,
         loss: None,
-        write: write,
+        write,
     }],
 };
 

@@ -16,13 +16,13 @@ const LOSS: &str = "DMIG entries have ten digits: enough for a reduced model, bu
 
 pub(super) const FORMAT: Format = Format {
     endings: &["pch", "bdf", "dmig"],
-    read: read,
+    read,
     forms: &[Form {
         name: "dmig",
         files: ["K.pch", "M.pch", "D.pch"],
         rows: RowLabels::NumberedFromOne,
         loss: Some(LOSS),
-        write: write,
+        write,
     }],
 };
 

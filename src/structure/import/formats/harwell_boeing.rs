@@ -9,13 +9,13 @@ use crate::structure::import::triplets::{MOST_ROWS, Storage, Triplets};
 
 pub(super) const FORMAT: Format = Format {
     endings: &["matrix", "rsa", "hb"],
-    read: read,
+    read,
     forms: &[Form {
         name: "harwell_boeing",
         files: ["K.matrix", "M.matrix", "D.matrix"],
         rows: RowLabels::Unused,
         loss: None,
-        write: write,
+        write,
     }],
 };
 

@@ -15,19 +15,13 @@ pub(super) const FORMAT: Format = Format {
     endings: &["mtx"],
     read: |given| parse(given.file, given.bytes, given.listed).map(Imported::Rows),
     forms: &[
-        Form {
-            name: "matrix_market",
-            files: ["K.mtx", "M.mtx", "D.mtx"],
-            rows: RowLabels::Unused,
-            loss: None,
-            write: write,
-        },
+        Form { name: "matrix_market", files: ["K.mtx", "M.mtx", "D.mtx"], rows: RowLabels::Unused, loss: None, write },
         Form {
             name: "matrix_market_gz",
             files: ["K.mtx.gz", "M.mtx.gz", "D.mtx.gz"],
             rows: RowLabels::Unused,
             loss: None,
-            write: write,
+            write,
         },
     ],
 };

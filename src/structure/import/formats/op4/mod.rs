@@ -20,7 +20,7 @@ use crate::structure::import::lines::{Lines, is_packed, unpacked};
 
 pub(super) const FORMAT: Format = Format {
     endings: &["op4"],
-    read: read,
+    read,
     forms: &[
         Form {
             name: "op4",
