@@ -30,7 +30,7 @@
 //! contact    : parameter
 //! hammer     : contact parameter
 //! structure  : linalg
-//! scene      : contact hammer parameter workpiece
+//! scene      : hammer integrate parameter workpiece
 //! study      : design hammer parameter scene workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system

@@ -9,7 +9,7 @@ use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Experiment, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::{Engine, RowScene};
-use crate::scene::{Guide, Method, ModeTreatment};
+use crate::scene::{Guide, ModeTreatment};
 use crate::study::StructureSource;
 use crate::system::InterfaceModes;
 
@@ -139,7 +139,7 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
             "Fidelity preset that the setting is.",
             text(&|s| s.preset.unwrap_or_default().to_owned(), &none),
         ),
-        column("method", "", "Method of integration.", text(&|s| method(s).to_owned(), &none)),
+        column("method", "", "Method of integration.", text(&|s| method(s), &none)),
         column("guide", "", "Model of the housing guide.", text(&|s| guide(s.solver.guide).to_owned(), &none)),
         column(
             "modes_treatment",
@@ -189,17 +189,13 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
 }
 
 fn fixed(setting: &Setting) -> bool {
-    setting.solver.stepping.method != Method::Tsit5
+    setting.solver.stepping.method.is_fixed()
 }
 
-fn method(setting: &Setting) -> &'static str {
-    match (setting.solver.stepping.method, setting.solver.stepping.located) {
-        (Method::Tsit5, _) => "tsit5",
-        (Method::Rk4, false) => "rk4",
-        (Method::Rk4, true) => "rk4, contacts located",
-        (Method::Trapezoid, false) => "trapezoid",
-        (Method::Trapezoid, true) => "trapezoid, contacts located",
-    }
+fn method(setting: &Setting) -> String {
+    let stepping = setting.solver.stepping;
+    let located = if stepping.method.is_fixed() && stepping.located { ", contacts located" } else { "" };
+    format!("{}{located}", stepping.method.name())
 }
 
 fn guide(guide: Guide) -> &'static str {

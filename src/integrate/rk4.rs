@@ -1,23 +1,31 @@
 //! The classical Runge-Kutta rule of order 4 (Kutta 1901).
 
-use crate::integrate::fixed::Start;
-use crate::integrate::{Counters, System};
+use crate::integrate::fixed::Rule;
+use crate::integrate::stepper::{Counters, Start};
+use crate::integrate::system::System;
 
-/// Working memory of the rule.
+/// The classical explicit Runge-Kutta rule of order 4.
 #[derive(Debug)]
-pub(super) struct Rk4 {
+pub struct Rk4 {
     scratch: Vec<f64>,
     rate: Vec<f64>,
 }
 
-impl Rk4 {
-    pub fn new<S: System>(system: &S) -> Self {
+impl Rule for Rk4 {
+    const FOLLOWS_STATE: bool = true;
+
+    fn new<S: System>(system: &S) -> Self {
         let n = system.dimension();
         Self { scratch: vec![0.0; n], rate: vec![0.0; n] }
     }
 
-    /// Writes the state at the end of the step into `y_new`.
-    pub fn step<S: System>(&mut self, system: &mut S, start: &Start<'_>, y_new: &mut [f64], counters: &mut Counters) {
+    fn step<S: System>(
+        &mut self,
+        system: &mut S,
+        start: &Start<'_>,
+        y_new: &mut [f64],
+        counters: &mut Counters,
+    ) -> Result<(), String> {
         let Start { t, y, rate, h } = *start;
         for i in 0..y.len() {
             y_new[i] = y[i] + h / 6.0 * rate[i];
@@ -32,5 +40,6 @@ impl Rk4 {
             }
         }
         counters.rhs += 3;
+        Ok(())
     }
 }

@@ -6,8 +6,9 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use crate::integrate::fixed::Start;
-use crate::integrate::{Counters, System};
+use crate::integrate::fixed::Rule;
+use crate::integrate::stepper::{Counters, Start};
+use crate::integrate::system::System;
 
 /// Correction in units of the scales at which the iteration ends.
 const CONVERGED: f64 = 1e-8;
@@ -18,9 +19,9 @@ const SLOW: f64 = 0.5;
 /// Perturbation of a component for its column of the matrix, in units of its scale.
 const PERTURBATION: f64 = 1e-4;
 
-/// Working memory of the rule.
+/// The implicit trapezoid, `y_1 = y_0 + h/2 (f_0 + f_1)`, of order 2.
 #[derive(Debug)]
-pub(super) struct Trapezoid {
+pub struct Trapezoid {
     factors: Option<LU<f64, Dyn, Dyn>>,
     scales: Vec<f64>,
     rate: Vec<f64>,
@@ -28,8 +29,10 @@ pub(super) struct Trapezoid {
     correction: DVector<f64>,
 }
 
-impl Trapezoid {
-    pub fn new<S: System>(system: &S) -> Self {
+impl Rule for Trapezoid {
+    const FOLLOWS_STATE: bool = false;
+
+    fn new<S: System>(system: &S) -> Self {
         let n = system.dimension();
         Self {
             factors: None,
@@ -40,8 +43,7 @@ impl Trapezoid {
         }
     }
 
-    /// Writes the state at the end of the step into `y_new`; the error says that the iteration fails.
-    pub fn step<S: System>(
+    fn step<S: System>(
         &mut self,
         system: &mut S,
         start: &Start<'_>,
@@ -63,7 +65,9 @@ impl Trapezoid {
         }
         Ok(())
     }
+}
 
+impl Trapezoid {
     /// Iterates from the explicit Euler step; returns whether it converges.
     fn iterate<S: System>(
         &mut self,

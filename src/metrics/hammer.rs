@@ -1,7 +1,7 @@
 //! What is kept of one hammer while it works, and the outputs that follow from it.
 
 use crate::hammer::body;
-use crate::integrate::{Step, System};
+use crate::integrate::{Step, Switching};
 use crate::metrics::peak::{peak, reach};
 use crate::metrics::percussion::{judge, strokes};
 use crate::metrics::statistics::{mean, standard_error, variance};

@@ -3,7 +3,7 @@
 use crate::integrate::Observer;
 use crate::run::twins::with_twins;
 use crate::run::{RowOutcome, RowStatus, run_row_observed};
-use crate::scene::{Method, Scene};
+use crate::scene::Scene;
 use crate::system::{Coupled, CoupledModel, InterfaceModes};
 
 /// Times such a row is run again unless another number is asked for.
@@ -39,7 +39,7 @@ where
 fn repeat<T>(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> (RowOutcome, T)) -> (RowOutcome, T) {
     let (mut outcome, mut seen) = run(scene);
     let mut stricter = scene.clone();
-    let retries = if scene.solver.stepping.method == Method::Tsit5 { retries } else { 0 };
+    let retries = if scene.solver.stepping.method.is_fixed() { 0 } else { retries };
     for time in 1..=retries {
         stricter.solver.tolerance *= TIGHTENING;
         let again = matches!(outcome.status, RowStatus::Diverged | RowStatus::AuditFailed);
@@ -60,7 +60,7 @@ fn repeat<T>(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> (RowOutcome, T
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Environment, Guide, ModeTreatment, OutputSettings, SolverSettings, Stepping};
+    use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings, SolverSettings, Stepping};
 
     fn scene() -> Scene {
         Scene {
