@@ -26,8 +26,8 @@
 //! integrate  :
 //! linalg     :
 //! parameter  :
-//! workpiece  :
 //! contact    : parameter
+//! workpiece  : parameter
 //! hammer     : contact parameter
 //! structure  : linalg
 //! scene      : hammer integrate parameter workpiece

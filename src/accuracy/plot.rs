@@ -42,9 +42,9 @@ fn point(accuracy: &Accuracy, measurement: &Measurement) -> (f64, f64) {
 
 /// Outline of the marker of a setting's method, in pixels around its point; upside down if events are located.
 fn marker(setting: &Setting) -> Vec<(i32, i32)> {
-    let stepping = setting.solver.stepping;
-    let outline = OUTLINES[stepping.method as usize % OUTLINES.len()].iter();
-    outline.map(|&(x, y)| (x, if stepping.located { -y } else { y })).collect()
+    let solver = setting.solver;
+    let outline = OUTLINES[solver.method as usize % OUTLINES.len()].iter();
+    outline.map(|&(x, y)| (x, if solver.located { -y } else { y })).collect()
 }
 
 /// What limits all settings: its name and its largest error.

@@ -1,11 +1,16 @@
 //! The declaration of parameters.
 
-/// Declares a group of parameters: the struct with its documentation, `serde` and JSON schema, [`Parameters`] and, where all
-/// entries have a default, [`Default`].
+/// Declares a group of parameters: the struct with its documentation, [`Parameters`](super::Parameters) and [`Default`].
 ///
-/// An entry reads `/// text`, then `pub name: type = default, "unit", [range], "source";`. The unit of a plain number is `"1"`. Ranges:
-/// see [`Range`]; `[choice]` for a [`Choice`], `[group]` for parameters of their own. In a group without defaults an entry reads
-/// `pub name: type, "unit", [range], "what holds without it";`, in one that only joins groups `pub name: type;`.
+/// An entry reads `/// text`, then `pub name: type = default, "unit", [range], "source";`, without a default
+/// `pub name: type, "unit", [range], "what holds without it";`. The unit of a plain number is `"1"`. Ranges: see
+/// [`Range`](super::Range); `[choice]` for a [`Choice`](super::Choice), `[group]` for parameters of their own. Groups are
+///
+/// - part of a file, read as they are: all entries have defaults, or none has;
+/// - groups of groups, `pub name: type;`;
+/// - data of a scene: they begin with `own { .. }`, fields that are no parameters (names, places, lists);
+/// - data of a scene with the table of a study that states them, `pub struct Data from Table`: each entry is optional there, and
+///   `typed { .. }` are further keys of the table.
 macro_rules! parameters {
     (
         $(#[doc = $about:tt])+
@@ -17,20 +22,15 @@ macro_rules! parameters {
         $(#[doc = $about])+
         #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(default, deny_unknown_fields)]
-        #[schemars(transform = $crate::parameter::write_ranges::<$name>)]
+        #[schemars(transform = $crate::parameter::describe::<$name>)]
         pub struct $name { $(
             $(#[doc = $text])+
             #[doc = parameter_sentence!($range, $unit, $source, $default)]
             pub $field: $type,
         )+ }
 
-        impl Default for $name {
-            fn default() -> Self {
-                Self { $($field: $default),+ }
-            }
-        }
-
-        $crate::parameter::declared! { $name { $($field: $type = stringify!($default), $range, $source, [$($text),+];)+ } }
+        $crate::parameter::default! { $name { $($field = $default;)+ } }
+        $crate::parameter::declared! { $name { $($field: $type = ($default), $unit, $range, $source, [$($text),+];)+ } }
     };
     (
         $(#[doc = $about:tt])+
@@ -43,7 +43,7 @@ macro_rules! parameters {
         $(#[doc = $about])+
         #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
-        #[schemars(transform = $crate::parameter::write_ranges::<$name>)]
+        #[schemars(transform = $crate::parameter::describe::<$name>)]
         pub struct $name { $(
             $(#[doc = $text])+
             #[doc = parameter_sentence!($range, $unit, $otherwise)]
@@ -51,7 +51,7 @@ macro_rules! parameters {
             pub $field: $type,
         )+ }
 
-        $crate::parameter::declared! { $name { $($field: $type = "", $range, $otherwise, [$($text),+];)+ } }
+        $crate::parameter::declared! { $name { $($field: $type = (), $unit, $range, $otherwise, [$($text),+];)+ } }
     };
     (
         $(#[doc = $about:tt])+
@@ -62,19 +62,101 @@ macro_rules! parameters {
         #[serde(default, deny_unknown_fields)]
         pub struct $name { $( $(#[doc = $text])+ pub $field: $type, )+ }
 
-        $crate::parameter::declared! { $name { $($field: $type = "", [group], "", [$($text),+];)+ } }
+        $crate::parameter::declared! { $name { $($field: $type = (), "", [group], "", [$($text),+];)+ } }
+    };
+    (
+        $(#[doc = $about:tt])+
+        pub struct $name:ident {
+            own { $( $(#[doc = $own_text:tt])+ pub $own:ident: $own_type:ty, )+ }
+            $(
+                $(#[doc = $text:tt])+
+                pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt, $source:tt;
+            )+
+        }
+    ) => {
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name {
+            $( $(#[doc = $own_text])+ pub $own: $own_type, )+
+            $(
+                $(#[doc = $text])+
+                #[doc = parameter_sentence!($range, $unit, $source $(, $default)?)]
+                pub $field: $type,
+            )+
+        }
+
+        $crate::parameter::default! { $name { $($own;)+ $($field $(= $default)?;)+ } }
+        $crate::parameter::declared! { $name { $($field: $type = ($($default)?), $unit, $range, $source, [$($text),+];)+ } }
+    };
+    (
+        $(#[doc = $about:tt])+
+        pub struct $name:ident from $table:ident {
+            typed { $($typed:tt)+ }
+            $(
+                $(#[doc = $text:tt])+
+                pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt, $source:tt;
+            )+
+        }
+    ) => {
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct $name { $(
+            $(#[doc = $text])+
+            #[doc = parameter_sentence!($range, $unit, $source, $default)]
+            pub $field: $type,
+        )+ }
+
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        #[schemars(transform = $crate::parameter::describe::<$name>)]
+        pub struct $table {
+            $($typed)+
+            $(
+                $(#[doc = $text])+
+                #[doc = parameter_sentence!($range, $unit, $source, $default)]
+                #[serde(skip_serializing_if = "Option::is_none")]
+                pub $field: Option<$type>,
+            )+
+        }
+
+        impl $table {
+            /// What the table states, the rest from `base`.
+            pub fn over(&self, base: $name) -> $name {
+                $name { $($field: self.$field.unwrap_or(base.$field)),+ }
+            }
+        }
+
+        $crate::parameter::default! { $name { $($field = $default;)+ } }
+        $crate::parameter::declared! { $name { $($field: $type = ($default), $unit, $range, $source, [$($text),+];)+ } }
+    };
+}
+
+/// The defaults of a group; what has none of its own has that of its type.
+macro_rules! default {
+    (value $default:expr) => { $default };
+    (value) => { Default::default() };
+    ($name:ident { $($field:ident $(= $default:expr)?;)+ }) => {
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $crate::parameter::default!(value $($default)?)),+ }
+            }
+        }
     };
 }
 
 /// The entries and the check of a group.
 macro_rules! declared {
-    ($name:ident { $($field:ident: $type:ty = $default:expr, $range:tt, $source:tt, [$($text:tt),+];)+ }) => {
+    ($name:ident { $(
+        $field:ident: $type:ty = ($($default:expr)?), $unit:tt, $range:tt, $source:tt, [$($text:tt),+];
+    )+ }) => {
         impl $crate::parameter::Parameters for $name {
             const ENTRIES: &'static [$crate::parameter::Parameter] = &[$(
                 $crate::parameter::Parameter {
                     name: stringify!($field),
                     text: &[$($text),+],
-                    default: $default,
+                    values: parameter_sentence!($range, $unit, $source $(, $default)?),
+                    default: concat!("" $(, stringify!($default))?),
                     source: $source,
                     kind: $crate::parameter::kind!($range, $type),
                 },
@@ -87,7 +169,7 @@ macro_rules! declared {
     };
 }
 
-/// The [`Kind`] of an entry.
+/// The [`Kind`](super::Kind) of an entry.
 macro_rules! kind {
     ([choice], $type:ty) => {
         $crate::parameter::Kind::Choice
@@ -114,4 +196,4 @@ macro_rules! check {
     };
 }
 
-pub(crate) use {check, declared, kind, parameters};
+pub(crate) use {check, declared, default, kind, parameters};

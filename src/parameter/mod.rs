@@ -11,7 +11,7 @@ mod range;
 
 use schemars::Schema;
 
-pub(crate) use declare::{check, declared, kind, parameters};
+pub(crate) use declare::{check, declared, default, kind, parameters};
 pub use document::document;
 pub(crate) use range::range;
 pub use range::{Numbers, Range};
@@ -25,7 +25,7 @@ pub trait Parameters {
     fn check(&self, at: &str, faults: &mut Vec<Fault>);
 }
 
-/// A type of a few names, all of which are allowed: what has it needs no range.
+/// A type of a few values, all of which are allowed: what has it needs no range.
 pub trait Choice {}
 
 impl Choice for bool {}
@@ -37,6 +37,8 @@ pub struct Parameter {
     pub name: &'static str,
     /// The field's text, line by line as written.
     pub text: &'static [&'static str],
+    /// Unit, range, default and source in a sentence; empty for groups in a group of groups.
+    pub values: &'static str,
     /// Its default as written in the declaration; empty where it has none.
     pub default: &'static str,
     /// Where its value comes from.
@@ -73,11 +75,15 @@ pub struct Fault {
     pub message: String,
 }
 
-/// Writes the ranges of a group's numbers into its JSON schema.
-pub(crate) fn write_ranges<T: Parameters>(schema: &mut Schema) {
+/// Writes the declarations of a group into the JSON schema of a table with its keys: descriptions and ranges.
+pub(crate) fn describe<T: Parameters>(schema: &mut Schema) {
     for entry in T::ENTRIES {
-        let Kind::Number(range) = entry.kind else { continue };
         let Some(property) = schema.pointer_mut(&format!("/properties/{}", entry.name)) else { continue };
+        if let Some(object) = property.as_object_mut() {
+            let description = format!("{} {}", entry.description(), entry.values);
+            object.insert("description".to_owned(), description.trim_end().into());
+        }
+        let Kind::Number(range) = entry.kind else { continue };
         let number = if property.get("items").is_some() { property.pointer_mut("/items") } else { Some(property) };
         if let Some(object) = number.and_then(serde_json::Value::as_object_mut) {
             object.extend(range.keywords());

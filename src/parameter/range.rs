@@ -78,6 +78,12 @@ impl<T: Numbers, const N: usize> Numbers for [T; N] {
     }
 }
 
+impl<T: Numbers> Numbers for Vec<T> {
+    fn visit(&self, see: &mut dyn FnMut(f64)) {
+        self.iter().for_each(|entry| entry.visit(see));
+    }
+}
+
 impl<T: Numbers> Numbers for Option<T> {
     fn visit(&self, see: &mut dyn FnMut(f64)) {
         self.iter().for_each(|entry| entry.visit(see));

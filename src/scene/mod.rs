@@ -1,15 +1,17 @@
 //! A scene: all that one row of a study needs, as plain data in SI units. No files, no matrices, no defaults hidden.
 
+mod preset;
 mod validate;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::hammer::HammerParameters;
-use crate::parameter::parameters;
+use crate::parameter::{Choice, parameters};
 use crate::workpiece::Casting;
 
 pub use crate::integrate::Method;
+pub use preset::{Fidelity, PRESETS, Preset, STANDARD};
 pub use validate::{SceneProblem, SceneProblemKind};
 
 parameters! {
@@ -37,37 +39,40 @@ parameters! {
 /// Where a hammer is mounted: a weighted set of interface points (one, or two neighbours of a rail).
 ///
 /// The same weights carry mass, force and motion, so the receptance stays symmetric.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mount {
     /// Interface points and their weights; the weights sum to 1.
     pub points: Vec<(String, f64)>,
 }
 
-/// One hammer of a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HammerUnit {
-    /// Name as in the study.
-    pub name: String,
-    /// Its parameters, overrides applied.
-    pub parameters: HammerParameters,
-    /// Supply pressure, absolute, in Pa.
-    pub supply_pressure_pa: f64,
-    /// Time `t_on` at which the supply is switched on, in s.
-    pub start_time_s: f64,
-    /// Times after the start at which the supply is switched off, on again, off, and so on, in s. While it is off the
-    /// supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts anew,
-    /// its percussion `tau_gate` after the next contact. Empty: on for good.
-    pub supply_switch_times_s: Vec<f64>,
-    /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion, in s.
-    pub gate_delay_s: f64,
-    /// Distance of the chisel's tip from the casting at rest, in m.
-    pub standoff_m: f64,
-    /// Its place on the machine.
-    pub mount: Mount,
-    /// Index of the casting that it strikes.
-    pub casting: usize,
-    /// Strike point, x and y from the casting's centre of mass, in m.
-    pub strike_point_m: [f64; 2],
+parameters! {
+    /// One hammer of a scene.
+    pub struct HammerUnit {
+        own {
+            /// Name as in the study.
+            pub name: String,
+            /// Its parameters, overrides applied.
+            pub parameters: HammerParameters,
+            /// Its place on the machine.
+            pub mount: Mount,
+            /// Index of the casting that it strikes.
+            pub casting: usize,
+        }
+        /// Supply pressure, absolute; not below the ambient one.
+        pub supply_pressure_pa: f64 = 601325.0, "Pa", [> 0], "5 bar above the standard atmosphere";
+        /// Distance of the chisel's tip from the casting at rest.
+        pub standoff_m: f64 = 0.085, "m", [>= 0], "the paper's rig";
+        /// Time `t_on` at which the supply is switched on.
+        pub start_time_s: f64 = 0.002, "s", [>= 0], "the paper's rig";
+        /// Times, in ascending order after the start, at which the supply is switched off, on again, off, and so on. While it is
+        /// off the supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts
+        /// anew, its percussion `tau_gate` after the next contact. Empty: on for good.
+        pub supply_switch_times_s: Vec<f64> = Vec::new(), "s", [finite], "on for good";
+        /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion.
+        pub gate_delay_s: f64 = 0.020, "s", [>= 0], "the paper's rig";
+        /// Strike point, x and y from the casting's centre of mass.
+        pub strike_point_m: [f64; 2], "m", [finite], "default: below the mount";
+    }
 }
 
 /// How the housing guide is modelled.
@@ -80,6 +85,10 @@ pub enum Guide {
     /// Tied rigidly to the mount: its mass moves with the mount's own motion.
     Tied,
 }
+
+impl Choice for Guide {}
+impl Choice for Method {}
+impl Choice for ModeTreatment {}
 
 /// How the structure's modes take part in the integration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -94,39 +103,31 @@ pub enum ModeTreatment {
     Condensed,
 }
 
-/// How a run steps through time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stepping {
-    /// Method.
-    pub method: Method,
-    /// Length of a fixed step in s.
-    pub step_s: f64,
-    /// Whether a method with a fixed step locates contacts and stops; otherwise it notices them at the ends of steps.
-    pub located: bool,
-}
-
-impl Default for Stepping {
-    /// The default method; fixed steps, if chosen, of 1e-5 s with contacts switched at their ends.
-    fn default() -> Self {
-        Self { method: Method::Tsit5, step_s: 1e-5, located: false }
+parameters! {
+    /// Accuracy and effort of one run.
+    pub struct SolverSettings from SolverEntry {
+        typed {
+            /// Preset that the other keys override, those of `[structure]` for modes too, which all rows share. Default `standard`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub fidelity: Option<Fidelity>,
+        }
+        /// Error tolerance of one step, relative to each state's scale.
+        pub tolerance: f64 = STANDARD.tolerance, "1", [> 0, <= 0.1], "the preset's";
+        /// Model of the housing guide.
+        pub guide: Guide = STANDARD.guide, "", [choice], "the preset's";
+        /// Method of integration: the error-controlled default, or a fixed step for comparison.
+        pub method: Method = Method::Tsit5, "", [choice], "`tsit5`";
+        /// Step of methods with a fixed step.
+        pub step_s: f64 = 1e-5, "s", [> 0], "for comparison";
+        /// Whether methods with a fixed step locate contacts, supplies and gates instead of noticing them at the ends of steps.
+        pub located: bool = false, "", [choice], "false";
+        /// How modes are integrated: the results are the same to within the tolerance.
+        pub modes: ModeTreatment = ModeTreatment::Automatic, "", [choice], "`automatic`; `integrated` at a fixed step";
+        /// Steps after which a row is given up, with status `budget_exhausted`.
+        pub max_steps: u64 = 20_000_000, "1", [1 ..], "far beyond a sound row";
+        /// Wall time after which a row is given up, with status `budget_exhausted`.
+        pub max_wall_time_s: f64 = 600.0, "s", [> 0], "far beyond a sound row";
     }
-}
-
-/// Accuracy and effort of one run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolverSettings {
-    /// Error tolerance of one step, in units of each state's own scale.
-    pub tolerance: f64,
-    /// Model of the housing guide.
-    pub guide: Guide,
-    /// Method and step.
-    pub stepping: Stepping,
-    /// How modes are integrated.
-    pub modes: ModeTreatment,
-    /// Steps after which a row ends with status `budget_exhausted`.
-    pub max_steps: u64,
-    /// Wall time in s after which a row ends with status `budget_exhausted`.
-    pub max_wall_time_s: f64,
 }
 
 parameters! {

@@ -21,7 +21,6 @@ mod library;
 mod overrides;
 mod path;
 mod placement;
-mod preset;
 mod resolve;
 mod schema;
 mod structure;
@@ -41,8 +40,8 @@ pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
     CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DesignKind, DistributionName, FactorEntry, FactorValue,
-    Fidelity, FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry,
-    Scale, SolverEntry, SourceName, StructureEntry, StudyFile, UnitsName,
+    FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry, Scale,
+    SourceName, StructureEntry, StudyFile, UnitsName,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_file, hammer_schema, study_schema};

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::document::Document;
 use super::error::{Problem, StudyError};
-use super::file::{DampingRatio, Fidelity, FormatName, Housings, SourceName, StructureEntry, StructureFile, UnitsName};
+use super::file::{DampingRatio, FormatName, Housings, SourceName, StructureEntry, StructureFile, UnitsName};
 use super::keys::Shape;
 use super::placement::Rail;
-use super::preset::Preset;
 use super::{check_keys, read_tree};
+use crate::scene::{Fidelity, Preset};
 
 /// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
 const CUTOFF_HZ: f64 = 1000.0;

@@ -2,6 +2,8 @@
 
 mod restraint;
 
+use crate::parameter::parameters;
+
 pub use restraint::OFFSET_TOLERANCE_M;
 
 /// Why a casting cannot be simulated.
@@ -29,49 +31,46 @@ pub enum WorkpieceError {
     },
 }
 
-/// Inertia of a casting about the two in-plane axes through its centre of mass.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inertia {
-    /// About x, in kg m2 (rotation `tx`, driven by offsets in y).
-    pub x_kg_m2: f64,
-    /// About y, in kg m2 (rotation `ty`, driven by offsets in x).
-    pub y_kg_m2: f64,
+parameters! {
+    /// Spring and damper between a point of a casting and a node of the structure.
+    pub struct Fixture {
+        own {
+            /// Name as in the study.
+            pub name: String,
+            /// Interface point of the structure that carries it.
+            pub point: String,
+        }
+        /// Where it holds the casting, x and y from the casting's centre of mass.
+        pub at_m: [f64; 2], "m", [finite], "default: above its interface point";
+        /// Stiffness `k_T`.
+        pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0], "the paper's rig";
+        /// Damping `c_T`.
+        pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0], "the paper's rig";
+    }
 }
 
-/// Spring and damper between a point of a casting and a node of the structure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fixture {
-    /// Name as in the study.
-    pub name: String,
-    /// Interface point of the structure that carries it.
-    pub point: String,
-    /// Where it holds the casting, x and y from the casting's centre of mass, in m.
-    pub at_m: [f64; 2],
-    /// Stiffness `k_T` in N/m.
-    pub stiffness_n_per_m: f64,
-    /// Damping `c_T` in N s/m.
-    pub damping_n_s_per_m: f64,
-}
-
-/// A rigid casting with the fixtures that carry it.
-///
-/// The point (x, y) moves by `z + y tx - x ty`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Casting {
-    /// Name as in the study.
-    pub name: String,
-    /// Mass in kg.
-    pub mass_kg: f64,
-    /// Inertias; `None` where no rotation is needed.
-    pub inertia: Option<Inertia>,
-    /// Position of the centre of mass in the machine's plane, x and y, in m.
-    pub centre_m: [f64; 2],
-    /// Extent in x and y in m, centred; `None`: unlimited, no hammer can miss it.
-    pub size_m: Option<[f64; 2]>,
-    /// Where its velocity is also reported, x and y from the centre of mass, in m.
-    pub measuring_point_m: Option<[f64; 2]>,
-    /// Its fixtures; at least one.
-    pub fixtures: Vec<Fixture>,
+parameters! {
+    /// A rigid casting with the fixtures that carry it.
+    ///
+    /// The point (x, y) moves by `z + y tx - x ty`.
+    pub struct Casting {
+        own {
+            /// Name as in the study.
+            pub name: String,
+            /// Its fixtures; at least one.
+            pub fixtures: Vec<Fixture>,
+        }
+        /// Mass.
+        pub mass_kg: f64, "kg", [> 0], "no default";
+        /// Centre of mass in the machine's plane, x and y.
+        pub centre_m: [f64; 2], "m", [finite], "default: the mean of its fixtures' points";
+        /// Extent in x and y, centred.
+        pub size_m: Option<[f64; 2]>, "m", [> 0], "default: unlimited, no hammer can miss it";
+        /// Moments of inertia about x (rotation `tx`, driven by offsets in y) and y (rotation `ty`, driven by offsets in x).
+        pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0], "needed only where it can rotate (struck, held or measured off its centre)";
+        /// Where its velocity is also reported, x and y from the centre of mass.
+        pub measuring_point_m: Option<[f64; 2]>, "m", [finite], "default: at the centre only";
+    }
 }
 
 #[cfg(test)]
@@ -89,7 +88,7 @@ mod tests {
         Casting {
             name: "part".into(),
             mass_kg: 1.0,
-            inertia: Some(Inertia { x_kg_m2: 0.01, y_kg_m2: 0.02 }),
+            inertia_kg_m2: Some([0.01, 0.02]),
             centre_m: [0.0; 2],
             size_m: None,
             measuring_point_m: None,
@@ -139,7 +138,7 @@ mod tests {
     #[test]
     fn a_rotating_casting_needs_its_inertia() {
         let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
-        let light = Casting { inertia: None, ..square };
+        let light = Casting { inertia_kg_m2: None, ..square };
         assert!(matches!(light.check_restraint([true, false]), Err(WorkpieceError::MissingInertia { .. })));
         assert_eq!(light.check_restraint([false, false]), Ok(()));
     }

@@ -35,7 +35,7 @@ impl Casting {
     /// [`WorkpieceError::MissingInertia`] if a rotation is active and there is no inertia,
     /// [`WorkpieceError::Unrestrained`] if the fixtures leave a motion free.
     pub fn check_restraint(&self, active: [bool; 2]) -> Result<(), WorkpieceError> {
-        if active != [false, false] && self.inertia.is_none() {
+        if active != [false, false] && self.inertia_kg_m2.is_none() {
             return Err(WorkpieceError::MissingInertia { casting: self.name.clone() });
         }
         match free_motion(&self.stiffness(), [true, active[0], active[1]]) {

@@ -191,7 +191,7 @@ fn analytic_reduced_mass_of_the_strike() {
     scene.hammers[0].parameters.chisel.casting_contact = contact;
     scene.hammers[0].strike_point_m = [0.03, -0.04];
     let casting = &mut scene.castings[0];
-    casting.inertia = Some(decore::workpiece::Inertia { x_kg_m2: 0.002, y_kg_m2: 0.004 });
+    casting.inertia_kg_m2 = Some([0.002, 0.004]);
     let fixture = casting.fixtures[0].clone();
     let corners = [[0.1, 0.1], [0.1, -0.1], [-0.1, 0.1], [-0.1, -0.1]];
     casting.fixtures = corners.map(|at_m| decore::workpiece::Fixture { at_m, ..fixture.clone() }).into();
