@@ -120,6 +120,12 @@ macro_rules! parameters {
             )+
         }
 
+        impl From<$name> for $table {
+            fn from(all: $name) -> Self {
+                Self { $($field: Some(all.$field),)+ ..Self::default() }
+            }
+        }
+
         impl $table {
             /// What the table states, the rest from `base`.
             pub fn over(&self, base: $name) -> $name {
@@ -156,7 +162,6 @@ macro_rules! declared {
                     name: stringify!($field),
                     text: &[$($text),+],
                     values: parameter_sentence!($range, $unit, $source $(, $default)?),
-                    default: concat!("" $(, stringify!($default))?),
                     source: $source,
                     kind: $crate::parameter::kind!($range, $type),
                 },

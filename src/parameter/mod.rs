@@ -12,7 +12,7 @@ mod range;
 use schemars::Schema;
 
 pub(crate) use declare::{check, declared, default, kind, parameters};
-pub use document::document;
+pub use document::{document, lines};
 pub(crate) use range::range;
 pub use range::{Numbers, Range};
 
@@ -39,8 +39,6 @@ pub struct Parameter {
     pub text: &'static [&'static str],
     /// Unit, range, default and source in a sentence; empty for groups in a group of groups.
     pub values: &'static str,
-    /// Its default as written in the declaration; empty where it has none.
-    pub default: &'static str,
     /// Where its value comes from.
     pub source: &'static str,
     /// What values it may have.

@@ -25,6 +25,7 @@ mod resolve;
 mod schema;
 mod structure;
 mod table;
+mod template;
 
 use std::path::{Path, PathBuf};
 
@@ -46,12 +47,10 @@ pub use file::{
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_file, hammer_schema, study_schema};
 pub use structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
+pub use template::template;
 
 use crate::design::Level;
 use crate::scene::Scene;
-
-/// A commented study that shows every key: what `init` writes.
-pub const TEMPLATE: &str = include_str!("template.toml");
 
 /// Top-level keys that all rows share.
 const SHARED_KEYS: [&str; 4] = ["title", "structure", "structures", "design"];
