@@ -1,7 +1,12 @@
 //! Parameters declared once: name, type, default, unit, range, source and text of each stand together.
 //!
 //! The macro `parameters!` makes of a declaration the struct with its documentation, its defaults, its reader and writer, its JSON
-//! schema with the ranges, and the check. A parameter without a range does not compile.
+//! schema with the ranges, and the check. A parameter without a range does not compile. Files that follow from declarations
+//! (`schemas/`, `studies/hammers/default.toml`) are held to them by the tests, and written anew by
+//!
+//! ```text
+//! DECORE_UPDATE_SCHEMAS=1 cargo test --release --test study
+//! ```
 
 #[macro_use]
 mod words;

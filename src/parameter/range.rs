@@ -1,6 +1,6 @@
 //! Ranges of numbers, as declarations write them, and their words.
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::Fault;
 
@@ -37,14 +37,13 @@ impl Range {
     }
 
     /// The ends as keywords of a JSON schema.
-    pub(super) fn keywords(&self) -> impl Iterator<Item = (String, Value)> {
+    pub(super) fn keywords(&self) -> impl Iterator<Item = (String, Value)> + use<> {
         let ends = [(if self.open { "exclusiveMinimum" } else { "minimum" }, self.low), ("maximum", self.high)];
-        let written = ends.into_iter().filter(|(_, end)| end.is_finite()).map(|(keyword, end)| {
+        ends.into_iter().filter(|(_, end)| end.is_finite()).map(|(keyword, end)| {
             // Ends of whole numbers have to be whole numbers.
             let value = if end.fract() == 0.0 { Value::from(end as i64) } else { Value::from(end) };
             (keyword.to_owned(), value)
-        });
-        written.collect::<Map<String, Value>>().into_iter()
+        })
     }
 }
 

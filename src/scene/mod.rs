@@ -53,13 +53,13 @@ parameters! {
             pub name: String,
             /// Its parameters, overrides applied.
             pub parameters: HammerParameters,
+            /// Supply pressure, absolute, in Pa; not below the ambient one.
+            pub supply_pressure_pa: f64,
             /// Its place on the machine.
             pub mount: Mount,
             /// Index of the casting that it strikes.
             pub casting: usize,
         }
-        /// Supply pressure, absolute; not below the ambient one.
-        pub supply_pressure_pa: f64 = 601325.0, "Pa", [> 0], "5 bar above the standard atmosphere";
         /// Distance of the chisel's tip from the casting at rest.
         pub standoff_m: f64 = 0.085, "m", [>= 0], "the paper's rig";
         /// Time `t_on` at which the supply is switched on.

@@ -89,8 +89,8 @@ impl Scene {
         checks.group(&prefix, hammer);
         let mut before = hammer.start_time_s;
         for (index, &time) in hammer.supply_switch_times_s.iter().enumerate() {
-            // Written so that a NaN is out of order; that of the start is reported above.
-            if !(time.is_finite() && (time > before || before.is_nan())) {
+            // A NaN is reported above.
+            if time <= before {
                 let message = format!("is {time}, expected a time after the switch before, {before} s");
                 checks.push(SceneProblemKind::Value, format!("{prefix}.supply_switch_times_s.{index}"), message);
             }

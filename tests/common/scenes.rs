@@ -52,6 +52,7 @@ pub fn hammer(name: &str, parameters: HammerParameters) -> HammerUnit {
     HammerUnit {
         name: name.into(),
         parameters,
+        supply_pressure_pa: 601_325.0,
         mount: Mount { points: vec![("M".into(), 1.0)] },
         ..HammerUnit::default()
     }
