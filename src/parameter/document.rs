@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 use toml::{Table, Value, ser::Error};
 
-use super::{Kind, Parameter, Parameters};
+use super::entry::{Kind, Parameter, Parameters};
 
 /// Column in which the words behind a value begin, if the value leaves room.
 const COLUMN: usize = 40;

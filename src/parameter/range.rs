@@ -2,8 +2,6 @@
 
 use serde_json::Value;
 
-use super::Fault;
-
 /// Finite numbers between two ends.
 ///
 /// A declaration writes it `[finite]`, `[> 0]`, `[>= 1]`, `[> 0, <= 0.1]` or, of whole numbers, `[1 ..]` and `[0 ..= 1000]`.
@@ -45,6 +43,15 @@ impl Range {
             (keyword.to_owned(), value)
         })
     }
+}
+
+/// A value outside its range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// Path of the parameter.
+    pub path: String,
+    /// What it is and what was expected.
+    pub message: String,
 }
 
 /// Values that consist of numbers.

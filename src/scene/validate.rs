@@ -4,7 +4,8 @@ use crate::hammer::HammerParameters;
 use crate::parameter::{Fault, Parameters, Range, range};
 use crate::workpiece::{Casting, OFFSET_TOLERANCE_M, WorkpieceError};
 
-use super::{HammerUnit, ModeTreatment, Scene};
+use super::model::{HammerUnit, Scene};
+use super::solver::ModeTreatment;
 
 /// What kind of fault a problem is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
