@@ -31,7 +31,7 @@
 //! hammer     : contact parameter
 //! structure  : linalg
 //! scene      : hammer integrate parameter workpiece
-//! study      : design hammer parameter scene workpiece
+//! study      : design hammer parameter scene structure workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system

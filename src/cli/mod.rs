@@ -88,7 +88,7 @@ pub fn run() -> ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(failure) => {
-            eprintln!("decore: {failure}");
+            text::tell(&format_args!("decore: {failure}"));
             failure.exit().into()
         }
     }

@@ -40,9 +40,9 @@ pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::{FactorInfo, FactorKind};
 pub use file::{
-    CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DesignKind, DistributionName, FactorEntry, FactorValue,
-    FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry, Scale,
-    SourceName, StructureEntry, StudyFile, UnitsName,
+    CastingEntry, CorrelationEntry, DesignEntry, DesignKind, DistributionName, FactorEntry, FactorValue, FixtureEntry,
+    HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry,
+    StudyFile,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_file, hammer_schema, study_schema};

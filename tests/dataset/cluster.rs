@@ -17,10 +17,24 @@ const ROWS_FAILED: i32 = 4;
 /// Longest time for all that a scheduler does.
 const PATIENCE: Duration = Duration::from_secs(240);
 
-/// The `decore` command that makes a sweep's tasks.
+/// A folder's name with what shells, Python, Slurm and HyperQueue give a meaning to.
+const FORGED: &str = r#"it's """ %j %{TASK_ID} @TASKS@ $(touch forged) `touch forged` ÁÉ * ;& #"#;
+
+/// A folder of this name with a copy of the study.
+fn study_folder(scratch: &TempDir, name: &str) -> PathBuf {
+    let folder = scratch.path().join(name);
+    fs::create_dir_all(folder.join("hammers")).expect("folder");
+    for file in ["placement.toml", "hammers/default.toml"] {
+        fs::copy(Path::new(STUDY).with_file_name(file), folder.join(file)).expect("a copy of the study");
+    }
+    folder
+}
+
+/// The `decore` command that makes a sweep's tasks; the study is the copy in the output's folder.
 fn cluster(command: &str, output: &Path, row_ms: &str) -> Command {
     let mut decore = decore();
-    decore.arg(command).arg(STUDY).args(["--tasks", &TASKS.to_string()]).arg("--output").arg(output);
+    let study = output.with_file_name("placement.toml");
+    decore.arg(command).arg(study).args(["--tasks", &TASKS.to_string()]).arg("--output").arg(output);
     decore.args(["--set", &format!("design.rows={ROWS}"), "--stub-row-ms", row_ms]);
     decore
 }
@@ -152,7 +166,7 @@ fn a_slurm_array_with_a_killed_and_a_requeued_task_gives_the_same_bytes() {
         return;
     }
     let scratch = TempDir::new().expect("scratch folder");
-    let (whole, merged) = (scratch.path().join("whole"), scratch.path().join("merged"));
+    let (whole, merged) = (scratch.path().join("whole"), study_folder(&scratch, FORGED).join("merged"));
     undisturbed(&whole);
     let slurm = Slurm::start();
     let mut submit = cluster("slurm", &merged, "20");
@@ -184,12 +198,12 @@ fn hyperqueue_with_a_killed_task_gives_the_same_bytes() {
         return;
     };
     let scratch = TempDir::new().expect("scratch folder");
-    let (whole, merged) = (scratch.path().join("whole"), scratch.path().join("merged"));
+    let (whole, merged) = (scratch.path().join("whole"), study_folder(&scratch, FORGED).join("merged"));
     undisturbed(&whole);
     expect_code(cluster("hyperqueue", &merged, "5"), 0);
     let folder = merged.with_file_name("merged.cluster");
     let mut script = Command::new(python);
-    script.arg(folder.join("sweep_on_hyperqueue.py")).arg("--local").current_dir(scratch.path());
+    script.arg(folder.join("sweep_on_hyperqueue.py")).arg("--local").current_dir(&folder);
     let mut child = script.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("Python starts");
     let third = wait_for("rows of task 3, or the script's end", || {
         let ended = child.try_wait().expect("known").is_some();
@@ -201,20 +215,20 @@ fn hyperqueue_with_a_killed_task_gives_the_same_bytes() {
     signal("KILL", third);
     let ended = child.wait_with_output().expect("ended");
     assert!(ended.status.success(), "{}", errors(&ended));
-    let log = fs::read_to_string(folder.join("logs/task-3.log.err")).expect("log");
+    let log = fs::read_to_string(folder.join("logs/task-3.log")).expect("log");
     assert!(log.contains("was killed") && log.contains("continuing: "), "{log}");
     assert_same(&whole, &merged);
 }
 
 #[test]
-fn the_scripts_are_sound_and_quoted() {
+fn the_scripts_are_sound_and_paths_are_data() {
     let scratch = TempDir::new().expect("scratch folder");
-    let merged = scratch.path().join("it's merged");
+    let merged = study_folder(&scratch, FORGED).join("it's @TASKS@ %j");
     let mut command = cluster("slurm", &merged, "0");
     command.args(["--sbatch=--partition=long", "--threads", "3"]);
     expect_code(command, 0);
     expect_code(cluster("hyperqueue", &merged, "0"), 0);
-    let folder = merged.with_file_name("it's merged.cluster");
+    let folder = merged.with_file_name("it's @TASKS@ %j.cluster");
     let array = fs::read_to_string(folder.join("array.sbatch")).expect("script");
     for line in [
         "#SBATCH --array=1-4",
@@ -226,6 +240,10 @@ fn the_scripts_are_sound_and_quoted() {
     ] {
         assert!(array.lines().any(|other| other == line), "{line} in {array}");
     }
+    for name in ["array.sbatch", "merge.sbatch", "task.sh", "merge.sh", "sweep_on_hyperqueue.py"] {
+        let text = fs::read_to_string(folder.join(name)).expect("script");
+        assert!(!text.contains("touch forged") && !text.contains("@TASKS@"), "{name}: {text}");
+    }
     for name in ["array.sbatch", "merge.sbatch", "task.sh", "merge.sh"] {
         let checked = Command::new("sh").arg("-n").arg(folder.join(name)).status();
         assert!(checked.expect("sh runs").success(), "{name}");
@@ -234,7 +252,7 @@ fn the_scripts_are_sound_and_quoted() {
     undisturbed(&scratch.path().join("whole"));
     for index in 1..=TASKS {
         let mut task = Command::new("sh");
-        task.arg(folder.join("task.sh")).arg(index.to_string());
+        task.arg(folder.join("task.sh")).arg(index.to_string()).current_dir(scratch.path());
         expect_code(task, 0);
     }
     let mut merge = Command::new("sh");
@@ -242,4 +260,32 @@ fn the_scripts_are_sound_and_quoted() {
     let ended = output(merge);
     assert_eq!(ended.status.code(), Some(0), "{}", errors(&ended));
     assert_same(&scratch.path().join("whole"), &merged);
+    for place in [scratch.path(), &folder, merged.parent().expect("folder")] {
+        assert!(!place.join("forged").exists(), "a path was run in {}", place.display());
+    }
+}
+
+#[test]
+fn control_characters_are_no_part_of_a_script() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = study_folder(&scratch, FORGED);
+    let broken = study_folder(&scratch, "line\ntouch forged");
+    let cases = [
+        (broken.join("merged"), vec![], "--output: "),
+        (folder.join("mer\nged"), vec![], "--output: "),
+        (folder.join("mer\tged"), vec![], "--output: "),
+        (folder.join("merged"), vec!["--sbatch", "--time=1\r"], "--sbatch: "),
+        (folder.join("merged"), vec!["--set", "design.seed =\n3"], "--set: "),
+        (folder.join("merged"), vec!["--sbatch", "--time=1\n#SBATCH --uid=0"], "--sbatch: "),
+    ];
+    for (output, further, place) in cases {
+        let mut command = cluster("slurm", &output, "0");
+        command.args(further);
+        let told = errors(&expect_code(command, 2));
+        assert!(told.contains(place) && told.contains("control character"), "{told}");
+        assert!(!told.trim_end().contains('\n'), "{told}");
+    }
+    assert!(!folder.join("merged.cluster").exists());
+    let told = errors(&expect_code(cluster("slurm", &folder.join(r"mer\ged"), "0"), 2));
+    assert!(told.contains("without backslashes"), "{told}");
 }
