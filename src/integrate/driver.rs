@@ -1,11 +1,12 @@
 //! The step loop, one for all methods: time, budgets, scheduled stops, event location, acceptance.
 
+use std::marker::PhantomData;
 use std::time::Instant;
 
 use crate::integrate::locate::{Ends, Locator};
 use crate::integrate::observer::Observer;
 use crate::integrate::step::Step;
-use crate::integrate::stepper::{Accepted, Counters, Plan, Settings, Stepper, Trial};
+use crate::integrate::stepper::{Counters, Plan, Settings, Stepper, Trial};
 use crate::integrate::system::{GuardSample, Switching};
 
 /// Steps between two looks at the clock.
@@ -24,9 +25,10 @@ pub enum Stopped {
     TimeBudget,
 }
 
-/// An integration by the method `P`, with its working memory: nothing is allocated once it exists.
+/// An integration of a system `S` by the method `P`, with its working memory: nothing is allocated once it exists.
 #[derive(Debug)]
-pub struct Integrator<P> {
+pub struct Integrator<S, P> {
+    system: PhantomData<fn(&mut S)>,
     stepper: P,
     max_steps: u64,
     max_wall_time_s: f64,
@@ -48,14 +50,12 @@ pub struct Integrator<P> {
     counters: Counters,
 }
 
-impl<P> Integrator<P> {
+impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
     /// Prepares an integration of `system` from `(t0, y0)`.
-    pub fn new<S: Switching>(system: &S, t0: f64, y0: &[f64], settings: &Settings) -> Self
-    where
-        P: Stepper<S>,
-    {
+    pub fn new(system: &S, t0: f64, y0: &[f64], settings: &Settings) -> Self {
         let guards = system.guard_count();
         Self {
+            system: PhantomData,
             stepper: P::new(system, settings),
             max_steps: settings.max_steps,
             max_wall_time_s: settings.max_wall_time_s,
@@ -89,10 +89,7 @@ impl<P> Integrator<P> {
     }
 
     /// Integrates to `t_end` and shows every step and switch to `observer`.
-    pub fn run<S: Switching, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, t_end: f64) -> Stopped
-    where
-        P: Stepper<S>,
-    {
+    pub fn run<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, t_end: f64) -> Stopped {
         let begin = Instant::now();
         self.following = system.follow_state(self.stepper.follows_state());
         while self.t < t_end {
@@ -122,10 +119,7 @@ impl<P> Integrator<P> {
     }
 
     /// Passes the scheduled stops that are due; returns the time of the next one.
-    fn pass_stops<S: Switching>(&mut self, system: &mut S) -> f64
-    where
-        P: Stepper<S>,
-    {
+    fn pass_stops(&mut self, system: &mut S) -> f64 {
         while system.next_stop() <= self.t + self.stepper.rounding_s() {
             system.pass_stop();
             self.rate_known = false;
@@ -134,10 +128,7 @@ impl<P> Integrator<P> {
     }
 
     /// Tries a step up to `stop`, and accepts or rejects it; the error says why no step succeeds.
-    fn step<S: Switching, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, stop: f64) -> Result<(), String>
-    where
-        P: Stepper<S>,
-    {
+    fn step<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, stop: f64) -> Result<(), String> {
         let plan = self.plan(system, stop);
         // Too short to move the clock: the steps before have shrunk to nothing.
         if self.t + 0.5 * plan.h <= self.t {
@@ -163,10 +154,7 @@ impl<P> Integrator<P> {
 
     /// Makes sure that rate and guards at the present state are known; the next step, up to `stop` at most, and within the
     /// horizon of what the system carries outside the state.
-    fn plan<S: Switching>(&mut self, system: &mut S, stop: f64) -> Plan
-    where
-        P: Stepper<S>,
-    {
+    fn plan(&mut self, system: &mut S, stop: f64) -> Plan {
         let rate = &mut self.rates[..self.y.len()];
         if !self.rate_known {
             system.rhs(self.t, &self.y, rate);
@@ -188,10 +176,7 @@ impl<P> Integrator<P> {
     }
 
     /// Ends the step at its first event, shows it to the observer, switches the system.
-    fn accept<S: Switching, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, plan: &Plan, error: f64)
-    where
-        P: Stepper<S>,
-    {
+    fn accept<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, plan: &Plan, error: f64) {
         let (n, h) = (self.y.len(), plan.h);
         let last = P::DENSE.last() * n..(P::DENSE.last() + 1) * n;
         system.sample_guards(self.t + h, &self.y_new, &self.rates[last.clone()], &mut self.samples_new);
@@ -227,7 +212,7 @@ impl<P> Integrator<P> {
             std::mem::swap(&mut self.samples, &mut self.samples_new);
         }
         self.rate_known = theta == 1.0;
-        self.stepper.accepted(&Accepted { h, error, cut: theta < 1.0, guards: &self.samples });
+        self.stepper.accepted(h, error, self.rate_known.then_some(&self.samples[..]));
         // A switch at the very start of a step happens together with the one before.
         if theta > 0.0 {
             self.fresh.fill(false);
@@ -236,10 +221,7 @@ impl<P> Integrator<P> {
     }
 
     /// Switches the system at every guard hit, all at the present time and state; `begin` is where the step began.
-    fn switch_hits<S: Switching, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, begin: f64)
-    where
-        P: Stepper<S>,
-    {
+    fn switch_hits<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, begin: f64) {
         for &guard in &self.locator.hits {
             // What a right-hand side that follows the state has already acted upon is booked where the step began.
             let (t, y) = if self.following { (begin, &mut self.y_new) } else { (self.t, &mut self.y) };

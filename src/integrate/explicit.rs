@@ -3,8 +3,8 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::integrate::step::Dense;
-use crate::integrate::stepper::{Accepted, Plan, Settings, Stepper, Trial};
-use crate::integrate::system::{Switching, System};
+use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
+use crate::integrate::system::{GuardSample, Switching, System};
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
 
 /// Safety factor of step size control.
@@ -37,50 +37,23 @@ pub struct Tsit5 {
     learning: Option<usize>,
 }
 
-/// A stage whose rate is known.
-pub(super) struct Stage<'a> {
-    /// State at the start of the step.
-    pub y: &'a [f64],
-    /// State of the stage.
-    pub state: &'a [f64],
-    /// Rate at the start.
-    pub first: &'a [f64],
-    /// Rate of the stage.
-    pub rate: &'a [f64],
-}
-
 /// What another method changes in the explicit stages, which are counted from 0; the last is the end of the step.
 pub(super) trait Correction {
     /// Corrects the explicit state `out` of stage `k`; `rates` are those of the stages before.
     fn correct(&mut self, k: usize, y: &[f64], rates: &[f64], out: &mut [f64]);
 
-    /// Takes note of stage `k`.
-    fn observe(&mut self, k: usize, stage: &Stage<'_>);
+    /// Takes note of stage `k` with the state `state`; the last of `rates` is its own.
+    fn observe(&mut self, k: usize, y: &[f64], state: &[f64], rates: &[f64]);
 }
 
 /// Nothing is changed.
 impl Correction for () {
     fn correct(&mut self, _k: usize, _y: &[f64], _rates: &[f64], _out: &mut [f64]) {}
 
-    fn observe(&mut self, _k: usize, _stage: &Stage<'_>) {}
+    fn observe(&mut self, _k: usize, _y: &[f64], _state: &[f64], _rates: &[f64]) {}
 }
 
 impl Tsit5 {
-    pub(super) fn new<S: Switching>(system: &S, settings: &Settings) -> Self {
-        let guards = system.guard_count();
-        Self {
-            tolerance: settings.tolerance,
-            longest_step_s: settings.longest_step_s,
-            inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
-            h: settings.first_step_s,
-            stage: vec![0.0; system.dimension()],
-            last_error_log: 0.0,
-            step_after: vec![[f64::INFINITY; 2]; guards],
-            parity: vec![false; guards],
-            learning: None,
-        }
-    }
-
     /// Computes the stages and the end of a step.
     pub(super) fn stages<S: System, K: Correction>(
         &mut self,
@@ -100,7 +73,7 @@ impl Tsit5 {
         Arch::new().dispatch(Combination::<END> { weights: &A[END], h: trial.h, y: trial.y, rates: done, out });
         correction.correct(END, trial.y, done, out);
         system.rhs(trial.t + trial.h, out, rate);
-        correction.observe(END, &Stage { y: trial.y, state: out, first: &done[..n], rate });
+        correction.observe(END, trial.y, out, trial.rates);
         trial.counters.rhs += END as u64;
     }
 
@@ -117,37 +90,14 @@ impl Tsit5 {
         let out = &mut self.stage[..self.inverse_scales.len()];
         Arch::new().dispatch(Combination::<K> { weights: &A[K], h: trial.h, y: trial.y, rates: done, out });
         correction.correct(K, trial.y, done, &mut self.stage);
-        let rate = &mut rest[..n];
-        system.rhs(trial.t + C[K] * trial.h, &self.stage, rate);
-        correction.observe(K, &Stage { y: trial.y, state: &self.stage, first: &done[..n], rate });
+        system.rhs(trial.t + C[K] * trial.h, &self.stage, &mut rest[..n]);
+        correction.observe(K, trial.y, &self.stage, &trial.rates[..(K + 1) * n]);
     }
 
     /// Error of a step that was computed, in units of the tolerance.
     pub(super) fn error(&self, inverse_scales: &[f64], trial: &Trial<'_>) -> f64 {
         let norm = ErrorNorm { inverse_scales, h: trial.h, rates: trial.rates, n: trial.y.len() };
         Arch::new().dispatch(norm) / self.tolerance
-    }
-
-    /// Chooses the next step after one that was accepted.
-    pub(super) fn lengthen(&mut self, h: f64, error: f64) {
-        if let Some(guard) = self.learning.take() {
-            let ideal = h * ideal_change(error).min(CHANGE.1);
-            self.step_after[guard][usize::from(self.parity[guard])] = ideal;
-        }
-        let (proportional, integral) = PROPORTIONAL_INTEGRAL;
-        let log = error.max(LEAST_ERROR).ln();
-        let change = SAFETY * ((integral * self.last_error_log - proportional * log) / CONTROL_ORDER).exp();
-        let next = h * change.clamp(CHANGE.0, CHANGE.1);
-        // A step that a scheduled stop cut short says nothing against the step planned before.
-        self.h = if h < self.h { next.max(self.h) } else { next };
-        self.last_error_log = log.max(LEAST_ERROR_LOG);
-    }
-
-    /// Starts the steps after a switch with the length that was good after the last such switch.
-    pub(super) fn restart(&mut self, guard: usize) {
-        self.parity[guard] = !self.parity[guard];
-        self.h = self.h.min(self.step_after[guard][usize::from(self.parity[guard])]);
-        self.learning = Some(guard);
     }
 }
 
@@ -170,7 +120,18 @@ impl<S: Switching> Stepper<S> for Tsit5 {
     const DENSE: Dense = Dense::Tsit5;
 
     fn new(system: &S, settings: &Settings) -> Self {
-        Tsit5::new(system, settings)
+        let guards = system.guard_count();
+        Self {
+            tolerance: settings.tolerance,
+            longest_step_s: settings.longest_step_s,
+            inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
+            h: settings.first_step_s,
+            stage: vec![0.0; system.dimension()],
+            last_error_log: 0.0,
+            step_after: vec![[f64::INFINITY; 2]; guards],
+            parity: vec![false; guards],
+            learning: None,
+        }
     }
 
     fn plan(&mut self, _system: &mut S, _t: f64, _room_s: f64) -> Plan {
@@ -182,8 +143,18 @@ impl<S: Switching> Stepper<S> for Tsit5 {
         Ok(self.error(&self.inverse_scales, &trial))
     }
 
-    fn accepted(&mut self, step: &Accepted<'_>) {
-        self.lengthen(step.h, step.error);
+    fn accepted(&mut self, h: f64, error: f64, _guards: Option<&[GuardSample]>) {
+        if let Some(guard) = self.learning.take() {
+            let ideal = h * ideal_change(error).min(CHANGE.1);
+            self.step_after[guard][usize::from(self.parity[guard])] = ideal;
+        }
+        let (proportional, integral) = PROPORTIONAL_INTEGRAL;
+        let log = error.max(LEAST_ERROR).ln();
+        let change = SAFETY * ((integral * self.last_error_log - proportional * log) / CONTROL_ORDER).exp();
+        let next = h * change.clamp(CHANGE.0, CHANGE.1);
+        // A step that a scheduled stop cut short says nothing against the step planned before.
+        self.h = if h < self.h { next.max(self.h) } else { next };
+        self.last_error_log = log.max(LEAST_ERROR_LOG);
     }
 
     fn rejected(&mut self, h: f64, error: f64) {
@@ -191,7 +162,9 @@ impl<S: Switching> Stepper<S> for Tsit5 {
     }
 
     fn switched(&mut self, guard: usize) {
-        self.restart(guard);
+        self.parity[guard] = !self.parity[guard];
+        self.h = self.h.min(self.step_after[guard][usize::from(self.parity[guard])]);
+        self.learning = Some(guard);
     }
 }
 

@@ -16,9 +16,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::integrate::explicit::{Correction, Stage};
+use crate::integrate::explicit::Correction;
 use crate::integrate::phi::{BODIES, Linear, NODES, STATES as SIZE, Vector, add_product, scalar_phi};
-use crate::integrate::stepper::Start;
+use crate::integrate::stepper::Trial;
 use crate::integrate::system::{Integrals, LinearPart, StiffBlock, StiffMatrices};
 use crate::integrate::tsit5::{A, C, ERROR, STAGES};
 
@@ -146,8 +146,8 @@ impl Exponential {
     }
 
     /// Begins a step on a rung of the linear part selected last.
-    pub fn begin<S: LinearPart>(&mut self, system: &S, rung: usize, start: &Start<'_>) {
-        let Start { t, y, rate, .. } = *start;
+    pub fn begin<S: LinearPart>(&mut self, system: &S, rung: usize, trial: &Trial<'_>) {
+        let (y, rate) = (trial.y, trial.rate());
         let linear = &mut self.kept[self.present].linear;
         linear.prepare(rung);
         (self.rung, self.h) = (rung, linear.step_s(rung));
@@ -156,7 +156,7 @@ impl Exponential {
             self.first[i] = rate[self.block.positions + body];
             self.first[BODIES + i] = rate[self.block.velocities + body];
         }
-        system.relaxation(t, y, &mut self.rates);
+        system.relaxation(trial.t, y, &mut self.rates);
         self.relaxing.clear();
         for (at, &rate_per_s) in self.rates.iter().enumerate().filter(|(_, rate)| **rate > 0.0) {
             let phi = std::array::from_fn(|node| {
@@ -322,8 +322,8 @@ impl Correction for Exponential {
     }
 
     /// Takes note of `D = f - f_1 - L (U - u)`.
-    fn observe(&mut self, k: usize, stage: &Stage<'_>) {
-        let Stage { y, state, first, rate } = *stage;
+    fn observe(&mut self, k: usize, y: &[f64], state: &[f64], rates: &[f64]) {
+        let (first, rate) = (&rates[..y.len()], &rates[k * y.len()..]);
         let linear = &self.kept[self.present].linear;
         let (x, v) = (self.block.positions, self.block.velocities);
         let mut d = [0.0; BODIES];

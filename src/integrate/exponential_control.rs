@@ -3,7 +3,7 @@
 use crate::integrate::explicit::{Tsit5, lengthened, shortened};
 use crate::integrate::exponential::Exponential;
 use crate::integrate::step::Dense;
-use crate::integrate::stepper::{Accepted, Plan, Settings, Start, Stepper, Trial};
+use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
 use crate::integrate::system::{GuardSample, LinearPart, StiffBlock, Switching};
 
 /// Calm explicit steps in a row before an exponential one: each sees a ringing contact at another phase.
@@ -71,11 +71,11 @@ impl ExponentialControl {
         plan.map(|(_, h)| h)
     }
 
-    /// Takes note of an accepted step.
-    fn watch(&mut self, step: &Accepted<'_>, explicit_h: f64) {
+    /// Takes note of the guards after an accepted step, unless an event cut it.
+    fn watch(&mut self, guards: Option<&[GuardSample]>, explicit_h: f64) {
         let reach = CALM * explicit_h;
         let calm = |guard: &GuardSample| guard.smooth + reach * guard.smooth_rate.abs() < 0.0;
-        if !step.cut && step.guards.iter().all(calm) {
+        if guards.is_some_and(|guards| guards.iter().all(calm)) {
             self.wait = self.wait.saturating_sub(1);
         } else {
             self.leave();
@@ -93,7 +93,7 @@ impl<S: Switching + LinearPart> Stepper<S> for ExponentialTsit5 {
 
     fn new(system: &S, settings: &Settings) -> Self {
         let control = system.stiff_block().map(|block| ExponentialControl::new(block, system.controlled()));
-        Self { explicit: Tsit5::new(system, settings), control }
+        Self { explicit: Stepper::<S>::new(system, settings), control }
     }
 
     fn plan(&mut self, system: &mut S, t: f64, room_s: f64) -> Plan {
@@ -110,8 +110,8 @@ impl<S: Switching + LinearPart> Stepper<S> for ExponentialTsit5 {
         let Some((rung, control)) = self.control.as_mut().and_then(|control| Some((control.rung?, control))) else {
             return explicit.attempt(system, trial);
         };
-        let (method, rate) = (&mut control.method, &trial.rates[..trial.y.len()]);
-        method.begin(system, rung, &Start { t: trial.t, y: trial.y, rate, h: trial.h });
+        let method = &mut control.method;
+        method.begin(system, rung, &trial);
         explicit.stages(system, &mut trial, method);
         let corrected = method.error(&explicit.inverse_scales, &mut control.masked) / (SHARE * explicit.tolerance);
         let others = explicit.error(&control.masked, &trial);
@@ -130,24 +130,24 @@ impl<S: Switching + LinearPart> Stepper<S> for ExponentialTsit5 {
         }
     }
 
-    fn accepted(&mut self, step: &Accepted<'_>) {
+    fn accepted(&mut self, h: f64, error: f64, guards: Option<&[GuardSample]>) {
         match self.control.as_mut().filter(|control| control.rung.is_some()) {
-            Some(control) => control.h = Some(lengthened(step.h, step.error)),
-            None => self.explicit.lengthen(step.h, step.error),
+            Some(control) => control.h = Some(lengthened(h, error)),
+            None => Stepper::<S>::accepted(&mut self.explicit, h, error, guards),
         }
         if let Some(control) = &mut self.control {
-            control.watch(step, self.explicit.h);
+            control.watch(guards, self.explicit.h);
         }
     }
 
     fn rejected(&mut self, h: f64, error: f64) {
         match self.control.as_mut().filter(|control| control.rung.is_some()) {
             Some(control) => control.h = Some(shortened(h, error)),
-            None => self.explicit.h = shortened(h, error),
+            None => Stepper::<S>::rejected(&mut self.explicit, h, error),
         }
     }
 
     fn switched(&mut self, guard: usize) {
-        self.explicit.restart(guard);
+        Stepper::<S>::switched(&mut self.explicit, guard);
     }
 }

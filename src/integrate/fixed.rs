@@ -10,8 +10,8 @@
 //! under error control.
 
 use crate::integrate::step::Dense;
-use crate::integrate::stepper::{Accepted, Counters, Plan, Settings, Start, Stepper, Trial};
-use crate::integrate::system::System;
+use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
+use crate::integrate::system::{GuardSample, System};
 
 /// Share of a step by which a stop may lie beyond its end and still be passed there: times on a grid carry rounding.
 const ROUNDING: f64 = 1e-6;
@@ -24,17 +24,11 @@ pub trait Rule {
     /// The rule for `system`.
     fn new<S: System>(system: &S) -> Self;
 
-    /// Writes the state at the end of the step into `y_new`.
+    /// Writes the state at the end of a step into [`Trial::y_new`].
     ///
     /// # Errors
     /// Words for why the rule's equations have no solution.
-    fn step<S: System>(
-        &mut self,
-        system: &mut S,
-        start: &Start<'_>,
-        y_new: &mut [f64],
-        counters: &mut Counters,
-    ) -> Result<(), String>;
+    fn step<S: System>(&mut self, system: &mut S, trial: &mut Trial<'_>) -> Result<(), String>;
 }
 
 /// A rule at a fixed step.
@@ -82,14 +76,13 @@ impl<S: System, R: Rule> Stepper<S> for FixedStep<R> {
         Plan { h: self.step_s, end: Some(self.end(self.count + 1)) }
     }
 
-    fn attempt(&mut self, system: &mut S, trial: Trial<'_>) -> Result<f64, String> {
+    fn attempt(&mut self, system: &mut S, mut trial: Trial<'_>) -> Result<f64, String> {
+        self.rule.step(system, &mut trial)?;
         let Trial { t, h, y, y_new, rates, counters } = trial;
-        let (first, others) = rates.split_at_mut(y.len());
-        self.rule.step(system, &Start { t, y, rate: first, h }, y_new, counters)?;
         if !y_new.iter().all(|value| value.is_finite()) {
             return Err(system.diagnose(t + h, y_new));
         }
-        let (last, mean) = others.split_at_mut(y.len());
+        let (last, mean) = rates[y.len()..].split_at_mut(y.len());
         system.rhs(t + h, y_new, last);
         counters.rhs += 1;
         for ((mean, new), old) in mean.iter_mut().zip(&*y_new).zip(y) {
@@ -98,7 +91,7 @@ impl<S: System, R: Rule> Stepper<S> for FixedStep<R> {
         Ok(0.0)
     }
 
-    fn accepted(&mut self, _step: &Accepted<'_>) {
+    fn accepted(&mut self, _h: f64, _error: f64, _guards: Option<&[GuardSample]>) {
         self.count += 1;
     }
 }

@@ -22,9 +22,6 @@ macro_rules! methods {
         }
 
         impl Method {
-            /// All of them.
-            pub const ALL: &[Self] = &[$(Self::$method),+];
-
             /// Name in a study.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$method => $name,)+ }
@@ -85,7 +82,7 @@ where
     S: Switching,
     O: Observer<S>,
 {
-    let mut integrator = Integrator::<P>::new(system, 0.0, span.y0, settings);
+    let mut integrator = Integrator::<_, P>::new(system, 0.0, span.y0, settings);
     let stopped = integrator.run(system, observer, span.t_end);
     End { stopped, t: integrator.time(), y: integrator.state().to_vec(), counters: integrator.counters() }
 }

@@ -38,6 +38,6 @@ pub use method::{End, Method, Span};
 pub use observer::Observer;
 pub use rk4::Rk4;
 pub use step::{Dense, Step};
-pub use stepper::{Accepted, Counters, Plan, Settings, Start, Stepper, Trial};
+pub use stepper::{Counters, Plan, Settings, Stepper, Trial};
 pub use system::{GuardSample, Integrals, LinearPart, StiffBlock, StiffMatrices, Switching, System};
 pub use trapezoid::Trapezoid;

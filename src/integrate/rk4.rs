@@ -1,7 +1,7 @@
 //! The classical Runge-Kutta rule of order 4 (Kutta 1901).
 
 use crate::integrate::fixed::Rule;
-use crate::integrate::stepper::{Counters, Start};
+use crate::integrate::stepper::Trial;
 use crate::integrate::system::System;
 
 /// The classical explicit Runge-Kutta rule of order 4.
@@ -19,27 +19,21 @@ impl Rule for Rk4 {
         Self { scratch: vec![0.0; n], rate: vec![0.0; n] }
     }
 
-    fn step<S: System>(
-        &mut self,
-        system: &mut S,
-        start: &Start<'_>,
-        y_new: &mut [f64],
-        counters: &mut Counters,
-    ) -> Result<(), String> {
-        let Start { t, y, rate, h } = *start;
-        for i in 0..y.len() {
-            y_new[i] = y[i] + h / 6.0 * rate[i];
-            self.scratch[i] = y[i] + 0.5 * h * rate[i];
+    fn step<S: System>(&mut self, system: &mut S, trial: &mut Trial<'_>) -> Result<(), String> {
+        let (h, y, n) = (trial.h, trial.y, trial.y.len());
+        for i in 0..n {
+            trial.y_new[i] = y[i] + h / 6.0 * trial.rates[i];
+            self.scratch[i] = y[i] + 0.5 * h * trial.rates[i];
         }
         // Node and weight of the stages that follow, and how far the next stage's state lies along their rate.
         for (node, weight, reach) in [(0.5, 1.0 / 3.0, 0.5), (0.5, 1.0 / 3.0, 1.0), (1.0, 1.0 / 6.0, 0.0)] {
-            system.rhs(t + node * h, &self.scratch, &mut self.rate);
-            for i in 0..y.len() {
-                y_new[i] += weight * h * self.rate[i];
+            system.rhs(trial.t + node * h, &self.scratch, &mut self.rate);
+            for i in 0..n {
+                trial.y_new[i] += weight * h * self.rate[i];
                 self.scratch[i] = y[i] + reach * h * self.rate[i];
             }
         }
-        counters.rhs += 3;
+        trial.counters.rhs += 3;
         Ok(())
     }
 }

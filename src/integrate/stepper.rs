@@ -46,19 +46,6 @@ pub struct Plan {
     pub end: Option<f64>,
 }
 
-/// Where a step starts, the rate there, and its length.
-#[derive(Debug, Clone, Copy)]
-pub struct Start<'a> {
-    /// Time in s.
-    pub t: f64,
-    /// State.
-    pub y: &'a [f64],
-    /// Its rate.
-    pub rate: &'a [f64],
-    /// Length of the step in s.
-    pub h: f64,
-}
-
 /// A step to be computed.
 #[derive(Debug)]
 pub struct Trial<'a> {
@@ -76,17 +63,11 @@ pub struct Trial<'a> {
     pub counters: &'a mut Counters,
 }
 
-/// A step that was accepted.
-#[derive(Debug, Clone, Copy)]
-pub struct Accepted<'a> {
-    /// Length in s as computed.
-    pub h: f64,
-    /// Its error in units of the tolerance.
-    pub error: f64,
-    /// Whether an event ended it before its end.
-    pub cut: bool,
-    /// Guards at its end, if it was not cut.
-    pub guards: &'a [GuardSample],
+impl Trial<'_> {
+    /// Rate at its start.
+    pub fn rate(&self) -> &[f64] {
+        &self.rates[..self.y.len()]
+    }
 }
 
 /// A method as the driver sees it; time, budgets, stops, events and acceptance are the driver's.
@@ -126,8 +107,8 @@ pub trait Stepper<S: System> {
         true
     }
 
-    /// Takes note of a step that was accepted.
-    fn accepted(&mut self, step: &Accepted<'_>);
+    /// Takes note of a step of length `h` that was accepted: its error, and the guards at its end unless an event cut it.
+    fn accepted(&mut self, h: f64, error: f64, guards: Option<&[GuardSample]>);
 
     /// Takes note of a step of length `h` that was rejected for its error.
     fn rejected(&mut self, _h: f64, _error: f64) {}
