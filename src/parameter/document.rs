@@ -8,7 +8,7 @@ use toml::{Table, Value, ser::Error};
 use super::entry::{Kind, Parameter, Parameters};
 
 /// Column in which the words behind a value begin, if the value leaves room.
-const COLUMN: usize = 40;
+const COLUMN: usize = 39;
 /// Columns of a line.
 const WIDTH: usize = 126;
 
@@ -42,11 +42,11 @@ pub fn lines(
         let about = entry.description().replace('`', "");
         let about = about.trim_end_matches('.');
         let words = more(entry).map_or_else(|| about.to_owned(), |more| format!("{about} ({more})"));
-        let mut line = format!("{:COLUMN$}#", format!("{prefix}{} = {}", entry.name, written(value)));
+        let mut line = format!("{:COLUMN$} #", format!("{prefix}{} = {}", entry.name, written(value)));
         for word in words.split(' ') {
             if line.len() + word.len() >= WIDTH {
                 let _ = writeln!(text, "{line}");
-                line = format!("{:COLUMN$}#", prefix.trim_end());
+                line = format!("{:COLUMN$} #", prefix.trim_end());
             }
             let _ = write!(line, " {word}");
         }
@@ -60,7 +60,8 @@ fn written(value: &Value) -> String {
     match value {
         Value::Float(number) => {
             let (plain, power) = (value.to_string(), format!("{number:e}"));
-            if plain.len() > power.len() + 3 { power } else { plain }
+            let far = number.abs() >= 1e4 || number.abs() < 1e-3;
+            if far && plain.len() > power.len() { power } else { plain }
         }
         Value::Array(items) => format!("[{}]", items.iter().map(written).collect::<Vec<_>>().join(", ")),
         Value::Table(pairs) => {
