@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::law::{ContactLaw, HERTZ_EXPONENT};
 use super::restitution::{self, hunt_crossley_damping, kelvin_voigt_damping, separating_damping};
-use crate::parameter::{Choice, parameters};
+use crate::parameter::{Choice, describe, parameters};
 
 /// Exponent `n` of the Hunt-Crossley law, unless stated.
 const EXPONENT: f64 = 1.5;
@@ -89,6 +89,9 @@ parameters! {
     /// that has the same peak penetration as `stiffness_n_per_m` in an undamped impact at the reference speed,
     /// `K = (n + 1)/2 k d0^(1 - n)` with `d0 = v0 sqrt(mu/k)`, and the restitution that `stiffness_n_per_m` and
     /// `damping_n_s_per_m` have under the default law. So `law` alone can be changed, and varied in a design.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    #[schemars(transform = describe::<ContactParameters>)]
     pub struct ContactParameters {
         /// Force law.
         #[serde(default, skip_serializing_if = "is_default")]

@@ -14,7 +14,10 @@ pub trait Parameters {
 }
 
 /// A type of a few values, all of which are allowed: what has it needs no range.
-pub trait Choice {}
+pub trait Choice {
+    /// Nothing to check.
+    fn check(&self) {}
+}
 
 impl Choice for bool {}
 

@@ -15,7 +15,7 @@ mod document;
 mod entry;
 mod range;
 
-pub(crate) use declare::{check, declared, default, kind, parameters};
+pub(crate) use declare::{check, default, kind, parameters};
 pub use document::{document, lines};
 pub(crate) use entry::describe;
 pub use entry::{Choice, Kind, Parameter, Parameters};

@@ -60,23 +60,17 @@ pub trait Numbers {
     fn visit(&self, see: &mut dyn FnMut(f64));
 }
 
-impl Numbers for f64 {
-    fn visit(&self, see: &mut dyn FnMut(f64)) {
-        see(*self);
-    }
+macro_rules! numbers {
+    ($($type:ty),+) => { $(
+        impl Numbers for $type {
+            fn visit(&self, see: &mut dyn FnMut(f64)) {
+                see(*self as f64);
+            }
+        }
+    )+ };
 }
 
-impl Numbers for usize {
-    fn visit(&self, see: &mut dyn FnMut(f64)) {
-        see(*self as f64);
-    }
-}
-
-impl Numbers for u64 {
-    fn visit(&self, see: &mut dyn FnMut(f64)) {
-        see(*self as f64);
-    }
-}
+numbers!(f64, usize, u64);
 
 impl<T: Numbers, const N: usize> Numbers for [T; N] {
     fn visit(&self, see: &mut dyn FnMut(f64)) {
@@ -97,24 +91,17 @@ impl<T: Numbers> Numbers for Option<T> {
 }
 
 /// The [`Range`] of a declaration.
+#[rustfmt::skip]
 macro_rules! range {
-    ([$($range:tt)+]) => { $crate::parameter::range!(parameter_words!([$($range)+]), $($range)+) };
-    ($words:expr, finite) => { $crate::parameter::range!($words, f64::NEG_INFINITY, false, f64::INFINITY) };
-    ($words:expr, > $low:literal $(, <= $high:literal)?) => {
-        $crate::parameter::range!($words, $low as f64, true, $crate::parameter::range!(end $($high)?))
+    ([finite]) => { $crate::parameter::range!(f64::NEG_INFINITY, false, f64::INFINITY, [finite]) };
+    ([> $low:literal]) => { $crate::parameter::range!($low as f64, true, f64::INFINITY, [> $low]) };
+    ([>= $low:literal]) => { $crate::parameter::range!($low as f64, false, f64::INFINITY, [>= $low]) };
+    ([> $low:literal, <= $high:literal]) => { $crate::parameter::range!($low as f64, true, $high as f64, [> $low, <= $high]) };
+    ([$low:literal ..]) => { $crate::parameter::range!($low as f64, false, f64::INFINITY, [$low ..]) };
+    ([$low:literal ..= $high:literal]) => { $crate::parameter::range!($low as f64, false, $high as f64, [$low ..= $high]) };
+    ($low:expr, $open:literal, $high:expr, $range:tt) => {
+        $crate::parameter::Range { low: $low, open: $open, high: $high, words: parameter_words!($range) }
     };
-    ($words:expr, >= $low:literal $(, <= $high:literal)?) => {
-        $crate::parameter::range!($words, $low as f64, false, $crate::parameter::range!(end $($high)?))
-    };
-    ($words:expr, $low:literal ..) => { $crate::parameter::range!($words, $low as f64, false, f64::INFINITY) };
-    ($words:expr, $low:literal ..= $high:literal) => {
-        $crate::parameter::range!($words, $low as f64, false, $high as f64)
-    };
-    ($words:expr, $low:expr, $open:literal, $high:expr) => {
-        $crate::parameter::Range { low: $low, open: $open, high: $high, words: $words }
-    };
-    (end) => { f64::INFINITY };
-    (end $high:literal) => { $high as f64 };
 }
 
 pub(crate) use range;

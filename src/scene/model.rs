@@ -5,7 +5,7 @@ use crate::hammer::HammerParameters;
 use crate::parameter::parameters;
 use crate::workpiece::Casting;
 
-parameters! {
+parameters! { file
     /// Gas, surroundings and gravity.
     pub struct Environment {
         /// Specific gas constant `R`.
@@ -38,6 +38,7 @@ pub struct Mount {
 
 parameters! {
     /// One hammer of a scene.
+    #[derive(Debug, Clone, PartialEq)]
     pub struct HammerUnit {
         own {
             /// Name as in the study.
@@ -66,7 +67,7 @@ parameters! {
     }
 }
 
-parameters! {
+parameters! { file
     /// Windows and thresholds of the outputs (defaults: the definitions of the outputs).
     pub struct OutputSettings {
         /// Length of a blow's window, from its start.

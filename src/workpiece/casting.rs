@@ -4,6 +4,7 @@ use crate::parameter::parameters;
 
 parameters! {
     /// Spring and damper between a point of a casting and a node of the structure.
+    #[derive(Debug, Clone, PartialEq)]
     pub struct Fixture {
         own {
             /// Name as in the study.
@@ -24,6 +25,7 @@ parameters! {
     /// A rigid casting with the fixtures that carry it.
     ///
     /// The point (x, y) moves by `z + y tx - x ty`.
+    #[derive(Debug, Clone, PartialEq)]
     pub struct Casting {
         own {
             /// Name as in the study.
