@@ -26,17 +26,18 @@
 //! integrate  :
 //! linalg     :
 //! parameter  :
+//! words      :
 //! contact    : parameter
 //! workpiece  : parameter
 //! hammer     : contact parameter
-//! structure  : linalg
+//! structure  : linalg words
 //! scene      : hammer integrate parameter workpiece
-//! study      : design hammer parameter scene structure workpiece
+//! study      : design hammer parameter scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system
 //! accuracy   : metrics run scene system
-//! dataset    : metrics run
+//! dataset    : metrics run words
 //! report     : dataset
 //! engine     : dataset design run scene structure study system
 //! cli        : accuracy dataset design engine guide metrics report run scene structure study system
@@ -55,6 +56,7 @@
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`guide`]: pages for users, as `decore help` prints them.
+//! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
 
@@ -78,4 +80,5 @@ pub mod scene;
 pub mod structure;
 pub mod study;
 pub mod system;
+pub mod words;
 pub mod workpiece;

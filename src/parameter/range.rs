@@ -18,6 +18,11 @@ pub struct Range {
 }
 
 impl Range {
+    /// A range by its ends, without words.
+    pub(crate) const fn between(low: f64, open: bool, high: f64) -> Self {
+        Self { low, open, high, words: "" }
+    }
+
     /// Whether a number is finite and in the range.
     pub fn holds(&self, value: f64) -> bool {
         let above = if self.open { value > self.low } else { value >= self.low };
@@ -93,15 +98,15 @@ impl<T: Numbers> Numbers for Option<T> {
 /// The [`Range`] of a declaration.
 #[rustfmt::skip]
 macro_rules! range {
-    ([finite]) => { $crate::parameter::range!(f64::NEG_INFINITY, false, f64::INFINITY, [finite]) };
-    ([> $low:literal]) => { $crate::parameter::range!($low as f64, true, f64::INFINITY, [> $low]) };
-    ([>= $low:literal]) => { $crate::parameter::range!($low as f64, false, f64::INFINITY, [>= $low]) };
-    ([> $low:literal, <= $high:literal]) => { $crate::parameter::range!($low as f64, true, $high as f64, [> $low, <= $high]) };
-    ([$low:literal ..]) => { $crate::parameter::range!($low as f64, false, f64::INFINITY, [$low ..]) };
-    ([$low:literal ..= $high:literal]) => { $crate::parameter::range!($low as f64, false, $high as f64, [$low ..= $high]) };
-    ($low:expr, $open:literal, $high:expr, $range:tt) => {
-        $crate::parameter::Range { low: $low, open: $open, high: $high, words: parameter_words!($range) }
+    ($range:tt) => {
+        $crate::parameter::Range { words: parameter_words!($range), ..$crate::parameter::range!(ends $range) }
     };
+    (ends [finite]) => { $crate::parameter::Range::between(f64::NEG_INFINITY, false, f64::INFINITY) };
+    (ends [> $low:literal]) => { $crate::parameter::Range::between($low as f64, true, f64::INFINITY) };
+    (ends [>= $low:literal]) => { $crate::parameter::Range::between($low as f64, false, f64::INFINITY) };
+    (ends [> $low:literal, <= $high:literal]) => { $crate::parameter::Range::between($low as f64, true, $high as f64) };
+    (ends [$low:literal ..]) => { $crate::parameter::Range::between($low as f64, false, f64::INFINITY) };
+    (ends [$low:literal ..= $high:literal]) => { $crate::parameter::Range::between($low as f64, false, $high as f64) };
 }
 
 pub(crate) use range;

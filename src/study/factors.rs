@@ -5,12 +5,13 @@ use std::path::Path;
 use toml::Value;
 
 use super::document::Document;
-use super::error::{Problem, nearest_name};
+use super::error::Problem;
 use super::file::{DesignEntry, DistributionName, FactorEntry, FactorValue, LinkEntry, Scale};
 use super::keys::{Shape, shape_at};
 use super::kinds;
 use super::path;
 use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level, Scope, Value as ExpressionValue};
+use crate::words::nearest;
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
@@ -370,7 +371,7 @@ impl Reader<'_> {
                 let unknown = |used: &&str| before.iter().all(|info| info.name != *used);
                 if let Some(used) = expression.names().into_iter().find(unknown) {
                     let problem = self.problem(&at, format!("there is no factor `{used}` before this one"));
-                    problem.nearest = nearest_name(used, before.iter().map(|info| info.name.as_str()));
+                    problem.nearest = nearest(used, before.iter().map(|info| info.name.as_str()));
                 } else if expression.calls_scope() {
                     self.problem(&at, "calls a function that is not known here");
                 }
@@ -490,7 +491,7 @@ impl Reader<'_> {
                 let at = self.at(name, &["values", &index.to_string()]);
                 let nearest = match (shape, value) {
                     (Shape::Choice(choices), FactorValue::Text(text)) => {
-                        nearest_name(text, choices.iter().map(String::as_str))
+                        nearest(text, choices.iter().map(String::as_str))
                     }
                     _ => None,
                 };
