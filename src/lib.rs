@@ -32,7 +32,7 @@
 //! hammer     : contact parameter
 //! structure  : linalg words
 //! scene      : hammer integrate parameter workpiece
-//! study      : design hammer parameter scene structure words workpiece
+//! study      : contact design hammer parameter scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system

@@ -29,6 +29,11 @@ macro_rules! laws {
             /// All of them.
             pub const ALL: &[Self] = &[$(Self::$law),+];
 
+            /// Name in files.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$law => $name,)+ }
+            }
+
             /// The law with its coefficients, between two bodies of reduced mass `reduced_mass_kg`.
             fn coefficients(self, contact: &ContactParameters, reduced_mass_kg: f64) -> ContactLaw {
                 let coefficients: fn(&ContactParameters, f64) -> ContactLaw = match self { $(Self::$law => $coefficients,)+ };

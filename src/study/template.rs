@@ -6,6 +6,7 @@ use toml::ser::Error;
 
 use super::keys::{Shape, shape_at};
 use super::schema::study_schema;
+use crate::contact::ContactLawName;
 use crate::parameter::{Kind, Parameter, Parameters, lines};
 use crate::scene::{Environment, OutputSettings, SolverEntry, SolverSettings};
 
@@ -18,7 +19,8 @@ const BY_HAND: &str = include_str!("template.toml");
 /// A default that TOML cannot hold.
 pub fn template() -> Result<String, Error> {
     let shape = Shape::from_schema(&study_schema());
-    let mut text = BY_HAND.to_owned();
+    let laws: Vec<String> = ContactLawName::ALL.iter().map(|law| format!("\"{}\"", law.name())).collect();
+    let mut text = BY_HAND.replace("{laws}", &laws.join(", "));
     complete::<SolverSettings>(&mut text, "solver", SolverEntry::from(SolverSettings::default()), &shape)?;
     complete::<OutputSettings>(&mut text, "outputs", OutputSettings::default(), &shape)?;
     complete::<Environment>(&mut text, "environment", Environment::default(), &shape)?;
