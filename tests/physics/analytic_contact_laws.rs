@@ -380,7 +380,8 @@ fn analytic_rest_under_every_law() {
 /// The law's split at its switching surfaces: where an indicator is zero the force is, and force, store and loss agree.
 #[test]
 fn analytic_split_of_the_laws() {
-    let laws = ContactLawName::ALL.iter().map(|&law| ContactParameters { restitution: Some(0.6), ..with_law(law) }.law(MU));
+    let laws =
+        ContactLawName::ALL.iter().map(|&law| ContactParameters { restitution: Some(0.6), ..with_law(law) }.law(MU));
     for law in laws {
         for (d, v) in [(1e-5, 0.7), (1e-5, -0.2), (4e-5, -3.0), (2e-5, 0.0)] {
             // Power of the force = growth of the store + loss.
