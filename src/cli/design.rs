@@ -8,8 +8,8 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::text::{plural, say};
 use crate::dataset::{DatasetInfo, Factor, FactorKind, TableColumn, TableValues, write_table};
-use crate::engine::{constrained, dataset_info};
-use crate::study::{FactorValue, Study};
+use crate::engine::{checked, dataset_info};
+use crate::study::{CheckedStudy, FactorValue, Study};
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -30,7 +30,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
         return Err(Failure::Argument(message));
     }
-    let study = constrained(&Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
+    let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {
@@ -45,7 +45,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
 }
 
 /// The index of the row, then the factors, derived ones included.
-fn columns(study: &Study, info: &DatasetInfo) -> Vec<TableColumn> {
+fn columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
     let rows: Vec<Vec<FactorValue>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
     let index = TableColumn {
         name: "row".to_owned(),

@@ -4,7 +4,7 @@ mod flow;
 mod model;
 mod parameters;
 
-pub use flow::{FlowFunction, Gas};
+pub use flow::{FlowFunction, Gas, choked_flow};
 pub use model::{ChamberBalance, HammerModel, HammerRates, HammerState, body, chamber};
 pub use parameters::{
     ChiselParameters, GuideParameters, HammerParameters, HousingParameters, PistonParameters, TelescopeParameters,

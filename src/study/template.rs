@@ -4,7 +4,7 @@ use serde::Serialize;
 use toml::Table;
 use toml::ser::Error;
 
-use super::keys::{Shape, shape_at};
+use super::document::keys::{Shape, shape_at};
 use super::schema::study_schema;
 use crate::contact::ContactLawName;
 use crate::parameter::{Kind, Parameter, Parameters, lines};

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use toml::Value;
 
-use super::document::Document;
-use super::error::Problem;
-use super::file::{DesignEntry, DistributionName, FactorEntry, FactorValue, LinkEntry, Scale};
-use super::keys::{Shape, shape_at};
 use super::kinds;
-use super::path;
-use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level, Scope, Value as ExpressionValue};
+use crate::design::{Design, DesignError, Distribution, Factor, Level};
+use crate::expression::{self, Expression, Scope};
+use crate::study::document::error::Problem;
+use crate::study::document::keys::{Shape, shape_at};
+use crate::study::document::path;
+use crate::study::document::tree::Document;
+use crate::study::file::{DesignEntry, DistributionName, FactorEntry, FactorValue, LinkEntry, Scale};
 use crate::words::nearest;
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
@@ -75,7 +76,7 @@ impl FactorInfo {
     }
 
     /// The value of a level.
-    pub(super) fn value(&self, level: Level) -> FactorValue {
+    pub(in crate::study) fn value(&self, level: Level) -> FactorValue {
         match level {
             Level::Real(value) => FactorValue::Real(value),
             Level::Integer(value) => FactorValue::Integer(value),
@@ -88,7 +89,7 @@ impl FactorInfo {
     }
 
     /// The levels at the ends of its range, or all its categories: what has to be sound for every row to be.
-    pub(super) fn extremes(&self) -> Vec<Level> {
+    pub(in crate::study) fn extremes(&self) -> Vec<Level> {
         match &self.distribution {
             None => Vec::new(),
             Some(Distribution::Integer { low, high } | Distribution::LogInteger { low, high }) => {
@@ -101,7 +102,7 @@ impl FactorInfo {
 }
 
 /// A factor's value as TOML.
-pub(super) fn to_toml(value: &FactorValue) -> Value {
+pub(in crate::study) fn to_toml(value: &FactorValue) -> Value {
     match value {
         FactorValue::Integer(number) => Value::Integer(*number),
         FactorValue::Real(number) => Value::Float(*number),
@@ -110,7 +111,7 @@ pub(super) fn to_toml(value: &FactorValue) -> Value {
 }
 
 /// The value of a parameter linked to a factor, as TOML.
-pub(super) fn linked(value: &FactorValue, link: Link) -> Value {
+fn linked(value: &FactorValue, link: Link) -> Value {
     match value {
         _ if link == Link::SAME => to_toml(value),
         FactorValue::Integer(number) => Value::Float(link.factor * *number as f64 + link.offset),
@@ -121,7 +122,7 @@ pub(super) fn linked(value: &FactorValue, link: Link) -> Value {
 
 /// How a parameter follows its factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Link {
+pub(in crate::study) struct Link {
     pub factor: f64,
     pub offset: f64,
 }
@@ -133,7 +134,7 @@ impl Link {
 
 /// Where a factor's value comes from.
 #[derive(Debug, Clone)]
-pub(super) enum Source {
+pub(in crate::study) enum Source {
     /// The design's factor of this index.
     Drawn(usize),
     /// An expression of factors before it.
@@ -142,7 +143,7 @@ pub(super) enum Source {
 
 /// The design of a study with its factors.
 #[derive(Debug, Clone)]
-pub(super) struct Plan {
+pub(in crate::study) struct Plan {
     pub design: Design,
     pub factors: Vec<FactorInfo>,
     pub sources: Vec<Source>,
@@ -157,24 +158,24 @@ pub(super) struct Plan {
 }
 
 /// Values of the factors so far, as names of an expression.
-pub(super) struct Factors<'a> {
+pub(in crate::study) struct Factors<'a> {
     pub names: &'a [FactorInfo],
     pub values: &'a [FactorValue],
 }
 
 impl Factors<'_> {
-    pub fn get(&self, name: &str) -> Option<ExpressionValue> {
+    pub fn get(&self, name: &str) -> Option<expression::Value> {
         let pair = self.names.iter().zip(self.values).find(|(info, _)| info.name == name);
         pair.map(|(_, value)| match value {
-            FactorValue::Integer(number) => ExpressionValue::Number(*number as f64),
-            FactorValue::Real(number) => ExpressionValue::Number(*number),
-            FactorValue::Text(text) => ExpressionValue::Text(text.clone()),
+            FactorValue::Integer(number) => expression::Value::Number(*number as f64),
+            FactorValue::Real(number) => expression::Value::Number(*number),
+            FactorValue::Text(text) => expression::Value::Text(text.clone()),
         })
     }
 }
 
 impl Scope for Factors<'_> {
-    fn value(&self, name: &str) -> Result<ExpressionValue, String> {
+    fn value(&self, name: &str) -> Result<expression::Value, String> {
         self.get(name).ok_or_else(|| format!("there is no factor `{name}`"))
     }
 
@@ -184,18 +185,28 @@ impl Scope for Factors<'_> {
 }
 
 impl Plan {
-    /// Where the tree has no value at a path that a factor drives, puts the first row's there; returns these paths.
-    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<Vec<Vec<String>>, (String, String)> {
-        let mut filled = Vec::new();
-        for ((value, paths), links) in self.row(0).iter().zip(&self.paths).zip(&self.links) {
-            for (at, link) in paths.iter().zip(links) {
-                if path::get(tree, at).is_none() {
-                    path::set(tree, at, linked(value, *link)).map_err(|message| (path::join(at), message))?;
-                    filled.push(at.clone());
-                }
+    /// Where the tree has no value at a path that a factor drives, puts the first row's there.
+    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
+        for (at, value) in self.driven(&self.row(0)) {
+            if path::get(tree, at).is_none() {
+                path::set(tree, at, value).map_err(|message| (path::join(at), message))?;
             }
         }
-        Ok(filled)
+        Ok(())
+    }
+
+    /// All paths that factors drive.
+    pub fn driven_paths(&self) -> impl Iterator<Item = &[String]> {
+        self.paths.iter().flatten().map(Vec::as_slice)
+    }
+
+    /// The paths that factors drive, with what they have for these values of the factors.
+    pub fn driven(&self, values: &[FactorValue]) -> Vec<(&[String], Value)> {
+        let mut driven = Vec::new();
+        for ((paths, links), value) in self.paths.iter().zip(&self.links).zip(values) {
+            driven.extend(paths.iter().zip(links).map(|(at, link)| (at.as_slice(), linked(value, *link))));
+        }
+        driven
     }
 
     /// Reads the design section. `tree` is the study's tree of values, for the names in it; files lie in `directory`.
@@ -276,7 +287,7 @@ impl Plan {
                 Source::Derived(expression) => {
                     let scope = Factors { names: &self.factors, values: &values };
                     let number = match expression.evaluate(&scope) {
-                        Ok(ExpressionValue::Number(number)) => Ok(number),
+                        Ok(expression::Value::Number(number)) => Ok(number),
                         Ok(other) => Err(format!("expected a number, found {other}")),
                         Err(message) => Err(message),
                     };
@@ -620,7 +631,7 @@ fn link_of(link: &LinkEntry) -> Link {
 }
 
 /// A design's fault with its place in the study.
-pub(super) fn design_problem(document: &Document, error: &DesignError, factors: &[FactorInfo]) -> Problem {
+pub(in crate::study) fn design_problem(document: &Document, error: &DesignError, factors: &[FactorInfo]) -> Problem {
     let drawn = |index: usize| factors.iter().filter(|factor| factor.distribution.is_some()).nth(index);
     let name = error.factor().and_then(drawn).map(|factor| factor.name.as_str());
     let key = match error {

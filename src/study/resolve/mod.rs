@@ -1,0 +1,9 @@
+//! From values to a scene: defaults filled in, names looked up, geometry worked out.
+
+mod geometry;
+mod layers;
+pub(super) mod library;
+pub(super) mod placement;
+pub(super) mod rows;
+pub(super) mod scene;
+pub(super) mod structure;
