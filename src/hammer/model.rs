@@ -124,7 +124,7 @@ impl HammerModel {
         let mut weight = mass.map(|m| m * gravity_m_s2);
         weight[body::GUIDE] = -weight[body::CYLINDER..].iter().sum::<f64>();
         Self {
-            parameters: parameters.clone(),
+            parameters: *parameters,
             gas,
             flow: FlowFunction::new(&gas),
             area: [a1, a2, a3, p.front_area_ratio * a3],
