@@ -11,14 +11,12 @@ use super::columns::TableName;
 use super::durable::{failed_to, sync_folder};
 use super::journal::JOURNAL;
 use super::lock::Lock;
-use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME};
+use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME, find};
 use super::rebuild::known;
-use super::recovery::{BlockParts, Recovered, find, read_parts, recover};
-use super::store::{columns_of, remove};
+use super::recovery::{BlockParts, Recovered, read_parts, recover};
+use super::store::{GROWING, columns_of, remove};
 use super::{DatasetError, DatasetInfo, DatasetWriter, Existing};
 
-/// Folder of the grown dataset while it is written, below the dataset's.
-pub const GROWING: &str = ".growing";
 /// Says that the grown dataset is whole and replaces the one around it.
 const READY: &str = "ready";
 

@@ -219,6 +219,11 @@ fn insert(parts: &mut Vec<Part>, part: Part) {
     parts.insert(at, part);
 }
 
+/// The part of a block.
+pub fn find(parts: &[Part], first_row: u64) -> Option<&Part> {
+    parts.iter().find(|part| part.first_row == first_row)
+}
+
 /// Path of a part below the dataset's folder.
 pub fn part_file(table: TableName, first_row: u64) -> String {
     let table = table.folder();

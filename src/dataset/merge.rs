@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use super::columns::TableName;
 use super::difference::differences;
 use super::lock::Lock;
-use super::manifest::{Manifest, Part, RowSpan, gaps};
+use super::manifest::{Manifest, Part, RowSpan, find, gaps};
 use super::reader::check_part;
-use super::recovery::{BlockParts, find, read_parts};
+use super::recovery::{BlockParts, read_parts};
 use super::store::columns_of;
 use super::{DatasetError, DatasetReader, DatasetWriter, Existing};
 

@@ -8,8 +8,7 @@ use super::columns::{Cell, ColumnDescription, Columns, TableName};
 use super::durable::failed_to;
 use super::manifest::{Manifest, Part, TimingsManifest};
 use super::parquet_file::visit_rows;
-use super::rebuild::timings_of_parts;
-use super::verify::strays;
+use super::rebuild::{strays, timings_of_parts};
 
 /// A dataset as its manifests describe it at the time of opening; later parts are not seen.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::columns::{Cell, Columns, TableName};
-use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, part_file};
+use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, find, part_file};
 use super::parquet_file::visit_rows;
 use super::reader::check_part;
 use super::rebuild::Known;
@@ -142,11 +142,6 @@ impl Recovered {
         }
         Ok(())
     }
-}
-
-/// The part of a block.
-pub fn find(parts: &[Part], first_row: u64) -> Option<&Part> {
-    parts.iter().find(|part| part.first_row == first_row)
 }
 
 /// Whether the manifest has all rows of a block that the dataset is to hold.

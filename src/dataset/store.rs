@@ -7,18 +7,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::columns::{Cell, Columns, TableName};
-use super::durable::{StagedFile, failed_to, sync_folder};
+use super::durable::{StagedFile, failed_to, make_folder, sync_folder};
 use super::lock::Place;
-use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_sealed_json};
+use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, find, part_file, to_sealed_json};
 use super::parquet_file::TableBuilder;
 use super::rebuild::BlockDescription;
 use super::record::{ColumnCounts, StoredRow};
-use super::recovery::find;
 use super::{DatasetError, DatasetInfo};
 
 /// Folder for files that are not yet in place, on the same file system as the tables.
 pub const STAGING: &str = ".staging";
 
+/// Folder of the grown dataset while it is written, below the dataset's.
+pub const GROWING: &str = ".growing";
 /// Folder for parts that are not those of the manifest any more.
 pub const DAMAGED: &str = ".damaged";
 /// Folder of the datasets that were replaced, until the one that replaces them is whole.
@@ -56,7 +57,7 @@ impl Store {
         let folder = place.path().to_owned();
         for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
             let path = folder.join(name);
-            fs::create_dir_all(&path).map_err(failed_to("create", &path))?;
+            make_folder(&path)?;
         }
         let store = Self { folder, place, columns, manifest, timings };
         store.put_manifests_in_place(&store.manifest, &store.timings)?;
@@ -103,6 +104,8 @@ impl Store {
         files.into_iter().try_for_each(|file| self.put_part_in_place(file))?;
         self.put_manifests_in_place(&manifest, &timings)?;
         (self.manifest, self.timings) = (manifest, timings);
+        #[cfg(test)]
+        super::trace::note(&self.folder, || super::trace::Event::Durable(block.keys().copied().collect()));
         Ok(())
     }
 
@@ -198,6 +201,8 @@ pub fn columns_of(info: &DatasetInfo) -> Result<Arc<Columns>, DatasetError> {
 /// # Errors
 /// The system's.
 pub fn remove(path: &Path) -> Result<(), DatasetError> {
+    #[cfg(test)]
+    super::trace::note(path, || super::trace::Event::Remove(path.to_owned()));
     let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     match removed {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed_to("remove", path)(error)),
@@ -213,7 +218,7 @@ pub fn set_aside(path: &Path, aside: &Path) -> Result<(), DatasetError> {
     if !path.exists() {
         return Ok(());
     }
-    fs::create_dir_all(aside).map_err(failed_to("create", aside))?;
+    make_folder(aside)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut target = aside.join(&*name);
     for number in 2.. {

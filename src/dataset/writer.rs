@@ -11,16 +11,15 @@ use std::time::{Duration, Instant};
 
 use super::columns::{Columns, TableName};
 use super::difference::differences;
-use super::durable::failed_to;
+use super::durable::{failed_to, make_folder};
 use super::journal::{self, JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock, Place};
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
-use super::rebuild::{Known, known};
+use super::rebuild::{Known, known, strays};
 use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
-use super::store::{Block, DAMAGED, REPLACED, STAGING, Store, columns_of, remove, set_aside};
-use super::verify::strays;
+use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
 use super::{DatasetError, DatasetInfo, RowRecord};
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
@@ -104,7 +103,7 @@ impl DatasetWriter {
     pub fn open(folder: &Path, info: &DatasetInfo, range: RowSpan, existing: Existing) -> Result<Self, DatasetError> {
         let mut columns = columns_of(info)?;
         look(folder, existing)?;
-        fs::create_dir_all(folder).map_err(failed_to("create", folder))?;
+        make_folder(folder)?;
         let lock = Lock::take(folder)?;
         let recovered = match look(folder, existing)? {
             Found::Dataset(known) if existing == Existing::Resume => {
@@ -126,7 +125,7 @@ impl DatasetWriter {
         };
         remove(&folder.join(STAGING))?;
         let journal = folder.join(JOURNAL);
-        fs::create_dir_all(&journal).map_err(failed_to("create", &journal))?;
+        make_folder(&journal)?;
         Self::start(folder, columns, recovered, lock)
     }
 
@@ -240,6 +239,12 @@ impl DatasetWriter {
             remove(&self.folder.join(REPLACED))?;
         }
         Ok(store.manifest().clone())
+    }
+
+    /// Brings the journal to the disk, as the writer does now and then.
+    #[cfg(test)]
+    pub(super) fn sync_journal(&self) -> Result<(), DatasetError> {
+        self.recorder.journal.sync()
     }
 
     /// Whether the row is still to come.
@@ -442,7 +447,7 @@ fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
     let earlier = fs::read_dir(folder.join(REPLACED)).map_or(0, Iterator::count);
     let aside = folder.join(REPLACED).join((earlier + 1).to_string());
     let tables = TableName::ALL.map(TableName::folder);
-    let names = tables.into_iter().chain([JOURNAL, DAMAGED, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
+    let names = tables.into_iter().chain([JOURNAL, DAMAGED, GROWING, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
     names.map(|name| folder.join(name)).try_for_each(|path| set_aside(&path, &aside))?;
     Ok(format!("the dataset that was there is kept in {} until the new one is whole", aside.display()))
 }
