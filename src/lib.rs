@@ -43,7 +43,7 @@
 //! dataset    : metrics run words
 //! report     : dataset
 //! engine     : dataset design metrics run scene structure study system
-//! cli        : accuracy dataset design engine guide metrics report run scene structure study system
+//! cli        : accuracy dataset design engine files guide metrics report run scene structure study system
 //! ```
 //!
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
