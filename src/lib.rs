@@ -31,12 +31,12 @@
 //! parameter  :
 //! plot       :
 //! words      :
-//! workpiece  :
 //! contact    : parameter
+//! workpiece  : parameter
 //! hammer     : contact parameter
 //! structure  : files linalg plot words
 //! scene      : hammer integrate parameter workpiece
-//! study      : design expression files hammer parameter scene structure words workpiece
+//! study      : contact design expression files hammer parameter scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate scene system
 //! run        : integrate metrics scene system

@@ -204,7 +204,7 @@ fn run(scene: &Scene, rig: &Rig, case: &Case) -> ([f64; 4], Counters) {
         tolerance: TOLERANCE,
         first_step_s: 1e-6,
         longest_step_s: 1e-3,
-        step_s: scene.solver.stepping.step_s,
+        step_s: scene.solver.step_s,
         located: true,
         max_steps: scene.solver.max_steps,
         max_wall_time_s: scene.solver.max_wall_time_s,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use decore::run::{RowOutcome, run_row};
-use decore::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings, Stepping};
+use decore::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings};
 
 use crate::scene::{FIGURES, GOALS, Rig, errors, figures, meets_goals};
 use crate::timing::{Timed, interleaved};
@@ -50,17 +50,12 @@ fn cases(scene: &Scene) -> Vec<Case> {
     let adaptive = |name: &str, guide, modes, tolerance| Case {
         family: name.to_owned(),
         name: format!("tsit5, {name}, {tolerance:.0e}"),
-        solver: SolverSettings { tolerance, guide, modes, stepping: Stepping::default(), ..scene.solver },
+        solver: SolverSettings { tolerance, guide, modes, method: Method::Tsit5, ..scene.solver },
     };
     let fixed = |name: &str, (method, step_s, located): (Method, f64, bool), guide| Case {
         family: name.to_owned(),
         name: format!("{name}, {} us", (1e6 * step_s).round()),
-        solver: SolverSettings {
-            guide,
-            modes: ModeTreatment::Integrated,
-            stepping: Stepping { method, step_s, located },
-            ..scene.solver
-        },
+        solver: SolverSettings { guide, modes: ModeTreatment::Integrated, method, step_s, located, ..scene.solver },
     };
     let (spring, tied) = (Guide::Spring, Guide::Tied);
     let mut cases = Vec::new();
@@ -93,7 +88,7 @@ pub fn measure(rig: &Rig, repeats: usize) -> Methods {
     let solver = SolverSettings {
         tolerance: REFERENCE_TOLERANCE,
         guide: Guide::Spring,
-        stepping: Stepping::default(),
+        method: Method::Tsit5,
         ..rig.scene.solver
     };
     let exact = figures(run(rig, solver).metrics.as_ref().expect("the reference run"));

@@ -4,7 +4,7 @@ use super::outputs::{differences, outputs};
 use super::{Accuracy, Measurement, REFERENCE_TOLERANCE, Setting};
 use crate::metrics::RunMetrics;
 use crate::run::{RowOutcome, perturbed, run_row};
-use crate::scene::{Guide, ModeTreatment, Scene, SolverSettings, Stepping};
+use crate::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings};
 use crate::system::InterfaceModes;
 
 /// Wall time in s of a run that is not repeated: noise hardly matters to it.
@@ -44,8 +44,7 @@ pub struct AccuracyError {
 pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(&str)) -> Result<Accuracy, AccuracyError> {
     let exact = |scene: &Scene, modes: &InterfaceModes, tolerance: f64| {
         let (guide, modes_as) = (Guide::Spring, ModeTreatment::Automatic);
-        let stepping = Stepping::default();
-        let solver = SolverSettings { tolerance, guide, modes: modes_as, stepping, ..scene.solver };
+        let solver = SolverSettings { tolerance, guide, modes: modes_as, method: Method::Tsit5, ..scene.solver };
         run_row(&Scene { solver, ..scene.clone() }, modes)
     };
     let (scene, modes) = (experiment.scene, experiment.modes);

@@ -10,7 +10,7 @@ mod plot;
 mod text;
 
 use crate::run::{RowStatus, SolverCounters};
-use crate::scene::{Guide, Method, ModeTreatment, SolverSettings, Stepping};
+use crate::scene::{Guide, Method, ModeTreatment, PRESETS, Preset, SolverSettings};
 
 pub use measure::{AccuracyError, Experiment, measure};
 pub use outputs::{MAIN_OUTPUTS, Output, main_differences};
@@ -34,12 +34,8 @@ pub struct Setting {
 impl Setting {
     /// What sets it apart from the others of its family: the tolerance, or the fixed step.
     pub fn grade(&self) -> String {
-        let SolverSettings { tolerance, stepping, .. } = self.solver;
-        if stepping.method.is_fixed() {
-            format!("{} us", (1e6 * stepping.step_s).round())
-        } else {
-            format!("{tolerance:.0e}")
-        }
+        let SolverSettings { tolerance, method, step_s, .. } = self.solver;
+        if method.is_fixed() { format!("{} us", (1e6 * step_s).round()) } else { format!("{tolerance:.0e}") }
     }
 }
 
@@ -55,14 +51,10 @@ pub fn ladder(scene: &SolverSettings) -> Vec<Setting> {
     let mut settings = Vec::new();
     for (family, guide, modes) in families {
         for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            let preset = match (modes, guide, tolerance) {
-                (ModeTreatment::Automatic, Guide::Tied, 1e-4) => Some("draft"),
-                (ModeTreatment::Automatic, Guide::Spring, 1e-5) => Some("standard"),
-                (ModeTreatment::Automatic, Guide::Spring, 1e-7) => Some("reference"),
-                _ => None,
-            };
-            let solver = SolverSettings { tolerance, guide, modes, stepping: Stepping::default(), ..*scene };
-            settings.push(Setting { family: family.to_owned(), preset, solver });
+            let same = |preset: &&Preset| preset.guide == guide && preset.tolerance == tolerance;
+            let preset = PRESETS.iter().find(same).filter(|_| modes == ModeTreatment::Automatic);
+            let solver = SolverSettings { tolerance, guide, modes, method: Method::Tsit5, ..*scene };
+            settings.push(Setting { family: family.to_owned(), preset: preset.map(|preset| preset.name), solver });
         }
     }
     settings
@@ -85,9 +77,8 @@ pub fn fixed_steps(scene: &SolverSettings, slow: bool) -> Vec<Setting> {
     let mut settings = Vec::new();
     for (family, method, step_s, located, is_slow) in all {
         if slow || !is_slow {
-            let stepping = Stepping { method, step_s, located };
             let (guide, modes) = (Guide::Spring, ModeTreatment::Integrated);
-            let solver = SolverSettings { guide, modes, stepping, ..*scene };
+            let solver = SolverSettings { guide, modes, method, step_s, located, ..*scene };
             settings.push(Setting { family: family.to_owned(), preset: None, solver });
         }
     }

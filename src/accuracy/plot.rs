@@ -2,7 +2,6 @@
 
 use super::{Accuracy, Measurement, Setting};
 use crate::plot::{Axis, BLACK, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels};
-use crate::scene::Method;
 
 /// Size in pixels.
 const SIZE: (u32, u32) = (1100, 600);
@@ -49,12 +48,15 @@ fn point(accuracy: &Accuracy, measurement: &Measurement) -> (f64, f64) {
     (measurement.ms_per_simulated_s, accuracy.worst(&measurement.errors).max(LEAST_ERROR))
 }
 
+/// Markers of the methods, in their order.
+const MARKERS: [Marker; 3] = [Marker::Disc, Marker::Up, Marker::Square];
+
+/// The marker of a setting's method; upside down if a fixed step's events are located.
 fn marker(setting: &Setting) -> Marker {
-    match (setting.solver.stepping.method, setting.solver.stepping.located) {
-        (Method::Tsit5, _) => Marker::Disc,
-        (Method::Rk4, false) => Marker::Up,
-        (Method::Rk4, true) => Marker::Down,
-        (Method::Trapezoid, _) => Marker::Square,
+    let solver = setting.solver;
+    match MARKERS[solver.method as usize % MARKERS.len()] {
+        Marker::Up if solver.located => Marker::Down,
+        marker => marker,
     }
 }
 

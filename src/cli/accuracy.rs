@@ -161,7 +161,7 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
             "step_s",
             "s",
             "Length of a fixed step; NaN under error control.",
-            real(&|m| if fixed(&m.setting) { m.setting.solver.stepping.step_s } else { f64::NAN }),
+            real(&|m| if fixed(&m.setting) { m.setting.solver.step_s } else { f64::NAN }),
         ),
         column("ms_per_simulated_s", "ms/s", "Wall time of the fastest run.", real(&|m| m.ms_per_simulated_s)),
         column("modes", "1", "Modes of the structure.", real(&|m| m.modes as f64)),
@@ -189,13 +189,13 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
 }
 
 fn fixed(setting: &Setting) -> bool {
-    setting.solver.stepping.method.is_fixed()
+    setting.solver.method.is_fixed()
 }
 
 fn method(setting: &Setting) -> String {
-    let stepping = setting.solver.stepping;
-    let located = if stepping.method.is_fixed() && stepping.located { ", contacts located" } else { "" };
-    format!("{}{located}", stepping.method.name())
+    let solver = setting.solver;
+    let located = if solver.method.is_fixed() && solver.located { ", contacts located" } else { "" };
+    format!("{}{located}", solver.method.name())
 }
 
 fn guide(guide: Guide) -> &'static str {

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::text::say;
-use crate::study::TEMPLATE;
+use crate::study::template;
 
 #[derive(Debug, Args)]
 pub(super) struct InitArguments {
@@ -18,13 +18,14 @@ pub(super) struct InitArguments {
 }
 
 pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
+    let text = template().map_err(|error| Failure::Argument(error.to_string()))?;
     if arguments.file.as_os_str() == "-" {
-        say(&TEMPLATE.trim_end());
+        say(&text.trim_end());
         return Ok(Exit::Done);
     }
     let path = arguments.file.display().to_string();
     let written = OpenOptions::new().write(true).create_new(true).open(&arguments.file).and_then(|mut file| {
-        file.write_all(TEMPLATE.as_bytes())?;
+        file.write_all(text.as_bytes())?;
         file.sync_all()
     });
     match written {

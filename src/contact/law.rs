@@ -1,7 +1,7 @@
 //! The laws as pure functions of penetration and rate.
 
 /// Exponent of the Hertz law.
-const HERTZ_EXPONENT: f64 = 1.5;
+pub(super) const HERTZ_EXPONENT: f64 = 1.5;
 
 /// A contact law with its coefficients.
 ///

@@ -3,30 +3,81 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::ContactLaw;
+use super::law::{ContactLaw, HERTZ_EXPONENT};
 use super::restitution::{self, hunt_crossley_damping, kelvin_voigt_damping, separating_damping};
-use crate::parameter::{Choice, parameters};
+use crate::parameter::{Choice, describe, parameters};
 
 /// Exponent `n` of the Hunt-Crossley law, unless stated.
 const EXPONENT: f64 = 1.5;
-/// Exponent of the Hertz law.
-const HERTZ_EXPONENT: f64 = 1.5;
 /// Speed in m/s at which laws are matched, unless stated.
 const REFERENCE_SPEED_M_S: f64 = 1.0;
 
-/// Force law of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ContactLawName {
+/// Declares the laws, each by one entry: documentation, name, the parameters that it takes, and its coefficients for given ones and
+/// a reduced mass.
+macro_rules! laws {
+    ($($(#[$attribute:meta])* $law:ident($name:literal, $first:literal $(, $option:literal)*) = $coefficients:expr;)+) => {
+        /// Force law of a contact.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+        pub enum ContactLawName { $(
+            $(#[$attribute])*
+            #[doc = concat!("Takes `", $first, "`" $(, ", `", $option, "`")*, ".")]
+            #[serde(rename = $name)]
+            $law,
+        )+ }
+
+        impl ContactLawName {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$law),+];
+
+            /// Name in files.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$law => $name,)+ }
+            }
+
+            /// The law with its coefficients, between two bodies of reduced mass `reduced_mass_kg`.
+            fn coefficients(self, contact: &ContactParameters, reduced_mass_kg: f64) -> ContactLaw {
+                let coefficients: fn(&ContactParameters, f64) -> ContactLaw = match self { $(Self::$law => $coefficients,)+ };
+                coefficients(contact, reduced_mass_kg)
+            }
+        }
+    };
+}
+
+laws! {
     /// `max(0, k d + c d')`: spring and damper that push and never pull.
     #[default]
-    KelvinVoigt,
+    KelvinVoigt("kelvin_voigt", "stiffness_n_per_m", "damping_n_s_per_m", "restitution") =
+        |contact, reduced_mass_kg| ContactLaw::KelvinVoigt {
+            stiffness_n_per_m: contact.stiffness_n_per_m,
+            damping_n_s_per_m: contact.linear_damping(reduced_mass_kg, kelvin_voigt_damping),
+        };
     /// `k d + c d'` until the penetration is zero again: pulls a little just before the bodies part.
-    KelvinVoigtSeparating,
+    KelvinVoigtSeparating("kelvin_voigt_separating", "stiffness_n_per_m", "damping_n_s_per_m", "restitution") =
+        |contact, reduced_mass_kg| ContactLaw::KelvinVoigtSeparating {
+            stiffness_n_per_m: contact.stiffness_n_per_m,
+            damping_n_s_per_m: contact.linear_damping(reduced_mass_kg, separating_damping),
+        };
     /// `max(0, K d^n (1 + a d'))`: no jump of the force at onset; a slow impact loses less than a fast one.
-    HuntCrossley,
+    HuntCrossley(
+        "hunt_crossley", "power_stiffness_n_per_m_n", "exponent", "damping_s_per_m", "restitution", "reference_speed_m_s"
+    ) = |contact, reduced_mass_kg| {
+        let exponent = contact.exponent.unwrap_or(EXPONENT);
+        let product = || hunt_crossley_damping(contact.restitution(reduced_mass_kg));
+        ContactLaw::HuntCrossley {
+            stiffness_n_per_m_n: contact.power_stiffness(reduced_mass_kg, exponent),
+            exponent,
+            damping_s_per_m: contact.damping_s_per_m.unwrap_or_else(|| product() / contact.reference_speed()),
+        }
+    };
     /// `max(0, K d^1.5 + C d^0.25 d')`: no jump of the force at onset; the restitution does not depend on the speed.
-    Hertz,
+    Hertz("hertz", "power_stiffness_n_per_m_n", "restitution", "reference_speed_m_s") = |contact, reduced_mass_kg| {
+        let stiffness = contact.power_stiffness(reduced_mass_kg, HERTZ_EXPONENT);
+        let ratio = kelvin_voigt_damping(contact.restitution(reduced_mass_kg));
+        ContactLaw::Hertz {
+            stiffness_n_per_m_1_5: stiffness,
+            damping_n_s_per_m_1_25: ratio * (5.0 * reduced_mass_kg * stiffness).sqrt(),
+        }
+    };
 }
 
 impl Choice for ContactLawName {}
@@ -43,6 +94,9 @@ parameters! {
     /// that has the same peak penetration as `stiffness_n_per_m` in an undamped impact at the reference speed,
     /// `K = (n + 1)/2 k d0^(1 - n)` with `d0 = v0 sqrt(mu/k)`, and the restitution that `stiffness_n_per_m` and
     /// `damping_n_s_per_m` have under the default law. So `law` alone can be changed, and varied in a design.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    #[schemars(transform = describe::<ContactParameters>)]
     pub struct ContactParameters {
         /// Force law.
         #[serde(default, skip_serializing_if = "is_default")]
@@ -91,34 +145,7 @@ pub const fn kelvin_voigt(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Con
 impl ContactParameters {
     /// The law between two bodies of reduced mass `reduced_mass_kg`.
     pub fn law(&self, reduced_mass_kg: f64) -> ContactLaw {
-        let stiffness_n_per_m = self.stiffness_n_per_m;
-        match self.law {
-            ContactLawName::KelvinVoigt => ContactLaw::KelvinVoigt {
-                stiffness_n_per_m,
-                damping_n_s_per_m: self.linear_damping(reduced_mass_kg, kelvin_voigt_damping),
-            },
-            ContactLawName::KelvinVoigtSeparating => ContactLaw::KelvinVoigtSeparating {
-                stiffness_n_per_m,
-                damping_n_s_per_m: self.linear_damping(reduced_mass_kg, separating_damping),
-            },
-            ContactLawName::HuntCrossley => {
-                let exponent = self.exponent.unwrap_or(EXPONENT);
-                let product = || hunt_crossley_damping(self.restitution(reduced_mass_kg));
-                ContactLaw::HuntCrossley {
-                    stiffness_n_per_m_n: self.power_stiffness(reduced_mass_kg, exponent),
-                    exponent,
-                    damping_s_per_m: self.damping_s_per_m.unwrap_or_else(|| product() / self.reference_speed()),
-                }
-            }
-            ContactLawName::Hertz => {
-                let stiffness = self.power_stiffness(reduced_mass_kg, HERTZ_EXPONENT);
-                let ratio = kelvin_voigt_damping(self.restitution(reduced_mass_kg));
-                ContactLaw::Hertz {
-                    stiffness_n_per_m_1_5: stiffness,
-                    damping_n_s_per_m_1_25: ratio * (5.0 * reduced_mass_kg * stiffness).sqrt(),
-                }
-            }
-        }
+        self.law.coefficients(self, reduced_mass_kg)
     }
 
     /// Damping of a linear law whose damping ratio follows from a restitution by `ratio`.

@@ -1,11 +1,26 @@
 //! Isentropic flow through an orifice between two chambers.
 
-use crate::hammer::Gas;
-
 /// Pressure ratio above which the flow function is replaced by a straight line to zero (square-root singularity).
 const LINEAR_ABOVE: f64 = 0.999;
 /// Chebyshev terms of the subsonic part; 14 suffice for exponents between 1.1 and 1.7.
 const TERMS: usize = 14;
+
+/// Constants of the gas.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gas {
+    /// `R T` in J/kg.
+    pub specific_energy_j_per_kg: f64,
+    /// Isentropic exponent `kappa`.
+    pub isentropic_exponent: f64,
+    /// Exponent of inflow `a_in`.
+    pub inflow_exponent: f64,
+    /// Exponent of outflow `a_out`.
+    pub outflow_exponent: f64,
+    /// Exponent of expansion `a`.
+    pub expansion_exponent: f64,
+    /// Ambient pressure `Pa` in Pa.
+    pub ambient_pressure_pa: f64,
+}
 
 /// The flow function `psi(r)` of the pressure ratio `r = Pd / Pu`, and the mass flow built on it.
 ///

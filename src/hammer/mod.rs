@@ -4,8 +4,8 @@ mod flow;
 mod model;
 mod parameters;
 
-pub use flow::{FlowFunction, choked_flow};
-pub use model::{ChamberBalance, Gas, HammerModel, HammerRates, HammerState, body, chamber};
+pub use flow::{FlowFunction, Gas, choked_flow};
+pub use model::{ChamberBalance, HammerModel, HammerRates, HammerState, body, chamber};
 pub use parameters::{
     ChiselParameters, GuideParameters, HammerParameters, HousingParameters, PistonParameters, TelescopeParameters,
     ValveParameters,

@@ -4,7 +4,8 @@
 //! `c = x_h - x_cb`.
 
 use crate::contact::ContactParameters;
-use crate::hammer::{FlowFunction, HammerParameters};
+use crate::hammer::flow::{FlowFunction, Gas};
+use crate::hammer::parameters::HammerParameters;
 
 /// Indices of the bodies within a hammer's state.
 pub mod body {
@@ -34,23 +35,6 @@ pub mod chamber {
     pub const FRONT: usize = 3;
     /// Number of chambers.
     pub const COUNT: usize = 4;
-}
-
-/// Constants of the gas.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gas {
-    /// `R T` in J/kg.
-    pub specific_energy_j_per_kg: f64,
-    /// Isentropic exponent `kappa`.
-    pub isentropic_exponent: f64,
-    /// Exponent of inflow `a_in`.
-    pub inflow_exponent: f64,
-    /// Exponent of outflow `a_out`.
-    pub outflow_exponent: f64,
-    /// Exponent of expansion `a`.
-    pub expansion_exponent: f64,
-    /// Ambient pressure `Pa` in Pa.
-    pub ambient_pressure_pa: f64,
 }
 
 /// State of one hammer as the model sees it.
@@ -140,7 +124,7 @@ impl HammerModel {
         let mut weight = mass.map(|m| m * gravity_m_s2);
         weight[body::GUIDE] = -weight[body::CYLINDER..].iter().sum::<f64>();
         Self {
-            parameters: parameters.clone(),
+            parameters: *parameters,
             gas,
             flow: FlowFunction::new(&gas),
             area: [a1, a2, a3, p.front_area_ratio * a3],

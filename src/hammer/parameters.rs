@@ -7,25 +7,25 @@
 use crate::contact::{ContactParameters, kelvin_voigt};
 use crate::parameter::parameters;
 
-parameters! {
+parameters! { file
     /// All parameters of one hammer.
     pub struct HammerParameters {
         /// The rigid housing that the mount carries; it changes the machine's modes.
-        pub housing: HousingParameters;
+        pub housing: HousingParameters, "", [group], "";
         /// The guide between the housing's mount and the telescope.
-        pub guide: GuideParameters;
+        pub guide: GuideParameters, "", [group], "";
         /// The telescope: cylinder, return spring, stops, friction, its two chambers.
-        pub telescope: TelescopeParameters;
+        pub telescope: TelescopeParameters, "", [group], "";
         /// The percussion piston with its two chambers and exhaust ports.
-        pub piston: PistonParameters;
+        pub piston: PistonParameters, "", [group], "";
         /// The spool valve that feeds the percussion chambers.
-        pub valve: ValveParameters;
+        pub valve: ValveParameters, "", [group], "";
         /// The chisel and its contacts.
-        pub chisel: ChiselParameters;
+        pub chisel: ChiselParameters, "", [group], "";
     }
 }
 
-parameters! {
+parameters! { file
     /// Rigid mass of the hammer housing on its mount point.
     pub struct HousingParameters {
         /// Mass.
@@ -37,7 +37,7 @@ parameters! {
     }
 }
 
-parameters! {
+parameters! { file
     /// Housing guide: a light body on a very stiff spring against the mount (subscript `Gh` in the source).
     pub struct GuideParameters {
         /// Mass `m_Gh`.
@@ -47,7 +47,7 @@ parameters! {
     }
 }
 
-parameters! {
+parameters! { file
     /// Telescope between guide and cylinder.
     pub struct TelescopeParameters {
         /// Cylinder mass `m_cb`.
@@ -93,7 +93,7 @@ parameters! {
     }
 }
 
-parameters! {
+parameters! { file
     /// Percussion piston and its chambers.
     pub struct PistonParameters {
         /// Mass `m_p`.
@@ -129,7 +129,7 @@ parameters! {
     }
 }
 
-parameters! {
+parameters! { file
     /// Spool valve: at `s = 0` it feeds the rear chamber, at `s = s_max` the front one.
     pub struct ValveParameters {
         /// Mass `m_sv`.
@@ -151,7 +151,7 @@ parameters! {
     }
 }
 
-parameters! {
+parameters! { file
     /// Chisel: bushing, nose, retainer, contact with the casting.
     pub struct ChiselParameters {
         /// Mass `m_h`.

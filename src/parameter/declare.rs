@@ -1,117 +1,124 @@
 //! The declaration of parameters.
 
-/// Declares a group of parameters: the struct with its documentation, `serde` and JSON schema, [`Parameters`] and, where all
-/// entries have a default, [`Default`].
+/// Declares a group of parameters: the struct with its documentation, [`Parameters`](super::Parameters) and [`Default`].
 ///
-/// An entry reads `/// text`, then `pub name: type = default, "unit", [range], "source";`. The unit of a plain number is `"1"`. Ranges:
-/// see [`Range`]; `[choice]` for a [`Choice`], `[group]` for parameters of their own. In a group without defaults an entry reads
-/// `pub name: type, "unit", [range], "what holds without it";`, in one that only joins groups `pub name: type;`.
+/// An entry reads `/// text`, then `pub name: type = default, "unit", [range], "source";`, without a default
+/// `pub name: type, "unit", [range], "what holds without it";`. The unit of a plain number is `"1"`. Ranges: see
+/// [`Range`](super::Range); `[choice]` for a [`Choice`](super::Choice), `[group]` for parameters of their own.
+///
+/// A group that begins with `file` is a table of a file and read as it is. Data of a scene may begin with `own { .. }`, fields that
+/// are no parameters (names, places, lists). `pub struct Data from Table` also declares the table of a study that states the data:
+/// each entry is optional there, and `typed { .. }` are further keys of the table.
 macro_rules! parameters {
-    (
-        $(#[doc = $about:tt])+
-        pub struct $name:ident { $(
+    (file $(#[$about:meta])+ pub struct $name:ident { $($entries:tt)+ }) => {
+        $crate::parameter::parameters! {
+            $(#[$about])+
+            #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+            #[serde(default, deny_unknown_fields)]
+            #[schemars(transform = $crate::parameter::describe::<$name>)]
+            pub struct $name { $($entries)+ }
+        }
+    };
+    ($(#[$attribute:meta])+ pub struct $name:ident {
+        $( own { $( $(#[$own_text:meta])+ pub $own:ident: $own_type:ty, )+ } )?
+        $(
             $(#[doc = $text:tt])+
-            pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt, $source:tt;
-        )+ }
-    ) => {
-        $(#[doc = $about])+
-        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(default, deny_unknown_fields)]
-        #[schemars(transform = $crate::parameter::write_ranges::<$name>)]
-        pub struct $name { $(
-            $(#[doc = $text])+
-            #[doc = parameter_sentence!($range, $unit, $source, $default)]
-            pub $field: $type,
-        )+ }
+            $(#[serde($($serde:tt)+)])?
+            pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt, $source:tt;
+        )+
+    }) => {
+        $(#[$attribute])+
+        pub struct $name {
+            $($( $(#[$own_text])+ pub $own: $own_type, )+)?
+            $(
+                $(#[doc = $text])+
+                #[doc = parameter_sentence!($range, $unit, $source $(, $default)?)]
+                $(#[serde($($serde)+)])?
+                pub $field: $type,
+            )+
+        }
 
         impl Default for $name {
             fn default() -> Self {
-                Self { $($field: $default),+ }
+                Self {
+                    $($( $own: Default::default(), )+)?
+                    $( $field: $crate::parameter::default!($($default)?), )+
+                }
             }
         }
 
-        $crate::parameter::declared! { $name { $($field: $type = stringify!($default), $range, $source, [$($text),+];)+ } }
-    };
-    (
-        $(#[doc = $about:tt])+
-        pub struct $name:ident { $(
-            $(#[doc = $text:tt])+
-            $(#[serde($($serde:tt)+)])?
-            pub $field:ident: $type:ty, $unit:tt, $range:tt, $otherwise:tt;
-        )+ }
-    ) => {
-        $(#[doc = $about])+
-        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(deny_unknown_fields)]
-        #[schemars(transform = $crate::parameter::write_ranges::<$name>)]
-        pub struct $name { $(
-            $(#[doc = $text])+
-            #[doc = parameter_sentence!($range, $unit, $otherwise)]
-            $(#[serde($($serde)+)])?
-            pub $field: $type,
-        )+ }
-
-        $crate::parameter::declared! { $name { $($field: $type = "", $range, $otherwise, [$($text),+];)+ } }
-    };
-    (
-        $(#[doc = $about:tt])+
-        pub struct $name:ident { $( $(#[doc = $text:tt])+ pub $field:ident: $type:ty; )+ }
-    ) => {
-        $(#[doc = $about])+
-        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct $name { $( $(#[doc = $text])+ pub $field: $type, )+ }
-
-        $crate::parameter::declared! { $name { $($field: $type = "", [group], "", [$($text),+];)+ } }
-    };
-}
-
-/// The entries and the check of a group.
-macro_rules! declared {
-    ($name:ident { $($field:ident: $type:ty = $default:expr, $range:tt, $source:tt, [$($text:tt),+];)+ }) => {
         impl $crate::parameter::Parameters for $name {
-            const ENTRIES: &'static [$crate::parameter::Parameter] = &[$(
-                $crate::parameter::Parameter {
-                    name: stringify!($field),
-                    text: &[$($text),+],
-                    default: $default,
-                    source: $source,
-                    kind: $crate::parameter::kind!($range, $type),
-                },
-            )+];
+            const ENTRIES: &'static [$crate::parameter::Parameter] = &[$( $crate::parameter::Parameter {
+                name: stringify!($field),
+                text: &[$($text),+],
+                values: parameter_sentence!($range, $unit, $source $(, $default)?),
+                source: $source,
+                kind: $crate::parameter::kind!($range, $type),
+            }, )+];
 
             fn check(&self, at: &str, faults: &mut Vec<$crate::parameter::Fault>) {
                 $( $crate::parameter::check!($range, &self.$field, format!("{at}.{}", stringify!($field)), faults); )+
             }
         }
     };
+    ($(#[$about:meta])+ pub struct $name:ident from $table:ident {
+        typed { $($typed:tt)+ }
+        $(
+            $(#[doc = $text:tt])+
+            pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt, $source:tt;
+        )+
+    }) => {
+        $crate::parameter::parameters! {
+            $(#[$about])+
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct $name { $( $(#[doc = $text])+ pub $field: $type = $default, $unit, $range, $source; )+ }
+        }
+
+        $(#[$about])+
+        #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        #[schemars(transform = $crate::parameter::describe::<$name>)]
+        pub struct $table {
+            $($typed)+
+            $( $(#[doc = $text])+ #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<$type>, )+
+        }
+
+        impl From<$name> for $table {
+            fn from(all: $name) -> Self {
+                Self { $($field: Some(all.$field),)+ ..Self::default() }
+            }
+        }
+
+        impl $table {
+            /// What the table states, the rest from `base`.
+            pub fn over(&self, base: $name) -> $name {
+                $name { $($field: self.$field.unwrap_or(base.$field)),+ }
+            }
+        }
+    };
 }
 
-/// The [`Kind`] of an entry.
+/// The default of an entry; without one of its own that of its type.
+#[rustfmt::skip]
+macro_rules! default {
+    ($default:expr) => { $default };
+    () => { Default::default() };
+}
+
+/// The [`Kind`](super::Kind) of an entry.
+#[rustfmt::skip]
 macro_rules! kind {
-    ([choice], $type:ty) => {
-        $crate::parameter::Kind::Choice
-    };
-    ([group], $type:ty) => {
-        $crate::parameter::Kind::Group(<$type as $crate::parameter::Parameters>::ENTRIES)
-    };
-    ($range:tt, $type:ty) => {
-        $crate::parameter::Kind::Number($crate::parameter::range!($range))
-    };
+    ([choice], $type:ty) => { $crate::parameter::Kind::Choice };
+    ([group], $type:ty) => { $crate::parameter::Kind::Group(<$type as $crate::parameter::Parameters>::ENTRIES) };
+    ($range:tt, $type:ty) => { $crate::parameter::Kind::Number($crate::parameter::range!($range)) };
 }
 
 /// The check of an entry.
+#[rustfmt::skip]
 macro_rules! check {
-    ([choice], $value:expr, $at:expr, $faults:expr) => {{
-        fn all_are_allowed(_: &impl $crate::parameter::Choice) {}
-        all_are_allowed($value);
-    }};
-    ([group], $value:expr, $at:expr, $faults:expr) => {
-        $crate::parameter::Parameters::check($value, &$at, $faults)
-    };
-    ($range:tt, $value:expr, $at:expr, $faults:expr) => {
-        $crate::parameter::range!($range).check($value, &$at, $faults)
-    };
+    ([choice], $value:expr, $at:expr, $faults:expr) => { $crate::parameter::Choice::check($value) };
+    ([group], $value:expr, $at:expr, $faults:expr) => { $crate::parameter::Parameters::check($value, &$at, $faults) };
+    ($range:tt, $value:expr, $at:expr, $faults:expr) => { $crate::parameter::range!($range).check($value, &$at, $faults) };
 }
 
-pub(crate) use {check, declared, kind, parameters};
+pub(crate) use {check, default, kind, parameters};

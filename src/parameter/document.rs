@@ -3,45 +3,71 @@
 use std::fmt::Write;
 
 use serde::Serialize;
+use toml::{Table, Value, ser::Error};
 
-use super::{Kind, Parameter, Parameters};
+use super::entry::{Kind, Parameter, Parameters};
+
+/// Column in which the words behind a value begin, if the value leaves room.
+const COLUMN: usize = 39;
+/// Columns of a line.
+const WIDTH: usize = 126;
 
 /// The TOML file of a group of groups with all defaults: a table per group, a line per parameter, its text and source behind it.
 ///
 /// # Errors
 /// A default that TOML cannot hold.
-pub fn document<T: Parameters + Serialize + Default>(head: &str) -> Result<String, toml::ser::Error> {
-    let values = toml::Table::try_from(T::default())?;
+pub fn document<T: Parameters + Serialize + Default>(head: &str) -> Result<String, Error> {
+    let values = Table::try_from(T::default())?;
     let mut text = head.to_owned();
     for group in T::ENTRIES {
-        let (Kind::Group(entries), Some(toml::Value::Table(values))) = (group.kind, values.get(group.name)) else {
-            continue;
-        };
-        // Writing into a text cannot fail.
-        let _ = writeln!(text, "\n# {}\n[{}]", group.description(), group.name);
-        for entry in entries {
-            let _ = writeln!(text, "{}", line(entry, values));
+        if let (Kind::Group(entries), Some(Value::Table(values))) = (group.kind, values.get(group.name)) {
+            // Writing into a text cannot fail.
+            let _ = writeln!(text, "\n# {}\n[{}]", group.description(), group.name);
+            let source = |entry: &Parameter| Some(entry.source.to_owned());
+            text.push_str(&lines(entries, values, "", &source));
         }
     }
     Ok(text)
 }
 
-fn line(entry: &Parameter, values: &toml::Table) -> String {
-    let value = match (entry.kind, values.get(entry.name)) {
-        (Kind::Group(_), Some(toml::Value::Table(inner))) => {
-            let pairs: Vec<String> = inner.iter().map(|(key, value)| format!("{key} = {}", short(value))).collect();
-            format!("{{ {} }}", pairs.join(", "))
+/// A line per parameter that has a value: `prefix`, key, value, and behind it the text and what `more` adds in brackets.
+pub fn lines(
+    entries: &[Parameter],
+    values: &Table,
+    prefix: &str,
+    more: &dyn Fn(&Parameter) -> Option<String>,
+) -> String {
+    let mut text = String::new();
+    for (entry, value) in entries.iter().filter_map(|entry| Some((entry, values.get(entry.name)?))) {
+        let about = entry.description().replace('`', "");
+        let about = about.trim_end_matches('.');
+        let words = more(entry).map_or_else(|| about.to_owned(), |more| format!("{about} ({more})"));
+        let mut line = format!("{:COLUMN$} #", format!("{prefix}{} = {}", entry.name, written(value)));
+        for word in words.split(' ') {
+            if line.len() + word.len() >= WIDTH {
+                let _ = writeln!(text, "{line}");
+                line = format!("{:COLUMN$} #", prefix.trim_end());
+            }
+            let _ = write!(line, " {word}");
         }
-        _ => entry.default.to_owned(),
-    };
-    let about = entry.description().replace('`', "");
-    format!("{} = {value} # {} ({})", entry.name, about.trim_end_matches('.'), entry.source)
+        let _ = writeln!(text, "{line}");
+    }
+    text
 }
 
-/// Large numbers with a power of ten.
-fn short(value: &toml::Value) -> String {
+/// A value as people write it: powers of ten where they are shorter.
+fn written(value: &Value) -> String {
     match value {
-        toml::Value::Float(number) if number.abs() >= 1e4 => format!("{number:e}"),
+        Value::Float(number) => {
+            let (plain, power) = (value.to_string(), format!("{number:e}"));
+            let far = number.abs() >= 1e4 || number.abs() < 1e-3;
+            if far && plain.len() > power.len() { power } else { plain }
+        }
+        Value::Array(items) => format!("[{}]", items.iter().map(written).collect::<Vec<_>>().join(", ")),
+        Value::Table(pairs) => {
+            let pairs: Vec<String> = pairs.iter().map(|(key, value)| format!("{key} = {}", written(value))).collect();
+            format!("{{ {} }}", pairs.join(", "))
+        }
         _ => value.to_string(),
     }
 }

@@ -1,8 +1,6 @@
 //! Ranges of numbers, as declarations write them, and their words.
 
-use serde_json::{Map, Value};
-
-use super::Fault;
+use serde_json::Value;
 
 /// Finite numbers between two ends.
 ///
@@ -20,6 +18,11 @@ pub struct Range {
 }
 
 impl Range {
+    /// A range by its ends, without words.
+    pub(crate) const fn between(low: f64, open: bool, high: f64) -> Self {
+        Self { low, open, high, words: "" }
+    }
+
     /// Whether a number is finite and in the range.
     pub fn holds(&self, value: f64) -> bool {
         let above = if self.open { value > self.low } else { value >= self.low };
@@ -37,15 +40,23 @@ impl Range {
     }
 
     /// The ends as keywords of a JSON schema.
-    pub(super) fn keywords(&self) -> impl Iterator<Item = (String, Value)> {
+    pub(super) fn keywords(&self) -> impl Iterator<Item = (String, Value)> + use<> {
         let ends = [(if self.open { "exclusiveMinimum" } else { "minimum" }, self.low), ("maximum", self.high)];
-        let written = ends.into_iter().filter(|(_, end)| end.is_finite()).map(|(keyword, end)| {
+        ends.into_iter().filter(|(_, end)| end.is_finite()).map(|(keyword, end)| {
             // Ends of whole numbers have to be whole numbers.
             let value = if end.fract() == 0.0 { Value::from(end as i64) } else { Value::from(end) };
             (keyword.to_owned(), value)
-        });
-        written.collect::<Map<String, Value>>().into_iter()
+        })
     }
+}
+
+/// A value outside its range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// Path of the parameter.
+    pub path: String,
+    /// What it is and what was expected.
+    pub message: String,
 }
 
 /// Values that consist of numbers.
@@ -54,25 +65,25 @@ pub trait Numbers {
     fn visit(&self, see: &mut dyn FnMut(f64));
 }
 
-impl Numbers for f64 {
-    fn visit(&self, see: &mut dyn FnMut(f64)) {
-        see(*self);
-    }
+macro_rules! numbers {
+    ($($type:ty),+) => { $(
+        impl Numbers for $type {
+            fn visit(&self, see: &mut dyn FnMut(f64)) {
+                see(*self as f64);
+            }
+        }
+    )+ };
 }
 
-impl Numbers for usize {
-    fn visit(&self, see: &mut dyn FnMut(f64)) {
-        see(*self as f64);
-    }
-}
-
-impl Numbers for u64 {
-    fn visit(&self, see: &mut dyn FnMut(f64)) {
-        see(*self as f64);
-    }
-}
+numbers!(f64, usize, u64);
 
 impl<T: Numbers, const N: usize> Numbers for [T; N] {
+    fn visit(&self, see: &mut dyn FnMut(f64)) {
+        self.iter().for_each(|entry| entry.visit(see));
+    }
+}
+
+impl<T: Numbers> Numbers for Vec<T> {
     fn visit(&self, see: &mut dyn FnMut(f64)) {
         self.iter().for_each(|entry| entry.visit(see));
     }
@@ -85,24 +96,17 @@ impl<T: Numbers> Numbers for Option<T> {
 }
 
 /// The [`Range`] of a declaration.
+#[rustfmt::skip]
 macro_rules! range {
-    ([$($range:tt)+]) => { $crate::parameter::range!(parameter_words!([$($range)+]), $($range)+) };
-    ($words:expr, finite) => { $crate::parameter::range!($words, f64::NEG_INFINITY, false, f64::INFINITY) };
-    ($words:expr, > $low:literal $(, <= $high:literal)?) => {
-        $crate::parameter::range!($words, $low as f64, true, $crate::parameter::range!(end $($high)?))
+    ($range:tt) => {
+        $crate::parameter::Range { words: parameter_words!($range), ..$crate::parameter::range!(ends $range) }
     };
-    ($words:expr, >= $low:literal $(, <= $high:literal)?) => {
-        $crate::parameter::range!($words, $low as f64, false, $crate::parameter::range!(end $($high)?))
-    };
-    ($words:expr, $low:literal ..) => { $crate::parameter::range!($words, $low as f64, false, f64::INFINITY) };
-    ($words:expr, $low:literal ..= $high:literal) => {
-        $crate::parameter::range!($words, $low as f64, false, $high as f64)
-    };
-    ($words:expr, $low:expr, $open:literal, $high:expr) => {
-        $crate::parameter::Range { low: $low, open: $open, high: $high, words: $words }
-    };
-    (end) => { f64::INFINITY };
-    (end $high:literal) => { $high as f64 };
+    (ends [finite]) => { $crate::parameter::Range::between(f64::NEG_INFINITY, false, f64::INFINITY) };
+    (ends [> $low:literal]) => { $crate::parameter::Range::between($low as f64, true, f64::INFINITY) };
+    (ends [>= $low:literal]) => { $crate::parameter::Range::between($low as f64, false, f64::INFINITY) };
+    (ends [> $low:literal, <= $high:literal]) => { $crate::parameter::Range::between($low as f64, true, $high as f64) };
+    (ends [$low:literal ..]) => { $crate::parameter::Range::between($low as f64, false, f64::INFINITY) };
+    (ends [$low:literal ..= $high:literal]) => { $crate::parameter::Range::between($low as f64, false, $high as f64) };
 }
 
 pub(crate) use range;

@@ -11,30 +11,23 @@ macro_rules! parameter_words {
     ([> $low:literal]) => { concat!("a number above ", $low) };
     ([>= $low:literal]) => { concat!($low, " or a number above") };
     ([> $low:literal, <= $high:literal]) => { concat!("a number above ", $low, " and not above ", $high) };
-    ([>= $low:literal, <= $high:literal]) => { concat!("a number from ", $low, " to ", $high) };
     ([$low:literal ..]) => { concat!("a whole number not below ", $low) };
     ([$low:literal ..= $high:literal]) => { concat!("a whole number from ", $low, " to ", $high) };
 }
 
-/// What a group's documentation says of an entry after its text.
+/// What a group's documentation says of an entry after its text: range, unit, default, source.
+#[rustfmt::skip]
 macro_rules! parameter_sentence {
-    ([choice], $unit:tt, $source:tt $(, $default:expr)?) => {
-        concat!("Default ", $source, ".")
-    };
+    ([choice], $unit:tt, $source:tt $(, $default:expr)?) => { concat!("Default: ", $source, ".") };
+    ([group], $unit:tt, $source:tt) => { "" };
     ([group], $unit:tt, $source:tt, $default:expr) => {
         concat!("Default `", stringify!($default), "` in ", $unit, " (", $source, ").")
     };
+    ($range:tt, $unit:tt, "the preset's" $(, $default:expr)?) => {
+        concat!("Takes ", parameter_words!($range), parameter_unit!($unit), "; default: the preset's.")
+    };
     ($range:tt, $unit:tt, $source:tt, $default:expr) => {
-        concat!(
-            "Takes ",
-            parameter_words!($range),
-            parameter_unit!($unit),
-            "; default ",
-            stringify!($default),
-            " (",
-            $source,
-            ")."
-        )
+        concat!("Takes ", parameter_words!($range), parameter_unit!($unit), "; default ", stringify!($default), " (", $source, ").")
     };
     ($range:tt, $unit:tt, $otherwise:tt) => {
         concat!("Takes ", parameter_words!($range), parameter_unit!($unit), "; ", $otherwise, ".")
@@ -42,11 +35,8 @@ macro_rules! parameter_sentence {
 }
 
 /// The unit after a number in a sentence.
+#[rustfmt::skip]
 macro_rules! parameter_unit {
-    ("1") => {
-        ""
-    };
-    ($unit:tt) => {
-        concat!(" in ", $unit)
-    };
+    ("1") => { "" };
+    ($unit:tt) => { concat!(" in ", $unit) };
 }

@@ -39,7 +39,7 @@ where
 fn repeat<T>(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> (RowOutcome, T)) -> (RowOutcome, T) {
     let (mut outcome, mut seen) = run(scene);
     let mut stricter = scene.clone();
-    let retries = if scene.solver.stepping.method.is_fixed() { 0 } else { retries };
+    let retries = if scene.solver.method.is_fixed() { 0 } else { retries };
     for time in 1..=retries {
         stricter.solver.tolerance *= TIGHTENING;
         let again = matches!(outcome.status, RowStatus::Diverged | RowStatus::AuditFailed);
@@ -60,7 +60,7 @@ fn repeat<T>(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> (RowOutcome, T
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings, SolverSettings, Stepping};
+    use crate::scene::{Environment, Method, ModeTreatment, OutputSettings, SolverSettings};
 
     fn scene() -> Scene {
         Scene {
@@ -71,11 +71,10 @@ mod tests {
             duration_s: 1.0,
             solver: SolverSettings {
                 tolerance: 1e-4,
-                guide: Guide::Spring,
-                stepping: Stepping::default(),
                 modes: ModeTreatment::Integrated,
                 max_steps: 10,
                 max_wall_time_s: 1.0,
+                ..SolverSettings::default()
             },
             outputs: OutputSettings::default(),
         }
@@ -108,7 +107,7 @@ mod tests {
         let failing = |scene: &Scene| (RowOutcome { status: RowStatus::AuditFailed, ..run(scene, 0.0).0 }, ());
         assert_eq!(repeat(&scene(), 2, failing).0.counters.retries, 2);
         let mut fixed = scene();
-        fixed.solver.stepping.method = Method::Rk4;
+        fixed.solver.method = Method::Rk4;
         assert_eq!(repeat(&fixed, 2, failing).0.counters.retries, 0);
         assert_eq!(repeat(&fixed, 2, failing).0.reason, "shrunk to nothing");
     }

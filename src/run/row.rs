@@ -83,18 +83,18 @@ where
 
 /// Integrates a scene's system from rest with the scene's method.
 fn integrate<'a, O: Observer<Coupled<'a>>>(scene: &Scene, system: &mut Coupled<'a>, observer: &mut O) -> End {
-    let SolverSettings { tolerance, stepping, max_steps, max_wall_time_s, .. } = scene.solver;
+    let SolverSettings { tolerance, method, step_s, located, max_steps, max_wall_time_s, .. } = scene.solver;
     let settings = Settings {
         tolerance,
         first_step_s: FIRST_STEP_S,
         longest_step_s: LONGEST_STEP_S,
-        step_s: stepping.step_s,
-        located: stepping.located,
+        step_s,
+        located,
         max_steps,
         max_wall_time_s,
     };
     let span = Span { y0: system.model().initial_state(), t_end: scene.duration_s };
-    stepping.method.integrate(system, observer, &settings, &span)
+    method.integrate(system, observer, &settings, &span)
 }
 
 /// Status of a run that reached its end, by its audits.
@@ -107,7 +107,7 @@ fn audited(totals: &RunTotals, scene: &Scene) -> (RowStatus, String) {
     if failed.is_empty() {
         return (RowStatus::Done, String::new());
     }
-    let key = if scene.solver.stepping.method.is_fixed() { "step_s" } else { "tolerance" };
+    let key = if scene.solver.method.is_fixed() { "step_s" } else { "tolerance" };
     let reason = format!("{}: the outputs are doubtful (a smaller solver.{key} may help)", failed.join(", "));
     (RowStatus::AuditFailed, reason)
 }

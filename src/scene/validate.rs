@@ -4,7 +4,8 @@ use crate::hammer::HammerParameters;
 use crate::parameter::{Fault, Parameters, Range, range};
 use crate::workpiece::{Casting, OFFSET_TOLERANCE_M, WorkpieceError};
 
-use super::{HammerUnit, ModeTreatment, Scene};
+use super::model::{HammerUnit, Scene};
+use super::solver::ModeTreatment;
 
 /// What kind of fault a problem is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,12 +43,6 @@ impl Checks {
         if !range.holds(value) {
             let message = format!("is {value}, expected {}", range.words);
             self.push(SceneProblemKind::Value, path, message);
-        }
-    }
-
-    fn values(&mut self, prefix: &str, entries: &[(&str, f64, Range)]) {
-        for (key, value, range) in entries {
-            self.value(format!("{prefix}.{key}"), *value, *range);
         }
     }
 
@@ -91,19 +86,12 @@ impl Scene {
     fn check_hammer(&self, checks: &mut Checks, hammer: &HammerUnit) {
         let prefix = format!("hammer.{}", hammer.name);
         let over = hammer.supply_pressure_pa - self.environment.ambient_pressure_pa;
-        let entries = [
-            ("supply_bar", over / 1e5, range!([>= 0])),
-            ("start_time_s", hammer.start_time_s, range!([>= 0])),
-            ("gate_delay_s", hammer.gate_delay_s, range!([>= 0])),
-            ("standoff_m", hammer.standoff_m, range!([>= 0])),
-            ("strike_point_m", hammer.strike_point_m[0], range!([finite])),
-            ("strike_point_m", hammer.strike_point_m[1], range!([finite])),
-        ];
-        checks.values(&prefix, &entries);
+        checks.value(format!("{prefix}.supply_bar"), over / 1e5, range!([>= 0]));
+        checks.group(&prefix, hammer);
         let mut before = hammer.start_time_s;
         for (index, &time) in hammer.supply_switch_times_s.iter().enumerate() {
-            // Written so that a NaN is out of order; that of the start is reported above.
-            if !(time.is_finite() && (time > before || before.is_nan())) {
+            // A NaN is reported above.
+            if time <= before {
                 let message = format!("is {time}, expected a time after the switch before, {before} s");
                 checks.push(SceneProblemKind::Value, format!("{prefix}.supply_switch_times_s.{index}"), message);
             }
@@ -123,30 +111,11 @@ impl Scene {
     fn check_casting(&self, checks: &mut Checks, index: usize, casting: &Casting) {
         let prefix = format!("casting.{}", casting.name);
         let before = checks.problems.len();
-        let mut entries = vec![
-            ("mass_kg", casting.mass_kg, range!([> 0])),
-            ("centre_m", casting.centre_m[0], range!([finite])),
-            ("centre_m", casting.centre_m[1], range!([finite])),
-        ];
-        if let Some(inertia) = &casting.inertia {
-            entries.push(("inertia_kg_m2", inertia.x_kg_m2, range!([> 0])));
-            entries.push(("inertia_kg_m2", inertia.y_kg_m2, range!([> 0])));
-        }
-        let sizes = casting.size_m.iter().flatten();
-        entries.extend(sizes.map(|&length| ("size_m", length, range!([> 0]))));
-        let points = casting.measuring_point_m.iter().flatten();
-        entries.extend(points.map(|&offset| ("measuring_point_m", offset, range!([finite]))));
-        checks.values(&prefix, &entries);
+        checks.group(&prefix, casting);
         let held = !casting.fixtures.is_empty();
         checks.rule(held, format!("{prefix}.fixture"), "a casting needs at least one fixture");
         for fixture in &casting.fixtures {
-            let entries = [
-                ("at_m", fixture.at_m[0], range!([finite])),
-                ("at_m", fixture.at_m[1], range!([finite])),
-                ("stiffness_n_per_m", fixture.stiffness_n_per_m, range!([> 0])),
-                ("damping_n_s_per_m", fixture.damping_n_s_per_m, range!([>= 0])),
-            ];
-            checks.values(&format!("{prefix}.fixture.{}", fixture.name), &entries);
+            checks.group(&format!("{prefix}.fixture.{}", fixture.name), fixture);
         }
         // Only a casting with sound values that every hammer hits says something about its restraint.
         let missed = self.hammers.iter().any(|hammer| hammer.casting == index && misses(hammer, casting));
@@ -164,15 +133,9 @@ impl Scene {
 
     fn check_settings(&self, checks: &mut Checks) {
         checks.value("duration_s".to_string(), self.duration_s, range!([> 0]));
-        let tolerance = self.solver.tolerance;
-        let bounded = tolerance > 0.0 && tolerance <= 0.1;
-        checks.rule(bounded, "solver.tolerance".to_string(), "must lie above 0 and not above 0.1");
-        checks.value("solver.step_s".to_string(), self.solver.stepping.step_s, range!([> 0]));
-        let whole = !self.solver.stepping.method.is_fixed() || self.solver.modes == ModeTreatment::Integrated;
+        checks.group("solver", &self.solver);
+        let whole = !self.solver.method.is_fixed() || self.solver.modes == ModeTreatment::Integrated;
         checks.rule(whole, "solver.modes".to_string(), "must be \"integrated\" for a method with a fixed step");
-        let steps = self.solver.max_steps > 0;
-        checks.rule(steps, "solver.max_steps".to_string(), "must be at least 1");
-        checks.value("solver.max_wall_time_s".to_string(), self.solver.max_wall_time_s, range!([> 0]));
         checks.group("outputs", &self.outputs);
     }
 }

@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::design_kind::{DesignKind, DesignOptions, design_keys};
 use crate::design::{Axial, HypercubeKind};
-use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings};
+use crate::parameter::describe;
+use crate::scene::{Environment, HammerUnit, OutputSettings, SolverEntry};
 use crate::structure::{Damping, MatrixFormat, Units};
+use crate::workpiece::{Casting, Fixture};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -184,6 +186,7 @@ pub enum Housings {
 /// One hammer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = describe::<HammerUnit>)]
 pub struct HammerEntry {
     /// Hammer file (TOML), relative to the study. Default: the built-in hammer.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -203,21 +206,19 @@ pub struct HammerEntry {
     /// Supply pressure above ambient in bar (gauge). Default 5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub supply_bar: Option<f64>,
-    /// Distance of the chisel's tip from the casting at rest in m. Default 0.085.
+    /// As in [`HammerUnit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standoff_m: Option<f64>,
-    /// Time at which the supply is switched on in s. Default 0.002.
+    /// As in [`HammerUnit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_time_s: Option<f64>,
-    /// Times in s, in ascending order after the start, at which the supply is switched off, on again, off, and so on;
-    /// while it is off its line is vented, and the percussion begins anew after the next contact. Default: none, the
-    /// supply stays on.
+    /// As in [`HammerUnit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub supply_switch_times_s: Option<Vec<f64>>,
-    /// Time from the first contact of chisel and casting to the percussion in s. Default 0.020.
+    /// As in [`HammerUnit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gate_delay_s: Option<f64>,
-    /// Strike point, x and y from the casting's centre in m. Default: below the mount.
+    /// As in [`HammerUnit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strike_point_m: Option<[f64; 2]>,
     /// Values that differ from the hammer file's, in the same layout.
@@ -250,19 +251,20 @@ impl JsonSchema for ParameterOverrides {
 /// One rigid casting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = describe::<Casting>)]
 pub struct CastingEntry {
-    /// Mass in kg.
+    /// As in [`Casting`].
     pub mass_kg: f64,
-    /// Centre of mass in the machine's plane, x and y in m. Default: the mean of its fixtures' points.
+    /// As in [`Casting`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 2]>,
-    /// Extent in x and y in m, centred. Default: unlimited, no hammer can miss it.
+    /// As in [`Casting`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size_m: Option<[f64; 2]>,
-    /// Moments of inertia about x and y in kg m2; needed only where it can rotate (struck, held or measured off its centre).
+    /// As in [`Casting`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inertia_kg_m2: Option<[f64; 2]>,
-    /// Where its velocity is also reported, x and y from the centre in m.
+    /// As in [`Casting`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measuring_point_m: Option<[f64; 2]>,
     /// Fixtures by name; at least one.
@@ -272,66 +274,19 @@ pub struct CastingEntry {
 /// Spring and damper between a casting and the machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = describe::<Fixture>)]
 pub struct FixtureEntry {
     /// Interface point that carries it.
     pub point: String,
-    /// Where it holds the casting, x and y from the casting's centre in m. Default: above its interface point.
+    /// As in [`Fixture`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_m: Option<[f64; 2]>,
-    /// Stiffness in N/m. Default 3e7.
+    /// As in [`Fixture`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness_n_per_m: Option<f64>,
-    /// Damping in N s/m. Default 4000.
+    /// As in [`Fixture`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping_n_s_per_m: Option<f64>,
-}
-
-/// Accuracy and effort.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SolverEntry {
-    /// Preset that the other keys override, those of `[structure]` for modes too, which all rows share. Default `standard`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fidelity: Option<Fidelity>,
-    /// Error tolerance of one step, relative to each state's scale. Default: the preset's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<f64>,
-    /// Model of the housing guide. Default: the preset's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub guide: Option<Guide>,
-    /// Method of integration: the error-controlled default, or a fixed step for comparison. Default `tsit5`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub method: Option<Method>,
-    /// Length in s of the steps of a method with a fixed step. Default 1e-5.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_s: Option<f64>,
-    /// Whether a method with a fixed step locates contacts, supplies and gates instead of noticing them at the ends of steps.
-    /// Default false.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub located: Option<bool>,
-    /// How modes are integrated: the results are the same to within the tolerance. Default `automatic`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub modes: Option<ModeTreatment>,
-    /// Steps after which a row is given up. Default 20 million.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_steps: Option<u64>,
-    /// Wall time in s after which a row is given up. Default 600.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_wall_time_s: Option<f64>,
-}
-
-/// Preset of accuracy: sets `guide`, `tolerance` and how modes are selected. On the paper's rig `draft` keeps energies and frequency
-/// within 1e-4, `standard` within 1e-5, `reference` within 1e-6 of the whole structure's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Fidelity {
-    /// Fast, for a first look.
-    Draft,
-    /// For studies.
-    #[default]
-    Standard,
-    /// For reference figures.
-    Reference,
 }
 
 /// The sections that have [`design_keys`].

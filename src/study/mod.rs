@@ -23,21 +23,19 @@ mod loaded;
 mod plan;
 mod resolve;
 mod schema;
+mod template;
 
 pub use checked::CheckedStudy;
 pub use demand::InterfaceDemand;
 pub use design_kind::DesignKind;
 pub use document::error::{InvalidRow, Place, Problem, StudyError};
 pub use file::{
-    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FactorValue, Fidelity, FixtureEntry,
-    HammerEntry, Housings, LinkEntry, ParameterOverrides, PartEntry, Scale, SolverEntry, SourceName, StructureEntry,
-    StudyFile,
+    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FactorValue, FixtureEntry, HammerEntry,
+    Housings, LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StudyFile,
 };
 pub use loaded::Study;
 pub use plan::factors::{FactorInfo, FactorKind};
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};
-
-/// A commented study that shows every key: what `init` writes.
-pub const TEMPLATE: &str = include_str!("template.toml");
+pub use template::template;

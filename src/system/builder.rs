@@ -285,7 +285,7 @@ fn internal_law(parameters: &ContactParameters, mass: &[f64; body::COUNT], bodie
 fn strike_law(numbering: &Numbering, scene: &Scene, unit: &HammerUnit) -> ContactLaw {
     let casting = &scene.castings[unit.casting];
     let [x, y] = unit.strike_point_m;
-    let inertia = casting.inertia.map_or([f64::INFINITY; 2], |j| [j.x_kg_m2, j.y_kg_m2]);
+    let inertia = casting.inertia_kg_m2.unwrap_or([f64::INFINITY; 2]);
     let mut inverse = 1.0 / unit.parameters.chisel.mass_kg + 1.0 / casting.mass_kg;
     for (axis, lever) in [y, x].into_iter().enumerate() {
         if numbering.rotations[unit.casting][axis] {
@@ -350,7 +350,7 @@ fn body_masses(scene: &Scene, numbering: &Numbering, hammers: &[HammerSlot]) -> 
     for (casting, active) in scene.castings.iter().zip(&numbering.rotations) {
         masses.push(casting.mass_kg);
         // `check_restraint` has made sure that a casting that rotates has its inertia.
-        let inertia = casting.inertia.map_or([0.0; 2], |j| [j.x_kg_m2, j.y_kg_m2]);
+        let inertia = casting.inertia_kg_m2.unwrap_or([0.0; 2]);
         masses.extend((0..2).filter(|&axis| active[axis]).map(|axis| inertia[axis]));
     }
     masses
@@ -439,47 +439,32 @@ fn gas(environment: &Environment) -> Gas {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hammer::HammerParameters;
-    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings, Stepping};
-    use crate::workpiece::{Casting, Fixture, Inertia};
+    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings};
+    use crate::workpiece::{Casting, Fixture};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
     fn scene() -> (Scene, InterfaceModes) {
-        let fixture = |at_m| Fixture {
-            name: "f".into(),
-            point: "T".into(),
-            at_m,
-            stiffness_n_per_m: 3e7,
-            damping_n_s_per_m: 4000.0,
-        };
+        let fixture = |at_m| Fixture { name: "f".into(), point: "T".into(), at_m, ..Fixture::default() };
         let casting = Casting {
             name: "part".into(),
             mass_kg: 2.0,
-            inertia: Some(Inertia { x_kg_m2: 0.01, y_kg_m2: 0.02 }),
-            centre_m: [0.0; 2],
-            size_m: None,
+            inertia_kg_m2: Some([0.01, 0.02]),
             measuring_point_m: Some([0.05, -0.02]),
             fixtures: [[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]].map(fixture).to_vec(),
+            ..Casting::default()
         };
         let unit = HammerUnit {
             name: "left".into(),
-            parameters: HammerParameters::default(),
             supply_pressure_pa: 6e5,
-            start_time_s: 0.002,
-            supply_switch_times_s: Vec::new(),
-            gate_delay_s: 0.02,
-            standoff_m: 0.085,
             mount: Mount { points: vec![("R".into(), 1.0)] },
-            casting: 0,
             strike_point_m: [0.03, 0.07],
+            ..HammerUnit::default()
         };
         let solver = SolverSettings {
-            tolerance: 1e-5,
-            guide: Guide::Spring,
-            stepping: Stepping::default(),
             modes: ModeTreatment::Integrated,
             max_steps: 10,
             max_wall_time_s: 1.0,
+            ..SolverSettings::default()
         };
         let scene = Scene {
             machine: None,
@@ -546,6 +531,6 @@ mod tests {
         assert!(fails(&|_, modes| modes.fixtures.clear()).contains("0 castings"));
         assert!(fails(&|_, modes| modes.damping_ratio.push(0.0)).contains("4 damping ratios"));
         assert!(fails(&|_, modes| modes.mounts[0].truncate(1)).contains("1 modes"));
-        assert!(fails(&|scene, _| scene.castings[0].inertia = None).contains("inertia"));
+        assert!(fails(&|scene, _| scene.castings[0].inertia_kg_m2 = None).contains("inertia"));
     }
 }

@@ -1,6 +1,31 @@
 //! Which rotations a casting needs, and whether its fixtures hold it.
 
-use super::{Casting, WorkpieceError};
+use super::casting::Casting;
+
+/// Why a casting cannot be simulated.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum WorkpieceError {
+    /// A rotation is active, but no inertia is given.
+    #[error(
+        "casting `{casting}` is struck or held off its centre, so it rotates: its inertia is needed \
+         (`inertia_kg_m2 = [about x, about y]`)"
+    )]
+    MissingInertia {
+        /// Name of the casting.
+        casting: String,
+    },
+    /// The fixtures leave a motion free.
+    #[error(
+        "casting `{casting}` could spin freely: its fixtures do not hold its {motion}; \
+         add fixtures with an offset from its centre"
+    )]
+    Unrestrained {
+        /// Name of the casting.
+        casting: String,
+        /// The motion that is free.
+        motion: &'static str,
+    },
+}
 
 /// Offsets from the centre of mass below this length in m are rounding, not geometry.
 pub const OFFSET_TOLERANCE_M: f64 = 1e-9;
@@ -35,7 +60,7 @@ impl Casting {
     /// [`WorkpieceError::MissingInertia`] if a rotation is active and there is no inertia,
     /// [`WorkpieceError::Unrestrained`] if the fixtures leave a motion free.
     pub fn check_restraint(&self, active: [bool; 2]) -> Result<(), WorkpieceError> {
-        if active != [false, false] && self.inertia.is_none() {
+        if active != [false, false] && self.inertia_kg_m2.is_none() {
             return Err(WorkpieceError::MissingInertia { casting: self.name.clone() });
         }
         match free_motion(&self.stiffness(), [true, active[0], active[1]]) {
@@ -87,4 +112,76 @@ fn free_motion(stiffness: &[[f64; 3]; 3], active: [bool; 3]) -> Option<usize> {
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workpiece::Fixture;
+
+    fn casting(fixtures: &[[f64; 2]]) -> Casting {
+        let fixture = |(i, at): (usize, &[f64; 2])| Fixture {
+            name: format!("f{i}"),
+            point: format!("T{i}"),
+            at_m: *at,
+            stiffness_n_per_m: 3e7,
+            damping_n_s_per_m: 4000.0,
+        };
+        Casting {
+            name: "part".into(),
+            mass_kg: 1.0,
+            inertia_kg_m2: Some([0.01, 0.02]),
+            centre_m: [0.0; 2],
+            size_m: None,
+            measuring_point_m: None,
+            fixtures: fixtures.iter().enumerate().map(fixture).collect(),
+        }
+    }
+
+    #[test]
+    fn rotations_follow_the_offsets() {
+        let centred = casting(&[[0.0, 0.0]]);
+        assert_eq!(centred.active_rotations(&[[0.0, 0.0]]), [false, false]);
+        assert_eq!(centred.active_rotations(&[[1e-17, 0.0]]), [false, false]);
+        assert_eq!(centred.active_rotations(&[[0.0, 0.01]]), [true, false]);
+        assert_eq!(centred.active_rotations(&[[0.01, 0.0]]), [false, true]);
+        assert_eq!(casting(&[[0.1, 0.1]]).active_rotations(&[]), [true, true]);
+        let measured = Casting { measuring_point_m: Some([0.0, 0.05]), ..centred };
+        assert_eq!(measured.active_rotations(&[]), [true, false]);
+    }
+
+    #[test]
+    fn a_single_fixture_holds_heave_only() {
+        let single = casting(&[[0.0, 0.0]]);
+        assert_eq!(single.check_restraint([false, false]), Ok(()));
+        assert!(matches!(
+            single.check_restraint([true, false]),
+            Err(WorkpieceError::Unrestrained { motion: "rotation tx about x", .. })
+        ));
+        assert!(matches!(
+            single.check_restraint([false, true]),
+            Err(WorkpieceError::Unrestrained { motion: "rotation ty about y", .. })
+        ));
+    }
+
+    #[test]
+    fn fixtures_in_a_line_leave_the_rotation_about_it() {
+        let line = casting(&[[-0.1, 0.0], [0.1, 0.0]]);
+        assert_eq!(line.check_restraint([false, true]), Ok(()));
+        assert!(line.check_restraint([true, true]).is_err());
+        // Two fixtures on a diagonal hold either rotation alone, never both.
+        let diagonal = casting(&[[-0.1, -0.1], [0.1, 0.1]]);
+        assert_eq!(diagonal.check_restraint([true, false]), Ok(()));
+        assert!(diagonal.check_restraint([true, true]).is_err());
+        let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
+        assert_eq!(square.check_restraint([true, true]), Ok(()));
+    }
+
+    #[test]
+    fn a_rotating_casting_needs_its_inertia() {
+        let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
+        let light = Casting { inertia_kg_m2: None, ..square };
+        assert!(matches!(light.check_restraint([true, false]), Err(WorkpieceError::MissingInertia { .. })));
+        assert_eq!(light.check_restraint([false, false]), Ok(()));
+    }
 }

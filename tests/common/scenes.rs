@@ -3,9 +3,7 @@
 use decore::contact::{ContactParameters, kelvin_voigt};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step, System};
-use decore::scene::{
-    Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings, Stepping,
-};
+use decore::scene::{Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings};
 use decore::system::{ContactKind, Coupled, CoupledModel, InterfaceModes};
 use decore::workpiece::{Casting, Fixture};
 
@@ -55,13 +53,8 @@ pub fn hammer(name: &str, parameters: HammerParameters) -> HammerUnit {
         name: name.into(),
         parameters,
         supply_pressure_pa: 601_325.0,
-        start_time_s: 0.002,
-        supply_switch_times_s: Vec::new(),
-        gate_delay_s: 0.020,
-        standoff_m: 0.085,
         mount: Mount { points: vec![("M".into(), 1.0)] },
-        casting: 0,
-        strike_point_m: [0.0, 0.0],
+        ..HammerUnit::default()
     }
 }
 
@@ -70,18 +63,15 @@ pub fn casting(name: &str, fixtures: &[(f64, f64)]) -> Casting {
     let fixture = |(i, (stiffness, damping)): (usize, &(f64, f64))| Fixture {
         name: format!("f{i}"),
         point: format!("T{i}"),
-        at_m: [0.0, 0.0],
         stiffness_n_per_m: *stiffness,
         damping_n_s_per_m: *damping,
+        ..Fixture::default()
     };
     Casting {
         name: name.into(),
         mass_kg: 0.517,
-        inertia: None,
-        centre_m: [0.0, 0.0],
-        size_m: None,
-        measuring_point_m: None,
         fixtures: fixtures.iter().enumerate().map(fixture).collect(),
+        ..Casting::default()
     }
 }
 
@@ -90,10 +80,10 @@ pub fn solver(guide: Guide) -> SolverSettings {
     SolverSettings {
         tolerance: 1e-5,
         guide,
-        stepping: Stepping::default(),
         modes: ModeTreatment::Integrated,
         max_steps: 5_000_000,
         max_wall_time_s: 60.0,
+        ..SolverSettings::default()
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::common::scenes::rig;
 use decore::accuracy::{Accuracy, Experiment, MAIN_OUTPUTS, fixed_steps, ladder, measure, plot, text};
 use decore::run::RowStatus;
-use decore::scene::{Method, ModeTreatment, Stepping};
+use decore::scene::{Method, ModeTreatment, SolverSettings};
 
 /// The first impact and some blows of the default hammer.
 fn short_rig() -> Accuracy {
@@ -11,7 +11,7 @@ fn short_rig() -> Accuracy {
     scene.duration_s = 0.2;
     scene.solver.modes = ModeTreatment::Automatic;
     // What the scene itself asks for has no say: neither the reference nor the ladder is at a fixed step.
-    scene.solver.stepping = Stepping { method: Method::Trapezoid, step_s: 1e-3, located: true };
+    scene.solver = SolverSettings { method: Method::Trapezoid, step_s: 1e-3, located: true, ..scene.solver };
     let mut all = modes.clone();
     // One more mode that the fixture feels.
     all.omega_rad_s.push(3000.0);
@@ -37,8 +37,7 @@ fn errors_fall_with_the_tolerance_down_to_the_floors() {
     };
     for measurement in &accuracy.measurements {
         // All reach their end; what is coarse may miss its audit.
-        let fine =
-            measurement.setting.solver.stepping.method == Method::Tsit5 && measurement.setting.solver.tolerance < 5e-5;
+        let fine = measurement.setting.solver.method == Method::Tsit5 && measurement.setting.solver.tolerance < 5e-5;
         let sound = measurement.status == RowStatus::Done;
         assert!(sound || !fine && measurement.status == RowStatus::AuditFailed, "{:?}", measurement.setting);
     }
@@ -55,7 +54,7 @@ fn errors_fall_with_the_tolerance_down_to_the_floors() {
     assert!(located[1] < 1e-2 * plain[0], "{located:?}");
     assert!(trapezoid[0] > plain[0], "{trapezoid:?}");
     for measurement in &accuracy.measurements {
-        let implicit = measurement.setting.solver.stepping.method == Method::Trapezoid;
+        let implicit = measurement.setting.solver.method == Method::Trapezoid;
         assert_eq!(measurement.counters.factorisations > 0, implicit, "{:?}", measurement.setting);
     }
     assert!(accuracy.worst(&accuracy.reference_error) < 1e-6);

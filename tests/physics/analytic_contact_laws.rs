@@ -11,13 +11,6 @@ use decore::metrics::Recorder;
 use decore::scene::Scene;
 use decore::system::{ContactKind, Coupled, CoupledModel, build};
 
-const LAWS: [ContactLawName; 4] = [
-    ContactLawName::KelvinVoigt,
-    ContactLawName::KelvinVoigtSeparating,
-    ContactLawName::HuntCrossley,
-    ContactLawName::Hertz,
-];
-
 /// Chisel and casting of the bench.
 const MASSES: [f64; 2] = [1.8157, 0.517];
 const MU: f64 = MASSES[0] * MASSES[1] / (MASSES[0] + MASSES[1]);
@@ -68,7 +61,7 @@ fn collide(parameters: ContactParameters, speed: f64) -> Collision {
 /// at the reference speed for Hunt-Crossley.
 #[test]
 fn analytic_restitution_as_stated() {
-    for law in LAWS {
+    for &law in ContactLawName::ALL {
         for e in [0.1, 0.5, 0.9, 1.0] {
             for speed in [0.3, 1.0, 8.0] {
                 let reference_speed_m_s = (law == ContactLawName::HuntCrossley).then_some(speed);
@@ -191,7 +184,7 @@ fn analytic_reduced_mass_of_the_strike() {
     scene.hammers[0].parameters.chisel.casting_contact = contact;
     scene.hammers[0].strike_point_m = [0.03, -0.04];
     let casting = &mut scene.castings[0];
-    casting.inertia = Some(decore::workpiece::Inertia { x_kg_m2: 0.002, y_kg_m2: 0.004 });
+    casting.inertia_kg_m2 = Some([0.002, 0.004]);
     let fixture = casting.fixtures[0].clone();
     let corners = [[0.1, 0.1], [0.1, -0.1], [-0.1, 0.1], [-0.1, -0.1]];
     casting.fixtures = corners.map(|at_m| decore::workpiece::Fixture { at_m, ..fixture.clone() }).into();
@@ -314,7 +307,7 @@ fn everywhere(scene: &mut Scene, change: impl Fn(&mut ContactParameters)) {
 /// cylinder rests on its top stop only: 1.3 % at most.
 #[test]
 fn analytic_energy_under_every_law() {
-    for law in LAWS {
+    for &law in ContactLawName::ALL {
         let (mut scene, modes) = rig(1);
         everywhere(&mut scene, |contact| contact.law = law);
         let model = build(&scene, &modes).expect("sound");
@@ -343,7 +336,7 @@ fn analytic_energy_under_every_law() {
 /// nothing, so chisel and piston go on bouncing from their drop of some micrometres, some 3000 events a second.
 #[test]
 fn regress_resting_contacts_do_not_chatter() {
-    for law in LAWS {
+    for &law in ContactLawName::ALL {
         let (mut scene, modes) = rig(1);
         everywhere(&mut scene, |contact| contact.law = law);
         scene.hammers[0].start_time_s = 10.0;
@@ -358,7 +351,7 @@ fn regress_resting_contacts_do_not_chatter() {
 /// At rest the top stop carries what spring and weight leave to it, under every law.
 #[test]
 fn analytic_rest_under_every_law() {
-    for law in LAWS {
+    for &law in ContactLawName::ALL {
         let (mut scene, modes) = rig(1);
         everywhere(&mut scene, |contact| contact.law = law);
         let model = build(&scene, &modes).expect("sound");
@@ -387,7 +380,8 @@ fn analytic_rest_under_every_law() {
 /// The law's split at its switching surfaces: where an indicator is zero the force is, and force, store and loss agree.
 #[test]
 fn analytic_split_of_the_laws() {
-    let laws = LAWS.map(|law| ContactParameters { restitution: Some(0.6), ..with_law(law) }.law(MU));
+    let laws =
+        ContactLawName::ALL.iter().map(|&law| ContactParameters { restitution: Some(0.6), ..with_law(law) }.law(MU));
     for law in laws {
         for (d, v) in [(1e-5, 0.7), (1e-5, -0.2), (4e-5, -3.0), (2e-5, 0.0)] {
             // Power of the force = growth of the store + loss.

@@ -6,7 +6,6 @@ use decore::integrate::{Observer, Step};
 use decore::run::{RowOutcome, RowStatus, run_row, run_row_observed};
 use decore::scene::Scene;
 use decore::system::Coupled;
-use decore::workpiece::Inertia;
 
 /// The energy audit of every hard case.
 const RESIDUAL: f64 = 1e-3;
@@ -296,7 +295,7 @@ fn many_hammers_firing_at_the_same_instant() {
             .collect();
         let casting = &mut rig.scene.castings[0];
         casting.mass_kg = 5.0 * count as f64;
-        casting.inertia = Some(Inertia { x_kg_m2: 0.1 * count as f64, y_kg_m2: 0.1 * count as f64 });
+        casting.inertia_kg_m2 = Some([0.1 * count as f64; 2]);
         let fixture = casting.fixtures[0].clone();
         casting.fixtures = [-0.1, 0.1].map(|y| decore::workpiece::Fixture { at_m: [0.0, y], ..fixture.clone() }).into();
         let outcome = sound(run(&rig), &["many hammers"]);

@@ -140,7 +140,7 @@ fn quantities_must_lie_in_their_range() {
     let contact = fault("[casting.part]", "parameters.valve.stop.stiffness_n_per_m = -1\n[casting.part]");
     holds(&contact, 8, 43, "hammer.left.parameters.valve.stop.stiffness_n_per_m", "is -1");
     let tolerance = fault("[design]", "[solver]\ntolerance = 0.0\n[design]");
-    holds(&tolerance, 14, 13, "solver.tolerance", "must lie above 0");
+    holds(&tolerance, 14, 13, "solver.tolerance", "is 0, expected a number above 0 and not above 0.1");
 }
 
 #[test]

@@ -8,8 +8,9 @@ use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
 use decore::scene::{Guide, HammerUnit};
 use decore::study::{
-    FactorKind, FactorValue, InterfaceDemand, Study, TEMPLATE, hammer_file, hammer_schema, study_schema,
+    FactorKind, FactorValue, InterfaceDemand, Study, hammer_file, hammer_schema, study_schema, template,
 };
+use decore::workpiece::Fixture;
 
 fn studies() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("studies")
@@ -53,18 +54,12 @@ fn every_shipped_study_and_the_template_pass_their_check() {
         }
     }
     assert!(count >= 4);
-    rows(&parse(TEMPLATE));
+    rows(&parse(&template().unwrap()));
 }
 
 #[test]
-fn the_template_shows_every_key_of_the_schema() {
-    // Uncommented, every key of the template must be known; and every key of the schema must be shown.
-    let schema = study_schema().to_string();
-    for word in
-        ["stiffness_file", "gate_delay_s", "measuring_point_m", "settling_blows", "expansion_exponent", "centred"]
-    {
-        assert!(schema.contains(word) && TEMPLATE.contains(word), "{word}");
-    }
+fn the_template_shows_every_key_of_the_schema_and_the_declared_defaults() {
+    let template = template().unwrap();
     let schema = study_schema();
     let mut keys: Vec<String> = Vec::new();
     let mut tables = vec![&schema];
@@ -77,8 +72,21 @@ fn the_template_shows_every_key_of_the_schema() {
     }
     assert!(keys.len() > 40, "{keys:?}");
     for key in keys {
-        assert!(TEMPLATE.contains(&key), "the template does not show `{key}`");
+        assert!(template.contains(&key), "the template does not show `{key}`");
     }
+    let (hammer, fixture) = (HammerUnit::default(), Fixture::default());
+    for (key, default) in [
+        ("standoff_m", hammer.standoff_m),
+        ("start_time_s", hammer.start_time_s),
+        ("gate_delay_s", hammer.gate_delay_s),
+        ("stiffness_n_per_m", fixture.stiffness_n_per_m),
+        ("damping_n_s_per_m", fixture.damping_n_s_per_m),
+    ] {
+        let line = template.lines().find_map(|line| line.strip_prefix(&format!("# {key} = ")));
+        let shown: f64 = line.and_then(|rest| rest.split_whitespace().next()).unwrap().parse().unwrap();
+        assert_eq!(shown, default, "{key}");
+    }
+    assert!(!template.contains("#!"), "all declared tables are filled in");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The equations with their discrete state, and what is kept of a solution.
 
 use decore::integrate::System;
-use decore::scene::{Guide, ModeTreatment, OutputSettings, Scene, SolverSettings, Stepping};
+use decore::scene::{Guide, Method, ModeTreatment, OutputSettings, Scene, SolverSettings};
 use decore::system::{ContactKind, Coupled, CoupledModel, build};
 
 use crate::scene::Rig;
@@ -17,7 +17,7 @@ const FRESH_S: f64 = 1e-10;
 /// The model of a rig with its modes integrated.
 pub fn problem_model(rig: &Rig, guide: Guide) -> CoupledModel {
     let solver =
-        SolverSettings { guide, modes: ModeTreatment::Integrated, stepping: Stepping::default(), ..rig.scene.solver };
+        SolverSettings { guide, modes: ModeTreatment::Integrated, method: Method::Tsit5, ..rig.scene.solver };
     build(&Scene { solver, ..rig.scene.clone() }, &rig.modes).expect("the rig can be built")
 }
 

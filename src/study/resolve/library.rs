@@ -68,7 +68,7 @@ impl Library {
             None => None,
         };
         if overrides.is_empty() {
-            return Ok(entry.map_or_else(HammerParameters::default, |entry| entry.parameters.clone()));
+            return Ok(entry.map_or_else(HammerParameters::default, |entry| entry.parameters));
         }
         let mut values = entry.map_or(&self.defaults, |entry| &entry.values).clone();
         lay(&mut values, overrides)

@@ -4,7 +4,6 @@ mod geometry;
 mod layers;
 pub(super) mod library;
 pub(super) mod placement;
-mod preset;
 pub(super) mod rows;
 pub(super) mod scene;
 pub(super) mod structure;

@@ -3,30 +3,15 @@
 use super::geometry;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
-use super::preset::Preset;
-use crate::scene::{HammerUnit, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
-use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, SolverEntry, StudyFile};
+use crate::scene::{HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings};
+use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, StudyFile};
 use crate::words::nearest;
-use crate::workpiece::{Casting, Fixture, Inertia};
+use crate::workpiece::{Casting, Fixture};
 
 /// Simulated time in s, unless the study says otherwise.
 const DURATION_S: f64 = 1.5;
 /// Supply pressure above ambient in bar.
 const SUPPLY_BAR: f64 = 5.0;
-/// Distance of the chisel's tip from the casting in m.
-const STANDOFF_M: f64 = 0.085;
-/// Time at which the supply is switched on in s.
-const START_TIME_S: f64 = 0.002;
-/// Time from the first contact to the percussion in s.
-const GATE_DELAY_S: f64 = 0.020;
-/// Stiffness `k_T` of a fixture in N/m.
-const FIXTURE_STIFFNESS_N_PER_M: f64 = 3e7;
-/// Damping `c_T` of a fixture in N s/m.
-const FIXTURE_DAMPING_N_S_PER_M: f64 = 4000.0;
-/// Steps after which a row is given up.
-const MAX_STEPS: u64 = 20_000_000;
-/// Wall time in s after which a row is given up.
-const MAX_WALL_TIME_S: f64 = 600.0;
 /// One bar in Pa.
 const BAR_PA: f64 = 1e5;
 
@@ -120,24 +105,9 @@ fn machine(name: Option<&str>, known: &[String], issues: &mut Vec<Issue>) -> Opt
 
 fn solver(entry: &SolverEntry) -> SolverSettings {
     let preset = Preset::of(entry.fidelity.unwrap_or_default());
-    let default = Stepping::default();
-    let stepping = Stepping {
-        method: entry.method.unwrap_or(default.method),
-        step_s: entry.step_s.unwrap_or(default.step_s),
-        located: entry.located.unwrap_or(default.located),
-    };
-    SolverSettings {
-        tolerance: entry.tolerance.unwrap_or(preset.tolerance),
-        guide: entry.guide.unwrap_or(preset.guide),
-        modes: entry.modes.unwrap_or(if stepping.method.is_fixed() {
-            ModeTreatment::Integrated
-        } else {
-            ModeTreatment::Automatic
-        }),
-        stepping,
-        max_steps: entry.max_steps.unwrap_or(MAX_STEPS),
-        max_wall_time_s: entry.max_wall_time_s.unwrap_or(MAX_WALL_TIME_S),
-    }
+    let default = SolverSettings { tolerance: preset.tolerance, guide: preset.guide, ..SolverSettings::default() };
+    let fixed = entry.method.is_some_and(Method::is_fixed);
+    entry.over(if fixed { SolverSettings { modes: ModeTreatment::Integrated, ..default } } else { default })
 }
 
 fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut Vec<Issue>) -> Casting {
@@ -158,7 +128,7 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     Casting {
         name: name.to_string(),
         mass_kg: entry.mass_kg,
-        inertia: entry.inertia_kg_m2.map(|[x_kg_m2, y_kg_m2]| Inertia { x_kg_m2, y_kg_m2 }),
+        inertia_kg_m2: entry.inertia_kg_m2,
         centre_m: centre,
         size_m: entry.size_m,
         measuring_point_m: entry.measuring_point_m,
@@ -167,12 +137,13 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
 }
 
 fn fixture_of(name: &str, entry: &FixtureEntry, place: [f64; 2], centre: [f64; 2]) -> Fixture {
+    let default = Fixture::default();
     Fixture {
         name: name.to_string(),
         point: entry.point.clone(),
         at_m: entry.at_m.unwrap_or([place[0] - centre[0], place[1] - centre[1]]),
-        stiffness_n_per_m: entry.stiffness_n_per_m.unwrap_or(FIXTURE_STIFFNESS_N_PER_M),
-        damping_n_s_per_m: entry.damping_n_s_per_m.unwrap_or(FIXTURE_DAMPING_N_S_PER_M),
+        stiffness_n_per_m: entry.stiffness_n_per_m.unwrap_or(default.stiffness_n_per_m),
+        damping_n_s_per_m: entry.damping_n_s_per_m.unwrap_or(default.damping_n_s_per_m),
     }
 }
 
@@ -211,14 +182,15 @@ impl HammerResolver<'_> {
         let centre = self.castings.get(casting).map_or([0.0; 2], |casting| casting.centre_m);
         let below = [placed.position[0] - centre[0], placed.position[1] - centre[1]];
         let supply = BAR_PA * entry.supply_bar.unwrap_or(SUPPLY_BAR);
+        let default = HammerUnit::default();
         Some(HammerUnit {
             name: self.name.to_string(),
             parameters,
             supply_pressure_pa: self.file.environment.ambient_pressure_pa + supply,
-            start_time_s: entry.start_time_s.unwrap_or(START_TIME_S),
-            supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or_default(),
-            gate_delay_s: entry.gate_delay_s.unwrap_or(GATE_DELAY_S),
-            standoff_m: entry.standoff_m.unwrap_or(STANDOFF_M),
+            start_time_s: entry.start_time_s.unwrap_or(default.start_time_s),
+            supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or(default.supply_switch_times_s),
+            gate_delay_s: entry.gate_delay_s.unwrap_or(default.gate_delay_s),
+            standoff_m: entry.standoff_m.unwrap_or(default.standoff_m),
             mount: placed.mount,
             casting,
             strike_point_m: entry.strike_point_m.unwrap_or(below),

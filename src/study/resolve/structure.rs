@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::placement::Rail;
-use super::preset::Preset;
 use crate::files::{self, Limit};
+use crate::scene::{Fidelity, Preset};
 use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
 use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
 use crate::study::document::tree::Document;
 use crate::study::document::typed::{check_keys, read_tree};
-use crate::study::file::{Fidelity, Housings, SourceName, StructureEntry, StructureFile};
+use crate::study::file::{Housings, SourceName, StructureEntry, StructureFile};
 
 /// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
 const CUTOFF_HZ: f64 = 1000.0;

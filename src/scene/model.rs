@@ -1,0 +1,111 @@
+//! The scene and its parts.
+
+use super::solver::SolverSettings;
+use crate::hammer::HammerParameters;
+use crate::parameter::parameters;
+use crate::workpiece::Casting;
+
+parameters! { file
+    /// Gas, surroundings and gravity.
+    pub struct Environment {
+        /// Specific gas constant `R`.
+        pub gas_constant_j_per_kg_k: f64 = 287.05, "J/(kg K)", [> 0], "dry air";
+        /// Gas temperature `T`.
+        pub temperature_k: f64 = 293.15, "K", [> 0], "20 degrees Celsius";
+        /// Isentropic exponent `kappa`.
+        pub isentropic_exponent: f64 = 1.4, "1", [> 1], "air";
+        /// Ambient pressure.
+        pub ambient_pressure_pa: f64 = 101325.0, "Pa", [> 0], "standard atmosphere";
+        /// Gravity.
+        pub gravity_m_s2: f64 = 9.80665, "m/s2", [>= 0], "standard gravity";
+        /// Exponent `a_in` of inflow.
+        pub inflow_exponent: f64 = 1.4, "1", [> 0], "Richer and Hurmuzlu";
+        /// Exponent `a_out` of outflow.
+        pub outflow_exponent: f64 = 1.0, "1", [> 0], "Richer and Hurmuzlu";
+        /// Exponent `a` of expansion.
+        pub expansion_exponent: f64 = 1.2, "1", [> 0], "Richer and Hurmuzlu";
+    }
+}
+
+/// Where a hammer is mounted: a weighted set of interface points (one, or two neighbours of a rail).
+///
+/// The same weights carry mass, force and motion, so the receptance stays symmetric.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mount {
+    /// Interface points and their weights; the weights sum to 1.
+    pub points: Vec<(String, f64)>,
+}
+
+parameters! {
+    /// One hammer of a scene.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct HammerUnit {
+        own {
+            /// Name as in the study.
+            pub name: String,
+            /// Its parameters, overrides applied.
+            pub parameters: HammerParameters,
+            /// Supply pressure, absolute, in Pa; not below the ambient one.
+            pub supply_pressure_pa: f64,
+            /// Its place on the machine.
+            pub mount: Mount,
+            /// Index of the casting that it strikes.
+            pub casting: usize,
+        }
+        /// Distance of the chisel's tip from the casting at rest.
+        pub standoff_m: f64 = 0.085, "m", [>= 0], "the paper's rig";
+        /// Time `t_on` at which the supply is switched on.
+        pub start_time_s: f64 = 0.002, "s", [>= 0], "the paper's rig";
+        /// Times, in ascending order after the start, at which the supply is switched off, on again, off, and so on. While it is
+        /// off the supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts
+        /// anew, its percussion `tau_gate` after the next contact. Empty: on for good.
+        pub supply_switch_times_s: Vec<f64> = Vec::new(), "s", [finite], "on for good";
+        /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion.
+        pub gate_delay_s: f64 = 0.020, "s", [>= 0], "the paper's rig";
+        /// Strike point, x and y from the casting's centre of mass.
+        pub strike_point_m: [f64; 2], "m", [finite], "default: below the mount";
+    }
+}
+
+parameters! { file
+    /// Windows and thresholds of the outputs (defaults: the definitions of the outputs).
+    pub struct OutputSettings {
+        /// Length of a blow's window, from its start.
+        pub blow_window_s: f64 = 0.005, "s", [> 0], "definition";
+        /// Least closing speed of piston and chisel that counts as a blow.
+        pub blow_closing_speed_m_s: f64 = 0.5, "m/s", [>= 0], "definition";
+        /// Least time between the starts of two blows.
+        pub blow_separation_s: f64 = 0.010, "s", [>= 0], "definition";
+        /// Number of struck blows of each stroke taken as settling.
+        pub settling_blows: usize = 5, "1", [0 ..], "definition";
+        /// Root mean square of the differences of blow energies, and of intervals, a period apart, relative to their mean, up to
+        /// which a percussion is periodic; also the rise over a series above which it counts as a trend.
+        pub periodic_agreement: f64 = 0.01, "1", [> 0], "definition";
+        /// Longest period in blows that is looked for.
+        pub longest_period_blows: usize = 4, "1", [1 ..], "definition";
+        /// Share of the earlier rate of blows below which a percussion has stalled in the last third of its time.
+        pub stall_rate_share: f64 = 0.5, "1", [> 0, <= 1], "definition";
+        /// Twins of each row: further runs, each a run of its own with inputs that are the same for every purpose, whose outputs
+        /// show by how much a row's scatter. The same for all rows.
+        pub twins: usize = 0, "1", [0 ..= 1000], "none unless asked for";
+    }
+}
+
+/// All that one run needs besides the reduced structure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
+    pub machine: Option<usize>,
+    /// Gas, surroundings and gravity.
+    pub environment: Environment,
+    /// The hammers, in the study's order.
+    pub hammers: Vec<HammerUnit>,
+    /// The castings, in the study's order.
+    pub castings: Vec<Casting>,
+    /// Simulated time in s.
+    pub duration_s: f64,
+    /// Accuracy and effort.
+    pub solver: SolverSettings,
+    /// Windows and thresholds of the outputs.
+    pub outputs: OutputSettings,
+}

@@ -1,0 +1,39 @@
+//! The commented study that `init` writes: what is written by hand, completed from the declarations of parameters.
+
+use serde::Serialize;
+use toml::Table;
+use toml::ser::Error;
+
+use super::document::keys::{Shape, shape_at};
+use super::schema::study_schema;
+use crate::contact::ContactLawName;
+use crate::parameter::{Kind, Parameter, Parameters, lines};
+use crate::scene::{Environment, OutputSettings, SolverEntry, SolverSettings};
+
+/// The part by hand. A line `#! key` stands for the parameters of the table with that key.
+const BY_HAND: &str = include_str!("template.toml");
+
+/// A commented study that shows every key.
+///
+/// # Errors
+/// A default that TOML cannot hold.
+pub fn template() -> Result<String, Error> {
+    let shape = Shape::from_schema(&study_schema());
+    let laws: Vec<String> = ContactLawName::ALL.iter().map(|law| format!("\"{}\"", law.name())).collect();
+    let mut text = BY_HAND.replace("{laws}", &laws.join(", "));
+    complete::<SolverSettings>(&mut text, "solver", SolverEntry::from(SolverSettings::default()), &shape)?;
+    complete::<OutputSettings>(&mut text, "outputs", OutputSettings::default(), &shape)?;
+    complete::<Environment>(&mut text, "environment", Environment::default(), &shape)?;
+    Ok(text)
+}
+
+/// Puts the parameters of a table in their place, commented out, with the values they have by default.
+fn complete<T: Parameters>(text: &mut String, table: &str, values: impl Serialize, shape: &Shape) -> Result<(), Error> {
+    let choices = |entry: &Parameter| {
+        let at = [table, entry.name].map(str::to_owned);
+        let shape = shape_at(shape, &Table::new(), &at).ok().filter(|_| matches!(entry.kind, Kind::Choice));
+        shape.map(Shape::words)
+    };
+    *text = text.replace(&format!("#! {table}\n"), &lines(T::ENTRIES, &Table::try_from(values)?, "# ", &choices));
+    Ok(())
+}

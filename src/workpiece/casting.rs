@@ -1,0 +1,47 @@
+//! Castings and fixtures as data.
+
+use crate::parameter::parameters;
+
+parameters! {
+    /// Spring and damper between a point of a casting and a node of the structure.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Fixture {
+        own {
+            /// Name as in the study.
+            pub name: String,
+            /// Interface point of the structure that carries it.
+            pub point: String,
+        }
+        /// Where it holds the casting, x and y from the casting's centre of mass.
+        pub at_m: [f64; 2], "m", [finite], "default: above its interface point";
+        /// Stiffness `k_T`.
+        pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0], "the paper's rig";
+        /// Damping `c_T`.
+        pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0], "the paper's rig";
+    }
+}
+
+parameters! {
+    /// A rigid casting with the fixtures that carry it.
+    ///
+    /// The point (x, y) moves by `z + y tx - x ty`.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Casting {
+        own {
+            /// Name as in the study.
+            pub name: String,
+            /// Its fixtures; at least one.
+            pub fixtures: Vec<Fixture>,
+        }
+        /// Mass.
+        pub mass_kg: f64, "kg", [> 0], "no default";
+        /// Centre of mass in the machine's plane, x and y.
+        pub centre_m: [f64; 2], "m", [finite], "default: the mean of its fixtures' points";
+        /// Extent in x and y, centred.
+        pub size_m: Option<[f64; 2]>, "m", [> 0], "default: unlimited, no hammer can miss it";
+        /// Moments of inertia about x (rotation `tx`, driven by offsets in y) and y (rotation `ty`, driven by offsets in x).
+        pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0], "needed only where it can rotate (struck, held or measured off its centre)";
+        /// Where its velocity is also reported, x and y from the centre of mass.
+        pub measuring_point_m: Option<[f64; 2]>, "m", [finite], "default: at the centre only";
+    }
+}
