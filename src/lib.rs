@@ -23,22 +23,24 @@
 //! ```text
 //! contact    :
 //! design     :
-//! integrate  :
 //! linalg     :
+//! quantity   :
 //! workpiece  :
 //! hammer     : contact
+//! integrate  : quantity
 //! structure  : linalg
 //! scene      : contact hammer workpiece
-//! study      : design hammer scene workpiece
+//! study      : design hammer quantity scene workpiece
 //! system     : contact hammer integrate scene workpiece
-//! metrics    : hammer integrate scene system
-//! run        : integrate metrics scene structure study system
-//! accuracy   : metrics run scene system
-//! dataset    : metrics run
-//! report     : dataset
-//! cli        : accuracy dataset design metrics report run scene structure study system
+//! metrics    : hammer integrate quantity scene system
+//! run        : integrate metrics quantity scene structure study system
+//! accuracy   : integrate metrics quantity run scene system
+//! dataset    : integrate metrics quantity run
+//! report     : dataset metrics quantity run
+//! cli        : accuracy dataset design metrics quantity report run scene structure study system
 //! ```
 //!
+//! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
 //! - [`scene`]: all that one row needs, as plain data.
@@ -61,6 +63,7 @@ pub mod hammer;
 pub mod integrate;
 pub mod linalg;
 pub mod metrics;
+pub mod quantity;
 pub mod report;
 pub mod run;
 pub mod scene;

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
+use decore::quantity::{Kind, Value};
 use decore::scene::{Guide, HammerUnit};
-use decore::study::{FactorKind, FactorValue, Study, TEMPLATE, hammer_schema, study_schema};
+use decore::study::{Study, TEMPLATE, hammer_schema, study_schema};
 use support::station_points;
 
 fn studies() -> PathBuf {
@@ -195,7 +196,7 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
     let study = shipped("placement.toml");
     let names: Vec<&str> = study.factors().iter().map(|factor| factor.name.as_str()).collect();
     assert_eq!(names, ["position", "pressure", "standoff", "fixture_stiffness"]);
-    assert!(study.factors().iter().all(|factor| factor.kind == FactorKind::Real));
+    assert!(study.factors().iter().all(|factor| factor.kind == Kind::Real));
     assert_eq!(study.factors()[1].unit.as_deref(), Some("bar"));
     assert_eq!(study.seed(), 1);
     for row in [0, 17, 239] {
@@ -204,7 +205,7 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
             .row_values(row)
             .iter()
             .map(|value| match value {
-                FactorValue::Real(value) => *value,
+                Value::Real(value) => *value,
                 other => panic!("{other:?}"),
             })
             .collect();
@@ -221,7 +222,7 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
 fn the_grid_runs_through_every_combination() {
     let study = shipped("pressure_grid.toml");
     assert_eq!(study.row_count(), 8);
-    assert_eq!(study.factors()[0].kind, FactorKind::Text);
+    assert_eq!(study.factors()[0].kind, Kind::Text);
     assert_eq!(study.interface_demand().mounts, ["R3", "R5"]);
     let rows: Vec<String> =
         (0..8).map(|row| study.row_values(row).iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")).collect();
@@ -236,9 +237,9 @@ fn the_grid_runs_through_every_combination() {
 #[test]
 fn an_overridden_factor_shows_the_override() {
     let study = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4.25".into()]).unwrap();
-    assert_eq!(study.row_values(5)[1], FactorValue::Real(4.25));
+    assert_eq!(study.row_values(5)[1], Value::Real(4.25));
     let whole = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4".into()]).unwrap();
-    assert_eq!(whole.row_values(5)[1], FactorValue::Real(4.0));
+    assert_eq!(whole.row_values(5)[1], Value::Real(4.0));
     let scene = study.scene(5, &station_points()).unwrap();
     assert_eq!(scene.hammers[0].supply_pressure_pa, 101_325.0 + 425_000.0);
 }

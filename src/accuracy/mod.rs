@@ -9,7 +9,8 @@ mod outputs;
 mod plot;
 mod text;
 
-use crate::run::{RowStatus, SolverCounters};
+use crate::integrate::Counters;
+use crate::run::RowStatus;
 use crate::scene::{Guide, Method, ModeTreatment, SolverSettings, Stepping};
 
 pub use measure::{AccuracyError, Experiment, measure};
@@ -106,7 +107,7 @@ pub struct Measurement {
     /// States integrated.
     pub states: usize,
     /// Work done.
-    pub counters: SolverCounters,
+    pub counters: Counters,
     /// Energy residual.
     pub energy_residual: f64,
     /// Relative error of each output against the reference; NaN where neither has it, infinite where one lacks it.

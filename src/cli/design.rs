@@ -9,8 +9,9 @@ use super::exit::{Exit, Failure};
 use super::prepare::{dataset_info, load};
 use super::rows::constrained;
 use super::text::{plural, say};
-use crate::dataset::{DatasetInfo, Factor, FactorKind, TableColumn, TableValues, write_table};
-use crate::study::{FactorValue, Study};
+use crate::dataset::{DatasetInfo, Factor, TableColumn, TableValues, write_table};
+use crate::quantity::{Kind, Value};
+use crate::study::Study;
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -47,7 +48,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
 
 /// The index of the row, then the factors, derived ones included.
 fn columns(study: &Study, info: &DatasetInfo) -> Vec<TableColumn> {
-    let rows: Vec<Vec<FactorValue>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
+    let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
     let index = TableColumn {
         name: "row".to_owned(),
         unit: "1".to_owned(),
@@ -56,13 +57,9 @@ fn columns(study: &Study, info: &DatasetInfo) -> Vec<TableColumn> {
     };
     let factor = |(place, factor): (usize, &Factor)| {
         let cells = || rows.iter().filter_map(move |row| row.get(place));
-        let number = |value: &FactorValue| match value {
-            FactorValue::Real(value) => *value,
-            FactorValue::Integer(value) => *value as f64,
-            FactorValue::Text(_) => f64::NAN,
-        };
-        let whole = |value: &FactorValue| match value {
-            FactorValue::Integer(value) => Some(*value),
+        let number = |value: &Value| value.number().unwrap_or(f64::NAN);
+        let whole = |value: &Value| match value {
+            Value::Integer(value) => Some(*value),
             _ => None,
         };
         TableColumn {
@@ -70,9 +67,9 @@ fn columns(study: &Study, info: &DatasetInfo) -> Vec<TableColumn> {
             unit: factor.unit.clone(),
             description: factor.description.clone(),
             values: match factor.kind {
-                FactorKind::Real => TableValues::Real(cells().map(number).collect()),
-                FactorKind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
-                FactorKind::Text => TableValues::Text(cells().map(ToString::to_string).collect()),
+                Kind::Real | Kind::Count => TableValues::Real(cells().map(number).collect()),
+                Kind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
+                Kind::Text => TableValues::Text(cells().map(ToString::to_string).collect()),
             },
         }
     };

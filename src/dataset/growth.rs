@@ -9,12 +9,14 @@ use std::path::Path;
 
 use super::columns::TableName;
 use super::durable::{failed_to, sync_folder};
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::journal::JOURNAL;
 use super::lock::Lock;
 use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest};
 use super::recovery::{Recovered, read_parts, recover};
 use super::store::{columns_of, remove};
-use super::{DatasetError, DatasetInfo, DatasetWriter, Existing};
+use super::writer::{DatasetWriter, Existing};
 
 /// Folder of the grown dataset while it is written, below the dataset's.
 pub const GROWING: &str = ".growing";

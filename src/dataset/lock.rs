@@ -4,8 +4,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::DatasetError;
 use super::durable::failed_to;
+use super::error::DatasetError;
 
 /// Name of the lock's file in the dataset's folder.
 pub const LOCK_NAME: &str = ".lock";

@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use super::columns::TableName;
 use super::difference::differences;
+use super::error::DatasetError;
 use super::lock::Lock;
 use super::manifest::{Manifest, Part, RowSpan, gaps};
+use super::reader::DatasetReader;
 use super::recovery::read_parts;
 use super::store::columns_of;
-use super::{DatasetError, DatasetReader, DatasetWriter, Existing};
+use super::writer::{DatasetWriter, Existing};
 
 /// Verifies shards (one study, undamaged, complete, no gap, no overlap) and writes the dataset of all their rows.
 ///

@@ -3,13 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::columns::{Cell, Columns, TableName};
+use super::columns::{Columns, TableName};
+use super::error::DatasetError;
+use super::journal;
 use super::manifest::{Manifest, Part, RowSpan, TimingsManifest};
 use super::parquet_file::visit_rows;
 use super::reader::check_part;
 use super::record::{RowWriter, StoredRow, cells_say_failed};
 use super::store::{Block, remove};
-use super::{DatasetError, journal};
+use crate::quantity::Value;
 
 /// What is there.
 pub struct Recovered {
@@ -157,7 +159,7 @@ pub fn read_parts(
         let mut strays = 0;
         visit_rows(&path, &descriptions, &mut |cells| {
             let row = match cells.first() {
-                Some(Cell::Count(row)) => *row,
+                Some(Some(Value::Count(row))) => *row,
                 _ => return strays += 1,
             };
             if table == TableName::Runs {

@@ -8,10 +8,11 @@ use std::sync::Arc;
 
 use super::columns::{Columns, TableName};
 use super::durable::{StagedFile, failed_to, sync_folder};
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_json};
 use super::parquet_file::TableBuilder;
 use super::record::{ColumnCounts, StoredRow};
-use super::{DatasetError, DatasetInfo};
 
 /// Folder for files that are not yet in place, on the same file system as the tables.
 pub const STAGING: &str = ".staging";

@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 
-use super::columns::{ColumnDescription, ColumnGroup, ColumnKind, check_unique, identifier};
+use super::columns::{ColumnDescription, ColumnGroup, check_unique, identifier};
 use super::durable::StagedFile;
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::parquet_file::{encode_batch, properties, schema};
-use super::{DatasetError, DatasetInfo};
 use crate::metrics::Signal;
+use crate::quantity::Kind;
 
 /// A column of a table; all columns of a table have the same length.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,9 +82,9 @@ fn description(table: &str, column: &TableColumn) -> ColumnDescription {
     ColumnDescription {
         name: identifier(&column.name, table),
         kind: match column.values {
-            TableValues::Real(_) => ColumnKind::Real,
-            TableValues::Integer(_) => ColumnKind::Integer,
-            TableValues::Text(_) => ColumnKind::Text,
+            TableValues::Real(_) => Kind::Real,
+            TableValues::Integer(_) => Kind::Integer,
+            TableValues::Text(_) => Kind::Text,
         },
         unit: column.unit.clone(),
         description: column.description.clone(),

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::integrate::counters::Counters;
 use crate::integrate::locate::{Ends, first_events};
 use crate::integrate::quiet::Quiet;
 use crate::integrate::step::Dense;
@@ -34,21 +35,6 @@ pub struct Settings {
     pub max_steps: u64,
     /// Wall time in s after which the integration stops.
     pub max_wall_time_s: f64,
-}
-
-/// Work done.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Accepted steps.
-    pub steps: u64,
-    /// Rejected steps.
-    pub rejected: u64,
-    /// Right-hand sides.
-    pub rhs: u64,
-    /// Switches located.
-    pub events: u64,
-    /// Factorisations of a matrix.
-    pub factorisations: u64,
 }
 
 /// Why an integration ended.
@@ -146,7 +132,7 @@ impl Integrator {
     pub fn run<S: System, O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, t_end: f64) -> Stopped {
         let begin = Instant::now();
         while self.t < t_end {
-            let tried = self.counters.steps + self.counters.rejected;
+            let tried = self.counters.steps + self.counters.rejected_steps;
             if let Some(stopped) = spent(tried, begin, (self.settings.max_steps, self.settings.max_wall_time_s)) {
                 return stopped;
             }
@@ -223,7 +209,7 @@ impl Integrator {
             system.rhs(self.t, &self.y, rate);
             system.sample_guards(self.t, (&self.y, rate), &mut self.samples);
             self.rate_known = true;
-            self.counters.rhs += 1;
+            self.counters.rhs_evaluations += 1;
         }
     }
 
@@ -259,7 +245,7 @@ impl Integrator {
                 inverse_scales = &quiet.masked;
             }
         }
-        self.counters.rhs += (STAGES - 1) as u64;
+        self.counters.rhs_evaluations += (STAGES - 1) as u64;
         let norm = ErrorNorm { inverse_scales, h, stages: &self.stages, n };
         Arch::new().dispatch(norm) / self.settings.tolerance
     }
@@ -301,7 +287,7 @@ impl Integrator {
         let theta = first_events(system, &step, &ends, (&mut self.hits, &mut self.scratch));
         if let (true, false, Some(quiet)) = (trial.exponential, self.hits.is_empty(), &mut self.quiet) {
             // Events end explicit steps, whose dense output follows what rings.
-            self.counters.rejected += 1;
+            self.counters.rejected_steps += 1;
             quiet.leave();
             return;
         }
@@ -349,7 +335,7 @@ impl Integrator {
             self.h = self.h.min(remembered);
             self.learning = Some(guard);
             self.rate_known = false;
-            self.counters.events += 1;
+            self.counters.located_events += 1;
         }
     }
 
@@ -375,7 +361,7 @@ impl Integrator {
 
     /// Shortens the step after one that was rejected.
     fn reject(&mut self, trial: &Trial) {
-        self.counters.rejected += 1;
+        self.counters.rejected_steps += 1;
         let change = if trial.error.is_finite() {
             (SAFETY * trial.error.powf(-1.0 / CONTROL_ORDER)).clamp(CHANGE.0, 1.0)
         } else {

@@ -165,7 +165,7 @@ impl FixedStep {
             system.rhs(self.t, &self.y, rate);
             system.sample_guards(self.t, (&self.y, rate), &mut self.samples[0]);
             self.rate_known = true;
-            self.counters.rhs += 1;
+            self.counters.rhs_evaluations += 1;
         }
         if system.horizon() < t {
             system.renew(self.t, &mut self.y, &mut self.rates[..n]);
@@ -210,7 +210,7 @@ impl FixedStep {
             observer.event(system, guard, t, y);
             self.fresh[guard] = true;
             self.rate_known = false;
-            self.counters.events += 1;
+            self.counters.located_events += 1;
         }
         Ok(())
     }
@@ -221,7 +221,7 @@ impl FixedStep {
         let t1 = self.t + h;
         let (last, mean) = self.rates[n..].split_at_mut(n);
         system.rhs(t1, &self.y_new, last);
-        self.counters.rhs += 1;
+        self.counters.rhs_evaluations += 1;
         for ((mean, new), old) in mean.iter_mut().zip(&self.y_new).zip(&self.y) {
             *mean = (new - old) / h;
         }

@@ -4,6 +4,7 @@
 //! discrete state is right; the driver locates the first upward zero of a guard on the method's own dense output, ends
 //! the step there and lets the system switch. Times known beforehand (a valve that opens) are scheduled stops.
 
+mod counters;
 mod driver;
 mod exponential;
 mod fixed;
@@ -17,7 +18,8 @@ mod tsit5;
 
 use nalgebra::DMatrix;
 
-pub use driver::{Counters, Integrator, Settings, Stopped};
+pub use counters::Counters;
+pub use driver::{Integrator, Settings, Stopped};
 pub use fixed::{FixedRule, FixedSettings, FixedStep};
 pub use step::Step;
 

@@ -31,6 +31,6 @@ impl Rk4 {
                 self.scratch[i] = y[i] + reach * h * self.rate[i];
             }
         }
-        counters.rhs += 3;
+        counters.rhs_evaluations += 3;
     }
 }

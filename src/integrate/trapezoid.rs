@@ -79,7 +79,7 @@ impl Trapezoid {
         let mut before = f64::INFINITY;
         for _ in 0..ITERATIONS {
             system.rhs(start.t + start.h, y_new, &mut self.rate);
-            counters.rhs += 1;
+            counters.rhs_evaluations += 1;
             for (i, correction) in self.correction.iter_mut().enumerate() {
                 *correction = start.y[i] - y_new[i] + 0.5 * start.h * (start.rate[i] + self.rate[i]);
             }
@@ -118,7 +118,7 @@ impl Trapezoid {
                 matrix[(i, j)] -= 0.5 * start.h * (self.rate[i] - start.rate[i]) / by;
             }
         }
-        counters.rhs += states as u64;
+        counters.rhs_evaluations += states as u64;
         counters.factorisations += 1;
         self.factors = Some(matrix.lu());
     }

@@ -11,7 +11,7 @@ mod twins;
 
 pub use batch::{BatchError, BatchProgress, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowTask, run_batch};
 pub use machine::{Machine, SourceModel, model_files, reduction_settings};
-pub use outcome::{RowOutcome, RowStatus, SolverCounters};
+pub use outcome::{RowOutcome, RowStatus};
 pub use progress::{DEFAULT_INTERVAL, Progress, clock};
 pub use retry::{DEFAULT_RETRIES, TIGHTENING, run_row_with_retries, run_row_with_retries_observed};
 pub use row::{RESIDUAL_LIMIT, run_row, run_row_observed};

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::integrate::{Counters, FixedRule, FixedSettings, FixedStep, Integrator, Observer, Settings, Stopped};
 use crate::metrics::{Recorder, RunTotals};
-use crate::run::{RowOutcome, RowStatus, SolverCounters};
+use crate::run::{RowOutcome, RowStatus};
 use crate::scene::{Method, Scene};
 use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
 
@@ -68,14 +68,7 @@ where
         modes: model.layout().modes,
         states: model.layout().states(),
         metrics,
-        counters: SolverCounters {
-            steps: work.steps,
-            rejected_steps: work.rejected,
-            rhs_evaluations: work.rhs,
-            located_events: work.events,
-            factorisations: work.factorisations,
-            retries: 0,
-        },
+        counters: work,
         wall_time_s: 0.0,
     };
     (outcome, extra)

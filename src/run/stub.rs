@@ -4,8 +4,9 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 
-use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
-use crate::run::{RowOutcome, RowStatus, SolverCounters};
+use crate::integrate::Counters;
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
+use crate::run::{RowOutcome, RowStatus};
 
 /// One row in this many diverges.
 const ROWS_PER_FAILURE: u64 = 1000;
@@ -55,13 +56,13 @@ impl StubRows {
             modes: 60,
             states: 136,
             metrics: (!diverged).then(|| self.metrics(row)),
-            counters: SolverCounters {
+            counters: Counters {
                 steps: 1000 + row % 997,
                 rejected_steps: row % 89,
                 rhs_evaluations: 7 * (1000 + row % 997),
                 located_events: 50,
-                factorisations: 0,
                 retries: u64::from(diverged),
+                ..Counters::default()
             },
             wall_time_s: own_time.as_secs_f64(),
         }
@@ -81,10 +82,6 @@ impl StubRows {
         };
         let blow = |index: usize| Blow {
             hammer: index,
-            casting: 0,
-            number: 0,
-            stroke: 0,
-            kind: BlowKind::FirstImpact,
             start_time_s: 0.1 + 0.01 * unit(row, index),
             energy_j: 60.0 + unit(row, index + 1),
             chisel_velocity_m_s: 4.0,
@@ -92,6 +89,7 @@ impl StubRows {
             impulse_n_s: 3.0,
             peak_force_n: 1e5 * unit(row, index + 5),
             casting_peak_velocity_m_s: unit(row, index + 6),
+            ..Blow::default()
         };
         let casting =
             CastingMetrics { peak_velocity_m_s: unit(row, 7), peak_velocity_time_s: 0.11, ..CastingMetrics::default() };

@@ -5,11 +5,11 @@ use std::cell::OnceCell;
 use super::Study;
 use super::error::StudyError;
 use super::factors::{Factors, Plan, Source, design_problem};
-use super::file::FactorValue;
 use super::path;
 use super::placement::PointTable;
 use super::resolve::Issue;
 use crate::design::{Acceptance, Constraints, Level, Scope, Value};
+use crate::quantity;
 use crate::scene::{HammerUnit, Scene};
 
 impl Study {
@@ -122,7 +122,7 @@ impl Plan {
 /// What an expression sees of a row.
 struct RowScope<'a> {
     study: &'a Study,
-    values: &'a [FactorValue],
+    values: &'a [quantity::Value],
     points: &'a PointTable,
     /// Worked out when first asked for.
     scene: OnceCell<Result<Scene, Vec<Issue>>>,

@@ -1,7 +1,8 @@
 //! What a study is but for its number of rows: by it a sweep that was finished goes on when rows are added.
 
 use super::Study;
-use super::file::{DesignEntry, FactorValue, PartEntry, StudyFile};
+use super::file::{DesignEntry, PartEntry, StudyFile};
+use crate::quantity::Value;
 
 /// Keys of a design and its parts that only say how many rows there are.
 const ROW_KEYS: [&str; 4] = ["rows", "grown_from", "trajectories", "base_points"];
@@ -32,9 +33,10 @@ impl Study {
         for row in 0..compared.min(self.row_count()) {
             for value in self.row_values(row) {
                 match value {
-                    FactorValue::Real(value) => hasher.update(&value.to_bits().to_le_bytes()),
-                    FactorValue::Integer(value) => hasher.update(&value.to_le_bytes()),
-                    FactorValue::Text(text) => {
+                    Value::Real(value) => hasher.update(&value.to_bits().to_le_bytes()),
+                    Value::Integer(value) => hasher.update(&value.to_le_bytes()),
+                    Value::Count(value) => hasher.update(&value.to_le_bytes()),
+                    Value::Text(text) => {
                         hasher.update(&(text.len() as u64).to_le_bytes());
                         hasher.update(text.as_bytes())
                     }

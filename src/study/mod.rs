@@ -38,17 +38,18 @@ use resolve::{Context, Issue, resolve};
 
 pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
-pub use factors::{FactorInfo, FactorKind};
+pub use factors::FactorInfo;
 pub use file::{
     AxialName, CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DesignKind, DistributionName, FactorEntry,
-    FactorValue, Fidelity, FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName,
-    ParameterOverrides, PartEntry, Scale, SolverEntry, SourceName, StructureEntry, StudyFile, UnitsName,
+    Fidelity, FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry,
+    Scale, SolverEntry, SourceName, StructureEntry, StudyFile, UnitsName,
 };
 pub use placement::{PointTable, Rail};
 pub use schema::{hammer_schema, study_schema};
 pub use structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 
 use crate::design::Level;
+use crate::quantity::Value;
 use crate::scene::Scene;
 
 /// A commented study that shows every key: what `init` writes.
@@ -272,14 +273,14 @@ impl Study {
     /// Values of the factors in a row, in the order of [`Study::factors`]; empty past the last row.
     ///
     /// A factor all of whose paths are overridden has the override's value.
-    pub fn row_values(&self, row: usize) -> Vec<FactorValue> {
+    pub fn row_values(&self, row: usize) -> Vec<Value> {
         let drawn = self.plan.row(row).into_iter().zip(&self.plan.paths);
         drawn
             .map(|(value, paths)| {
-                let overridden: Option<Vec<FactorValue>> = paths.iter().map(|at| self.overridden(at)).collect();
+                let overridden: Option<Vec<Value>> = paths.iter().map(|at| self.overridden(at)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
                 match (first, &value) {
-                    (Some(FactorValue::Integer(whole)), FactorValue::Real(_)) => FactorValue::Real(whole as f64),
+                    (Some(Value::Integer(whole)), Value::Real(_)) => Value::Real(whole as f64),
                     (Some(value), _) => value,
                     (None, _) => value,
                 }
@@ -288,7 +289,7 @@ impl Study {
     }
 
     /// Value of the last override of exactly this path.
-    fn overridden(&self, at: &[String]) -> Option<FactorValue> {
+    fn overridden(&self, at: &[String]) -> Option<Value> {
         let one = self.overrides.iter().rev().find(|one| one.path == at)?;
         one.value.clone().try_into().ok()
     }
@@ -347,7 +348,7 @@ impl Study {
     }
 
     /// Applies the factors' values, then the overrides, and resolves.
-    fn resolve_with(&self, values: &[FactorValue], points: &PointTable) -> Result<Scene, Vec<Issue>> {
+    fn resolve_with(&self, values: &[Value], points: &PointTable) -> Result<Scene, Vec<Issue>> {
         let fault = |path: String, message: String| vec![Issue { path, message, nearest: None, row_only: false }];
         let mut tree = self.template.clone();
         for ((paths, links), value) in self.plan.paths.iter().zip(&self.plan.links).zip(values) {
