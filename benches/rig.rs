@@ -41,7 +41,7 @@ const RESERVES: &str = "
 ## Open reserves
 
 - Where the chisel rests on nose and casting, exponential steps take the linear contacts exactly. Their length is bounded by the
-  small share of the tolerance that they are held to (`src/integrate/quiet.rs`), and by renewals of the condensed modes (every
+  small share of the tolerance that they are held to (`src/integrate/exponential_control.rs`), and by rebases of the condensed modes (every
   0.64 ms at 1000 Hz).
 - Most other steps resolve the ringing of contacts at 10 to 60 us, which may open at any time: exact propagation would need
   events located on its own dense output.

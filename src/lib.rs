@@ -23,6 +23,7 @@
 //! ```text
 //! contact    :
 //! design     :
+//! guide      :
 //! linalg     :
 //! quantity   :
 //! workpiece  :
@@ -37,7 +38,7 @@
 //! accuracy   : integrate metrics quantity run scene system
 //! dataset    : integrate metrics quantity run
 //! report     : dataset metrics quantity run
-//! cli        : accuracy dataset design metrics quantity report run scene structure study system
+//! cli        : accuracy dataset design guide metrics quantity report run scene structure study system
 //! ```
 //!
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
@@ -51,6 +52,7 @@
 //! - [`run`]: one row, the machine shared by all rows, the parallel batch.
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
+//! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
 
@@ -59,6 +61,7 @@ pub mod cli;
 pub mod contact;
 pub mod dataset;
 pub mod design;
+pub mod guide;
 pub mod hammer;
 pub mod integrate;
 pub mod linalg;

@@ -76,8 +76,8 @@ impl System for Planted<'_> {
     fn horizon(&self) -> f64 {
         self.inner.horizon()
     }
-    fn renew(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
-        self.inner.renew(t, y, rate);
+    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
+        self.inner.rebase(t, y, rate);
     }
     fn stiff_block(&self) -> Option<StiffBlock> {
         None

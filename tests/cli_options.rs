@@ -162,3 +162,27 @@ fn twins_have_columns_and_a_price() {
     let (_, text, _) = ran(command.arg("check").arg(study("paper_rig.toml")).args(QUICK));
     assert!(!text.contains("scatter"), "{text}");
 }
+
+#[test]
+fn the_guide_has_the_pages_that_the_readme_lists() {
+    let scratch = TempDir::new().expect("scratch");
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README");
+    let rows = readme.split("## The guide").nth(1).expect("a section on the guide");
+    let rows = rows.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` | "));
+    let listed: Vec<(&str, &str)> = rows.map(|(name, about)| (name, about.trim_end_matches(" |"))).collect();
+    let pages: Vec<(&str, &str)> = decore::guide::TOPICS.iter().map(|topic| (topic.name, topic.about)).collect();
+    assert_eq!(listed, pages);
+    for (name, about) in pages {
+        let (code, text, _) = ran(decore(&scratch).args(["help", name]));
+        assert_eq!(code, Some(0), "{name}");
+        assert!(text.starts_with("# "), "{name}: {text}");
+        let (_, help, _) = ran(decore(&scratch).arg("--help"));
+        assert!(help.contains(about), "{name}");
+    }
+    let (_, outputs, _) = ran(decore(&scratch).args(["help", "outputs"]));
+    assert!(outputs.contains("- `first_impact_energy_j` (J): "), "{outputs}");
+    let (code, text, _) = ran(decore(&scratch).args(["help", "merge"]));
+    assert!(code == Some(0) && text.contains("decore merge"), "{text}");
+    let (code, _, error) = ran(decore(&scratch).args(["help", "nonsense"]));
+    assert!(code == Some(2) && error.contains("outputs") && error.contains("merge"), "{error}");
+}

@@ -218,7 +218,7 @@ fn a_free_floating_structure_hammers_and_keeps_its_momentum() {
     }
 }
 
-/// Condensed, quiet phases are passed in exponential steps, which must leave structure and bodies the same impulses.
+/// Condensed, phases in which contacts rest are passed in exponential steps, which must leave structure and bodies the same impulses.
 fn floating_structure(treatment: &str) {
     let rig = rig(&["duration_s=1.5", &format!("solver.modes={treatment}")]);
     let held = rig.machine.modes(&rig.scene).unwrap();

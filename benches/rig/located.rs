@@ -86,8 +86,8 @@ impl System for Hidden<'_> {
         self.inner.horizon()
     }
 
-    fn renew(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
-        self.inner.renew(t, y, rate);
+    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
+        self.inner.rebase(t, y, rate);
     }
 
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {

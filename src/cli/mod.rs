@@ -5,6 +5,7 @@ mod check;
 mod cluster;
 mod design;
 mod exit;
+mod help;
 mod init;
 mod inputs;
 mod merge;
@@ -20,7 +21,7 @@ mod text;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 pub use exit::Exit;
 
@@ -36,7 +37,8 @@ const EXIT_CODES: &str = "Exit codes:
 
 /// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
 #[derive(Debug, Parser)]
-#[command(name = "decore", version, about, after_help = EXIT_CODES)]
+#[command(name = "decore", version, about, disable_help_subcommand = true)]
+#[command(after_help = format!("{}\n{EXIT_CODES}", help::topics()))]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -66,6 +68,8 @@ enum Command {
     Hyperqueue(cluster::HyperQueueArguments),
     /// Write a commented study to start from.
     Init(init::InitArguments),
+    /// Print the help of a command or a page of the guide.
+    Help(help::HelpArguments),
 }
 
 /// Runs the command line of this process.
@@ -82,6 +86,7 @@ pub fn run() -> ExitCode {
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),
         Command::Init(arguments) => init::init(&arguments),
+        Command::Help(arguments) => help::help(Arguments::command(), &arguments),
     };
     match result {
         Ok(exit) => exit.into(),

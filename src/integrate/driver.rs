@@ -4,9 +4,12 @@ use std::time::Instant;
 
 use pulp::{Arch, Simd, WithSimd};
 
+<<<<<<< HEAD
 use crate::integrate::counters::Counters;
+=======
+use crate::integrate::exponential_control::ExponentialControl;
+>>>>>>> main
 use crate::integrate::locate::{Ends, first_events};
-use crate::integrate::quiet::Quiet;
 use crate::integrate::step::Dense;
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
 use crate::integrate::{GuardSample, Observer, Step, System};
@@ -80,7 +83,7 @@ pub struct Integrator {
     samples_new: Vec<GuardSample>,
     inverse_scales: Vec<f64>,
     /// Exponential steps, if the system knows a linear part.
-    quiet: Option<Quiet>,
+    exponential: Option<ExponentialControl>,
     counters: Counters,
 }
 
@@ -108,7 +111,7 @@ impl Integrator {
             samples: vec![GuardSample::default(); guards],
             samples_new: vec![GuardSample::default(); guards],
             inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
-            quiet: Quiet::new(system),
+            exponential: ExponentialControl::new(system),
             counters: Counters::default(),
         }
     }
@@ -149,7 +152,7 @@ impl Integrator {
             }
             let mut planned = self.h.min(self.settings.longest_step_s);
             if self.t + planned > system.horizon() {
-                self.renew(system);
+                self.rebase(system);
                 planned = planned.min(system.horizon() - self.t);
             }
             let stop = (planned >= remaining).then_some(stop);
@@ -175,31 +178,31 @@ impl Integrator {
 
     /// Computes an exponential step within `remaining`, if one is to be made.
     fn exponential_trial<S: System>(&mut self, system: &mut S, remaining: f64) -> Option<Trial> {
-        let quiet = self.quiet.as_mut().filter(|quiet| !quiet.waits())?;
+        let exponential = self.exponential.as_mut().filter(|exponential| !exponential.waits())?;
         let limit = remaining.min(self.settings.longest_step_s);
-        let (_, h) = quiet.plan(system, self.h, limit)?;
+        let (_, h) = exponential.plan(system, self.h, limit)?;
         if self.t + h > system.horizon() {
-            self.renew(system);
+            self.rebase(system);
         }
         self.know_rate(system);
-        let quiet = self.quiet.as_mut()?;
-        let (rung, h) = quiet.plan(system, self.h, limit.min(system.horizon() - self.t))?;
-        quiet.method.begin(system, rung, (self.t, &self.y, &self.stages[..self.n]));
-        quiet.trying = true;
+        let exponential = self.exponential.as_mut()?;
+        let (rung, h) = exponential.plan(system, self.h, limit.min(system.horizon() - self.t))?;
+        exponential.method.begin(system, rung, (self.t, &self.y, &self.stages[..self.n]));
+        exponential.trying = true;
         let others = self.try_step(system, h);
-        let quiet = self.quiet.as_mut()?;
-        quiet.trying = false;
-        let error = quiet.whole_error(others, self.settings.tolerance);
+        let exponential = self.exponential.as_mut()?;
+        exponential.trying = false;
+        let error = exponential.whole_error(others, self.settings.tolerance);
         Some(Trial { h, stop: None, error, exponential: true })
     }
 
-    /// Renews what the system carries outside the state, if it does.
-    fn renew<S: System>(&mut self, system: &mut S) {
+    /// Rebases what the system carries outside the state, if it does.
+    fn rebase<S: System>(&mut self, system: &mut S) {
         if system.horizon() == f64::INFINITY {
             return;
         }
         self.know_rate(system);
-        system.renew(self.t, &mut self.y, &mut self.stages[..self.n]);
+        system.rebase(self.t, &mut self.y, &mut self.stages[..self.n]);
     }
 
     /// Makes sure that rate and guards at the present state are known.
@@ -235,14 +238,14 @@ impl Integrator {
         let (y, out) = (&self.y, &mut self.y_new[..]);
         Arch::new().dispatch(Combination::<{ STAGES - 1 }> { weights: &A[STAGES - 1], h, y, stages: done, out });
         let mut inverse_scales = &self.inverse_scales;
-        match self.quiet.as_mut().filter(|quiet| quiet.trying) {
+        match self.exponential.as_mut().filter(|exponential| exponential.trying) {
             None => system.rhs(self.t + h, &self.y_new, last),
-            Some(quiet) => {
-                quiet.method.correct(STAGES - 1, (&self.y, done), &mut self.y_new);
+            Some(exponential) => {
+                exponential.method.correct(STAGES - 1, (&self.y, done), &mut self.y_new);
                 system.rhs(self.t + h, &self.y_new, last);
-                quiet.method.observe(STAGES - 1, (&self.y, &self.y_new), (&done[..n], last));
-                quiet.error = quiet.method.error(inverse_scales, &mut quiet.masked);
-                inverse_scales = &quiet.masked;
+                exponential.method.observe(STAGES - 1, (&self.y, &self.y_new), (&done[..n], last));
+                exponential.error = exponential.method.error(inverse_scales, &mut exponential.masked);
+                inverse_scales = &exponential.masked;
             }
         }
         self.counters.rhs_evaluations += (STAGES - 1) as u64;
@@ -259,12 +262,12 @@ impl Integrator {
         let (y, out) = (&self.y, &mut self.scratch[..c]);
         Arch::new().dispatch(Combination::<K> { weights: &A[K], h, y, stages: done, out });
         let (t, rate) = (self.t + C[K] * h, &mut rest[..n]);
-        match self.quiet.as_mut().filter(|quiet| quiet.trying) {
+        match self.exponential.as_mut().filter(|exponential| exponential.trying) {
             None => system.rhs(t, &self.scratch, rate),
-            Some(quiet) => {
-                quiet.method.correct(K, (&self.y, done), &mut self.scratch);
+            Some(exponential) => {
+                exponential.method.correct(K, (&self.y, done), &mut self.scratch);
                 system.rhs(t, &self.scratch, rate);
-                quiet.method.observe(K, (&self.y, &self.scratch), (&done[..n], rate));
+                exponential.method.observe(K, (&self.y, &self.scratch), (&done[..n], rate));
             }
         }
     }
@@ -285,10 +288,15 @@ impl Integrator {
         system.sample_guards(self.t + trial.h, (&self.y_new, rate_new), &mut self.samples_new);
         let ends = Ends { start: &self.samples, end: &self.samples_new, fresh: &self.fresh };
         let theta = first_events(system, &step, &ends, (&mut self.hits, &mut self.scratch));
-        if let (true, false, Some(quiet)) = (trial.exponential, self.hits.is_empty(), &mut self.quiet) {
+        if let (true, false, Some(exponential)) = (trial.exponential, self.hits.is_empty(), &mut self.exponential) {
             // Events end explicit steps, whose dense output follows what rings.
+<<<<<<< HEAD
             self.counters.rejected_steps += 1;
             quiet.leave();
+=======
+            self.counters.rejected += 1;
+            exponential.leave();
+>>>>>>> main
             return;
         }
         self.counters.steps += 1;
@@ -314,8 +322,8 @@ impl Integrator {
         }
         self.rate_known = theta == 1.0;
         self.adapt(&trial);
-        if let Some(quiet) = &mut self.quiet {
-            quiet.watch(theta < 1.0, &self.samples, self.h);
+        if let Some(exponential) = &mut self.exponential {
+            exponential.watch(theta < 1.0, &self.samples, self.h);
         }
         // A switch at the very start of a step happens together with the one before.
         if theta > 0.0 {
@@ -342,8 +350,8 @@ impl Integrator {
     /// Chooses the next step after one that was accepted.
     fn adapt(&mut self, trial: &Trial) {
         let error = trial.error.max(1e-10);
-        if let (true, Some(quiet)) = (trial.exponential, &mut self.quiet) {
-            quiet.adapt(trial.h * (SAFETY * error.powf(-1.0 / CONTROL_ORDER)).clamp(CHANGE.0, CHANGE.1));
+        if let (true, Some(exponential)) = (trial.exponential, &mut self.exponential) {
+            exponential.adapt(trial.h * (SAFETY * error.powf(-1.0 / CONTROL_ORDER)).clamp(CHANGE.0, CHANGE.1));
             return;
         }
         if let Some(guard) = self.learning.take() {
@@ -367,8 +375,8 @@ impl Integrator {
         } else {
             CHANGE.0
         };
-        match &mut self.quiet {
-            Some(quiet) if trial.exponential => quiet.adapt(trial.h * change),
+        match &mut self.exponential {
+            Some(exponential) if trial.exponential => exponential.adapt(trial.h * change),
             _ => self.h = trial.h * change,
         }
     }

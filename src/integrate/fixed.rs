@@ -144,7 +144,7 @@ impl FixedStep {
                 return Stopped::Diverged(reason);
             }
         }
-        self.renew_beyond(system, f64::INFINITY);
+        self.rebase_beyond(system, f64::INFINITY);
         Stopped::AtEnd
     }
 
@@ -157,8 +157,8 @@ impl FixedStep {
         system.next_stop()
     }
 
-    /// Renews what the system carries outside the state if a step to `t` needs it.
-    fn renew_beyond<S: System>(&mut self, system: &mut S, t: f64) {
+    /// Rebases what the system carries outside the state if a step to `t` needs it.
+    fn rebase_beyond<S: System>(&mut self, system: &mut S, t: f64) {
         let n = self.y.len();
         if !self.rate_known {
             let rate = &mut self.rates[..n];
@@ -168,7 +168,7 @@ impl FixedStep {
             self.counters.rhs_evaluations += 1;
         }
         if system.horizon() < t {
-            system.renew(self.t, &mut self.y, &mut self.rates[..n]);
+            system.rebase(self.t, &mut self.y, &mut self.rates[..n]);
         }
     }
 
@@ -182,7 +182,7 @@ impl FixedStep {
         let n = self.y.len();
         let whole = self.settings.step_s <= remaining;
         let h = if whole { self.settings.step_s } else { remaining };
-        self.renew_beyond(system, self.t + h);
+        self.rebase_beyond(system, self.t + h);
         let start = Start { t: self.t, y: &self.y, rate: &self.rates[..n], h };
         match &mut self.rule {
             Rule::Rk4(rule) => rule.step(system, &start, &mut self.y_new, &mut self.counters),

@@ -7,10 +7,10 @@
 mod counters;
 mod driver;
 mod exponential;
+mod exponential_control;
 mod fixed;
 mod locate;
 mod phi;
-mod quiet;
 mod rk4;
 mod step;
 mod trapezoid;
@@ -60,7 +60,7 @@ pub trait System {
         false
     }
 
-    /// Time that no step may pass before [`System::renew`] is called. Default: infinity.
+    /// Time that no step may pass before [`System::rebase`] is called. Default: infinity.
     ///
     /// A system may carry a part of itself outside `y`, as functions of time that hold for a while.
     fn horizon(&self) -> f64 {
@@ -68,7 +68,7 @@ pub trait System {
     }
 
     /// Brings the part outside `y` to time `t`; changes `y` and its rate to the new representation of the same state.
-    fn renew(&mut self, _t: f64, _y: &mut [f64], _rate: &mut [f64]) {}
+    fn rebase(&mut self, _t: f64, _y: &mut [f64], _rate: &mut [f64]) {}
 
     /// Where linear springs and dampers join bodies so stiffly that exponential steps may pay; `None`: nowhere.
     fn stiff_block(&self) -> Option<StiffBlock> {

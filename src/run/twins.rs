@@ -11,7 +11,7 @@ pub const PERTURBATION: f64 = 1e-9;
 /// Factor on the tolerance of twins: one step tighter, so that errors of the integration show as well.
 const TWIN_TIGHTENING: f64 = 0.1;
 /// Mass of a casting over that of the chisel above which the percussion of a single hammer is mostly not periodic: with the default
-/// hammer (1.8 kg) castings of 3 kg still are, of 3.5 kg no more (README, scatter over casting masses).
+/// hammer (1.8 kg) castings of 3 kg still are, of 3.5 kg no more (the guide's page on scatter).
 const HEAVY_RATIO: f64 = 1.75;
 
 /// Why a scene is known to amplify perturbations, so that its periodic figures scatter; `None` for one that is not.

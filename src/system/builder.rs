@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
 use crate::scene::{Environment, Guide, HammerUnit, ModeTreatment, Scene};
-use crate::system::condensed::{self, Condensation};
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
+use crate::system::impulse_response::{self, Condensation};
 use crate::system::layout::Layout;
 use crate::system::modal::{Modes, TiedGuides};
 use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};
@@ -169,7 +169,7 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, Buil
 /// The modes condensed, if the scene asks for it or it costs less.
 fn condensation(treatment: ModeTreatment, modes: &Modes) -> Option<Condensation> {
     let condense = match treatment {
-        ModeTreatment::Automatic => condensed::pays(modes),
+        ModeTreatment::Automatic => impulse_response::pays(modes),
         ModeTreatment::Integrated => false,
         ModeTreatment::Condensed => true,
     };

@@ -4,8 +4,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::hammer::{HammerState, body, chamber};
 use crate::integrate::{GuardSample, StiffBlock, StiffMatrices, System};
-use crate::system::condensed::{self, Base};
 use crate::system::elements::ContactKind;
+use crate::system::impulse_response::{self, Base};
 use crate::system::layout::HammerQuadrature;
 use crate::system::modal::Motion;
 use crate::system::model::CoupledModel;
@@ -17,7 +17,7 @@ const STIFF_BODIES: usize = 10;
 #[derive(Debug, Clone)]
 pub struct Coupled<'a> {
     pub(super) model: &'a CoupledModel,
-    /// The condensed modes at their last renewal; `None` if modes are integrated.
+    /// The condensed modes at their last rebase; `None` if modes are integrated.
     pub(super) base: Option<Base>,
     pub(super) closed: Vec<bool>,
     /// Whether forces of contacts follow the state alone, see [`System::follow_state`].
@@ -380,11 +380,11 @@ impl System for Coupled<'_> {
         }
     }
 
-    fn renew(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
+    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
         let layout = &self.model.layout;
         if let (Some(base), Some(condensation)) = (&mut self.base, &self.model.condensation) {
             let (z, rate) = (&mut y[layout.structure_displacements()], &mut rate[layout.structure_displacements()]);
-            base.renew(condensation, t, z);
+            base.rebase(condensation, t, z);
             z.fill(0.0);
             // The rates of the first integrals are the forces: they stay.
             rate[self.acceleration.len()..].fill(0.0);
@@ -398,7 +398,7 @@ impl System for Coupled<'_> {
         // A guide on its spring is joined to the structure as stiffly as bodies are among each other: its step stays short.
         // Integrated modes would not feel the impulses that the bodies do.
         let integrals = match (&model.condensation, model.modes.phi.is_empty()) {
-            (Some(_), _) => (0, model.modes.phi.ncols(), condensed::ORDER),
+            (Some(_), _) => (0, model.modes.phi.ncols(), impulse_response::ORDER),
             (None, true) => (0, 0, 0),
             (None, false) => return None,
         };

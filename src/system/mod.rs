@@ -6,14 +6,14 @@
 //! - `model`: constants of the coupled system
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
-//! - `condensed`: the structure's modes condensed to its interface points
+//! - `impulse_response`: impulse-response condensation of the modes to their interface points
 //! - `coupled`: the model with its discrete state, as the integrator sees it
 //! - `motion`: motion of points and elements, forces and energies at a state
 
 mod builder;
-mod condensed;
 mod coupled;
 mod elements;
+mod impulse_response;
 mod layout;
 mod modal;
 mod model;

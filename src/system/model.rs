@@ -1,8 +1,8 @@
 //! Constants of the coupled system.
 
 use crate::hammer::{HammerModel, body};
-use crate::system::condensed::Condensation;
 use crate::system::elements::Elements;
+use crate::system::impulse_response::Condensation;
 use crate::system::layout::Layout;
 use crate::system::modal::{Modes, TiedGuides};
 

@@ -1,4 +1,4 @@
-//! The structure's modes condensed to its interface points, exact to about 1e-7, without modes in the state.
+//! Impulse-response condensation of the structure's modes to its interface points, exact to about 1e-7: no modes in the state.
 //!
 //! From a base time on, each mode's free motion is known and its response to the interface forces is a convolution with its
 //! impulse response `g`, `g'' + 2 xi omega g' + omega^2 g = 0`, `g(0) = 0`, `g'(0) = 1`. With a polynomial
@@ -19,7 +19,7 @@
 //! `v` and a constant force `-omega^2 q` would cause, so both are one sum over `k`.
 //!
 //! The state carries `ORDER` integrals per interface point instead of two states per mode, and a right-hand side costs nothing
-//! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base is renewed: the modes are brought up to date and the
+//! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base moves on: the modes are brought up to date and the
 //! integrals start again at zero.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -32,7 +32,7 @@ use crate::system::products::{LANES, add_products};
 pub(super) const ORDER: usize = 11;
 /// Coefficients of `g`.
 const GAMMAS: usize = ORDER - 1;
-/// Angle by which the fastest mode may turn between renewals, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
+/// Angle by which the fastest mode may turn between rebases, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
 /// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less.
 const TURN_RAD: f64 = 4.0;
 /// Terms of the series of the free motion, from `tau^0` to `tau^ORDER`, rounded up to whole vector registers.
@@ -45,15 +45,15 @@ const ADVANCE_S: f64 = 8e-6;
 /// measured (`cargo bench --bench rig`, growth with hammers and with modes).
 ///
 /// Integrated, each mode costs two products with its shape and its part of the stages; condensed, each point costs its
-/// rows, and each mode its share of the renewals, which come the more often the faster the fastest mode is.
+/// rows, and each mode its share of the rebases, which come the more often the faster the fastest mode is.
 pub(super) fn pays(modes: &Modes) -> bool {
     let (count, points) = modes.phi.shape();
     let (count, points) = (count as f64, points as f64);
     let order = ORDER as f64;
     let integrated = count * (3.0 * points + 25.0);
-    let renewal = count * order * (2.0 * points + 6.0);
+    let rebase = count * order * (2.0 * points + 6.0);
     let condensed = points * order * (3.0 * points + 11.0);
-    condensed + renewal * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
+    condensed + rebase * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
 }
 
 /// Largest magnitude of an eigenvalue of a mode, rad/s: its natural circular frequency unless it is damped aperiodically.
@@ -93,10 +93,10 @@ fn impulse_response((omega_squared, damping): (f64, f64), horizon_s: f64) -> Opt
     gamma.iter().all(|gamma| gamma.is_finite()).then_some(gamma)
 }
 
-/// Constants of the condensed structure.
+/// Constants of the condensation.
 #[derive(Debug, Clone)]
 pub(super) struct Condensation {
-    /// Longest time from one renewal to the next, s.
+    /// Longest time from one rebase to the next, s.
     pub horizon_s: f64,
     points: usize,
     /// The modes, several together; those that fill the last block up are zero.
@@ -233,7 +233,7 @@ fn powers(tau: f64) -> [f64; TERMS] {
     powers
 }
 
-/// Modes treated together in a renewal: sums along the series are long chains, and several hide each other's latency.
+/// Modes treated together in a rebase: sums along the series are long chains, and several hide each other's latency.
 const WIDTH: usize = 16;
 type Lanes = [f64; WIDTH];
 
@@ -258,10 +258,10 @@ fn scaled_powers(tau: f64) -> [f64; ORDER + 1] {
     terms
 }
 
-/// The modes at the last renewal, and what follows from them.
+/// The modes at the last rebase, and what follows from them.
 #[derive(Debug, Clone)]
 pub(super) struct Base {
-    /// Time of the renewal, s.
+    /// Time of the rebase, s.
     pub time_s: f64,
     displacement: Vec<Lanes>,
     velocity: Vec<Lanes>,
@@ -347,14 +347,14 @@ impl Base {
         [self.velocity[at], std::array::from_fn(|lane| -block.stiffness[lane] * displacement[lane])]
     }
 
-    /// Renews the base at time `t`.
-    pub fn renew(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
-        Arch::new().dispatch(Renewal { base: self, condensation, t, z });
+    /// Rebases at time `t`.
+    pub fn rebase(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+        Arch::new().dispatch(Rebase { base: self, condensation, t, z });
     }
 
     /// Brings the modes to time `t` and sums the series of their free motion from there.
     #[inline(always)]
-    fn renew_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+    fn rebase_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
         let terms = scaled_powers(t - self.time_s);
         let points = condensation.points;
         self.sums.fill([[0.0; WIDTH]; ORDER + 1]);
@@ -415,20 +415,20 @@ impl WithSimd for Dissipation<'_> {
     }
 }
 
-/// A renewal to be done.
-struct Renewal<'r> {
+/// A rebase to be done.
+struct Rebase<'r> {
     base: &'r mut Base,
     condensation: &'r Condensation,
     t: f64,
     z: &'r [f64],
 }
 
-impl WithSimd for Renewal<'_> {
+impl WithSimd for Rebase<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.base.renew_all(self.condensation, self.t, self.z);
+        self.base.rebase_all(self.condensation, self.t, self.z);
     }
 }
 
@@ -495,7 +495,7 @@ mod tests {
     }
 
     /// Under constant forces the integrals are powers of time: motion of the points and energy of the modes, over many
-    /// renewals, are those of the closed forms.
+    /// rebases, are those of the closed forms.
     #[test]
     fn analytic_step_forces() {
         let modes = modes();
@@ -510,7 +510,7 @@ mod tests {
             let modal = |s: usize| force[0] * modes.phi[(s, 0)] + force[1] * modes.phi[(s, 1)];
             [0, 1, 2].map(|s| step_response((modes.omega_squared[s], modes.damping[s]), modal(s), t))
         };
-        for renewal in 1..=40 {
+        for rebase in 1..=40 {
             let t0 = base.time_s;
             for part in [0.3, 1.0] {
                 let tau = part * condensation.horizon_s;
@@ -524,14 +524,14 @@ mod tests {
                         let push = force[0] * modes.phi[(s, 0)] + force[1] * modes.phi[(s, 1)];
                         push - modes.damping[s] * modal[s][1] - modes.omega_squared[s] * modal[s][0]
                     });
-                    assert!((w - we).abs() < 2e-12, "renewal {renewal}: {w} and {we}");
-                    assert!((v - ve).abs() < 4e-9, "renewal {renewal}: {v} and {ve}");
-                    assert!((a + direct - ae).abs() < 3e-5, "renewal {renewal}: {} and {ae}", a + direct);
+                    assert!((w - we).abs() < 2e-12, "rebase {rebase}: {w} and {we}");
+                    assert!((v - ve).abs() < 4e-9, "rebase {rebase}: {v} and {ve}");
+                    assert!((a + direct - ae).abs() < 3e-5, "rebase {rebase}: {} and {ae}", a + direct);
                 }
             }
-            // Renewals at uneven times.
-            let tau = condensation.horizon_s * (0.5 + 0.0125 * f64::from(renewal));
-            base.renew(&condensation, t0 + tau, &z(tau));
+            // Rebases at uneven times.
+            let tau = condensation.horizon_s * (0.5 + 0.0125 * f64::from(rebase));
+            base.rebase(&condensation, t0 + tau, &z(tau));
         }
         let modal = exact(base.time_s);
         let energy: f64 =

@@ -1,4 +1,4 @@
-//! When exponential steps are made: while contacts rest and nothing but stability bounds an explicit step.
+//! The exponential step controller: such steps are made while contacts rest and nothing but stability bounds an explicit step.
 
 use crate::integrate::exponential::Exponential;
 use crate::integrate::{GuardSample, System};
@@ -22,7 +22,7 @@ const SHARE: f64 = 1.0 / 30.0;
 
 /// Exponential steps of an integration, and whether they are made.
 #[derive(Debug)]
-pub(super) struct Quiet {
+pub(super) struct ExponentialControl {
     pub method: Exponential,
     /// Whether the step being tried is one.
     pub trying: bool,
@@ -36,7 +36,7 @@ pub(super) struct Quiet {
     h: Option<f64>,
 }
 
-impl Quiet {
+impl ExponentialControl {
     /// For a system that knows a linear part.
     pub fn new<S: System>(system: &S) -> Option<Self> {
         let block = system.stiff_block()?;

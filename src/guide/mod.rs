@@ -1,0 +1,43 @@
+//! The guide: pages for people who use the program, as `decore help TOPIC` prints them.
+
+/// One page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Topic {
+    /// What it is asked for by.
+    pub name: &'static str,
+    /// What it tells, in a few words.
+    pub about: &'static str,
+    /// The page, as Markdown.
+    pub text: &'static str,
+}
+
+/// All pages.
+pub const TOPICS: [Topic; 7] = [
+    Topic {
+        name: "machine",
+        about: "your own finite element matrices: formats, superelements, reduction, how many modes",
+        text: include_str!("machine.md"),
+    },
+    Topic {
+        name: "outputs",
+        about: "what each name of the tables means, column by column",
+        text: include_str!("outputs.md"),
+    },
+    Topic { name: "scatter", about: "which differences between rows are real", text: include_str!("scatter.md") },
+    Topic {
+        name: "designs",
+        about: "kinds of design, factors, constraints, growing a sweep",
+        text: include_str!("designs.md"),
+    },
+    Topic {
+        name: "sweeps",
+        about: "stopping and going on, shards, Slurm, HyperQueue, exit codes",
+        text: include_str!("sweeps.md"),
+    },
+    Topic {
+        name: "accuracy",
+        about: "presets and what they promise, methods, how time grows",
+        text: include_str!("accuracy.md"),
+    },
+    Topic { name: "limits", about: "what decore does not do", text: include_str!("limits.md") },
+];
