@@ -4,11 +4,8 @@ use std::time::Instant;
 
 use pulp::{Arch, Simd, WithSimd};
 
-<<<<<<< HEAD
 use crate::integrate::counters::Counters;
-=======
 use crate::integrate::exponential_control::ExponentialControl;
->>>>>>> main
 use crate::integrate::locate::{Ends, first_events};
 use crate::integrate::step::Dense;
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
@@ -290,13 +287,8 @@ impl Integrator {
         let theta = first_events(system, &step, &ends, (&mut self.hits, &mut self.scratch));
         if let (true, false, Some(exponential)) = (trial.exponential, self.hits.is_empty(), &mut self.exponential) {
             // Events end explicit steps, whose dense output follows what rings.
-<<<<<<< HEAD
             self.counters.rejected_steps += 1;
-            quiet.leave();
-=======
-            self.counters.rejected += 1;
             exponential.leave();
->>>>>>> main
             return;
         }
         self.counters.steps += 1;
