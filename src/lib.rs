@@ -34,11 +34,12 @@
 //! study      : design hammer quantity scene workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate quantity scene system
-//! run        : integrate metrics quantity scene structure study system
+//! run        : integrate metrics quantity scene system
 //! accuracy   : integrate metrics quantity run scene system
 //! dataset    : integrate metrics quantity run
 //! report     : dataset metrics quantity run
-//! cli        : accuracy dataset design guide metrics quantity report run scene structure study system
+//! engine     : dataset design quantity run scene structure study system
+//! cli        : accuracy dataset design engine guide metrics quantity report run scene structure study system
 //! ```
 //!
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
@@ -49,9 +50,10 @@
 //! - [`integrate`]: time integration of piecewise smooth systems; never sees a hammer.
 //! - [`metrics`]: outputs, computed while a run goes on.
 //! - [`design`], [`study`]: rows of a design, addressable by (seed, row); the study file as typed and as resolved.
-//! - [`run`]: one row, the machine shared by all rows, the parallel batch.
+//! - [`run`]: one row, the parallel batch.
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
+//! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
@@ -61,6 +63,7 @@ pub mod cli;
 pub mod contact;
 pub mod dataset;
 pub mod design;
+pub mod engine;
 pub mod guide;
 pub mod hammer;
 pub mod integrate;

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use decore::run::{Machine, RowOutcome, SourceModel, run_row};
+use decore::engine::{Machine, SourceModel};
+use decore::run::{RowOutcome, run_row};
 use decore::scene::{Guide, ModeTreatment, Scene, SolverSettings};
 use decore::study::{InterfaceDemand, Study};
 use decore::system::InterfaceModes;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use decore::engine::{Engine, RowScene};
 use decore::metrics::RunMetrics;
-use decore::run::{Machine, SourceModel};
 use decore::scene::Scene;
 use decore::study::Study;
 use decore::system::InterfaceModes;
@@ -30,11 +30,7 @@ pub fn prepare(study: &Path, settings: &[&str]) -> Rig {
 pub fn of_study(study: &Study, settings: &[&str]) -> Rig {
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
     let study = study.with_overrides(&settings).expect("values of the study");
-    let model = SourceModel::read(study.structure()).expect("the built-in station");
-    let points = model.points();
-    let machine = Machine::new(model, study.structure(), &study.interface_demand()).expect("its reduction");
-    let scene = study.scene(0, &points).expect("its scene");
-    let modes = machine.modes(&scene).expect("its modes");
+    let RowScene { scene, modes } = Engine::new(study).expect("its machine").scene(0).expect("its scene");
     Rig { scene, modes }
 }
 

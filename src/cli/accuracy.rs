@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::prepare::{Prepared, prepare};
-use super::text::{say, tell};
+use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Experiment, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
+use crate::engine::{Engine, RowScene};
 use crate::scene::{Guide, Method, ModeTreatment};
 use crate::study::StructureSource;
 use crate::system::InterfaceModes;
@@ -44,11 +44,11 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    let prepared = prepare(&arguments.study, &arguments.overrides)?;
-    prepared.check_row(arguments.row)?;
-    let invalid = |reason| Failure::Argument(format!("row {} describes no scene: {reason}", arguments.row));
-    let (scene, modes) = prepared.scene(arguments.row).map_err(invalid)?;
-    let all_modes = all_modes(arguments, &prepared)?;
+    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    check_row(&engine, arguments.row)?;
+    let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
+    let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
+    let all_modes = all_modes(arguments, &engine)?;
     let mut settings = ladder(&scene.solver);
     settings.extend(fixed_steps(&scene.solver, !arguments.quick));
     let experiment = Experiment {
@@ -63,15 +63,15 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
-    write(&folder, &prepared, (&result, &words))?;
+    write(&folder, &engine, (&result, &words))?;
     say(&words);
     say(&format_args!("Table, text and plot are in {}", folder.display()));
     Ok(Exit::Done)
 }
 
 /// The scene's modes with none left out below the cut-off; `None` where there are no more to be had.
-fn all_modes(arguments: &AccuracyArguments, prepared: &Prepared) -> Result<Option<InterfaceModes>, Failure> {
-    let table = matches!(prepared.study.structure().source, StructureSource::ModalTable { .. });
+fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<InterfaceModes>, Failure> {
+    let table = matches!(engine.study().structure().source, StructureSource::ModalTable { .. });
     if arguments.no_truncation || table {
         return Ok(None);
     }
@@ -79,21 +79,21 @@ fn all_modes(arguments: &AccuracyArguments, prepared: &Prepared) -> Result<Optio
     for key in ["cutoff_hz", "fixed_interface_cutoff_hz"] {
         overrides.push(format!("structure.{key}={:e}", arguments.full_cutoff_hz));
     }
-    if prepared.study.structure().mode_tolerance.is_some() {
+    if engine.study().structure().mode_tolerance.is_some() {
         overrides.push("structure.mode_tolerance=0".to_owned());
     }
-    let all = prepare(&arguments.study, &overrides)?;
-    let scene = all.scene(arguments.row).map_err(Failure::Argument)?;
-    Ok(Some(scene.1))
+    let all = Engine::load(&arguments.study, &overrides)?;
+    let scene = all.scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
+    Ok(Some(scene.modes))
 }
 
-fn write(folder: &Path, prepared: &Prepared, (result, words): (&Accuracy, &str)) -> Result<(), Failure> {
+fn write(folder: &Path, engine: &Engine, (result, words): (&Accuracy, &str)) -> Result<(), Failure> {
     let failed = |path: &Path| {
         let path = path.display().to_string();
         move |source| Failure::Write { path, source }
     };
     std::fs::create_dir_all(folder).map_err(failed(folder))?;
-    write_table(&folder.join("accuracy.parquet"), &prepared.info(), ("accuracy", &columns(result)))?;
+    write_table(&folder.join("accuracy.parquet"), &engine.info(), ("accuracy", &columns(result)))?;
     let path = folder.join("accuracy.txt");
     std::fs::write(&path, words).map_err(failed(&path))?;
     let svg = plot(result).map_err(|error| Failure::Argument(format!("nothing to plot: {error}")))?;

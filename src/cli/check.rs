@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::prepare::{Prepared, prepare};
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
+use crate::engine::{Engine, RowScene};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use crate::scene::Scene;
 use crate::study::{FactorInfo, Study};
@@ -39,9 +39,9 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    let prepared = prepare(&arguments.study, &arguments.overrides)?;
-    let columns = Columns::new(&prepared.info())?;
-    let study = &prepared.study;
+    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let columns = Columns::new(&engine.info())?;
+    let study = engine.study();
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));
     say(&format_args!("design         {}, seed {}", plural(study.row_count(), "row"), study.seed()));
     for factor in study.factors() {
@@ -62,7 +62,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
         columns.describe(TableName::Runs).len(),
         columns.describe(TableName::Blows).len()
     ));
-    probe(&prepared, arguments.threads);
+    probe(&engine, arguments.threads);
     Ok(Exit::Done)
 }
 
@@ -146,18 +146,18 @@ fn write_scatter(study: &Study, file: &Path) -> Result<(), Failure> {
 const SUGGESTED_TWINS: usize = 4;
 
 /// Simulates the first row that describes a scene and tells what it took.
-fn probe(prepared: &Prepared, threads: usize) {
-    let rows = prepared.study.row_count();
+fn probe(engine: &Engine, threads: usize) {
+    let rows = engine.study().row_count();
     let mut invalid = 0;
     for row in 0..rows.min(PROBED_ROWS) {
-        let Ok((mut scene, modes)) = prepared.scene(row) else {
+        let Ok(RowScene { mut scene, modes }) = engine.scene(row) else {
             invalid += 1;
             continue;
         };
         scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
         let outcome = run_row(&scene, &modes);
         say(&format_args!("modes          {} kept (row {row})", outcome.modes));
-        if let Ok(Some(selection)) = prepared.machine_of(&scene).selection(&scene) {
+        if let Ok(Some(selection)) = engine.machine_of(&scene).selection(&scene) {
             let residual = selection.residual.omega_rad_s.len();
             let (kept, available, bound) = (selection.kept.len(), selection.available, selection.bound);
             say(&format_args!(

@@ -1,7 +1,10 @@
 //! `decore slurm` and `decore hyperqueue`: a sweep's shards as tasks of a cluster's scheduler, then their merge.
 //!
-//! Both write a folder `<output>.cluster` with the script of one shard, that of the merge, and what the scheduler takes.
+//! Both write a folder `<output>.cluster` with the script of one shard, that of the merge, and what the scheduler takes. The
+//! scripts are the same for every sweep: paths and values stand in files beside them, one argument a line, and are never text
+//! of a program.
 
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,13 +12,16 @@ use std::process::Command;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::prepare::{load, prepare};
 use super::run::default_folder;
 use super::shard::Shard;
 use super::text::say;
+use crate::engine::Engine;
+use crate::study::Study;
 
 /// Runs one shard, again if it was killed.
 const TASK_SCRIPT: &str = include_str!("task.sh");
+/// Merges the shards.
+const MERGE_SCRIPT: &str = include_str!("merge.sh");
 /// Submits the shards and the merge to HyperQueue.
 const HYPERQUEUE_SCRIPT: &str = include_str!("sweep_on_hyperqueue.py");
 
@@ -67,157 +73,110 @@ pub(super) struct HyperQueueArguments {
 
 /// Where a sweep's scripts are and what it consists of; all paths absolute.
 struct Plan {
-    study: PathBuf,
     output: PathBuf,
     folder: PathBuf,
-    program: PathBuf,
-    tasks: u64,
-    threads: u64,
 }
 
 pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
-    let plan = write_scripts(&arguments.cluster)?;
-    let name =
-        arguments.cluster.study.file_stem().unwrap_or_default().to_string_lossy().replace(char::is_whitespace, "-");
-    let logs = plan.logs();
-    let header = |kind: &str, log: &str| {
+    for option in &arguments.options {
+        plain("--sbatch", OsStr::new(option))?;
+    }
+    let plan = Plan::new(&arguments.cluster)?;
+    let (task_log, merge_log) = (plan.log_option("task-%a.log")?, plan.log_option("merge.log")?);
+    plan.write(&arguments.cluster)?;
+    let stem = arguments.cluster.study.file_stem().unwrap_or_default().to_string_lossy();
+    let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let name: String = stem.chars().map(safe).collect();
+    let header = |kind: &str| {
         format!(
-            "#!/bin/sh\n#SBATCH --job-name={kind}-{name}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n\
-             #SBATCH --output={}\n",
-            quoted_for_sbatch(&logs.join(log))
+            "#!/bin/sh\n# Submit it in its folder.\n#SBATCH --job-name={kind}-{name}\n#SBATCH --open-mode=append\n\
+             #SBATCH --requeue\n"
         )
     };
-    let mut array = header("decore", "task-%a.log");
-    array += &format!("#SBATCH --array=1-{}\n#SBATCH --cpus-per-task={}\n", plan.tasks, plan.threads);
+    let mut array = header("decore");
+    let ClusterArguments { tasks, threads, .. } = arguments.cluster;
+    array += &format!("#SBATCH --array=1-{tasks}\n#SBATCH --cpus-per-task={threads}\n");
     // A minute before its time is over a task is told to finish its rows and to queue again.
     array += "#SBATCH --signal=B:TERM@60\n";
     arguments.options.iter().for_each(|option| array += &format!("#SBATCH {option}\n"));
-    array += &format!("exec /bin/sh {} \"$SLURM_ARRAY_TASK_ID\"\n", quoted(&plan.task_script()));
-    let merge = header("decore-merge", "merge.log") + &format!("exec /bin/sh {}\n", quoted(&plan.merge_script()));
-    let (array_path, merge_path) = (plan.folder.join("array.sbatch"), plan.folder.join("merge.sbatch"));
-    write(&array_path, &array)?;
-    write(&merge_path, &merge)?;
+    array += "exec /bin/sh ./task.sh \"$SLURM_ARRAY_TASK_ID\"\n";
+    let merge = header("decore-merge") + "exec /bin/sh ./merge.sh\n";
+    plan.write_file("array.sbatch", array)?;
+    plan.write_file("merge.sbatch", merge)?;
     if !arguments.submit {
         say(&format_args!(
-            "submit with:\n  id=$(sbatch --parsable {})\n  sbatch --dependency=afterok:$id {}",
-            quoted(&array_path),
-            quoted(&merge_path)
+            "submit with:\n  cd {}\n  id=$(sbatch --parsable {} array.sbatch)\n  \
+             sbatch --dependency=afterok:$id {} merge.sbatch",
+            quoted(&plan.folder),
+            quoted(Path::new(&task_log)),
+            quoted(Path::new(&merge_log))
         ));
         return Ok(Exit::Done);
     }
-    let id = sbatch(&[array_path.as_os_str()])?;
-    let dependency = format!("--dependency=afterok:{id}");
-    let merge_id = sbatch(&[dependency.as_ref(), merge_path.as_os_str()])?;
+    let id = plan.sbatch(&[&task_log, "array.sbatch"])?;
+    let merge_id = plan.sbatch(&[&format!("--dependency=afterok:{id}"), &merge_log, "merge.sbatch"])?;
     say(&format_args!("array {id}, merge {merge_id}; tables go to {}", plan.output.display()));
-    say(&format_args!("watch with: decore status {}/shard-*", plan.shards().display()));
+    say(&format_args!("watch with: decore status {}/shard-*", quoted(&plan.shards())));
     Ok(Exit::Done)
 }
 
 pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failure> {
-    let plan = write_scripts(&arguments.cluster)?;
-    let path = plan.folder.join("sweep_on_hyperqueue.py");
-    // JSON strings are Python strings.
-    let text = |path: &Path| serde_json::Value::from(path.to_string_lossy()).to_string();
-    let script = HYPERQUEUE_SCRIPT
-        .replace("@STUDY@", &format!("written for {}", plan.study.display()))
-        .replace("@TASKS@", &plan.tasks.to_string())
-        .replace("@THREADS@", &plan.threads.to_string())
-        .replace("@TASK@", &text(&plan.task_script()))
-        .replace("@MERGE@", &text(&plan.merge_script()))
-        .replace("@LOGS@", &text(&plan.logs()));
-    write(&path, &script)?;
-    say(&format_args!("run with:\n  python3 {} [--local]", quoted(&path)));
+    let plan = Plan::new(&arguments.cluster)?;
+    plan.write(&arguments.cluster)?;
+    let ClusterArguments { tasks, threads, .. } = arguments.cluster;
+    plan.write_file("sweep.json", format!("{:#}\n", serde_json::json!({ "tasks": tasks, "threads": threads })))?;
+    plan.write_file("sweep_on_hyperqueue.py", HYPERQUEUE_SCRIPT)?;
+    say(&format_args!("run with:\n  python3 {} [--local]", quoted(&plan.folder.join("sweep_on_hyperqueue.py"))));
     Ok(Exit::Done)
-}
-
-/// Runs `sbatch --parsable`; returns the job's number.
-fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
-    let output = Command::new("sbatch").arg("--parsable").args(arguments).output();
-    let output =
-        output.map_err(|error| Failure::Argument(format!("failed to run sbatch: {error} (is Slurm installed?)")))?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
-    if !output.status.success() {
-        return Err(Failure::Argument(format!("sbatch refused the job: {}", text(&output.stderr))));
-    }
-    // `id` or `id;cluster`.
-    Ok(text(&output.stdout).split(';').next().unwrap_or_default().to_owned())
-}
-
-/// Checks the study, then writes the scripts that every scheduler uses.
-fn write_scripts(arguments: &ClusterArguments) -> Result<Plan, Failure> {
-    match arguments.stub_row_ms {
-        Some(_) => load(&arguments.study, &arguments.overrides).map(|_| ())?,
-        None => prepare(&arguments.study, &arguments.overrides).map(|_| ())?,
-    }
-    let plan = Plan::new(arguments)?;
-    for folder in [plan.folder.clone(), plan.logs(), plan.shards()] {
-        let failed = |source| Failure::Write { path: folder.display().to_string(), source };
-        fs::create_dir_all(&folder).map_err(failed)?;
-    }
-    let task = TASK_SCRIPT
-        .replace("@STUDY@", &format!("written for {}", plan.study.display()))
-        .replace("@COMMAND@", &plan.run_command(arguments))
-        .replace("@SHARDS@", &quoted(&plan.shards()))
-        .replace("@TASKS@", &plan.tasks.to_string());
-    write(&plan.task_script(), &task)?;
-    let whole = &plan.output;
-    let shards = (1..=plan.tasks).map(|index| quoted(&Shard { index, count: plan.tasks }.folder(whole)));
-    let merge = format!(
-        "#!/bin/sh\n{} merge --output {} {}\ncode=$?\n# 4: some rows are not done, which is a result.\n\
-         [ \"$code\" -eq 4 ] && exit 0\nexit \"$code\"\n",
-        quoted(&plan.program),
-        quoted(whole),
-        shards.collect::<Vec<_>>().join(" ")
-    );
-    write(&plan.merge_script(), &merge)?;
-    Ok(plan)
 }
 
 impl Plan {
     fn new(arguments: &ClusterArguments) -> Result<Self, Failure> {
-        let absolute = |path: &Path| {
-            let failed = |source| Failure::Argument(format!("failed to make {} absolute: {source}", path.display()));
-            std::path::absolute(path).map_err(failed)
-        };
         let output = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.study));
-        let output = absolute(&output)?;
+        let output = absolute("--output", &output)?;
         let mut folder = output.clone().into_os_string();
         folder.push(".cluster");
+        Ok(Self { folder: folder.into(), output })
+    }
+
+    /// Checks the study, then writes what every scheduler uses.
+    fn write(&self, arguments: &ClusterArguments) -> Result<(), Failure> {
         let program = std::env::current_exe();
-        Ok(Self {
-            study: absolute(&arguments.study)?,
-            output,
-            folder: folder.into(),
-            program: program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?,
-            tasks: arguments.tasks,
-            threads: arguments.threads,
-        })
+        let program = program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?;
+        plain("this program", program.as_os_str())?;
+        let run = run_command(&program, arguments)?;
+        match arguments.stub_row_ms {
+            Some(_) => Study::load(&arguments.study)?.with_overrides(&arguments.overrides).map(|_| ())?,
+            None => Engine::load(&arguments.study, &arguments.overrides).map(|_| ())?,
+        }
+        for folder in [self.folder.clone(), self.folder.join("logs"), self.shards()] {
+            let failed = |source| Failure::Write { path: folder.display().to_string(), source };
+            fs::create_dir_all(&folder).map_err(failed)?;
+        }
+        let merge = [program.as_os_str(), "merge".as_ref(), "--output".as_ref(), self.output.as_os_str()];
+        let tasks = arguments.tasks;
+        let shards = (1..=tasks).map(|index| Shard { index, count: tasks }.folder(&self.output).into_os_string());
+        let shards: Vec<OsString> = shards.collect();
+        self.write_file("run.arguments", lines(run.iter().map(OsString::as_os_str)))?;
+        self.write_file("merge.arguments", lines(merge.into_iter()))?;
+        self.write_file("shards.list", lines(shards.iter().map(OsString::as_os_str)))?;
+        self.write_file("task.sh", TASK_SCRIPT)?;
+        self.write_file("merge.sh", MERGE_SCRIPT)
     }
 
-    fn run_command(&self, arguments: &ClusterArguments) -> String {
-        let mut command = format!("{} run {} --threads {}", quoted(&self.program), quoted(&self.study), self.threads);
-        arguments.overrides.iter().for_each(|one| command += &format!(" --set {}", quoted(Path::new(one))));
-        let mut option = |name: &str, value: Option<String>| {
-            if let Some(value) = value {
-                command += &format!(" --{name} {value}");
-            }
-        };
-        option("max-failed", arguments.max_failed.map(|most| most.to_string()));
-        option("retries", arguments.retries.map(|times| times.to_string()));
-        option("stub-row-ms", arguments.stub_row_ms.map(|time| time.to_string()));
-        command
+    /// `sbatch`'s option for a log: patterns (`%a`) in its name alone are expanded, none in the folder's.
+    fn log_option(&self, name: &str) -> Result<String, Failure> {
+        let folder = self.folder.to_str().filter(|folder| !folder.contains('\\'));
+        let folder = folder.ok_or_else(|| {
+            let message = "expected a path in UTF-8 without backslashes, which Slurm drops from the names of logs";
+            Failure::Argument(format!("--output: {:?}: {message}", self.output))
+        })?;
+        Ok(format!("--output={}/logs/{name}", folder.replace('%', "%%")))
     }
 
-    fn logs(&self) -> PathBuf {
-        self.folder.join("logs")
-    }
-
-    fn task_script(&self) -> PathBuf {
-        self.folder.join("task.sh")
-    }
-
-    fn merge_script(&self) -> PathBuf {
-        self.folder.join("merge.sh")
+    fn write_file(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+        let path = self.folder.join(name);
+        fs::write(&path, content).map_err(|source| Failure::Write { path: path.display().to_string(), source })
     }
 
     fn shards(&self) -> PathBuf {
@@ -225,18 +184,65 @@ impl Plan {
         shards.push(".shards");
         shards.into()
     }
+
+    /// Runs `sbatch --parsable` in the folder, which becomes that of the job; returns the job's number.
+    fn sbatch(&self, arguments: &[&str]) -> Result<String, Failure> {
+        let output = Command::new("sbatch").arg("--parsable").args(arguments).current_dir(&self.folder).output();
+        let output = output
+            .map_err(|error| Failure::Argument(format!("failed to run sbatch: {error} (is Slurm installed?)")))?;
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+        if !output.status.success() {
+            return Err(Failure::Argument(format!("sbatch refused the job: {}", text(&output.stderr))));
+        }
+        // `id` or `id;cluster`.
+        Ok(text(&output.stdout).split(';').next().unwrap_or_default().to_owned())
+    }
 }
 
-/// For a shell: in single quotes.
+/// What a task runs, but for its shard.
+fn run_command(program: &Path, arguments: &ClusterArguments) -> Result<Vec<OsString>, Failure> {
+    let study = absolute("study", &arguments.study)?;
+    let mut command = vec![program.into(), "run".into(), study.into_os_string()];
+    let mut option = |name: &str, value: Option<String>| {
+        command.extend(value.into_iter().flat_map(|value| [format!("--{name}").into(), value.into()]));
+    };
+    option("threads", Some(arguments.threads.to_string()));
+    option("max-failed", arguments.max_failed.map(|most| most.to_string()));
+    option("retries", arguments.retries.map(|times| times.to_string()));
+    option("stub-row-ms", arguments.stub_row_ms.map(|time| time.to_string()));
+    for one in &arguments.overrides {
+        plain("--set", OsStr::new(one))?;
+        option("set", Some(one.clone()));
+    }
+    Ok(command)
+}
+
+/// A path that a scheduler's files can carry.
+fn absolute(what: &str, path: &Path) -> Result<PathBuf, Failure> {
+    let failed = |source| Failure::Argument(format!("failed to make {} absolute: {source}", path.display()));
+    let path = std::path::absolute(path).map_err(failed)?;
+    plain(what, path.as_os_str())?;
+    Ok(path)
+}
+
+/// Refuses control characters: an argument is a line of a file.
+fn plain(what: &str, argument: &OsStr) -> Result<(), Failure> {
+    let text = argument.to_string_lossy();
+    match text.chars().find(|c| c.is_control()) {
+        None => Ok(()),
+        Some(found) => Err(Failure::Argument(format!(
+            "{what}: the control character {found:?} in {text:?}: expected a name without line breaks, tabs and the like, \
+             which no scheduler's script can carry (rename it)"
+        ))),
+    }
+}
+
+/// One argument a line.
+fn lines<'a>(arguments: impl Iterator<Item = &'a OsStr>) -> Vec<u8> {
+    arguments.flat_map(|argument| [argument.as_encoded_bytes(), b"\n"]).flatten().copied().collect()
+}
+
+/// For a shell to which people copy a line: in single quotes.
 fn quoted(path: &Path) -> String {
     format!("'{}'", path.to_string_lossy().replace('\'', "'\\''"))
-}
-
-/// For a line `#SBATCH`: in double quotes.
-fn quoted_for_sbatch(path: &Path) -> String {
-    format!("\"{}\"", path.to_string_lossy())
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|source| Failure::Write { path: path.display().to_string(), source })
 }

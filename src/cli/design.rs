@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::prepare::{dataset_info, load};
-use super::rows::constrained;
 use super::text::{plural, say};
 use crate::dataset::{DatasetInfo, Factor, TableColumn, TableValues, write_table};
+use crate::engine::{constrained, dataset_info};
 use crate::quantity::{Kind, Value};
 use crate::study::Study;
 
@@ -32,7 +31,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
         return Err(Failure::Argument(message));
     }
-    let study = constrained(&load(&arguments.study, &arguments.overrides)?)?;
+    let study = constrained(&Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use crate::dataset::DatasetError;
+use crate::engine::EngineError;
 use crate::run::BatchError;
 use crate::structure::StructureError;
 use crate::study::StudyError;
@@ -37,6 +38,8 @@ impl From<Exit> for ExitCode {
 pub(super) enum Failure {
     #[error("{0}")]
     Study(#[from] StudyError),
+    #[error("{0}")]
+    Engine(#[from] EngineError),
     #[error("failed to prepare the machine: {0}")]
     Structure(#[from] StructureError),
     #[error("{0}")]
@@ -53,7 +56,7 @@ impl Failure {
     /// The exit code that stands for it.
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Study(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
+            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
             Self::Dataset(DatasetError::InUse { .. }) => Exit::InUse,
             Self::Dataset(error) if error.is_usage() => Exit::BadInput,
             Self::Batch(BatchError::Threads { .. }) => Exit::BadInput,

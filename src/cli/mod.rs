@@ -7,11 +7,8 @@ mod design;
 mod exit;
 mod help;
 mod init;
-mod inputs;
 mod merge;
 mod monitor;
-mod prepare;
-mod rows;
 mod run;
 mod scene;
 mod shard;
@@ -91,7 +88,7 @@ pub fn run() -> ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(failure) => {
-            eprintln!("decore: {failure}");
+            text::tell(&format_args!("decore: {failure}"));
             failure.exit().into()
         }
     }

@@ -2,23 +2,25 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::monitor::{Beginning, Monitor};
-use super::rows::Rows;
 use super::shard::Shard;
 use super::text::{self, say, tell};
 use crate::dataset::{
     Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, Growth, RowRecorder, RowSpan,
     StoredRow, SweepState, SweepStatus, TableName, grow,
 };
+use crate::engine::{Engine, Rows, constrained};
 use crate::report::{ReportSettings, summarise};
 use crate::run::{
     BatchError, BatchSettings, BatchSummary, DEFAULT_INTERVAL, DEFAULT_RETRIES, DEFAULT_WINDOW, Progress, RowOutcome,
-    RowTask, run_batch,
+    RowTask, StubRows, run_batch,
 };
+use crate::study::Study;
 
 /// Set by the first interrupt, or by too many failed rows: no new rows are started.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -67,8 +69,11 @@ pub(super) struct RunArguments {
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
     let rows = match arguments.stub_row_ms {
-        Some(milliseconds) => Rows::stub(&arguments.study, &arguments.overrides, (milliseconds, arguments.stub_busy))?,
-        None => Rows::simulated(&arguments.study, &arguments.overrides, arguments.retries)?,
+        Some(milliseconds) => stub_rows(arguments, milliseconds)?,
+        None => {
+            let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+            Rows::Simulated(Box::new(engine.with_retries(arguments.retries)))
+        }
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let whole = default_folder(&arguments.study);
@@ -82,6 +87,16 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     let reader = DatasetReader::open(&folder)?;
     say(&summarise(&reader, &settings)?.to_string().trim_end());
     Ok(exit)
+}
+
+/// Rows of the built-in test scene that take `milliseconds` each, computing or sleeping.
+fn stub_rows(arguments: &RunArguments, milliseconds: f64) -> Result<Rows, Failure> {
+    let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
+    let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
+    let study = constrained(&Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
+    let (hammers, castings) = (study.hammer_names().len(), study.casting_names().len());
+    let rows = StubRows { duration, busy: arguments.stub_busy, hammers, castings };
+    Ok(Rows::Stub { study: Box::new(study), rows })
 }
 
 /// `out/<name of the study file>`.
@@ -136,7 +151,7 @@ fn sweep((rows, info): (&Rows, &DatasetInfo), folder: &Path, arguments: &RunArgu
     let range = arguments.shard.map_or(whole, |shard| shard.rows(info.rows));
     let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
     if existing == Existing::Resume && range == whole {
-        let growth = grow(folder, info, &|first| rows.rows_hash(first))?;
+        let growth = grow(folder, info, &|first| rows.study().rows_hash(first as usize))?;
         growth.iter().for_each(|growth| tell_of_growth(growth, info.rows));
     }
     let mut writer = DatasetWriter::open(folder, info, range, existing)?;

@@ -7,9 +7,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure};
-use super::prepare::{Prepared, prepare};
-use super::text::{say, six_digits, tell};
+use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
+use crate::engine::{Engine, RowScene};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, SignalRecorder};
 use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus, run_row_with_retries, run_row_with_retries_observed};
@@ -44,24 +44,24 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
-    let prepared = prepare(&arguments.study, &arguments.overrides)?;
-    prepared.check_row(arguments.row)?;
-    let outcome = simulate(&prepared, arguments)?;
+    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    check_row(&engine, arguments.row)?;
+    let outcome = simulate(&engine, arguments)?;
     if arguments.json {
-        say(&json_text(&prepared, arguments.row, &outcome));
+        say(&json_text(&engine, arguments.row, &outcome));
     } else {
-        say(&readable(&prepared, arguments.row, &outcome).trim_end());
+        say(&readable(&engine, arguments.row, &outcome).trim_end());
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
 
-fn simulate(prepared: &Prepared, arguments: &SceneArguments) -> Result<RowOutcome, Failure> {
-    let (scene, modes) = match prepared.scene(arguments.row) {
+fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, Failure> {
+    let RowScene { scene, modes } = match engine.scene(arguments.row) {
         Ok(found) => found,
-        Err(reason) => return Ok(RowOutcome::invalid(reason)),
+        Err(invalid) => return Ok(RowOutcome::invalid(invalid.reason)),
     };
     let Some(path) = &arguments.signals else {
-        return Ok(run_row_with_retries(&scene, &modes, prepared.retries));
+        return Ok(run_row_with_retries(&scene, &modes, engine.retries()));
     };
     let interval_s = arguments.signal_interval_s;
     let bytes = SignalRecorder::bytes(&scene, interval_s);
@@ -75,18 +75,18 @@ fn simulate(prepared: &Prepared, arguments: &SceneArguments) -> Result<RowOutcom
             interval_s * bytes / MOST_SIGNAL_BYTES
         )));
     }
-    let names = (prepared.study.hammer_names(), prepared.study.casting_names());
+    let names = (engine.study().hammer_names(), engine.study().casting_names());
     let recorder = |model: &CoupledModel| SignalRecorder::new(model, (&names.0, &names.1), interval_s);
-    let (outcome, recorder) = run_row_with_retries_observed(&scene, &modes, prepared.retries, recorder);
+    let (outcome, recorder) = run_row_with_retries_observed(&scene, &modes, engine.retries(), recorder);
     if let Some(recorder) = recorder {
-        write_signals(path, &prepared.info(), &recorder.into_signals())?;
+        write_signals(path, &engine.info(), &recorder.into_signals())?;
         tell(&format_args!("signals are in {}", path.display()));
     }
     Ok(outcome)
 }
 
-fn json_text(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
-    let study = &prepared.study;
+fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
+    let study = engine.study();
     let factors: serde_json::Map<String, serde_json::Value> = study
         .factors()
         .iter()
@@ -107,8 +107,8 @@ fn json_text(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
 }
 
 /// The outcome as text; writing to a string cannot fail.
-fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
-    let study = &prepared.study;
+fn readable(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
+    let study = engine.study();
     let mut text = format!("{}, row {row}: {}\n", study.title(), outcome.status.text());
     if !outcome.reason.is_empty() {
         let _ = writeln!(text, "  {}; time reached: {} s", outcome.reason, six_digits(outcome.time_reached_s));
@@ -125,7 +125,7 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
         let _ = writeln!(text, "  {} = {value}{unit}", factor.name);
     }
     if let Some(metrics) = &outcome.metrics {
-        outputs(&mut text, prepared, metrics);
+        outputs(&mut text, engine, metrics);
     }
     if outcome.states == 0 {
         return text;
@@ -146,8 +146,8 @@ fn readable(prepared: &Prepared, row: usize, outcome: &RowOutcome) -> String {
 }
 
 /// All outputs, with their scatter where the row has twins.
-fn outputs(text: &mut String, prepared: &Prepared, metrics: &RunMetrics) {
-    let study = &prepared.study;
+fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
+    let study = engine.study();
     let scatter = metrics.scatter.as_ref();
     for (h, (name, hammer)) in study.hammer_names().iter().zip(&metrics.hammers).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.hammers.get(h));

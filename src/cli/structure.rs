@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::prepare::prepare;
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
-use crate::run::{model_files, reduction_settings, run_row};
+use crate::engine::{Engine, RowScene, model_files, reduction_settings};
+use crate::run::run_row;
 use crate::structure::{
     CACHE_FOLDER, DOF_NAMES, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess, quality_page, write_model,
@@ -101,9 +101,9 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
     const TOLERANCES: [f64; 5] = [1e-6, 1e-4, 1e-3, 1e-2, 1e-1];
     let mut overrides = arguments.overrides.clone();
     overrides.push("structure.mode_tolerance=0".to_owned());
-    let prepared = prepare(&arguments.file, &overrides)?;
-    let Ok((scene, modes)) = prepared.scene(0) else { return Ok(()) };
-    let band_hz = prepared.study.structure().mode_band_hz;
+    let engine = Engine::load(&arguments.file, &overrides)?;
+    let Ok(RowScene { scene, modes }) = engine.scene(0) else { return Ok(()) };
+    let band_hz = engine.study().structure().mode_band_hz;
     let reference = arguments.effects.then(|| run_row(&scene, &modes).metrics).flatten();
     let effects =
         if reference.is_some() { format!("  largest change of {}", MAIN_OUTPUTS.join(", ")) } else { String::new() };
@@ -113,8 +113,7 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
         "tolerance", "kept", "of", "residual", "reached"
     ));
     for tolerance in TOLERANCES {
-        let (selection, modes) =
-            prepared.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
+        let (selection, modes) = engine.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
         let (kept, available) = (selection.kept.len(), selection.available);
         let residual = selection.residual.omega_rad_s.len();
         let mut line = format!("{tolerance:>9.0e} {kept:>6} {available:>5} {residual:>9} {:>10.1e}", selection.bound);
@@ -135,10 +134,7 @@ fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option
         }
         return Ok((settings, None));
     }
-    let mut study = Study::load(&arguments.file)?;
-    if !arguments.overrides.is_empty() {
-        study = study.with_overrides(&arguments.overrides)?;
-    }
+    let study = Study::load(&arguments.file)?.with_overrides(&arguments.overrides)?;
     let reduction = reduction_settings(study.structure(), &study.interface_demand());
     Ok((study.structure().clone(), Some(reduction)))
 }

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Runs a sweep's shards and their merge on HyperQueue (pip install hyperqueue); @STUDY@
+"""Runs a sweep's shards and their merge on HyperQueue (pip install hyperqueue), as sweep.json beside it says.
 
 Connects to the running server of this user (or that in the folder $HQ_SERVER_DIR); with --local it starts one on this
 machine with a worker of as many cores as there are. May be run again at any time: shards continue.
 """
 
+import json
 import os
 import sys
 
@@ -13,23 +14,22 @@ from hyperqueue.client import Client
 from hyperqueue.cluster import WorkerConfig
 from hyperqueue.ffi.protocol import ResourceRequest
 
-TASKS = @TASKS@
-THREADS = @THREADS@
-TASK = @TASK@
-MERGE = @MERGE@
-LOGS = @LOGS@
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+with open(os.path.join(FOLDER, "sweep.json"), encoding="utf-8") as file:
+    SWEEP = json.load(file)
 
 
 def main(client):
     job = Job(name="decore", max_fails=None)
+    # The scripts write their logs themselves: HyperQueue would expand %{...} in the paths of its own.
+    quiet = {"stdout": None, "stderr": None}
+    script = lambda name, *arguments: ["/bin/sh", os.path.join(FOLDER, name), *arguments]
     shards = []
-    for index in range(1, TASKS + 1):
-        log = os.path.join(LOGS, f"task-{index}.log")
-        command = ["/bin/sh", TASK, str(index)]
-        resources = ResourceRequest(cpus=THREADS)
-        shards.append(job.program(command, stdout=log, stderr=log + ".err", resources=resources, name=f"shard-{index}"))
-    log = os.path.join(LOGS, "merge.log")
-    job.program(["/bin/sh", MERGE], stdout=log, stderr=log + ".err", deps=shards, name="merge")
+    for index in range(1, SWEEP["tasks"] + 1):
+        command = script("task.sh", str(index), f"task-{index}.log")
+        resources = ResourceRequest(cpus=SWEEP["threads"])
+        shards.append(job.program(command, resources=resources, name=f"shard-{index}", **quiet))
+    job.program(script("merge.sh", "merge.log"), deps=shards, name="merge", **quiet)
     client.wait_for_jobs([client.submit(job)])
 
 

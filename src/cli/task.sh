@@ -1,7 +1,18 @@
 #!/bin/sh
-# Runs shard $1 of a sweep for a cluster's scheduler; @STUDY@
+# Runs shard $1 of a sweep for a cluster's scheduler; messages go to logs/$2 where that is given. What is run stands in the
+# files beside: run.arguments and shards.list, an argument a line.
 # A shard continues where it stopped, so it is safe to start this again at any time.
+cd -- "$(dirname -- "$0")" || exit 2
 index=$1
+[ -n "$2" ] && exec >>"logs/$2" 2>&1
+shard=$(sed -n "${index}p" shards.list)
+count=$(grep -c '' shards.list)
+# Lines become arguments as they are: no patterns, no other separators.
+set -f
+IFS='
+'
+# shellcheck disable=SC2046
+set -- $(cat run.arguments)
 child=
 stopped=
 stop() {
@@ -11,7 +22,7 @@ stop() {
 trap stop TERM INT
 attempt=1
 while :; do
-    @COMMAND@ --shard "$index/@TASKS@" --output @SHARDS@"/shard-$index-of-@TASKS@" &
+    "$@" --shard "$index/$count" --output "$shard" &
     child=$!
     wait "$child"
     code=$?

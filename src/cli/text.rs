@@ -1,17 +1,59 @@
 //! Texts in and out: numbers for people, and output that a closed pipe does not turn into a panic.
 
-use std::fmt::Display;
+use std::borrow::Cow;
+use std::fmt::{Display, Write as _};
 use std::io::Write;
+
+use super::exit::Failure;
+use crate::engine::Engine;
+
+/// Longest line of a message; what quotes a file must not fill a log.
+const LONGEST_LINE: usize = 2000;
 
 /// Writes a line to standard output.
 pub(super) fn say(line: &dyn Display) {
     // A reader that has gone (`decore scene ... | head`) wants no more.
-    let _ = writeln!(std::io::stdout(), "{line}");
+    let _ = writeln!(std::io::stdout(), "{}", printable(&line.to_string()));
 }
 
-/// Writes a line to standard error.
+/// Writes a line to standard error, its lines cut at a length.
 pub(super) fn tell(line: &dyn Display) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let text = line.to_string();
+    let lines: Vec<Cow<str>> = text.split('\n').map(cut).collect();
+    let _ = writeln!(std::io::stderr(), "{}", printable(&lines.join("\n")));
+}
+
+/// A text without what makes a terminal do more than show it: control characters but line breaks and tabs, and marks that
+/// reverse the direction of writing, stand as `\uXXXX`, which a string of JSON reads back. Titles, names and quoted lines come
+/// from files of others.
+fn printable(text: &str) -> Cow<'_, str> {
+    let acts = |c: char| {
+        (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(acts) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if acts(c) {
+            // Writing to a string cannot fail.
+            let _ = write!(shown, "\\u{:04x}", u32::from(c));
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// A line, or its beginning and how much is left out.
+fn cut(line: &str) -> Cow<'_, str> {
+    match line.char_indices().nth(LONGEST_LINE) {
+        None => Cow::Borrowed(line),
+        Some((end, _)) => {
+            let (shown, rest) = line.split_at(end);
+            Cow::Owned(format!("{shown}... ({} more characters)", rest.chars().count()))
+        }
+    }
 }
 
 /// Most threads that can be asked for; many more would starve the machine before any row is run.
@@ -21,6 +63,15 @@ const MOST_THREADS: usize = 1024;
 pub(super) fn threads(text: &str) -> Result<usize, String> {
     let number = text.parse::<usize>().ok().filter(|number| *number <= MOST_THREADS);
     number.ok_or_else(|| format!("expected a whole number from 0 (as many as the machine has) to {MOST_THREADS}"))
+}
+
+/// A row asked for on the command line must be one of the study's.
+pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
+    let last = engine.study().row_count() - 1;
+    if row <= last {
+        return Ok(());
+    }
+    Err(Failure::Argument(format!("--row is {row}, but the study has the rows 0 to {last}")))
 }
 
 /// `1 row`, `2 rows`.
@@ -45,7 +96,23 @@ pub(super) fn six_digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{six_digits, threads};
+    use super::{LONGEST_LINE, cut, printable, six_digits, threads};
+
+    #[test]
+    fn terminals_get_no_orders() {
+        assert_eq!(printable("a\tb\nµ ü"), "a\tb\nµ ü");
+        let shown = printable("\u{1b}[2J\r\u{7f}\u{9b}31m\u{202e}");
+        assert_eq!(shown, "\\u001b[2J\\u000d\\u007f\\u009b31m\\u202e");
+        let read: String = serde_json::from_str(&format!("\"{shown}\"")).expect("JSON");
+        assert_eq!(read, "\u{1b}[2J\r\u{7f}\u{9b}31m\u{202e}");
+    }
+
+    #[test]
+    fn long_lines_are_cut() {
+        let long = "ü".repeat(LONGEST_LINE + 5);
+        assert_eq!(cut(&long[..2 * LONGEST_LINE]), long[..2 * LONGEST_LINE]);
+        assert!(cut(&long).ends_with("ü... (5 more characters)"));
+    }
 
     #[test]
     fn numbers_have_six_digits() {

@@ -1,7 +1,6 @@
-//! Runs rows of a study: one row (pure), the batch, its progress.
+//! Runs rows: one row (pure), the batch, its progress.
 
 mod batch;
-mod machine;
 mod outcome;
 mod progress;
 mod retry;
@@ -10,7 +9,6 @@ mod stub;
 mod twins;
 
 pub use batch::{BatchError, BatchProgress, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowTask, run_batch};
-pub use machine::{Machine, SourceModel, model_files, reduction_settings};
 pub use outcome::{RowOutcome, RowStatus};
 pub use progress::{DEFAULT_INTERVAL, Progress, clock};
 pub use retry::{DEFAULT_RETRIES, TIGHTENING, run_row_with_retries, run_row_with_retries_observed};

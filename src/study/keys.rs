@@ -138,6 +138,12 @@ impl Shape {
             (Self::Integer { minimum }, Value::Integer(number)) if number < minimum => {
                 return Err(format!("is {number}"));
             }
+            (Self::Text, Value::String(text)) if text.contains(char::is_control) => {
+                let found = text.chars().find(|c| c.is_control()).unwrap_or_default();
+                return Err(format!(
+                    "is a text with the control character {found:?} (a line break, a tab or the like)"
+                ));
+            }
             (Self::Choice(choices), Value::String(text)) if !choices.contains(text) => {
                 return Err(format!("is \"{text}\""));
             }

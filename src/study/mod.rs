@@ -109,6 +109,9 @@ impl Study {
     /// # Errors
     /// [`StudyError::Invalid`] for unknown paths and values that do not fit.
     pub fn with_overrides(&self, settings: &[String]) -> Result<Self, StudyError> {
+        if settings.is_empty() {
+            return Ok(self.clone());
+        }
         let shape = Shape::from_schema(&study_schema());
         let mut tree = self.document.root.table();
         let mut overrides = self.overrides.clone();

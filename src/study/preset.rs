@@ -18,7 +18,7 @@ pub(super) struct Preset {
 }
 
 impl Preset {
-    /// What a preset sets; `tests/presets.rs` holds all of them to their promises.
+    /// What a preset sets; `tests/physics/presets.rs` holds all of them to their promises.
     pub const fn of(fidelity: Fidelity) -> Self {
         match fidelity {
             Fidelity::Draft => {

@@ -2,23 +2,18 @@
 
 use std::path::Path;
 
+use decore::engine::{Engine, RowScene};
 use decore::metrics::RunMetrics;
-use decore::run::{Machine, RowOutcome, RowStatus, SourceModel, run_row_with_retries};
+use decore::run::{RowOutcome, RowStatus, run_row_with_retries};
 use decore::scene::Scene;
-use decore::study::Study;
 use decore::system::InterfaceModes;
 
 /// The scene of a row of a shipped study and the machine's modes for it, or why there is none.
 pub fn scene(study: &str, row: usize, settings: &[&str]) -> Result<(Scene, InterfaceModes), String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(study);
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-    let study = Study::load(&path).unwrap().with_overrides(&settings).unwrap();
-    let model = SourceModel::read(study.structure()).unwrap();
-    let points = model.points();
-    let machine = Machine::new(model, study.structure(), &study.interface_demand()).unwrap();
-    let scene = study.scene(row, &points).map_err(|invalid| invalid.reason)?;
-    let modes = machine.modes(&scene).unwrap();
-    Ok((scene, modes))
+    let found = Engine::load(&path, &settings).unwrap().scene(row);
+    found.map(|RowScene { scene, modes }| (scene, modes)).map_err(|invalid| invalid.reason)
 }
 
 /// The outcome of a row of a shipped study, twins included.

@@ -1,0 +1,79 @@
+//! What the tables must know of a study, and a row as they take it.
+
+use std::collections::BTreeMap;
+
+use crate::dataset::{DatasetInfo, Factor, RowRecord, rows_per_part};
+use crate::design::Quality;
+use crate::quantity::Kind;
+use crate::run::RowOutcome;
+use crate::study::{FactorInfo, Study};
+
+/// What the tables must know of a study, the files it is computed from and the settings outside it.
+pub fn dataset_info(
+    study: &Study,
+    inputs: BTreeMap<String, String>,
+    settings: BTreeMap<String, String>,
+) -> DatasetInfo {
+    let rows = study.row_count() as u64;
+    let names = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
+    DatasetInfo {
+        study_name: study.title().to_owned(),
+        study_text: study.text().to_owned(),
+        study_hash: study.hash().to_owned(),
+        frame_hash: study.frame_hash(),
+        rows_hash: study.rows_hash(study.row_count()),
+        overrides: study.overrides(),
+        inputs,
+        settings,
+        seed: study.seed(),
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        rows,
+        rows_per_part: rows_per_part(rows),
+        factors: study.factors().iter().map(factor).collect(),
+        design_quality: design_quality(study),
+        twins: study.twins() as u64,
+        hammers: names(study.hammer_names()),
+        castings: names(study.casting_names()),
+    }
+}
+
+/// A row as the tables take it.
+pub(super) fn record(study: &Study, row: u64, outcome: RowOutcome) -> RowRecord {
+    RowRecord { row, factors: study.row_values(row as usize), outcome }
+}
+
+/// Measures of the design as JSON; `null` without factors.
+fn design_quality(study: &Study) -> serde_json::Value {
+    // Infinite measures (coinciding rows) become null, as JSON has no word for them.
+    let quality = Quality::of(study.design()).and_then(|quality| serde_json::to_value(quality).ok());
+    let Some(serde_json::Value::Object(mut summary)) = quality else {
+        return serde_json::Value::Null;
+    };
+    for value in summary.values_mut().filter(|value| value.is_f64()) {
+        *value = value.as_f64().map_or(serde_json::Value::Null, nine_digits);
+    }
+    if let Some(acceptance) = study.acceptance() {
+        summary.insert("points_tried".into(), acceptance.tried.into());
+        summary.insert("points_accepted".into(), acceptance.accepted.into());
+    }
+    summary.into()
+}
+
+/// A number of nine significant digits: more say nothing here, and these survive being read and written again.
+fn nine_digits(value: f64) -> serde_json::Value {
+    format!("{value:.8e}").parse::<f64>().map_or(serde_json::Value::Null, Into::into)
+}
+
+fn factor(info: &FactorInfo) -> Factor {
+    let unit = if info.kind == Kind::Text { "" } else { "1" };
+    Factor {
+        name: info.name.clone(),
+        kind: info.kind,
+        unit: info.unit.clone().unwrap_or_else(|| unit.to_owned()),
+        description: match (&info.expression, info.paths.is_empty()) {
+            (None, _) => format!("Factor of the design; drives {}.", info.paths.join(", ")),
+            (Some(expression), true) => format!("Derived: {expression}."),
+            (Some(expression), false) => format!("Derived: {expression}; drives {}.", info.paths.join(", ")),
+        },
+    }
+}

@@ -1,0 +1,5 @@
+//! The command line as a process: what commands print and write, and how they end.
+
+mod commands;
+mod options;
+mod readme;

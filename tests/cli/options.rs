@@ -1,0 +1,188 @@
+//! Options of the command line: exit codes as documented, and values that are refused before any row is run.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+/// Settings that make a shipped study quick.
+const QUICK: [&str; 4] = ["--set", "solver.fidelity=draft", "--set", "duration_s=0.06"];
+
+fn decore(scratch: &TempDir) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+    command.current_dir(scratch.path());
+    command
+}
+
+fn study(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name)
+}
+
+/// Runs the program; exit code, standard output, standard error.
+fn ran(command: &mut Command) -> (Option<i32>, String, String) {
+    let output = command.output().expect("started");
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn exit_codes_are_documented() {
+    let (code, help, _) = ran(decore(&TempDir::new().expect("scratch")).arg("--help"));
+    assert_eq!(code, Some(0));
+    for exit in [0, 2, 3, 4, 5] {
+        assert!(help.lines().any(|line| line.starts_with(&format!("  {exit}  "))), "{exit} in\n{help}");
+    }
+}
+
+#[test]
+fn results_that_cannot_be_written_have_their_exit_code() {
+    let scratch = TempDir::new().expect("scratch");
+    fs::write(scratch.path().join("file"), "").expect("written");
+    let grid = study("pressure_grid.toml");
+    let (code, _, log) = ran(decore(&scratch).arg("run").arg(&grid).args(["--output", "file/below"]).args(QUICK));
+    assert_eq!(code, Some(3), "{log}");
+    let rig = study("paper_rig.toml");
+    let (code, _, log) =
+        ran(decore(&scratch).arg("scene").arg(&rig).args(["--signals", "file/below.parquet"]).args(QUICK));
+    assert_eq!(code, Some(3), "{log}");
+}
+
+#[test]
+fn the_ranking_is_checked_before_the_rows_are_run() {
+    let scratch = TempDir::new().expect("scratch");
+    let run = |column: &str| {
+        let mut command = decore(&scratch);
+        command.arg("run").arg(study("pressure_grid.toml")).args(["--rank-by", column]).args(QUICK);
+        ran(&mut command)
+    };
+    let (code, _, log) = run("mean_hit_frequenzy_hz");
+    assert_eq!(code, Some(2));
+    assert!(log.contains("did you mean `mean_hit_frequency_hz`?"), "{log}");
+    let (code, _, log) = run("status");
+    assert_eq!(code, Some(2));
+    assert!(log.contains("holds text"), "{log}");
+    assert!(!scratch.path().join("out").exists(), "nothing may be written");
+    let (code, text, log) = run("hammer_first_impact_energy_j");
+    assert_eq!(code, Some(0), "{log}");
+    assert!(text.contains("Best rows by `hammer_first_impact_energy_j`"), "{text}");
+}
+
+#[test]
+fn an_absurd_number_of_threads_is_refused() {
+    let scratch = TempDir::new().expect("scratch");
+    for command in ["run", "check"] {
+        let mut command_line = decore(&scratch);
+        command_line.arg(command).arg(study("pressure_grid.toml")).args(["--threads", "100000"]);
+        let (code, _, log) = ran(&mut command_line);
+        assert_eq!(code, Some(2), "{log}");
+        assert!(log.contains("to 1024"), "{log}");
+    }
+    assert!(!scratch.path().join("out").exists());
+}
+
+#[test]
+fn a_scene_is_printed_without_trailing_blanks() {
+    let scratch = TempDir::new().expect("scratch");
+    let (code, text, log) = ran(decore(&scratch).arg("scene").arg(study("paper_rig.toml")).args(QUICK));
+    assert_eq!((code, log.as_str()), (Some(0), ""));
+    assert!(text.lines().any(|line| line.starts_with("  first_impact_energy_j") && line.ends_with(" J")), "{text}");
+    assert!(text.lines().all(|line| line == line.trim_end()), "{text:?}");
+}
+
+/// Signals are bounded by what they would take, with the figure, before any row is run.
+#[test]
+fn signals_that_would_not_fit_are_refused() {
+    let scratch = TempDir::new().expect("scratch");
+    let run = |interval: &str| {
+        let mut command = decore(&scratch);
+        command.arg("scene").arg(study("paper_rig.toml")).args([
+            "--signals",
+            "s.parquet",
+            "--signal-interval-s",
+            interval,
+        ]);
+        ran(command.args(["--set", "solver.guide=tied"]))
+    };
+    for (interval, figure) in [("1e-9", "240.00 GB"), ("1e-7", "2.40 GB")] {
+        let (code, _, log) = run(interval);
+        assert_eq!(code, Some(2), "{log}");
+        assert!(log.contains(figure) && log.contains("more than 1 GB; expected at least"), "{log}");
+    }
+    assert!(!scratch.path().join("s.parquet").exists());
+    assert_eq!(run("1e-4").0, Some(0));
+}
+
+/// Twins add a column of scatter for every main output, and `check` tells what they cost; they cannot differ between rows.
+#[test]
+fn twins_have_columns_and_a_price() {
+    let scratch = TempDir::new().expect("scratch");
+    let run = |command: &str, more: &[&str]| {
+        let mut command_line = decore(&scratch);
+        command_line.arg(command).arg(study("pressure_grid.toml")).args(QUICK).args(more);
+        ran(&mut command_line)
+    };
+    let twins = ["--set", "outputs.twins=2"];
+    let (code, text, log) = run("check", &twins);
+    assert_eq!(code, Some(0), "{log}");
+    assert!(text.contains("twins          2 per row, "), "{text}");
+    let (code, _, log) = run("run", &["--set", "outputs.twins=2", "--output", "out"]);
+    assert_eq!(code, Some(0), "{log}");
+    let reader = decore::dataset::DatasetReader::open(&scratch.path().join("out")).expect("opened");
+    let table = decore::dataset::TableName::Runs;
+    let names = ["hammer_first_impact_energy_j_scatter", "delivered_work_j_scatter", "part_peak_velocity_m_s_scatter"];
+    let mut rows = 0;
+    reader
+        .visit(table, &names, |cells| {
+            let scatter: Vec<f64> = cells.iter().filter_map(|cell| cell.and_then(|value| value.number())).collect();
+            assert!(scatter.len() == 3 && scatter.iter().all(|value| *value >= 0.0 && *value < 0.05), "{cells:?}");
+            rows += 1;
+        })
+        .expect("read");
+    assert_eq!(rows, 8);
+    let scatter = |column: &decore::dataset::ColumnDescription| column.name.ends_with("_scatter");
+    // Without twins there is no such column.
+    assert!(reader.columns(table).iter().filter(|column| scatter(column)).count() > 15);
+    assert_eq!(run("run", &["--output", "plain"]).0, Some(0));
+    let plain = decore::dataset::DatasetReader::open(&scratch.path().join("plain")).expect("opened");
+    assert_eq!(plain.columns(table).iter().filter(|column| scatter(column)).count(), 0);
+    let driven = "design.factor.pressure.path=outputs.twins";
+    let (code, _, log) = run("check", &["--set", driven]);
+    assert_eq!(code, Some(2));
+    assert!(log.contains("is shared by all rows"), "{log}");
+    // Known to amplify: several hammers on one casting, a heavy casting.
+    let mut command = decore(&scratch);
+    let (_, text, _) = ran(command.arg("check").arg(study("three_hammers.toml")).args(QUICK));
+    assert!(text.contains("2 hammers strike casting `a`: its periodic figures may scatter"), "{text}");
+    let mut command = decore(&scratch);
+    let heavy = ["--set", "casting.part.mass_kg=20"];
+    let (_, text, _) = ran(command.arg("check").arg(study("paper_rig.toml")).args(QUICK).args(heavy));
+    assert!(text.contains("heavy for its hammer (20 kg)"), "{text}");
+    let mut command = decore(&scratch);
+    let (_, text, _) = ran(command.arg("check").arg(study("paper_rig.toml")).args(QUICK));
+    assert!(!text.contains("scatter"), "{text}");
+}
+
+#[test]
+fn the_guide_has_the_pages_that_the_readme_lists() {
+    let scratch = TempDir::new().expect("scratch");
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README");
+    let rows = readme.split("## The guide").nth(1).expect("a section on the guide");
+    let rows = rows.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` | "));
+    let listed: Vec<(&str, &str)> = rows.map(|(name, about)| (name, about.trim_end_matches(" |"))).collect();
+    let pages: Vec<(&str, &str)> = decore::guide::TOPICS.iter().map(|topic| (topic.name, topic.about)).collect();
+    assert_eq!(listed, pages);
+    for (name, about) in pages {
+        let (code, text, _) = ran(decore(&scratch).args(["help", name]));
+        assert_eq!(code, Some(0), "{name}");
+        assert!(text.starts_with("# "), "{name}: {text}");
+        let (_, help, _) = ran(decore(&scratch).arg("--help"));
+        assert!(help.contains(about), "{name}");
+    }
+    let (_, outputs, _) = ran(decore(&scratch).args(["help", "outputs"]));
+    assert!(outputs.contains("- `first_impact_energy_j` (J): "), "{outputs}");
+    let (code, text, _) = ran(decore(&scratch).args(["help", "merge"]));
+    assert!(code == Some(0) && text.contains("decore merge"), "{text}");
+    let (code, _, error) = ran(decore(&scratch).args(["help", "nonsense"]));
+    assert!(code == Some(2) && error.contains("outputs") && error.contains("merge"), "{error}");
+}

@@ -1,0 +1,83 @@
+//! What the README and the guide say is what the program does: their commands run, their figures are the program's.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Rows of the README's table of the paper's rig, and the outputs that they show.
+const RIG: [(&str, &str, &str); 11] = [
+    ("first-impact energy (J)", "hammers", "first_impact_energy_j"),
+    ("first impact at (s)", "hammers", "first_impact_time_s"),
+    ("chisel velocity (m/s)", "hammers", "first_impact_chisel_velocity_m_s"),
+    ("work of the first impact (J)", "hammers", "first_impact_work_j"),
+    ("casting peak velocity (m/s)", "castings", "peak_velocity_m_s"),
+    ("periodic energy (J)", "hammers", "periodic_energy_mean_j"),
+    ("hit frequency (Hz)", "hammers", "hit_frequency_hz"),
+    ("arm velocity, extension (m/s RMS)", "hammers", "arm_rms_extension_m_s"),
+    ("arm velocity, hammering (m/s RMS)", "hammers", "arm_rms_hammering_m_s"),
+    ("arm velocity, steady hammering (m/s RMS)", "hammers", "arm_rms_steady_m_s"),
+    ("delivered work (J)", "hammers", "delivered_work_j"),
+];
+/// Added to commands of the README that would take too long as they stand.
+const SHORTER: [(&str, &[&str]); 1] = [("accuracy", &["--quick", "--set", "duration_s=0.06"])];
+
+fn readme() -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md")
+}
+
+/// Lines of a text that are commands of decore, without comments, as arguments.
+fn commands(text: &str) -> Vec<Vec<String>> {
+    let lines = text.lines().filter_map(|line| line.strip_prefix("    decore "));
+    let bare = lines.map(|line| line.split('#').next().unwrap_or_default());
+    bare.map(|line| line.split_whitespace().map(str::to_owned).collect()).collect()
+}
+
+fn decore(scratch: &TempDir) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+    command.current_dir(scratch.path());
+    command
+}
+
+#[test]
+fn the_readme_s_commands_run_in_their_order() {
+    let scratch = TempDir::new().expect("scratch");
+    let commands = commands(&readme());
+    assert!(commands.len() >= 8, "{commands:?}");
+    for arguments in commands {
+        let shorter = SHORTER.iter().find(|(command, _)| arguments.first().is_some_and(|first| first == command));
+        let more = shorter.map_or(&[][..], |(_, more)| more);
+        let output = decore(&scratch).args(&arguments).args(more).output().expect("started");
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn the_guide_s_commands_are_understood() {
+    let scratch = TempDir::new().expect("scratch");
+    let commands: Vec<_> = decore::guide::TOPICS.iter().flat_map(|topic| commands(topic.text)).collect();
+    assert!(commands.len() >= 6, "{commands:?}");
+    for arguments in commands {
+        // Arguments before it are read first: an unknown one is an error.
+        let output = decore(&scratch).args(&arguments).arg("--help").output().expect("started");
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn the_readme_s_figures_of_the_rig_are_those_that_scene_prints() {
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
+    let scratch = TempDir::new().expect("scratch");
+    let output = decore(&scratch).arg("scene").arg(study).arg("--json").output().expect("started");
+    let outcome: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let text = readme();
+    for (title, of, name) in RIG {
+        let row = text.lines().find_map(|line| line.strip_prefix(&format!("| {title} | ")));
+        let figure = row.and_then(|row| row.split(" |").next()).unwrap_or_else(|| panic!("no row `{title}`"));
+        let decimals = figure.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let value = outcome["outcome"]["metrics"][of][0][name].as_f64().expect(name);
+        assert_eq!(format!("{value:.decimals$}"), figure, "{title}");
+    }
+}

@@ -1,0 +1,13 @@
+//! Datasets: tables and their readers, and sweeps that are killed, grown, or spread over machines.
+
+#[cfg(unix)]
+mod cluster;
+#[cfg(unix)]
+mod durable;
+#[cfg(unix)]
+mod growth;
+mod report;
+#[cfg(unix)]
+mod sweeps;
+mod synthetic;
+mod tables;

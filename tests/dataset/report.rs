@@ -1,0 +1,72 @@
+//! Readers of a dataset: the report, and pyarrow, pandas, polars and DuckDB.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::synthetic::{ROWS, dataset, info};
+use decore::dataset::{DatasetError, DatasetReader, DatasetWriter, Existing};
+use decore::report::{ReportSettings, summarise};
+use tempfile::TempDir;
+
+#[test]
+fn the_report_ranks_rows_and_names_the_tables() {
+    let (_scratch, folder) = dataset();
+    let reader = DatasetReader::open(&folder).expect("opened");
+    let report = summarise(&reader, &ReportSettings::default()).expect("summarised");
+    // The work of row n is n: the last rows are the best.
+    let best: Vec<u64> = report.best.iter().map(|best| best.row).collect();
+    assert_eq!(best, [149, 148, 147, 146, 145], "{report}");
+    assert_eq!(report.statuses["done"] + report.statuses["invalid"], ROWS);
+    assert_eq!(report.worst_residual, Some((20, -2e-3)));
+    assert_eq!((report.percussions["periodic"], report.percussions["stalled"]), (103, 26));
+    let frequency = report.ranges.iter().find(|range| range.unit == "Hz").expect("frequencies");
+    assert_eq!((frequency.min, frequency.max), (20.0, 20.0));
+    let text = report.to_string();
+    for expected in [
+        "Rows: 150 of 150 (129 done, 21 invalid), 387 blows",
+        "21 x hammer `left` misses its casting",
+        "1. row 149: ",
+        "hammer.left.supply_bar = 5.490 bar, modes = 74, 2nd mount = beam_2",
+        "at worst -0.2000 % (row 20)",
+        "103 periodic, 26 stalled",
+        "runs/*.parquet",
+    ] {
+        assert!(text.contains(expected), "{expected} in\n{text}");
+    }
+    let by_text = ReportSettings { rank_by: "status".to_owned(), ..ReportSettings::default() };
+    assert!(matches!(summarise(&reader, &by_text), Err(DatasetError::NotANumber { .. })));
+}
+
+#[test]
+fn equal_rows_are_ranked_by_index() {
+    let (_scratch, folder) = dataset();
+    let reader = DatasetReader::open(&folder).expect("opened");
+    let settings = ReportSettings { rank_by: "total_air_used_nl".to_owned(), best: 3, ..ReportSettings::default() };
+    let report = summarise(&reader, &settings).expect("summarised");
+    let best: Vec<u64> = report.best.iter().map(|best| best.row).collect();
+    assert_eq!(best, [0, 1, 2]);
+}
+
+#[test]
+fn a_dataset_without_rows_has_a_report() {
+    let scratch = TempDir::new().expect("scratch folder");
+    DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
+    let reader = DatasetReader::open(scratch.path()).expect("opened");
+    let text = summarise(&reader, &ReportSettings::default()).expect("summarised").to_string();
+    assert!(text.contains("Rows: 0 of 150, 0 blows") && text.contains("No row has"), "{text}");
+}
+
+/// Opens the dataset in pyarrow, pandas, polars and DuckDB, if an interpreter is named that has them.
+#[test]
+fn python_readers_agree() {
+    let (_scratch, folder) = dataset();
+    let Some(python) = std::env::var_os("DECORE_PYTHON") else {
+        eprintln!("DECORE_PYTHON is not set: the Python readers were not tried");
+        return;
+    };
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/read_back.py");
+    let output = Command::new(python).arg(script).arg(&folder).output().expect("interpreter started");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}\n{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("pyarrow, pandas, polars, duckdb agree on 150 runs, 387 blows"), "{text}");
+}

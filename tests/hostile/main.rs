@@ -1,0 +1,3 @@
+//! What hostile or careless files must not do: order a terminal about, take memory or time that nothing justifies, end in a panic.
+
+mod terminal;

@@ -1,0 +1,161 @@
+//! The audits can fail: an error planted in any part of the books moves a residual, each by itself.
+
+use crate::common::studies::scene;
+use decore::hammer::chamber;
+use decore::integrate::{
+    GuardSample, Integrator, Observer, Settings, Step, StiffBlock, StiffMatrices, Stopped, System,
+};
+use decore::metrics::{Recorder, RunTotals};
+use decore::system::{Coupled, CoupledModel, build};
+
+/// What is wrong with a system.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Plant {
+    Nothing,
+    /// The rate of a chamber's pressure, by a share.
+    Pressure(usize, f64),
+    /// A drag on a body that no book knows: its acceleration falls by this rate in 1/s times its velocity.
+    Drag(usize, f64),
+    /// The structure: condensed, the forces that it feels, by a share; integrated, a drag on its modes of 100/s times the share.
+    Structure(f64),
+    /// The power that friction, dampers and contacts dissipate, by a share.
+    Dissipation(f64),
+    /// The power that gas and gravity put in, by a share.
+    Input(f64),
+}
+
+/// The coupled system with an error in its rates.
+struct Planted<'a> {
+    inner: Coupled<'a>,
+    plant: Plant,
+}
+
+impl System for Planted<'_> {
+    fn dimension(&self) -> usize {
+        self.inner.dimension()
+    }
+    fn controlled(&self) -> usize {
+        self.inner.controlled()
+    }
+    fn scales(&self) -> &[f64] {
+        self.inner.scales()
+    }
+    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
+        self.inner.rhs(t, y, rate);
+        let layout = self.inner.model().layout();
+        let change = |at: usize, share: f64, rate: &mut [f64]| rate[at] *= 1.0 + share;
+        match self.plant {
+            Plant::Nothing => {}
+            Plant::Pressure(index, share) => change(layout.pressures(0).start + index, share, rate),
+            Plant::Drag(body, rate_per_s) => rate[layout.velocity(body)] -= rate_per_s * y[layout.velocity(body)],
+            Plant::Structure(share) => {
+                // The rates of the first integrals, two points; velocities exist where modes are integrated.
+                if layout.structure[1] == 0 {
+                    (0..2).for_each(|at| change(at, share, rate));
+                }
+                layout.structure_velocities().for_each(|at| rate[at] -= 100.0 * share * y[at]);
+            }
+            Plant::Dissipation(share) => change(layout.dissipated(), share, rate),
+            Plant::Input(share) => change(layout.work_in(), share, rate),
+        }
+    }
+    fn guard_count(&self) -> usize {
+        self.inner.guard_count()
+    }
+    fn guard_support(&self, guard: usize) -> &[usize] {
+        self.inner.guard_support(guard)
+    }
+    fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
+        self.inner.guard(guard, t, y)
+    }
+    fn sample_guards(&mut self, t: f64, at: (&[f64], &[f64]), samples: &mut [GuardSample]) {
+        self.inner.sample_guards(t, at, samples);
+    }
+    fn horizon(&self) -> f64 {
+        self.inner.horizon()
+    }
+    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
+        self.inner.rebase(t, y, rate);
+    }
+    fn stiff_block(&self) -> Option<StiffBlock> {
+        None
+    }
+    fn stiff_matrices(&mut self, matrices: &mut StiffMatrices) {
+        self.inner.stiff_matrices(matrices);
+    }
+    fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
+        self.inner.switch(guard, t, y);
+    }
+    fn next_stop(&self) -> f64 {
+        self.inner.next_stop()
+    }
+    fn pass_stop(&mut self) {
+        self.inner.pass_stop();
+    }
+    fn diagnose(&self, t: f64, y: &[f64]) -> String {
+        self.inner.diagnose(t, y)
+    }
+}
+
+/// Shows a recorder the system within.
+struct Through(Recorder);
+
+impl Observer<Planted<'_>> for Through {
+    fn step(&mut self, system: &Planted<'_>, step: &Step<'_>) {
+        self.0.step(&system.inner, step);
+    }
+    fn event(&mut self, system: &Planted<'_>, guard: usize, t: f64, y: &[f64]) {
+        self.0.event(&system.inner, guard, t, y);
+    }
+}
+
+const DURATION_S: f64 = 0.25;
+
+/// The audits of a run of `model` with an error planted; books kept by the model itself.
+fn audits(model: &CoupledModel, scene: &decore::scene::Scene, plant: Plant) -> RunTotals {
+    let mut system = Planted { inner: Coupled::new(model), plant };
+    let settings = Settings {
+        tolerance: 1e-5,
+        first_step_s: 1e-6,
+        longest_step_s: 1e-3,
+        max_steps: 1_000_000,
+        max_wall_time_s: 60.0,
+    };
+    let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings);
+    let mut observer = Through(Recorder::new(model, scene));
+    assert_eq!(integrator.run(&mut system, &mut observer, DURATION_S), Stopped::AtEnd, "{plant:?}");
+    observer.0.finish(&system.inner, integrator.time(), integrator.state()).totals
+}
+
+/// Modes condensed and integrated: sound books close to 1e-5, and an error of one per cent in any part opens them.
+#[test]
+fn an_error_in_any_part_moves_a_residual() {
+    for treatment in ["condensed", "integrated"] {
+        let (mut scene, modes) =
+            scene("paper_rig.toml", 0, &["solver.guide=tied", &format!("solver.modes={treatment}")]).unwrap();
+        scene.duration_s = DURATION_S;
+        let model = build(&scene, &modes).unwrap();
+        let sound = audits(&model, &scene, Plant::Nothing);
+        println!("{treatment}: energy {:.1e}, chambers {:.1e}", sound.energy_residual, sound.chamber_residual);
+        assert!(sound.energy_residual.abs() < 1e-5 && sound.chamber_residual < 1e-8, "{sound:?}");
+        for index in 0..chamber::COUNT {
+            let planted = audits(&model, &scene, Plant::Pressure(index, 0.01)).chamber_residual;
+            println!("  chamber {index}: {planted:.1e}");
+            assert!(planted > 1e-4, "chamber {index}: {planted:e}");
+        }
+        let others = [
+            Plant::Drag(0, 1.0),
+            Plant::Drag(2, 1.0),
+            Plant::Drag(3, 1.0),
+            Plant::Drag(4, 1.0),
+            Plant::Structure(0.01),
+            Plant::Dissipation(0.01),
+            Plant::Input(0.01),
+        ];
+        for plant in others {
+            let planted = audits(&model, &scene, plant).energy_residual.abs();
+            println!("  {plant:?}: {planted:.1e}");
+            assert!(planted > 10.0 * sound.energy_residual.abs(), "{plant:?}: {planted:e}");
+        }
+    }
+}

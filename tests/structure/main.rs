@@ -1,0 +1,8 @@
+//! Structures: their files, their reduction, and what is said about its quality.
+
+mod hard;
+mod import;
+mod op4_files;
+mod outside;
+mod quality;
+mod reduction;

@@ -1,0 +1,11 @@
+//! Designs, and studies from the file to the scene of a row.
+
+mod design_errors;
+mod design_fractions;
+mod design_kinds;
+mod design_strata;
+mod designs;
+mod errors;
+mod faults;
+mod scene;
+mod station;
