@@ -39,7 +39,7 @@
 //! dataset    : integrate metrics quantity run
 //! report     : dataset metrics quantity run
 //! engine     : dataset design quantity run scene structure study system
-//! cli        : accuracy dataset design engine guide metrics quantity report run scene structure study system
+//! cli        : accuracy dataset design engine guide integrate metrics quantity report run scene structure study system
 //! ```
 //!
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.

@@ -115,7 +115,7 @@ fn measurement(setting: &Setting, outcome: RowOutcome, (ms, reference): (f64, &R
         modes: outcome.modes,
         states: outcome.states,
         counters: outcome.counters,
-        energy_residual: outcome.metrics.map_or(f64::NAN, |metrics| metrics.totals.energy_residual),
+        totals: outcome.metrics.map(|metrics| metrics.totals),
         errors,
     }
 }

@@ -10,6 +10,7 @@ mod plot;
 mod text;
 
 use crate::integrate::Counters;
+use crate::metrics::RunTotals;
 use crate::run::RowStatus;
 use crate::scene::{Guide, Method, ModeTreatment, SolverSettings, Stepping};
 
@@ -108,8 +109,8 @@ pub struct Measurement {
     pub states: usize,
     /// Work done.
     pub counters: Counters,
-    /// Energy residual.
-    pub energy_residual: f64,
+    /// Outputs of the run as a whole; `None` unless it reached its end.
+    pub totals: Option<RunTotals>,
     /// Relative error of each output against the reference; NaN where neither has it, infinite where one lacks it.
     pub errors: Vec<f64>,
 }

@@ -4,8 +4,12 @@ use crate::metrics::{CastingMetrics, HammerMetrics, RunMetrics};
 use crate::quantity::{Cell, Kind, Quantity};
 
 /// The outputs by which settings are compared in texts and plots.
-pub const MAIN_OUTPUTS: [&str; 4] =
-    ["first_impact_energy_j", "periodic_energy_mean_j", "hit_frequency_hz", "peak_velocity_m_s"];
+pub const MAIN_OUTPUTS: [&str; 4] = [
+    HammerMetrics::first_impact_energy_j.name,
+    HammerMetrics::periodic_energy_mean_j.name,
+    HammerMetrics::hit_frequency_hz.name,
+    CastingMetrics::peak_velocity_m_s.name,
+];
 
 /// An output: its error is the largest over the hammers or castings.
 #[derive(Debug, Clone, PartialEq, Eq)]

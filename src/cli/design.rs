@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::text::{plural, say};
-use crate::dataset::{DatasetInfo, Factor, TableColumn, TableValues, write_table};
+use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
 use crate::engine::{constrained, dataset_info};
 use crate::quantity::{Kind, Value};
 use crate::study::Study;
@@ -49,9 +49,9 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
 fn columns(study: &Study, info: &DatasetInfo) -> Vec<TableColumn> {
     let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
     let index = TableColumn {
-        name: "row".to_owned(),
-        unit: "1".to_owned(),
-        description: "Index of the row in the design, from 0.".to_owned(),
+        name: RowRecord::row.name.to_owned(),
+        unit: RowRecord::row.unit.to_owned(),
+        description: RowRecord::row.description(),
         values: TableValues::Integer((0..rows.len() as i64).collect()),
     };
     let factor = |(place, factor): (usize, &Factor)| {

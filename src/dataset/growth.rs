@@ -15,11 +15,9 @@ use super::journal::JOURNAL;
 use super::lock::Lock;
 use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest};
 use super::recovery::{Recovered, read_parts, recover};
-use super::store::{columns_of, remove};
+use super::store::{GROWING, columns_of, remove};
 use super::writer::{DatasetWriter, Existing};
 
-/// Folder of the grown dataset while it is written, below the dataset's.
-pub const GROWING: &str = ".growing";
 /// Says that the grown dataset is whole and replaces the one around it.
 const READY: &str = "ready";
 

@@ -14,6 +14,8 @@ use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManife
 use super::parquet_file::TableBuilder;
 use super::record::{ColumnCounts, StoredRow};
 
+/// Folder of the grown dataset while it is written, below the dataset's.
+pub const GROWING: &str = ".growing";
 /// Folder for files that are not yet in place, on the same file system as the tables.
 pub const STAGING: &str = ".staging";
 

@@ -11,7 +11,7 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::parquet_file::{encode_batch, properties, schema};
 use crate::metrics::Signal;
-use crate::quantity::Kind;
+use crate::quantity::{Kind, Quantity};
 
 /// A column of a table; all columns of a table have the same length.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +35,27 @@ pub enum TableValues {
     Integer(Vec<i64>),
     /// Texts.
     Text(Vec<String>),
+}
+
+impl TableColumn {
+    /// The column of a quantity, a row per item. Where there is no value it has NaN or an empty text.
+    pub fn new<'a, T: 'static>(quantity: &Quantity<T>, items: impl Iterator<Item = Option<&'a T>>) -> Self {
+        let cells = items.map(|item| item.and_then(quantity.value));
+        let values = match quantity.kind {
+            Kind::Text => {
+                TableValues::Text(cells.map(|cell| cell.map_or(String::new(), |text| text.to_string())).collect())
+            }
+            _ => {
+                TableValues::Real(cells.map(|cell| cell.and_then(|value| value.number()).unwrap_or(f64::NAN)).collect())
+            }
+        };
+        Self {
+            name: quantity.name.to_owned(),
+            unit: quantity.unit.to_owned(),
+            description: quantity.description(),
+            values,
+        }
+    }
 }
 
 /// Writes signals to `path`, one column per signal, one row per instant: see [`write_table`].

@@ -13,7 +13,6 @@ use super::columns::{Columns, TableName};
 use super::difference::differences;
 use super::durable::failed_to;
 use super::error::DatasetError;
-use super::growth::GROWING;
 use super::info::{DatasetInfo, RowRecord};
 use super::journal::{JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock};
@@ -21,7 +20,7 @@ use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsMan
 use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
-use super::store::{Block, STAGING, Store, columns_of, remove};
+use super::store::{Block, GROWING, STAGING, Store, columns_of, remove};
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);

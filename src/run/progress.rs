@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::RowStatus;
 use super::batch::BatchProgress;
+use super::outcome::RowStatus;
 
 /// Default time between two plain lines.
 pub const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
+use super::outcome::{RowOutcome, RowStatus};
 use crate::integrate::{Counters, FixedRule, FixedSettings, FixedStep, Integrator, Observer, Settings, Stopped};
 use crate::metrics::{Recorder, RunTotals};
-use crate::run::{RowOutcome, RowStatus};
 use crate::scene::{Method, Scene};
 use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
 
@@ -12,6 +12,9 @@ use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
 const FIRST_STEP_S: f64 = 1e-6;
 /// Longest step in s: well below the width of any window or the period of the percussion.
 const LONGEST_STEP_S: f64 = 1e-3;
+
+/// Least tolerance of a run: below it rounding decides.
+pub(super) const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// Residual of energies or of chambers above which the audit of a row fails. At the default tolerance energies close to 1e-5 and
 /// chambers to 1e-10; the latter to a few 1e-4 where an annulus at ambient pressure relaxes within a step for a minute, or steps

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 
+use super::outcome::{RowOutcome, RowStatus};
 use crate::integrate::Counters;
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
-use crate::run::{RowOutcome, RowStatus};
 
 /// One row in this many diverges.
 const ROWS_PER_FAILURE: u64 = 1000;
