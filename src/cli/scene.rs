@@ -151,26 +151,23 @@ fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
     let scatter = metrics.scatter.as_ref();
     for (h, (name, hammer)) in study.hammer_names().iter().zip(&metrics.hammers).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.hammers.get(h));
-        section(text, (&format!("hammer {name}"), HammerMetrics::QUANTITIES), hammer, scatter);
+        let _ = writeln!(text, "\nhammer {name}");
+        section(text, HammerMetrics::QUANTITIES, hammer, scatter);
     }
     for (c, (name, casting)) in study.casting_names().iter().zip(&metrics.castings).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.castings.get(c));
-        section(text, (&format!("casting {name}"), CastingMetrics::QUANTITIES), casting, scatter);
+        let _ = writeln!(text, "\ncasting {name}");
+        section(text, CastingMetrics::QUANTITIES, casting, scatter);
     }
     let twins = scatter.map_or(String::new(), |scatter| format!(" (+- over the row and {} twins)", scatter.twins_done));
     let totals = scatter.map(|scatter| &scatter.totals);
-    section(text, (&format!("run{twins}"), RunTotals::QUANTITIES), &metrics.totals, totals);
+    let _ = writeln!(text, "\nrun{twins}");
+    section(text, RunTotals::QUANTITIES, &metrics.totals, totals);
     blows(text, study.hammer_names().as_slice(), metrics);
     let _ = writeln!(text);
 }
 
-fn section<T>(
-    text: &mut String,
-    (title, quantities): (&str, &[Quantity<T>]),
-    metrics: &T,
-    scatter: Option<&ScatterOf>,
-) {
-    let _ = writeln!(text, "\n{title}");
+fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatter: Option<&ScatterOf>) {
     for quantity in quantities {
         let (value, unit) = match (quantity.value)(metrics) {
             None => ("-".to_owned(), "1"),

@@ -217,7 +217,7 @@ impl<'a> About<'a> {
         }
     }
 
-    fn describe(&self, kind: Kind, (quantity, unit): (&str, &str), text: &str) -> ColumnDescription {
+    fn describe(&self, quantity: &str, kind: Kind, unit: &str, text: &str) -> ColumnDescription {
         let name = format!("{}{quantity}", self.prefix);
         let described = self.subject.map(|(what, name)| format!("{what} `{name}`: {text}"));
         ColumnDescription {
@@ -240,7 +240,7 @@ impl<'a> About<'a> {
         quantities.iter().map(move |quantity| {
             let get = quantity.value;
             Column {
-                description: self.describe(quantity.kind, (quantity.name, quantity.unit), &quantity.description()),
+                description: self.describe(quantity.name, quantity.kind, quantity.unit, &quantity.description()),
                 get: Box::new(move |source| part(source).and_then(get)),
             }
         })
@@ -256,7 +256,7 @@ impl<'a> About<'a> {
             let (name, column) = (quantity.name, format!("{}_scatter", quantity.name));
             let text = format!("Scatter (half the range over the row and its twins) of {name}.");
             Column {
-                description: self.describe(Kind::Real, (&column, quantity.unit), &text),
+                description: self.describe(&column, Kind::Real, quantity.unit, &text),
                 get: Box::new(move |source| part(source.scatter()?)?.get(name).copied()?.map(Value::Real)),
             }
         })
@@ -322,7 +322,7 @@ fn blow_columns() -> Vec<Column> {
     type Names = fn(&DatasetInfo) -> &[String];
     let about = About::all(ColumnGroup::Blow);
     let named = |column: &str, text: &str, names: Names, index: fn(&Blow) -> usize| Column {
-        description: about.describe(Kind::Text, (column, ""), text),
+        description: about.describe(column, Kind::Text, "", text),
         get: Box::new(move |source| names(source.info).get(index(source.blow?)).map(|name| Value::Text(name.as_str()))),
     };
     let mut columns = row_column();
