@@ -410,14 +410,15 @@ fn exports(size: usize) -> String {
         model.stiffness().nnz()
     );
     let mut market = 0.0;
-    for (name, format) in ExportFormat::NAMES {
+    for format in ExportFormat::all() {
+        let name = format.name();
         let folder = tempfile::tempdir().expect("a folder");
         let begin = Instant::now();
         let files = write_model(&model, format, folder.path()).expect("written");
         let written_s = begin.elapsed().as_secs_f64();
         let bytes = |path: &Path| fs::metadata(path).expect("written").len() as f64;
         let size = bytes(&files.stiffness.path) + bytes(&files.mass.path);
-        market = if format == ExportFormat::MatrixMarket { size } else { market };
+        market = if name == "matrix_market" { size } else { market };
         let begin = Instant::now();
         let read = FeModel::read(&files).expect("reads back");
         let read_s = begin.elapsed().as_secs_f64();
@@ -425,7 +426,7 @@ fn exports(size: usize) -> String {
         let entries =
             |matrix: &CsMat<f64>| matrix.data().iter().copied().filter(|value| *value != 0.0).collect::<Vec<_>>();
         let exact = entries(read.stiffness()) == entries(model.stiffness());
-        assert!(exact || format == ExportFormat::Dmig, "{name}: entries differ");
+        assert!(exact || format.loss().is_some(), "{name}: entries differ");
         let _ = writeln!(text, "| {name} | {:.0} | {:.2} | {written_s:.1} | {read_s:.1} |", size / 1e6, size / market);
         eprintln!("{name}: {:.0} MB, {written_s:.1} s, {read_s:.1} s", size / 1e6);
     }

@@ -21,17 +21,18 @@
 //! One way only; a test holds the `use crate::` lines to this table. A module not named on the right is not imported.
 //!
 //! ```text
-//! contact    :
 //! design     :
 //! guide      :
 //! linalg     :
+//! parameter  :
 //! quantity   :
 //! workpiece  :
-//! hammer     : contact
+//! contact    : parameter
+//! hammer     : contact parameter
 //! integrate  : quantity
 //! structure  : linalg
-//! scene      : contact hammer workpiece
-//! study      : design hammer quantity scene workpiece
+//! scene      : hammer parameter workpiece
+//! study      : design hammer parameter quantity scene structure workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate quantity scene system
 //! run        : integrate metrics quantity scene system
@@ -44,6 +45,7 @@
 //!
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`parameter`]: parameters declared once, with unit, default, range and source.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
 //! - [`scene`]: all that one row needs, as plain data.
 //! - [`system`]: the coupled model; its builder is the only part that knows scenes.
@@ -57,6 +59,9 @@
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
+
+#[macro_use]
+pub mod parameter;
 
 pub mod accuracy;
 pub mod cli;

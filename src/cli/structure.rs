@@ -7,13 +7,13 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
-use crate::engine::{Engine, RowScene, model_files, reduction_settings};
+use crate::engine::{Engine, RowScene, reduction_settings};
 use crate::run::run_row;
 use crate::structure::{
-    CACHE_FOLDER, DOF_NAMES, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
+    CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess, quality_page, write_model,
 };
-use crate::study::{DampingRatio, StructureSettings, StructureSource, Study, load_structure};
+use crate::study::{StructureSettings, StructureSource, Study, load_structure};
 
 /// Frequencies in the first lines of the report.
 const LOWEST: usize = 6;
@@ -36,28 +36,34 @@ pub(super) struct StructureArguments {
     /// Also write the report as an HTML page with plots.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Write the model's matrices in another format instead of a report: matrix_market, matrix_market_gz, calculix, dmig,
-    /// op4, op4_binary, harwell_boeing or abaqus. Needs --to.
-    #[arg(long, value_name = "FORMAT", value_parser = export_format, requires = "to")]
+    // The help says: write the model's matrices in another format instead of a report.
+    #[arg(long, value_name = "FORMAT", value_parser = export_format, requires = "to", help = export_help())]
     export: Option<ExportFormat>,
     /// Folder for --export; it must exist.
     #[arg(long, value_name = "FOLDER")]
     to: Option<PathBuf>,
 }
 
+fn export_help() -> String {
+    format!("Write the model's matrices in another format instead of a report: {}. Needs --to", export_names(" or "))
+}
+
+/// The names of all forms in a sentence; `last`: the word before the last one.
+fn export_names(last: &str) -> String {
+    let names: Vec<&str> = ExportFormat::all().map(ExportFormat::name).collect();
+    let (end, others) = names.split_last().map_or(("", &[][..]), |(end, others)| (*end, others));
+    format!("{}{last}{end}", others.join(", "))
+}
+
 fn export_format(text: &str) -> Result<ExportFormat, String> {
-    let known = ExportFormat::NAMES.iter().find(|(name, _)| *name == text);
-    known.map(|(_, format)| *format).ok_or_else(|| {
-        let names: Vec<&str> = ExportFormat::NAMES.iter().map(|(name, _)| *name).collect();
-        format!("expected one of {}", names.join(", "))
-    })
+    ExportFormat::named(text).ok_or_else(|| format!("expected one of {}", export_names(", ")))
 }
 
 pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure> {
     let (settings, interface) = settings(arguments)?;
     let model = match &settings.source {
         StructureSource::Station => FeModel::station()?,
-        StructureSource::Matrices(source) => FeModel::read(&model_files(source))?,
+        StructureSource::Matrices(source) => FeModel::read(&source.files)?,
         StructureSource::ModalTable { .. } => {
             let reason = "a modal table is not reduced: there is no full model to compare with";
             return Err(Failure::Argument(reason.to_owned()));
@@ -69,8 +75,8 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     let has_scene = interface.is_some();
     let reduction = interface.map_or_else(|| whole_interface(&model, &settings), Ok)?;
     let damping_ratio = match &settings.damping_ratio {
-        DampingRatio::Uniform(ratio) => *ratio,
-        DampingRatio::PerMode(ratios) => ratios.first().copied().unwrap_or(0.0),
+        Damping::Ratio(ratio) => *ratio,
+        Damping::PerMode(ratios) => ratios.first().copied().unwrap_or(0.0),
     };
     let report = assess(&model, &QualitySettings { reduction, cutoff_hz: settings.cutoff_hz, damping_ratio })?;
     if let Some(path) = &arguments.html {
@@ -161,11 +167,8 @@ fn export(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<Exit, 
         say(&format_args!("rows           {}", dofs.display()));
     }
     say(&format_args!("points         {}", files.points.display()));
-    if format == ExportFormat::Dmig {
-        say(
-            &"note           DMIG entries have ten digits: enough for a reduced model, but the lowest frequencies of a whole one move (by \
-             parts of a per cent where the stiffness is ill-conditioned); all other formats keep 17 digits",
-        );
+    if let Some(loss) = format.loss() {
+        say(&format_args!("note           {loss}"));
     }
     Ok(Exit::Done)
 }

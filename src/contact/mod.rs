@@ -12,4 +12,4 @@ mod parameters;
 pub mod restitution;
 
 pub use law::ContactLaw;
-pub use parameters::{ContactLawName, ContactParameters};
+pub use parameters::{ContactLawName, ContactParameters, kelvin_voigt};

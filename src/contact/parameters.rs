@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::ContactLaw;
-use super::restitution::{hunt_crossley_damping, kelvin_voigt, kelvin_voigt_damping, separating_damping};
+use super::restitution::{self, hunt_crossley_damping, kelvin_voigt_damping, separating_damping};
+use crate::parameter::{Choice, parameters};
 
 /// Exponent `n` of the Hunt-Crossley law, unless stated.
 const EXPONENT: f64 = 1.5;
@@ -28,65 +29,66 @@ pub enum ContactLawName {
     Hertz,
 }
 
-/// Law of a one-sided contact: stiffness and loss.
-///
-/// The loss is stated as damping or as `restitution`, the speed at which the two bodies would part if they met freely
-/// over that at which they met. Their reduced mass is that of the two bodies alone (`1/mu = 1/m1 + 1/m2`): for the
-/// casting its effective mass at the strike point, `1/m = 1/m_g + y^2/J_x + x^2/J_y` with the rotations that it has; for
-/// the telescope's stops the cylinder's own mass, because the guide stands on its mount.
-///
-/// The laws with a power of the penetration need no figures of their own: unless these are given, they get the stiffness
-/// that has the same peak penetration as `stiffness_n_per_m` in an undamped impact at the reference speed,
-/// `K = (n + 1)/2 k d0^(1 - n)` with `d0 = v0 sqrt(mu/k)`, and the restitution that `stiffness_n_per_m` and
-/// `damping_n_s_per_m` have under the default law. So `law` alone can be changed, and varied in a design.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ContactParameters {
-    /// Force law. Default `kelvin_voigt`.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub law: ContactLawName,
-    /// Contact stiffness `k` in N/m; must be positive.
-    pub stiffness_n_per_m: f64,
-    /// Contact damping `c` in N s/m; zero or positive. Not used where `restitution` or `damping_s_per_m` is given.
-    pub damping_n_s_per_m: f64,
-    /// Coefficient of restitution, above 0 and not above 1; it takes the place of a damping. For `hunt_crossley` it holds
-    /// at the reference speed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub restitution: Option<f64>,
-    /// Stiffness `K` of `hunt_crossley` in N/m^n and of `hertz` in N/m^1.5; it takes the place of `stiffness_n_per_m` there.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub power_stiffness_n_per_m_n: Option<f64>,
-    /// Damping `a` of `hunt_crossley` in s/m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub damping_s_per_m: Option<f64>,
-    /// Exponent `n` of `hunt_crossley`, at least 1. Default 1.5.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub exponent: Option<f64>,
-    /// Impact speed `v0` in m/s at which `hunt_crossley` and `hertz` are matched to `stiffness_n_per_m`, and
-    /// `hunt_crossley` to the restitution. Default 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reference_speed_m_s: Option<f64>,
+impl Choice for ContactLawName {}
+
+parameters! {
+    /// Law of a one-sided contact: stiffness and loss.
+    ///
+    /// The loss is stated as damping or as `restitution`, the speed at which the two bodies would part if they met freely
+    /// over that at which they met. Their reduced mass is that of the two bodies alone (`1/mu = 1/m1 + 1/m2`): for the
+    /// casting its effective mass at the strike point, `1/m = 1/m_g + y^2/J_x + x^2/J_y` with the rotations that it has; for
+    /// the telescope's stops the cylinder's own mass, because the guide stands on its mount.
+    ///
+    /// The laws with a power of the penetration need no figures of their own: unless these are given, they get the stiffness
+    /// that has the same peak penetration as `stiffness_n_per_m` in an undamped impact at the reference speed,
+    /// `K = (n + 1)/2 k d0^(1 - n)` with `d0 = v0 sqrt(mu/k)`, and the restitution that `stiffness_n_per_m` and
+    /// `damping_n_s_per_m` have under the default law. So `law` alone can be changed, and varied in a design.
+    pub struct ContactParameters {
+        /// Force law.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub law: ContactLawName, "", [choice], "`kelvin_voigt`";
+        /// Contact stiffness `k`.
+        pub stiffness_n_per_m: f64, "N/m", [> 0], "default: the contact's own";
+        /// Contact damping `c`, not used where `restitution` or `damping_s_per_m` is given.
+        pub damping_n_s_per_m: f64, "N s/m", [>= 0], "default: the contact's own";
+        /// Coefficient of restitution; it takes the place of a damping. For `hunt_crossley` it holds at the reference speed.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub restitution: Option<f64>, "1", [> 0, <= 1], "default: from the damping";
+        /// Stiffness `K` of `hunt_crossley`, and of `hertz` with n = 1.5; it takes the place of `stiffness_n_per_m` there.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub power_stiffness_n_per_m_n: Option<f64>, "N/m^n", [> 0], "default: as deep as the linear stiffness";
+        /// Damping `a` of `hunt_crossley`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub damping_s_per_m: Option<f64>, "s/m", [>= 0], "default: from the restitution";
+        /// Exponent `n` of `hunt_crossley`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub exponent: Option<f64>, "1", [>= 1], "default 1.5";
+        /// Impact speed `v0` at which `hunt_crossley` and `hertz` are matched to `stiffness_n_per_m`, and `hunt_crossley` to
+        /// the restitution.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub reference_speed_m_s: Option<f64>, "m/s", [> 0], "default 1";
+    }
 }
 
 fn is_default(law: &ContactLawName) -> bool {
     *law == ContactLawName::default()
 }
 
-impl ContactParameters {
-    /// The default law with its stiffness and damping.
-    pub const fn kelvin_voigt(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
-        Self {
-            law: ContactLawName::KelvinVoigt,
-            stiffness_n_per_m,
-            damping_n_s_per_m,
-            restitution: None,
-            power_stiffness_n_per_m_n: None,
-            damping_s_per_m: None,
-            exponent: None,
-            reference_speed_m_s: None,
-        }
+/// The default law with its stiffness and damping.
+pub const fn kelvin_voigt(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> ContactParameters {
+    ContactParameters {
+        law: ContactLawName::KelvinVoigt,
+        stiffness_n_per_m,
+        damping_n_s_per_m,
+        restitution: None,
+        power_stiffness_n_per_m_n: None,
+        damping_s_per_m: None,
+        exponent: None,
+        reference_speed_m_s: None,
     }
+}
 
+impl ContactParameters {
     /// The law between two bodies of reduced mass `reduced_mass_kg`.
     pub fn law(&self, reduced_mass_kg: f64) -> ContactLaw {
         let stiffness_n_per_m = self.stiffness_n_per_m;
@@ -128,7 +130,7 @@ impl ContactParameters {
     /// The restitution as stated, or that of stiffness and damping under the default law.
     fn restitution(&self, reduced_mass_kg: f64) -> f64 {
         let critical = 2.0 * (self.stiffness_n_per_m * reduced_mass_kg).sqrt();
-        self.restitution.unwrap_or_else(|| kelvin_voigt(self.damping_n_s_per_m / critical))
+        self.restitution.unwrap_or_else(|| restitution::kelvin_voigt(self.damping_n_s_per_m / critical))
     }
 
     /// `K` as stated, or that of the same peak penetration as the linear stiffness at the reference speed.

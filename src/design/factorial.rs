@@ -1,12 +1,16 @@
 //! Classical plans: Plackett-Burman, central composite, Box-Behnken, one factor at a time.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::coordinate::Coordinate;
 use super::error::DesignError;
 use super::fraction::{Fraction, MAX_RESOLUTION};
 use super::orthogonal::plackett_burman;
 
 /// Where the axial points of a central composite design lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Axial {
     /// At the ends of the ranges, the corners drawn in so that all but the centre are as far from it as a rotatable design
     /// wants: `alpha = F^(1/4)` for F corners.

@@ -15,7 +15,7 @@ pub(super) fn input_hashes(table: &str, source: &StructureSource) -> Result<BTre
     let files: Vec<(&str, &Path)> = match source {
         // Built in: the program's version stands for it.
         StructureSource::Station => Vec::new(),
-        StructureSource::Matrices(matrices) => matrices.files(),
+        StructureSource::Matrices(matrices) => matrices.keyed_files(),
         StructureSource::ModalTable { table, points } => vec![("modal_file", table), ("points_file", points)],
     };
     let mut hashes = BTreeMap::new();

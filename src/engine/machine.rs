@@ -5,14 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::scene::Scene;
 use crate::structure::{
-    Damping, DirectedPoints, FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions, ModalTable,
-    ModeSelection, ModelFiles, ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError,
-    StructureModes, Units, reduce, reduce_files,
+    DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ReducedStructure,
+    ReductionSettings, RigidMass, SelectionSettings, StructureError, StructureModes, reduce, reduce_files,
 };
-use crate::study::{
-    DampingRatio, FormatName, Housings, InterfaceDemand, MatrixSource, PointTable, StructureSettings, StructureSource,
-    UnitsName,
-};
+use crate::study::{Housings, InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use crate::system::InterfaceModes;
 
 /// Direction of every strike in the machine's coordinates: vertical, downwards.
@@ -58,9 +54,8 @@ impl SourceModel {
         Ok(match &settings.source {
             StructureSource::Station => Self::Model(Box::new(FeModel::station()?)),
             StructureSource::Matrices(source) => {
-                let files = model_files(source);
-                let points = InterfacePoints::read(&files.points)?;
-                Self::Files(Box::new(files), points, source.cache)
+                let points = InterfacePoints::read(&source.files.points)?;
+                Self::Files(Box::new(source.files.clone()), points, source.cache)
             }
             StructureSource::ModalTable { table, points } => {
                 Self::ModalTable(ModalTable::read(table)?, InterfacePoints::read(points)?)
@@ -95,10 +90,7 @@ impl Machine {
             SourceModel::Files(files, _, cache) => reduce_files(&files, &settings_of(), cache)?.0,
             SourceModel::ModalTable(table, points) => ReducedStructure::from_modal_table(&table, points)?,
         };
-        let damping = match &settings.damping_ratio {
-            DampingRatio::Uniform(ratio) => Damping::Ratio(*ratio),
-            DampingRatio::PerMode(ratios) => Damping::PerMode(ratios.clone()),
-        };
+        let damping = settings.damping_ratio.clone();
         let selection = settings.mode_tolerance;
         Ok(Self {
             reduced,
@@ -206,31 +198,6 @@ pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand
     let fixtures = demand.fixtures.iter().map(|point| (point.clone(), VERTICAL));
     let interface = mounts.chain(fixtures).collect();
     ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz }
-}
-
-/// The files of matrices as the structure module reads them.
-pub fn model_files(source: &MatrixSource) -> ModelFiles {
-    let file = |(path, name): &(std::path::PathBuf, String)| MatrixFile { path: path.clone(), name: name.clone() };
-    ModelFiles {
-        format: match source.format {
-            FormatName::MatrixMarket => MatrixFormat::MatrixMarket,
-            FormatName::Calculix => MatrixFormat::Calculix,
-            FormatName::Dmig => MatrixFormat::Dmig,
-            FormatName::Op4 => MatrixFormat::Op4,
-            FormatName::HarwellBoeing => MatrixFormat::HarwellBoeing,
-            FormatName::Abaqus => MatrixFormat::Abaqus,
-        },
-        units: match source.units {
-            UnitsName::Si => Units::Si,
-            UnitsName::MmTS => Units::MillimetreTonneSecond,
-        },
-        stiffness: file(&source.stiffness),
-        mass: file(&source.mass),
-        damping: source.damping.as_ref().map(file),
-        dofs: source.dofs.clone(),
-        dofs_per_node: source.dofs_per_node,
-        points: source.points.clone(),
-    }
 }
 
 /// The housings of a scene; one without mass is none.

@@ -11,6 +11,6 @@ mod rows;
 
 pub use error::EngineError;
 pub use info::dataset_info;
-pub use machine::{Machine, SourceModel, model_files, reduction_settings};
+pub use machine::{Machine, SourceModel, reduction_settings};
 pub use prepared::{Engine, RowScene};
 pub use rows::{Rows, constrained};

@@ -6,44 +6,30 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::hammer::HammerParameters;
+use crate::parameter::parameters;
 use crate::workpiece::Casting;
 
 pub use validate::{SceneProblem, SceneProblemKind};
 
-/// Gas, surroundings and gravity.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Environment {
-    /// Specific gas constant `R` in J/(kg K). Default 287.05.
-    pub gas_constant_j_per_kg_k: f64,
-    /// Gas temperature `T` in K. Default 293.15.
-    pub temperature_k: f64,
-    /// Isentropic exponent `kappa`. Default 1.4.
-    pub isentropic_exponent: f64,
-    /// Ambient pressure in Pa. Default 101325.
-    pub ambient_pressure_pa: f64,
-    /// Gravity in m/s2. Default 9.80665.
-    pub gravity_m_s2: f64,
-    /// Exponent `a_in` of inflow. Default 1.4 (Richer and Hurmuzlu).
-    pub inflow_exponent: f64,
-    /// Exponent `a_out` of outflow. Default 1.0 (Richer and Hurmuzlu).
-    pub outflow_exponent: f64,
-    /// Exponent `a` of expansion. Default 1.2 (Richer and Hurmuzlu).
-    pub expansion_exponent: f64,
-}
-
-impl Default for Environment {
-    fn default() -> Self {
-        Self {
-            gas_constant_j_per_kg_k: 287.05,
-            temperature_k: 293.15,
-            isentropic_exponent: 1.4,
-            ambient_pressure_pa: 101_325.0,
-            gravity_m_s2: 9.80665,
-            inflow_exponent: 1.4,
-            outflow_exponent: 1.0,
-            expansion_exponent: 1.2,
-        }
+parameters! {
+    /// Gas, surroundings and gravity.
+    pub struct Environment {
+        /// Specific gas constant `R`.
+        pub gas_constant_j_per_kg_k: f64 = 287.05, "J/(kg K)", [> 0], "dry air";
+        /// Gas temperature `T`.
+        pub temperature_k: f64 = 293.15, "K", [> 0], "20 degrees Celsius";
+        /// Isentropic exponent `kappa`.
+        pub isentropic_exponent: f64 = 1.4, "1", [> 1], "air";
+        /// Ambient pressure.
+        pub ambient_pressure_pa: f64 = 101325.0, "Pa", [> 0], "standard atmosphere";
+        /// Gravity.
+        pub gravity_m_s2: f64 = 9.80665, "m/s2", [>= 0], "standard gravity";
+        /// Exponent `a_in` of inflow.
+        pub inflow_exponent: f64 = 1.4, "1", [> 0], "Richer and Hurmuzlu";
+        /// Exponent `a_out` of outflow.
+        pub outflow_exponent: f64 = 1.0, "1", [> 0], "Richer and Hurmuzlu";
+        /// Exponent `a` of expansion.
+        pub expansion_exponent: f64 = 1.2, "1", [> 0], "Richer and Hurmuzlu";
     }
 }
 
@@ -155,42 +141,27 @@ pub struct SolverSettings {
     pub max_wall_time_s: f64,
 }
 
-/// Windows and thresholds of the outputs (defaults: the definitions of the outputs).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct OutputSettings {
-    /// Length of a blow's window in s. Default 0.005.
-    pub blow_window_s: f64,
-    /// Least closing speed of piston and chisel that counts as a blow, in m/s. Default 0.5.
-    pub blow_closing_speed_m_s: f64,
-    /// Least time between the starts of two blows in s. Default 0.010.
-    pub blow_separation_s: f64,
-    /// Number of struck blows of each stroke taken as settling. Default 5.
-    pub settling_blows: usize,
-    /// Root mean square of the differences of blow energies, and of intervals, a period apart, relative to their mean, up to
-    /// which a percussion is periodic; also the rise over a series above which it counts as a trend. Default 0.01.
-    pub periodic_agreement: f64,
-    /// Longest period in blows that is looked for. Default 4.
-    pub longest_period_blows: usize,
-    /// Share of the earlier rate of blows below which a percussion has stalled in the last third of its time. Default 0.5.
-    pub stall_rate_share: f64,
-    /// Twins of each row: further runs with inputs that are the same for every purpose, whose outputs show by how much a row's
-    /// scatter. The same for all rows. Default 0.
-    pub twins: usize,
-}
-
-impl Default for OutputSettings {
-    fn default() -> Self {
-        Self {
-            blow_window_s: 0.005,
-            blow_closing_speed_m_s: 0.5,
-            blow_separation_s: 0.010,
-            settling_blows: 5,
-            periodic_agreement: 0.01,
-            longest_period_blows: 4,
-            stall_rate_share: 0.5,
-            twins: 0,
-        }
+parameters! {
+    /// Windows and thresholds of the outputs (defaults: the definitions of the outputs).
+    pub struct OutputSettings {
+        /// Length of a blow's window, from its start.
+        pub blow_window_s: f64 = 0.005, "s", [> 0], "definition";
+        /// Least closing speed of piston and chisel that counts as a blow.
+        pub blow_closing_speed_m_s: f64 = 0.5, "m/s", [>= 0], "definition";
+        /// Least time between the starts of two blows.
+        pub blow_separation_s: f64 = 0.010, "s", [>= 0], "definition";
+        /// Number of struck blows of each stroke taken as settling.
+        pub settling_blows: usize = 5, "1", [0 ..], "definition";
+        /// Root mean square of the differences of blow energies, and of intervals, a period apart, relative to their mean, up to
+        /// which a percussion is periodic; also the rise over a series above which it counts as a trend.
+        pub periodic_agreement: f64 = 0.01, "1", [> 0], "definition";
+        /// Longest period in blows that is looked for.
+        pub longest_period_blows: usize = 4, "1", [1 ..], "definition";
+        /// Share of the earlier rate of blows below which a percussion has stalled in the last third of its time.
+        pub stall_rate_share: f64 = 0.5, "1", [> 0, <= 1], "definition";
+        /// Twins of each row: further runs, each a run of its own with inputs that are the same for every purpose, whose outputs
+        /// show by how much a row's scatter. The same for all rows.
+        pub twins: usize = 0, "1", [0 ..= 1000], "none unless asked for";
     }
 }
 

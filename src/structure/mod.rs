@@ -40,9 +40,7 @@ mod symmetric;
 pub use attached::RigidMass;
 pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
 pub use error::{FileFault, StructureError};
-pub use import::{
-    ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, parse_matrix_market, read_matrix_market, write_model,
-};
+pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, write_model};
 pub use modal_table::ModalTable;
 pub use model::{DofLabel, FeModel, ModelMatrices, SCALAR};
 pub use modes::StructureModes;

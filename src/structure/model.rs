@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use sprs::CsMat;
 
 use super::error::StructureError;
-use super::import::{parse_matrix_market, symmetric};
+use super::import::symmetric;
 use super::place::{PointRows, place};
 use super::points::InterfacePoints;
 use crate::linalg::lowest_eigenvalue;
@@ -71,27 +71,6 @@ pub(super) struct Sources {
 }
 
 impl FeModel {
-    /// The hammer station that comes with the program: 546 DOF, 2176 kg without hammers, see `studies/station`.
-    ///
-    /// # Errors
-    /// None with the data as shipped.
-    pub fn station() -> Result<Self, StructureError> {
-        const MASS: &[u8] = include_bytes!("../../studies/station/M_bare.mtx.gz");
-        const STIFFNESS: &[u8] = include_bytes!("../../studies/station/K.mtx.gz");
-        const POINTS: &str = include_str!("../../studies/station/interface_points.csv");
-        let sources = Sources {
-            mass: "station/M_bare.mtx.gz".to_owned(),
-            stiffness: "station/K.mtx.gz".to_owned(),
-            damping: String::new(),
-            points: "station/interface_points.csv".to_owned(),
-        };
-        let mass = parse_matrix_market(&sources.mass, MASS)?;
-        let stiffness = parse_matrix_market(&sources.stiffness, STIFFNESS)?;
-        let labels = regular_labels(mass.rows(), 6);
-        let points = InterfacePoints::parse(&sources.points, POINTS)?;
-        Self::validated(ModelMatrices { mass, stiffness, damping: None, labels }, points, &sources)
-    }
-
     /// A model from matrices in memory, both triangles stored, SI units.
     ///
     /// # Errors

@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::attached::{RigidMass, mass_factor};
 use super::error::{Step, StructureError};
@@ -23,13 +25,14 @@ pub(super) const RIGID_BODY_HZ: f64 = 0.01;
 
 const CHECK_INPUT: &str = "check signs and units of mass and stiffness";
 
-/// Modal damping ratios.
-#[derive(Debug, Clone, PartialEq)]
+/// Modal damping.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
 pub enum Damping {
-    /// The same ratio xi for every mode.
+    /// One ratio for all modes.
     Ratio(f64),
-    /// One ratio per mode in the order of rising frequency; at least as many as modes are kept, the rest is not used (the
-    /// number of modes below a cut-off changes with the placement).
+    /// One ratio per mode, in the order of the modes; at least as many as modes are kept, the rest is not used (the number of
+    /// modes below a cut-off changes with the placement).
     PerMode(Vec<f64>),
 }
 

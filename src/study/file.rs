@@ -4,8 +4,10 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::design::Axial;
 use crate::quantity::Value;
 use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings};
+use crate::structure::{Damping, MatrixFormat, Units};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -97,13 +99,12 @@ pub struct StructureEntry {
     /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dof_file: Option<String>,
-    /// Format of the matrices. Default: told by the end of the stiffness file's name (.mtx, .sti, .pch or .bdf, .op4,
-    /// .matrix or .rsa; .gz may follow).
+    /// Format of the matrices. Default: told by the end of the stiffness file's name (`.gz` may follow).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub format: Option<FormatName>,
+    pub format: Option<MatrixFormat>,
     /// Units of the matrices. Default `si`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub units: Option<UnitsName>,
+    pub units: Option<Units>,
     /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node and have no `dof_file`. Default: not
     /// known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -146,7 +147,7 @@ pub struct StructureEntry {
     pub fixed_interface_cutoff_hz: Option<f64>,
     /// Modal damping ratio: one for all modes or a list, one per mode. Default 0.02.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping_ratio: Option<DampingRatio>,
+    pub damping_ratio: Option<Damping>,
     /// Whether the hammers' housings are added to the machine or already part of it. Default `add`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub housings: Option<Housings>,
@@ -167,45 +168,6 @@ pub enum SourceName {
     Matrices,
     /// A modal table: `modal_file`, `points_file`.
     ModalTable,
-}
-
-/// Exchange format of matrices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FormatName {
-    /// Matrix Market coordinate text.
-    MatrixMarket,
-    /// CalculiX `.sti` and `.mas` with the `.dof` file as `dof_file`.
-    Calculix,
-    /// Nastran DMIG entries in a punch or bulk data file.
-    Dmig,
-    /// Nastran OUTPUT4, text or binary.
-    Op4,
-    /// Harwell-Boeing text, as ANSYS writes it.
-    HarwellBoeing,
-    /// Abaqus matrix text.
-    Abaqus,
-}
-
-/// Units of matrices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum UnitsName {
-    /// m, kg, s, N.
-    #[default]
-    Si,
-    /// mm, t, s, N.
-    MmTS,
-}
-
-/// Modal damping.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum DampingRatio {
-    /// One ratio for all modes.
-    Uniform(f64),
-    /// One ratio per mode, in the order of the modes.
-    PerMode(Vec<f64>),
 }
 
 /// Treatment of the hammers' housings.
@@ -443,7 +405,7 @@ design_entries! {
     /// Resolution of a fractional factorial, 3 to 8. Default 4.
     resolution: u64,
     /// Where a central composite design has its axial points. Default `inscribed`.
-    axial: AxialName,
+    axial: Axial,
     /// Number of centre points (central composite, Box-Behnken). Default 1.
     centre_points: u64,
     /// Number of Morris trajectories. Default 10.
@@ -474,17 +436,6 @@ pub enum OptimiseName {
     OrthogonalArray,
     /// A Latin hypercube in each slice: the combinations of the factors with `values`.
     Sliced,
-}
-
-/// Where the axial points of a central composite design lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum AxialName {
-    /// At the ends of the ranges, the corners drawn in (rotatable).
-    #[default]
-    Inscribed,
-    /// In the middle of the faces, the corners at the ends of the ranges.
-    Faces,
 }
 
 /// Rank correlations (Spearman) of some factors.

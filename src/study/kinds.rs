@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::factors::FactorInfo;
-use super::file::{AxialName, CorrelationEntry, DesignEntry, DesignKind, FactorEntry, OptimiseName, PartEntry};
+use super::file::{CorrelationEntry, DesignEntry, DesignKind, FactorEntry, OptimiseName, PartEntry};
 use super::table::{self, Span};
-use crate::design::{Axial, DesignError, HypercubeKind, Kind, LatinHypercube, Placement};
+use crate::design::{DesignError, HypercubeKind, Kind, LatinHypercube, Placement};
 
 /// Morris trajectories.
 const TRAJECTORIES: u64 = 10;
@@ -204,13 +204,7 @@ impl Part<'_> {
                 Kind::FractionalFactorial { resolution: u32::try_from(resolution).unwrap_or(u32::MAX) }
             }
             DesignKind::PlackettBurman => Kind::PlackettBurman,
-            DesignKind::CentralComposite => {
-                let axial = match entry.axial.unwrap_or_default() {
-                    AxialName::Inscribed => Axial::Inscribed,
-                    AxialName::Faces => Axial::Faces,
-                };
-                Kind::CentralComposite { axial, centres }
-            }
+            DesignKind::CentralComposite => Kind::CentralComposite { axial: entry.axial.unwrap_or_default(), centres },
             DesignKind::BoxBehnken => Kind::BoxBehnken { centres },
             DesignKind::LatinHypercube => Kind::LatinHypercube(self.hypercube()?),
             DesignKind::Sobol => Kind::Sobol { rows: self.needed("rows", entry.rows)?, scramble },

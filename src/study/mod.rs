@@ -40,12 +40,12 @@ pub use demand::InterfaceDemand;
 pub use error::{InvalidRow, Place, Problem, StudyError};
 pub use factors::FactorInfo;
 pub use file::{
-    AxialName, CastingEntry, CorrelationEntry, DampingRatio, DesignEntry, DesignKind, DistributionName, FactorEntry,
-    Fidelity, FixtureEntry, FormatName, HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry,
-    Scale, SolverEntry, SourceName, StructureEntry, StudyFile, UnitsName,
+    CastingEntry, CorrelationEntry, DesignEntry, DesignKind, DistributionName, FactorEntry, Fidelity, FixtureEntry,
+    HammerEntry, Housings, LinkEntry, OptimiseName, ParameterOverrides, PartEntry, Scale, SolverEntry, SourceName,
+    StructureEntry, StudyFile,
 };
 pub use placement::{PointTable, Rail};
-pub use schema::{hammer_schema, study_schema};
+pub use schema::{hammer_file, hammer_schema, study_schema};
 pub use structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 
 use crate::design::Level;

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::document::Document;
 use super::error::{Problem, StudyError};
-use super::file::{DampingRatio, Fidelity, FormatName, Housings, SourceName, StructureEntry, StructureFile, UnitsName};
+use super::file::{Fidelity, Housings, SourceName, StructureEntry, StructureFile};
 use super::keys::Shape;
 use super::placement::Rail;
 use super::preset::Preset;
 use super::{check_keys, read_tree};
+use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
 
 /// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
 const CUTOFF_HZ: f64 = 1000.0;
@@ -40,34 +41,24 @@ pub enum StructureSource {
 /// Finite element matrices and how to read them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MatrixSource {
-    /// Stiffness, and its name where the file holds several matrices.
-    pub stiffness: (PathBuf, String),
-    /// Mass without housings, and its name.
-    pub mass: (PathBuf, String),
-    /// Viscous damping, and its name.
-    pub damping: Option<(PathBuf, String)>,
-    /// List of what the rows stand for.
-    pub dofs: Option<PathBuf>,
-    /// Table of interface points.
-    pub points: PathBuf,
-    /// Exchange format.
-    pub format: FormatName,
-    /// Units.
-    pub units: UnitsName,
-    /// DOFs per node of rows that are numbered node by node.
-    pub dofs_per_node: Option<usize>,
+    /// Files, format and units.
+    pub files: ModelFiles,
     /// Whether reductions are kept and used again.
     pub cache: bool,
 }
 
 impl MatrixSource {
     /// Every file with its key in the study.
-    pub fn files(&self) -> Vec<(&'static str, &Path)> {
-        let mut files: Vec<(&'static str, &Path)> =
-            vec![("stiffness_file", &self.stiffness.0), ("mass_file", &self.mass.0), ("points_file", &self.points)];
-        files.extend(self.damping.iter().map(|(path, _)| ("damping_file", path.as_path())));
-        files.extend(self.dofs.iter().map(|path| ("dof_file", path.as_path())));
-        files
+    pub fn keyed_files(&self) -> Vec<(&'static str, &Path)> {
+        let files = &self.files;
+        let mut keyed: Vec<(&'static str, &Path)> = vec![
+            ("stiffness_file", &files.stiffness.path),
+            ("mass_file", &files.mass.path),
+            ("points_file", &files.points),
+        ];
+        keyed.extend(files.damping.iter().map(|matrix| ("damping_file", matrix.path.as_path())));
+        keyed.extend(files.dofs.iter().map(|path| ("dof_file", path.as_path())));
+        keyed
     }
 }
 
@@ -85,7 +76,7 @@ pub struct StructureSettings {
     /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz.
     pub fixed_interface_cutoff_hz: f64,
     /// Modal damping.
-    pub damping_ratio: DampingRatio,
+    pub damping_ratio: Damping,
     /// Whether housings are added.
     pub housings: Housings,
     /// Rails on which hammers can stand.
@@ -151,22 +142,6 @@ impl StructureSettings {
     }
 }
 
-impl FormatName {
-    /// The format that the end of a file's name stands for.
-    fn of_file(file: &str) -> Option<Self> {
-        let name = file.to_ascii_lowercase();
-        let name = name.strip_suffix(".gz").unwrap_or(&name);
-        Some(match name.rsplit_once('.')?.1 {
-            "mtx" => Self::MatrixMarket,
-            "sti" | "mas" => Self::Calculix,
-            "pch" | "bdf" | "dmig" => Self::Dmig,
-            "op4" => Self::Op4,
-            "matrix" | "rsa" | "hb" => Self::HarwellBoeing,
-            _ => return None,
-        })
-    }
-}
-
 struct Reader<'a> {
     entry: &'a StructureEntry,
     document: &'a Document,
@@ -185,7 +160,7 @@ impl Reader<'_> {
     /// The tolerance given, else the preset's unless the study says itself which modes count: by a cut-off, or by a list of
     /// damping ratios, one per mode.
     fn mode_tolerance(&mut self, preset: f64) -> Option<f64> {
-        let listed = matches!(self.entry.damping_ratio, Some(DampingRatio::PerMode(_)));
+        let listed = matches!(self.entry.damping_ratio, Some(Damping::PerMode(_)));
         let silent = self.entry.cutoff_hz.is_none() && !listed;
         let tolerance = self.entry.mode_tolerance.or(silent.then_some(preset))?;
         if !(0.0..1.0).contains(&tolerance) {
@@ -258,31 +233,31 @@ impl Reader<'_> {
     fn matrices(&mut self) -> MatrixSource {
         let entry = self.entry;
         let stiffness = entry.stiffness_file.as_deref().unwrap_or_default();
-        let format = entry.format.or_else(|| FormatName::of_file(stiffness)).unwrap_or_else(|| {
+        let format = entry.format.or_else(|| MatrixFormat::of_file(stiffness)).unwrap_or_else(|| {
             if !stiffness.is_empty() {
                 let message = format!("missing key: the end of `{stiffness}` does not tell the format of the matrices");
                 self.problem(&["format"], message);
             }
-            FormatName::MatrixMarket
+            MatrixFormat::MatrixMarket
         });
         if entry.dofs_per_node.is_some_and(|dofs| dofs != 3 && dofs != 6) {
             self.problem(&["dofs_per_node"], "expected 3 (displacements) or 6 (and rotations)");
         }
-        let name = |given: &Option<String>, default: &str| given.clone().unwrap_or_else(|| default.to_owned());
-        MatrixSource {
-            stiffness: (self.full(&entry.stiffness_file), name(&entry.stiffness_name, "KAAX")),
-            mass: (self.full(&entry.mass_file), name(&entry.mass_name, "MAAX")),
-            damping: entry
-                .damping_file
-                .is_some()
-                .then(|| (self.full(&entry.damping_file), name(&entry.damping_name, "BAAX"))),
-            dofs: entry.dof_file.is_some().then(|| self.full(&entry.dof_file)),
-            points: self.full(&entry.points_file),
+        let matrix = |file: &Option<String>, name: &Option<String>, default: &str| MatrixFile {
+            path: self.full(file),
+            name: name.clone().unwrap_or_else(|| default.to_owned()),
+        };
+        let files = ModelFiles {
             format,
             units: entry.units.unwrap_or_default(),
+            stiffness: matrix(&entry.stiffness_file, &entry.stiffness_name, "KAAX"),
+            mass: matrix(&entry.mass_file, &entry.mass_name, "MAAX"),
+            damping: (entry.damping_file.is_some()).then(|| matrix(&entry.damping_file, &entry.damping_name, "BAAX")),
+            dofs: entry.dof_file.is_some().then(|| self.full(&entry.dof_file)),
             dofs_per_node: entry.dofs_per_node.map(|dofs| dofs as usize),
-            cache: entry.cache.unwrap_or(true),
-        }
+            points: self.full(&entry.points_file),
+        };
+        MatrixSource { files, cache: entry.cache.unwrap_or(true) }
     }
 
     fn frequency(&mut self, key: &str, given: Option<f64>, default: f64) -> f64 {
@@ -293,17 +268,17 @@ impl Reader<'_> {
         value
     }
 
-    fn damping(&mut self) -> DampingRatio {
-        let ratio = self.entry.damping_ratio.clone().unwrap_or(DampingRatio::Uniform(DAMPING_RATIO));
+    fn damping(&mut self) -> Damping {
+        let ratio = self.entry.damping_ratio.clone().unwrap_or(Damping::Ratio(DAMPING_RATIO));
         let sound = |ratio: &f64| (0.0..1.0).contains(ratio);
         let bad = match &ratio {
-            DampingRatio::Uniform(one) => (!sound(one)).then_some(*one),
-            DampingRatio::PerMode(list) => list.iter().copied().find(|one| !sound(one)),
+            Damping::Ratio(one) => (!sound(one)).then_some(*one),
+            Damping::PerMode(list) => list.iter().copied().find(|one| !sound(one)),
         };
         if let Some(bad) = bad {
             self.problem(&["damping_ratio"], format!("is {bad}, expected 0 or more and below 1"));
         }
-        if matches!(&ratio, DampingRatio::PerMode(list) if list.is_empty()) {
+        if matches!(&ratio, Damping::PerMode(list) if list.is_empty()) {
             self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
         }
         ratio

@@ -1,6 +1,6 @@
 //! Scenes for the coupled system: a bare bench of rigid bodies, and a rig with a structure of its own.
 
-use decore::contact::ContactParameters;
+use decore::contact::{ContactParameters, kelvin_voigt};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step, System};
 use decore::scene::{
@@ -12,7 +12,7 @@ use decore::workpiece::{Casting, Fixture};
 use super::harness::{Run, observe, settings};
 
 /// A contact without damping that is too soft to be felt.
-pub const NO_CONTACT: ContactParameters = ContactParameters::kelvin_voigt(1e-12, 0.0);
+pub const NO_CONTACT: ContactParameters = kelvin_voigt(1e-12, 0.0);
 
 /// One hammer and one casting as free rigid bodies on rigid ground: no gravity, no gas to speak of, no friction, no
 /// springs. What a test is about it adds. Interface points: the mount, then the casting's one fixture (1e-9 N/m).

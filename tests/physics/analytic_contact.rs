@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, observe, settings, switches};
 use crate::common::scenes::{PeakForce, bench, clear, contact_index, place, simulate};
-use decore::contact::ContactParameters;
+use decore::contact::{ContactParameters, kelvin_voigt};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::Stopped;
 use decore::metrics::Recorder;
@@ -190,7 +190,7 @@ fn analytic_oscillator_on_a_stop() {
     // A contact is a blow from the first switching-on of the supply on.
     unit.start_time_s = 0.0;
     unit.parameters.chisel.mass_kg = 1e12;
-    unit.parameters.chisel.casting_contact = ContactParameters::kelvin_voigt(1e6, 0.0);
+    unit.parameters.chisel.casting_contact = kelvin_voigt(1e6, 0.0);
     scene.castings[0].mass_kg = 100.0;
     scene.castings[0].fixtures[0].stiffness_n_per_m = 1e4;
     (scene.outputs.blow_window_s, scene.duration_s) = (0.04, 0.05);
@@ -227,7 +227,7 @@ fn analytic_three_ball_cradle() {
     let (mut scene, modes) = bench();
     let unit = &mut scene.hammers[0];
     unit.standoff_m = 0.0;
-    let law = ContactParameters::kelvin_voigt(1e8, 0.0);
+    let law = kelvin_voigt(1e8, 0.0);
     unit.parameters.piston.mass_kg = 1.0;
     unit.parameters.piston.chisel_contact = law;
     unit.parameters.chisel.mass_kg = 1.0;

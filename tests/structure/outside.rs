@@ -226,13 +226,17 @@ fn scattered(n: usize) -> FeModel {
     FeModel::new(matrices, InterfacePoints::new(vec![point]).expect("unique")).expect("sound")
 }
 
+fn export(name: &str) -> ExportFormat {
+    ExportFormat::named(name).expect("a name of the list")
+}
+
 #[test]
 fn output4_is_written_sparse_and_whole() {
     let model = scattered(1800);
     let folder = tempfile::tempdir().expect("a folder");
     let size = |path: &Path| fs::metadata(path).expect("written").len();
-    let market = write_model(&model, ExportFormat::MatrixMarket, folder.path()).expect("written");
-    for format in [ExportFormat::Op4Text, ExportFormat::Op4Binary] {
+    let market = write_model(&model, export("matrix_market"), folder.path()).expect("written");
+    for format in [export("op4"), export("op4_binary")] {
         let files = write_model(&model, format, folder.path()).expect("written");
         assert!(
             size(&files.stiffness.path) < 5 * size(&market.stiffness.path) / 2,
@@ -250,7 +254,7 @@ fn node_numbers_that_nastran_does_not_have_are_not_written() {
     let labels = model.labels().iter().map(|label| DofLabel { node: label.node - 1, ..*label }).collect();
     let model = FeModel::new(ModelMatrices { labels, ..model.matrices().clone() }, model.points().clone());
     let folder = tempfile::tempdir().expect("a folder");
-    let error = write_model(&model.expect("sound"), ExportFormat::Dmig, folder.path()).expect_err("node 0").to_string();
+    let error = write_model(&model.expect("sound"), export("dmig"), folder.path()).expect_err("node 0").to_string();
     assert!(error.contains("nodes numbered from 1 on, as Nastran has them, found node 0"), "{error}");
 }
 

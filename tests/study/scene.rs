@@ -8,7 +8,7 @@ use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
 use decore::quantity::{Kind, Value};
 use decore::scene::{Guide, HammerUnit};
-use decore::study::{Study, TEMPLATE, hammer_schema, study_schema};
+use decore::study::{Study, TEMPLATE, hammer_file, hammer_schema, study_schema};
 
 fn studies() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("studies")
@@ -82,22 +82,27 @@ fn the_template_shows_every_key_of_the_schema() {
 
 #[test]
 fn the_hammer_file_is_the_built_in_hammer() {
+    is_committed("studies/hammers/default.toml", &hammer_file().unwrap());
     let text = std::fs::read_to_string(studies().join("hammers/default.toml")).unwrap();
     let written: toml::Table = toml::from_str(&text).unwrap();
     assert_eq!(written, toml::Table::try_from(HammerParameters::default()).unwrap());
 }
 
+/// Holds a committed file to what the declarations say; with `DECORE_UPDATE_SCHEMAS` set it is written anew.
+fn is_committed(file: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    if std::env::var_os("DECORE_UPDATE_SCHEMAS").is_some() {
+        std::fs::write(&path, text).unwrap();
+    }
+    let committed = std::fs::read_to_string(&path).unwrap();
+    assert!(committed == text, "{} is out of date: run the tests with DECORE_UPDATE_SCHEMAS=1", path.display());
+}
+
 #[test]
 fn schemas_are_the_committed_ones() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (file, schema) in [("study.schema.json", study_schema()), ("hammer.schema.json", hammer_schema())] {
-        let path = root.join("schemas").join(file);
         let text = format!("{}\n", serde_json::to_string_pretty(&schema).unwrap());
-        if std::env::var_os("DECORE_UPDATE_SCHEMAS").is_some() {
-            std::fs::write(&path, &text).unwrap();
-        }
-        let committed = std::fs::read_to_string(&path).unwrap();
-        assert!(committed == text, "{} is out of date: run the tests with DECORE_UPDATE_SCHEMAS=1", path.display());
+        is_committed(&format!("schemas/{file}"), &text);
     }
 }
 

@@ -1,25 +1,13 @@
 //! Lists of what the rows of a matrix stand for.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::lines::Lines;
+use super::rows::{Rows, direction, number};
 use super::superelement;
 use crate::structure::error::StructureError;
-use crate::structure::model::{DofLabel, SCALAR};
+use crate::structure::model::DofLabel;
 use crate::structure::points::DOF_NAMES;
-
-/// What the rows of matrices stand for, and what else a list of them tells of its nodes.
-#[derive(Debug, Default)]
-pub(super) struct Rows {
-    pub labels: Vec<DofLabel>,
-    /// Axes (columns, in the basic system) of the displacements of nodes that have others than the basic ones.
-    pub axes: BTreeMap<i64, [[f64; 3]; 3]>,
-    /// Where nodes are, in the unit of the file.
-    pub positions: BTreeMap<i64, [f64; 3]>,
-    /// Whether the directions of nodes were not listed but taken to be all six.
-    pub assumed: bool,
-}
 
 /// Reads the table of a Nastran superelement, or a list of row labels, one line per row: `12.3` (CalculiX `.dof`), `12 3`,
 /// `5 12 3` (row first), with directions 1 to 6 (0: a modal coordinate) or names as `UX`, `ROTZ`, `x`, `rz` (ANSYS
@@ -75,20 +63,6 @@ fn label(node: &str, dof: &str) -> Option<DofLabel> {
     Some(DofLabel { node, dof })
 }
 
-/// Direction 1 to 6 as a DOF from 0, and 0 as a modal coordinate.
-pub(super) fn direction(text: &str) -> Option<usize> {
-    match text.trim().parse::<usize>().ok()? {
-        0 => Some(SCALAR),
-        number @ 1..=6 => Some(number - 1),
-        _ => None,
-    }
-}
-
-/// The number that stands for a DOF in exchange formats: 1 to 6, 0 for a modal coordinate.
-pub(super) fn number(dof: usize) -> usize {
-    if dof == SCALAR { 0 } else { dof + 1 }
-}
-
 /// A list that [`parse_rows`] reads: `node.direction` per line.
 pub(super) fn write_dofs(labels: &[DofLabel]) -> String {
     let mut text = String::new();
@@ -102,6 +76,7 @@ pub(super) fn write_dofs(labels: &[DofLabel]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::structure::model::SCALAR;
 
     #[test]
     fn forms_of_a_row() {

@@ -2,30 +2,20 @@
 
 use std::path::PathBuf;
 
-/// Exchange format of matrices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MatrixFormat {
-    /// Matrix Market coordinate text.
-    MatrixMarket,
-    /// CalculiX `.sti`, `.mas`, with the `.dof` file.
-    Calculix,
-    /// Nastran DMIG entries (punch or bulk data).
-    Dmig,
-    /// Nastran OUTPUT4, text or binary.
-    Op4,
-    /// Harwell-Boeing text (ANSYS `HBMAT`).
-    HarwellBoeing,
-    /// Abaqus matrix text.
-    Abaqus,
-}
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// Units that the matrices are written in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+use super::formats::MatrixFormat;
+
+/// Units of matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Units {
     /// m, kg, s, N.
     #[default]
     Si,
     /// mm, t, s, N.
+    #[serde(rename = "mm_t_s")]
     MillimetreTonneSecond,
 }
 

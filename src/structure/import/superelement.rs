@@ -7,8 +7,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::bulk::{Card, Cards};
-use super::dofs::Rows;
 use super::lines::{Lines, parse_number};
+use super::rows::Rows;
 use crate::structure::error::StructureError;
 use crate::structure::model::{DofLabel, SCALAR};
 

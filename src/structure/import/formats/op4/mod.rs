@@ -11,16 +11,37 @@ mod write;
 use std::borrow::Cow;
 use std::io::Read;
 
-use sprs::CsMat;
-
 use self::binary::Records;
 use self::contents::Contents;
-pub(super) use self::write::{write_binary, write_text};
-use super::lines::{Lines, is_packed, unpacked};
+use self::write::{write_binary, write_text};
 use crate::structure::error::StructureError;
+use crate::structure::import::entry::{Form, Format, Given, Imported, RowLabels};
+use crate::structure::import::lines::{Lines, is_packed, unpacked};
 
-/// Reads the symmetric matrix of this name, without regard to case. `listed`: rows by the list of rows.
-pub(super) fn parse(file: &str, bytes: &[u8], name: &str, listed: Option<usize>) -> Result<CsMat<f64>, StructureError> {
+pub(super) const FORMAT: Format = Format {
+    endings: &["op4"],
+    read: read,
+    forms: &[
+        Form {
+            name: "op4",
+            files: ["K.op4", "M.op4", "D.op4"],
+            rows: RowLabels::Unused,
+            loss: None,
+            write: write_text,
+        },
+        Form {
+            name: "op4_binary",
+            files: ["K.op4", "M.op4", "D.op4"],
+            rows: RowLabels::Unused,
+            loss: None,
+            write: write_binary,
+        },
+    ],
+};
+
+/// Reads the symmetric matrix of this name, without regard to case.
+fn read(given: &Given) -> Result<Imported, StructureError> {
+    let Given { file, bytes, name, listed } = *given;
     let whole = if is_packed(bytes) { Cow::Owned(unpack(file, bytes)?) } else { Cow::Borrowed(bytes) };
     let mut contents = Contents::new(name);
     match Records::detect(file, &whole) {
@@ -29,10 +50,11 @@ pub(super) fn parse(file: &str, bytes: &[u8], name: &str, listed: Option<usize>)
     }
     let (header, entries) = contents.into_matrix(file)?;
     entries.justify(file, header.rows, listed)?;
-    match header.storage() {
+    let matrix = match header.storage() {
         Some(storage) => entries.assemble(file, header.rows, storage),
         None => entries.assemble_as_found(file, header.rows),
-    }
+    };
+    matrix.map(Imported::Rows)
 }
 
 fn unpack(file: &str, bytes: &[u8]) -> Result<Vec<u8>, StructureError> {

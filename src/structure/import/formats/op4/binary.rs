@@ -4,9 +4,9 @@
 //! type (integers of four bytes) and a name of eight characters, 24 bytes; programs with integers of eight bytes write 48,
 //! the name as two words of four characters filled with blanks, and all values in eight bytes.
 
-use super::super::triplets::Triplets;
 use super::contents::{Contents, Header};
 use crate::structure::error::StructureError;
+use crate::structure::import::triplets::Triplets;
 
 /// Fortran records of a file.
 pub(super) struct Records<'a> {

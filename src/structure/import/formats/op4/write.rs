@@ -4,6 +4,8 @@ use std::io::Write;
 
 use sprs::CsMat;
 
+use crate::structure::import::entry::Named;
+
 /// Values of consecutive rows of a column: the first row (from 0) and where the values are.
 type Strings = Vec<(usize, Vec<f64>)>;
 
@@ -27,7 +29,8 @@ fn words(strings: &Strings) -> usize {
 }
 
 /// Writes a symmetric matrix as text, 17 digits.
-pub(in super::super) fn write_text(out: &mut dyn Write, name: &str, matrix: &CsMat<f64>) -> std::io::Result<()> {
+pub(super) fn write_text(out: &mut dyn Write, named: &Named) -> std::io::Result<()> {
+    let Named { name, matrix, .. } = *named;
     let order = matrix.rows();
     writeln!(out, "{order:>8}{:>8}{:>8}{:>8}{name:<8}1P,3E23.16", -(order as i64), 6, 2)?;
     for (column, strings) in columns(matrix) {
@@ -59,7 +62,8 @@ fn write_value(out: &mut dyn Write, value: f64) -> std::io::Result<()> {
 }
 
 /// Writes a symmetric matrix as little-endian binary.
-pub(in super::super) fn write_binary(out: &mut dyn Write, name: &str, matrix: &CsMat<f64>) -> std::io::Result<()> {
+pub(super) fn write_binary(out: &mut dyn Write, named: &Named) -> std::io::Result<()> {
+    let Named { name, matrix, .. } = *named;
     let order = matrix.rows() as i32;
     let mut body: Vec<u8> = Vec::new();
     put(&mut body, &[order, -order, 6, 2]);

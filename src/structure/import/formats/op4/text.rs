@@ -4,10 +4,10 @@
 //! row, words) with its values, or first row 0 and strings, each with a line of its own: length + 1 and first row, or both
 //! packed into one number. A column beyond the last one ends the matrix. Values have a decimal point, integers have none.
 
-use super::super::lines::Lines;
-use super::super::triplets::Triplets;
 use super::contents::{Contents, Header};
 use crate::structure::error::StructureError;
+use crate::structure::import::lines::Lines;
+use crate::structure::import::triplets::Triplets;
 
 /// Width of values where the header gives no format: Nastran's default is `5E16.9`.
 const DEFAULT_WIDTH: usize = 16;

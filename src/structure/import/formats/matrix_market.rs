@@ -1,49 +1,63 @@
 //! Matrix Market: symmetric matrices in coordinate or array form, plain or gzip.
 
-use std::path::Path;
+use std::io::Write;
 
 use sprs::CsMat;
 
-use super::lines::{Lines, read_bytes};
-use super::triplets::{MOST_ROWS, Storage, Triplets};
 use crate::structure::error::StructureError;
+use crate::structure::import::entry::{Form, Format, Imported, Named, RowLabels};
+use crate::structure::import::lines::Lines;
+use crate::structure::import::triplets::{MOST_ROWS, Storage, Triplets};
 
 const COMMENT: &[&str] = &["%"];
 
-/// Reads a symmetric matrix from a Matrix Market file, plain or gzip (told by its first two bytes).
+pub(super) const FORMAT: Format = Format {
+    endings: &["mtx"],
+    read: |given| parse(given.file, given.bytes, given.listed).map(Imported::Rows),
+    forms: &[
+        Form {
+            name: "matrix_market",
+            files: ["K.mtx", "M.mtx", "D.mtx"],
+            rows: RowLabels::Unused,
+            loss: None,
+            write: write,
+        },
+        Form {
+            name: "matrix_market_gz",
+            files: ["K.mtx.gz", "M.mtx.gz", "D.mtx.gz"],
+            rows: RowLabels::Unused,
+            loss: None,
+            write: write,
+        },
+    ],
+};
+
+/// Reads a symmetric matrix without a list of rows; `file` is the name that errors carry.
+pub(in crate::structure::import) fn parse_matrix_market(
+    file: &str,
+    bytes: &[u8],
+) -> Result<CsMat<f64>, StructureError> {
+    parse(file, bytes, None)
+}
+
+/// Reads a symmetric matrix, plain or gzip (told by its first two bytes). `listed`: rows by the list of rows.
 ///
 /// Accepted: `matrix coordinate|array real|integer symmetric|general`, square. The result holds both triangles; zeros of an
 /// array are kept on the diagonal only.
 /// A symmetric coordinate file may use the lower or the upper triangle, but not both; a general one must be symmetric to 1e-9 (the
 /// mean of the two entries is taken). Entries given several times are summed, as finite element exporters write unassembled
 /// contributions.
-///
-/// # Errors
-/// File, line and reason: not readable, cut short, wrong header, not square, index out of range, not finite, asymmetric.
-pub fn read_matrix_market(path: &Path) -> Result<CsMat<f64>, StructureError> {
-    parse_matrix_market(&path.display().to_string(), &read_bytes(path)?)
-}
-
-/// Like [`read_matrix_market`], from bytes in memory; `file` is the name that errors carry.
-///
-/// # Errors
-/// As for [`read_matrix_market`].
-pub fn parse_matrix_market(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureError> {
-    parse(file, bytes, None)
-}
-
-/// `listed`: rows by the list of rows.
-pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<CsMat<f64>, StructureError> {
+fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<CsMat<f64>, StructureError> {
     let mut lines = Lines::new(file, bytes);
     match read_banner(&mut lines)? {
-        (Form::Coordinate, storage) => {
-            let (order, count) = read_size(&mut lines, Form::Coordinate)?;
+        (Layout::Coordinate, storage) => {
+            let (order, count) = read_size(&mut lines, Layout::Coordinate)?;
             let entries = read_entries(&mut lines, order, count, storage)?;
             entries.justify(file, order, listed)?;
             entries.assemble(file, order, storage)
         }
-        (Form::Array, storage) => {
-            let (order, _) = read_size(&mut lines, Form::Array)?;
+        (Layout::Array, storage) => {
+            let (order, _) = read_size(&mut lines, Layout::Array)?;
             read_values(&mut lines, order, storage)?.assemble(file, order, storage)
         }
     }
@@ -51,14 +65,14 @@ pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<C
 
 /// How entries are listed.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
+enum Layout {
     /// Row, column and value of each.
     Coordinate,
     /// All values, column by column.
     Array,
 }
 
-fn read_banner(lines: &mut Lines) -> Result<(Form, Storage), StructureError> {
+fn read_banner(lines: &mut Lines) -> Result<(Layout, Storage), StructureError> {
     const EXPECTED: &str = "expected \"%%MatrixMarket matrix coordinate real symmetric\" (or array, integer, general)";
     if !lines.advance()? {
         return Err(lines.fault(format!("the file is empty: {EXPECTED}")));
@@ -66,8 +80,8 @@ fn read_banner(lines: &mut Lines) -> Result<(Form, Storage), StructureError> {
     let words: Vec<String> = lines.text.split_whitespace().map(str::to_ascii_lowercase).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let form = match words.get(2) {
-        Some(&"coordinate") => Some(Form::Coordinate),
-        Some(&"array") => Some(Form::Array),
+        Some(&"coordinate") => Some(Layout::Coordinate),
+        Some(&"array") => Some(Layout::Array),
         _ => None,
     };
     match (form, &words[..]) {
@@ -79,13 +93,13 @@ fn read_banner(lines: &mut Lines) -> Result<(Form, Storage), StructureError> {
 }
 
 /// Order and number of entries; an array states no number.
-fn read_size(lines: &mut Lines, form: Form) -> Result<(usize, usize), StructureError> {
-    let words = if form == Form::Coordinate { "rows, columns and entries" } else { "rows and columns" };
+fn read_size(lines: &mut Lines, form: Layout) -> Result<(usize, usize), StructureError> {
+    let words = if form == Layout::Coordinate { "rows, columns and entries" } else { "rows and columns" };
     lines.advance_to(COMMENT, &format!("the size line ({words})"))?;
     let numbers: Option<Vec<usize>> = lines.text.split_whitespace().map(|word| word.parse().ok()).collect();
     let (rows, columns, count) = match (form, numbers.as_deref()) {
-        (Form::Coordinate, Some([rows, columns, count])) => (*rows, *columns, *count),
-        (Form::Array, Some([rows, columns])) => (*rows, *columns, 0),
+        (Layout::Coordinate, Some([rows, columns, count])) => (*rows, *columns, *count),
+        (Layout::Array, Some([rows, columns])) => (*rows, *columns, 0),
         _ => return Err(lines.fault(format!("expected {words}, found \"{}\"", lines.text.trim()))),
     };
     if rows != columns {
@@ -141,6 +155,18 @@ fn read_entry(lines: &Lines, order: usize) -> Result<(u32, u32, f64), StructureE
         return Err(lines.fault(format!("expected row, column and value, found \"{text}\"")));
     };
     Ok((lines.index_in(row, order, "row")?, lines.index_in(column, order, "column")?, lines.number_in(value)?))
+}
+
+/// Writes the lower triangle, 17 digits.
+fn write(out: &mut dyn Write, named: &Named) -> std::io::Result<()> {
+    let matrix = named.matrix;
+    let lower = || matrix.iter().filter(|(_, (row, column))| row >= column);
+    writeln!(out, "%%MatrixMarket matrix coordinate real symmetric")?;
+    writeln!(out, "{0} {0} {1}", matrix.rows(), lower().count())?;
+    for (value, (row, column)) in lower() {
+        writeln!(out, "{} {} {value:.17e}", row + 1, column + 1)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -232,7 +258,7 @@ mod tests {
 
     #[test]
     fn cut_gzip_is_an_error() {
-        let whole: &[u8] = include_bytes!("../../../studies/station/K.mtx.gz");
+        let whole: &[u8] = include_bytes!("../../../../studies/station/K.mtx.gz");
         let error = parse_matrix_market("K.mtx.gz", &whole[..whole.len() / 2]).expect_err("cut").to_string();
         assert!(error.contains("cut short"), "{error}");
     }

@@ -2,25 +2,29 @@
 
 use std::io::Write;
 
-use sprs::CsMat;
-
-use super::dofs::{direction, number};
-use super::labelled::LabelledMatrix;
-use super::lines::Lines;
-use super::triplets::{MOST_ROWS, Triplets};
 use crate::structure::error::StructureError;
+use crate::structure::import::entry::{Form, Format, Given, Imported, Named, RowLabels};
+use crate::structure::import::labelled::LabelledMatrix;
+use crate::structure::import::lines::Lines;
+use crate::structure::import::rows::{direction, number};
+use crate::structure::import::triplets::{MOST_ROWS, Triplets};
 use crate::structure::model::DofLabel;
 
-/// What a file holds.
-pub(super) enum AbaqusMatrix {
-    /// Node, direction, node, direction, value.
-    Labelled(LabelledMatrix),
-    /// Row, column, value.
-    Coordinate(CsMat<f64>),
-}
+pub(super) const FORMAT: Format = Format {
+    endings: &[],
+    read: read,
+    forms: &[Form {
+        name: "abaqus",
+        files: ["STIF1.mtx", "MASS1.mtx", "DMPV1.mtx"],
+        rows: RowLabels::Needed,
+        loss: None,
+        write: write,
+    }],
+};
 
-/// Reads a matrix; the number of words of its first line tells which form it has. `listed`: rows by the list of rows.
-pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<AbaqusMatrix, StructureError> {
+/// Reads a matrix; the number of words of its first line tells which form it has.
+fn read(given: &Given) -> Result<Imported, StructureError> {
+    let Given { file, bytes, listed, .. } = *given;
     let mut lines = Lines::new(file, bytes);
     let mut labelled = LabelledMatrix::default();
     let mut entries = Triplets::default();
@@ -58,9 +62,9 @@ pub(super) fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<A
         0 => Err(lines.fault("the file is empty: entries of a matrix expected")),
         3 => {
             entries.justify(file, order, listed)?;
-            entries.assemble_as_found(file, order).map(AbaqusMatrix::Coordinate)
+            entries.assemble_as_found(file, order).map(Imported::Rows)
         }
-        _ => Ok(AbaqusMatrix::Labelled(labelled)),
+        _ => Ok(Imported::Labels(labelled)),
     }
 }
 
@@ -72,7 +76,8 @@ fn label(lines: &Lines, node: &str, dof: &str) -> Result<DofLabel, StructureErro
 }
 
 /// Writes the lower triangle by node and direction, 17 digits.
-pub(super) fn write(out: &mut dyn Write, matrix: &CsMat<f64>, labels: &[DofLabel]) -> std::io::Result<()> {
+fn write(out: &mut dyn Write, named: &Named) -> std::io::Result<()> {
+    let Named { matrix, labels, .. } = *named;
     for (column, (label, view)) in labels.iter().zip(matrix.outer_iterator()).enumerate() {
         for (row, value) in view.iter().filter(|(row, _)| *row >= column) {
             let Some(other) = labels.get(row) else { continue };

@@ -4,12 +4,33 @@ use std::io::Write;
 
 use sprs::CsMat;
 
-use super::lines::Lines;
-use super::triplets::{Storage, Triplets};
 use crate::structure::error::StructureError;
+use crate::structure::import::entry::{Form, Format, Given, Imported, Named, RowLabels};
+use crate::structure::import::lines::Lines;
+use crate::structure::import::triplets::{Storage, Triplets};
+
+pub(super) const FORMAT: Format = Format {
+    endings: &["sti", "mas"],
+    read: read,
+    forms: &[Form {
+        name: "calculix",
+        files: ["model.sti", "model.mas", "model.dam"],
+        rows: RowLabels::Needed,
+        loss: None,
+        write: write,
+    }],
+};
+
+fn read(given: &Given) -> Result<Imported, StructureError> {
+    let order = given.listed.ok_or_else(|| StructureError::Matrix {
+        file: given.file.to_owned(),
+        reason: "CalculiX matrices need their .dof file: name it as dof_file".to_owned(),
+    })?;
+    parse(given.file, given.bytes, order).map(Imported::Rows)
+}
 
 /// Reads a `.sti` or `.mas` file of `order` rows.
-pub(super) fn parse(file: &str, bytes: &[u8], order: usize) -> Result<CsMat<f64>, StructureError> {
+fn parse(file: &str, bytes: &[u8], order: usize) -> Result<CsMat<f64>, StructureError> {
     let mut lines = Lines::new(file, bytes);
     let mut entries = Triplets::default();
     let mut lower: Option<bool> = None;
@@ -36,8 +57,8 @@ pub(super) fn parse(file: &str, bytes: &[u8], order: usize) -> Result<CsMat<f64>
 }
 
 /// Writes the upper triangle by columns, 17 digits.
-pub(super) fn write(out: &mut dyn Write, matrix: &CsMat<f64>) -> std::io::Result<()> {
-    for (column, view) in matrix.outer_iterator().enumerate() {
+fn write(out: &mut dyn Write, named: &Named) -> std::io::Result<()> {
+    for (column, view) in named.matrix.outer_iterator().enumerate() {
         let mut diagonal = false;
         for (row, value) in view.iter().filter(|(row, _)| *row <= column) {
             diagonal |= row == column;

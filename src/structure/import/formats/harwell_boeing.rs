@@ -2,11 +2,22 @@
 
 use std::io::Write;
 
-use sprs::CsMat;
-
-use super::lines::Lines;
-use super::triplets::{MOST_ROWS, Storage, Triplets};
 use crate::structure::error::StructureError;
+use crate::structure::import::entry::{Form, Format, Given, Imported, Named, RowLabels};
+use crate::structure::import::lines::Lines;
+use crate::structure::import::triplets::{MOST_ROWS, Storage, Triplets};
+
+pub(super) const FORMAT: Format = Format {
+    endings: &["matrix", "rsa", "hb"],
+    read: read,
+    forms: &[Form {
+        name: "harwell_boeing",
+        files: ["K.matrix", "M.matrix", "D.matrix"],
+        rows: RowLabels::Unused,
+        loss: None,
+        write: write,
+    }],
+};
 
 /// Most numbers per line and most characters of one.
 const WIDEST: usize = 1000;
@@ -19,7 +30,8 @@ struct Layout {
 }
 
 /// Reads a matrix.
-pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureError> {
+fn read(given: &Given) -> Result<Imported, StructureError> {
+    let Given { file, bytes, .. } = *given;
     let mut lines = Lines::new(file, bytes);
     let mut line = |wanted: &str| -> Result<String, StructureError> {
         if !lines.advance()? {
@@ -74,7 +86,9 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<CsMat<f64>, StructureErr
         return Err(lines.fault(format!("more than the {count} values that line 3 announces")));
     }
     // Symmetric files hold a triangle; of ANSYS 9 there are some with both.
-    if kind == "RUA" { entries.assemble(file, rows, Storage::Both) } else { entries.assemble_as_found(file, rows) }
+    let both = kind == "RUA";
+    let matrix = if both { entries.assemble(file, rows, Storage::Both) } else { entries.assemble_as_found(file, rows) };
+    matrix.map(Imported::Rows)
 }
 
 /// `1I14)`, `3E26.16)`, `1P,3E25.16)`.
@@ -130,7 +144,8 @@ fn integers(
 }
 
 /// Writes the lower triangle by columns, 17 digits.
-pub(super) fn write(out: &mut dyn Write, title: &str, matrix: &CsMat<f64>) -> std::io::Result<()> {
+fn write(out: &mut dyn Write, named: &Named) -> std::io::Result<()> {
+    let Named { name, matrix, .. } = *named;
     let order = matrix.rows();
     let (mut pointers, mut indices, mut values) = (vec![1], Vec::new(), Vec::new());
     for (column, view) in matrix.outer_iterator().enumerate() {
@@ -140,7 +155,7 @@ pub(super) fn write(out: &mut dyn Write, title: &str, matrix: &CsMat<f64>) -> st
         }
         pointers.push(indices.len() + 1);
     }
-    writeln!(out, "{title:<72}{:<8}", "DECORE")?;
+    writeln!(out, "{name:<72}{:<8}", "DECORE")?;
     let (p, i) = (pointers.len(), indices.len());
     writeln!(out, "{:>14}{p:>14}{i:>14}{i:>14}{:>14}", p + 2 * i, 0)?;
     writeln!(out, "{:<14}{order:>14}{order:>14}{i:>14}{:>14}", "RSA", 0)?;

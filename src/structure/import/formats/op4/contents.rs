@@ -1,7 +1,7 @@
 //! What an OUTPUT4 file holds, and which of it is wanted.
 
-use super::super::triplets::{MOST_ROWS, Storage, Triplets};
 use crate::structure::error::StructureError;
+use crate::structure::import::triplets::{MOST_ROWS, Storage, Triplets};
 
 /// Matrices that an error lists.
 const MOST_LISTED: usize = 40;

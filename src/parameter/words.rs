@@ -1,0 +1,52 @@
+//! What documentation and messages say of a parameter, as literals.
+//!
+//! The derives that read documentation resolve macros by their place in the text only: these are no items with a path.
+
+/// A range in words, as a literal.
+#[rustfmt::skip]
+macro_rules! parameter_words {
+    ([finite]) => { "a finite number" };
+    ([> 0]) => { "a positive number" };
+    ([>= 0]) => { "zero or a positive number" };
+    ([> $low:literal]) => { concat!("a number above ", $low) };
+    ([>= $low:literal]) => { concat!($low, " or a number above") };
+    ([> $low:literal, <= $high:literal]) => { concat!("a number above ", $low, " and not above ", $high) };
+    ([>= $low:literal, <= $high:literal]) => { concat!("a number from ", $low, " to ", $high) };
+    ([$low:literal ..]) => { concat!("a whole number not below ", $low) };
+    ([$low:literal ..= $high:literal]) => { concat!("a whole number from ", $low, " to ", $high) };
+}
+
+/// What a group's documentation says of an entry after its text.
+macro_rules! parameter_sentence {
+    ([choice], $unit:tt, $source:tt $(, $default:expr)?) => {
+        concat!("Default ", $source, ".")
+    };
+    ([group], $unit:tt, $source:tt, $default:expr) => {
+        concat!("Default `", stringify!($default), "` in ", $unit, " (", $source, ").")
+    };
+    ($range:tt, $unit:tt, $source:tt, $default:expr) => {
+        concat!(
+            "Takes ",
+            parameter_words!($range),
+            parameter_unit!($unit),
+            "; default ",
+            stringify!($default),
+            " (",
+            $source,
+            ")."
+        )
+    };
+    ($range:tt, $unit:tt, $otherwise:tt) => {
+        concat!("Takes ", parameter_words!($range), parameter_unit!($unit), "; ", $otherwise, ".")
+    };
+}
+
+/// The unit after a number in a sentence.
+macro_rules! parameter_unit {
+    ("1") => {
+        ""
+    };
+    ($unit:tt) => {
+        concat!(" in ", $unit)
+    };
+}

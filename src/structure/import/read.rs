@@ -1,0 +1,111 @@
+//! A model from its files.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::entry::{Given, Imported};
+use super::labelled::all_labels;
+use super::lines::read_bytes;
+use super::source::{MatrixFile, ModelFiles, Units};
+use super::{axes, dofs, units};
+use crate::structure::error::StructureError;
+use crate::structure::model::{DofLabel, FeModel, ModelMatrices, Sources, regular_labels};
+use crate::structure::points::InterfacePoints;
+
+impl FeModel {
+    /// Reads a finite element model and converts it to SI units.
+    ///
+    /// # Errors
+    /// File, line and reason: not readable, cut short, not of the format, entries out of range; what [`FeModel::new`] finds
+    /// wrong with the matrices.
+    pub fn read(files: &ModelFiles) -> Result<Self, StructureError> {
+        let name = |path: &Path| path.display().to_string();
+        let list = match &files.dofs {
+            Some(path) => Some((dofs::parse_rows(&name(path), &read_bytes(path)?)?, name(path))),
+            None => None,
+        };
+        let order = list.as_ref().map(|(rows, _)| rows.labels.len());
+        let mut imported = vec![read_matrix(files, &files.stiffness, order)?, read_matrix(files, &files.mass, order)?];
+        let mut names = vec![name(&files.stiffness.path), name(&files.mass.path)];
+        if let Some(damping) = &files.damping {
+            imported.push(read_matrix(files, damping, order)?);
+            names.push(name(&damping.path));
+        }
+        let assumed = list.as_ref().is_some_and(|(rows, _)| rows.assumed);
+        let labels = list.as_ref().map(|(rows, _)| rows.labels.clone());
+        let mut matrices = combine(imported, &names, (labels, assumed))?;
+        if let (true, Some(dofs)) = (matrices.labels.is_empty(), files.dofs_per_node) {
+            matrices.labels = numbered(matrices.mass.rows(), dofs, &names)?;
+        }
+        let mut positions = BTreeMap::new();
+        if let Some((rows, file)) = list {
+            axes::to_basic(&mut matrices, &rows.axes, &file)?;
+            positions = rows.positions;
+        }
+        let [stiffness, mass] = [0, 1].map(|index| names.get(index).cloned().unwrap_or_default());
+        let sources = Sources {
+            stiffness,
+            mass,
+            damping: names.get(2).cloned().unwrap_or_default(),
+            points: name(&files.points),
+        };
+        let points = InterfacePoints::read(&files.points)?;
+        let model = Self::validated(matrices, points, &sources)?;
+        Ok(match files.units {
+            Units::Si => model.with_positions(positions, 1.0),
+            Units::MillimetreTonneSecond => units::from_millimetre_tonne(model).with_positions(positions, 1e-3),
+        })
+    }
+}
+
+/// Labels of rows that are numbered node by node.
+fn numbered(order: usize, dofs: usize, names: &[String]) -> Result<Vec<DofLabel>, StructureError> {
+    if dofs == 0 || !order.is_multiple_of(dofs) {
+        let file = names.first().cloned().unwrap_or_default();
+        let reason = format!("{order} rows are no whole number of nodes with dofs_per_node = {dofs}");
+        return Err(StructureError::Matrix { file, reason });
+    }
+    Ok(regular_labels(order, dofs))
+}
+
+fn read_matrix(files: &ModelFiles, source: &MatrixFile, listed: Option<usize>) -> Result<Imported, StructureError> {
+    let file = source.path.display().to_string();
+    let bytes = read_bytes(&source.path)?;
+    (files.format.entry().read)(&Given { file: &file, bytes: &bytes, name: &source.name, listed })
+}
+
+/// Stiffness, mass and damping over the same rows.
+fn combine(
+    imported: Vec<Imported>,
+    names: &[String],
+    (labels, assumed): (Option<Vec<DofLabel>>, bool),
+) -> Result<ModelMatrices, StructureError> {
+    let labelled = imported.iter().filter_map(|matrix| match matrix {
+        Imported::Labels(matrix) => Some(matrix),
+        Imported::Rows(_) => None,
+    });
+    let found = all_labels(labelled);
+    let labels = labels.unwrap_or(found);
+    let mut matrices = Vec::new();
+    for (matrix, name) in imported.into_iter().zip(names) {
+        let matrix = match matrix {
+            Imported::Labels(matrix) => matrix.over(name, &labels)?,
+            Imported::Rows(matrix) => matrix,
+        };
+        if !labels.is_empty() && matrix.rows() != labels.len() {
+            let hint = if assumed {
+                "; SECONCT does not tell which directions are retained, so all six were taken: name the .pch as dof_file, its EXTRN tells"
+            } else {
+                ""
+            };
+            let reason = format!("{} rows, but the list of rows has {}{hint}", matrix.rows(), labels.len());
+            return Err(StructureError::Matrix { file: name.clone(), reason });
+        }
+        matrices.push(matrix);
+    }
+    let mut matrices = matrices.into_iter();
+    let (Some(stiffness), Some(mass)) = (matrices.next(), matrices.next()) else {
+        return Err(StructureError::argument("matrices", "stiffness and mass", "fewer"));
+    };
+    Ok(ModelMatrices { mass, stiffness, damping: matrices.next(), labels })
+}
