@@ -47,6 +47,21 @@ fn equal_rows_are_ranked_by_index() {
     assert_eq!(best, [0, 1, 2]);
 }
 
+/// Blows are not read for a report: only their checksums, on request, tell that they are damaged.
+#[test]
+fn checksums_are_compared_on_request() {
+    let (_scratch, folder) = dataset();
+    std::fs::write(folder.join("blows/blows-000000000064.parquet"), "no table").expect("written");
+    let reader = DatasetReader::open(&folder).expect("opened");
+    let damage = |checksums: bool| {
+        let settings = ReportSettings { checksums, ..ReportSettings::default() };
+        summarise(&reader, &settings).expect("summarised").damage
+    };
+    let (unasked, asked) = (damage(false), damage(true));
+    assert!(unasked.is_empty() && asked.len() == 1, "{asked:?}");
+    assert!(asked[0].contains("blows-000000000064.parquet"), "{asked:?}");
+}
+
 #[test]
 fn a_dataset_without_rows_has_a_report() {
     let scratch = TempDir::new().expect("scratch folder");
