@@ -25,6 +25,8 @@ pub enum Exit {
     TooManyFailed = 6,
     /// Another process writes to the dataset.
     InUse = 7,
+    /// A dataset that was verified is not whole.
+    NotWhole = 8,
 }
 
 impl From<Exit> for ExitCode {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::text::say;
+use super::text::{say, tell};
 use crate::dataset::{DatasetReader, Existing};
 use crate::report::{ReportSettings, summarise};
 
@@ -24,7 +24,8 @@ pub(super) struct MergeArguments {
 
 pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
-    let manifest = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
+    let merged = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
+    merged.notes.iter().for_each(|note| tell(note));
     say(&summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?);
-    Ok(if manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
+    Ok(if merged.manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
 }

@@ -12,9 +12,11 @@ mod monitor;
 mod run;
 mod scene;
 mod shard;
+mod signals;
 mod status;
 mod structure;
 mod text;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -30,7 +32,8 @@ const EXIT_CODES: &str = "Exit codes:
   4  finished, but some rows are not done (invalid, diverged, budget exhausted); the table says why
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
-  7  another decore writes to the dataset";
+  7  another decore writes to the dataset
+  8  verify: something of the dataset is damaged, missing (rows still to come included) or foreign";
 
 /// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
 #[derive(Debug, Parser)]
@@ -57,6 +60,8 @@ enum Command {
     Accuracy(accuracy::AccuracyArguments),
     /// Tell how far sweeps are or how they ended.
     Status(status::StatusArguments),
+    /// Read all files of datasets and say whether they are whole.
+    Verify(verify::VerifyArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -71,6 +76,7 @@ enum Command {
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
+    signals::install();
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
@@ -79,6 +85,7 @@ pub fn run() -> ExitCode {
         Command::Scene(arguments) => scene::scene(&arguments),
         Command::Accuracy(arguments) => accuracy::accuracy(&arguments),
         Command::Status(arguments) => status::status(&arguments),
+        Command::Verify(arguments) => verify::verify(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),

@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::text::tell;
-use crate::dataset::{RowError, SweepState, SweepStatus, host_name};
+use crate::dataset::{Place, RowError, SweepState, SweepStatus, host_name};
 use crate::run::{BatchProgress, Progress, RowOutcome, RowStatus};
 use crate::structure::peak_memory_bytes;
 
@@ -18,7 +18,7 @@ const LAST_ERRORS: usize = 10;
 
 /// What a sweep begins with.
 pub(super) struct Beginning {
-    pub folder: PathBuf,
+    pub place: Place,
     /// Rows that the dataset is to hold.
     pub rows: u64,
     /// Rows that are there already, and those of them that are not done.
@@ -119,7 +119,10 @@ impl Monitor {
 
     fn write(&self, status: &SweepStatus) {
         // Results do not depend on it; a full disk is reported by those who write results.
-        let _ = status.write(&self.beginning.folder);
+        // A folder made anew meanwhile is another writer's.
+        if self.beginning.place.is_there() {
+            let _ = status.write(self.beginning.place.path());
+        }
     }
 
     fn write_now_and_then(&self) {

@@ -157,8 +157,9 @@ fn sweep((rows, info): (&Rows, &DatasetInfo), folder: &Path, arguments: &RunArgu
     let mut writer = DatasetWriter::open(folder, info, range, existing)?;
     let recovered = writer.recovered();
     tell_of_earlier_runs(&writer, range, folder);
+    let place = writer.place();
     let monitor = Monitor::new(Beginning {
-        folder: folder.to_owned(),
+        place: place.clone(),
         rows: range.len(),
         recovered,
         threads: threads(arguments.threads),
@@ -181,7 +182,7 @@ fn sweep((rows, info): (&Rows, &DatasetInfo), folder: &Path, arguments: &RunArgu
         _ => ending(&monitor, &summary, arguments.max_failed),
     };
     monitor.finish(&status, arguments.summary.as_deref());
-    if summary.is_err() || finished.is_err() {
+    if (summary.is_err() || finished.is_err()) && place.is_there() {
         tell(&format_args!("what is done is kept in {}; the same command goes on", folder.display()));
     }
     summary?;
@@ -225,7 +226,7 @@ fn ending(
 }
 
 fn tell_of_earlier_runs(writer: &DatasetWriter, range: RowSpan, folder: &Path) {
-    tell_of_damage(writer.damaged());
+    tell_of_damage(writer.damaged(), writer.notes());
     match writer.recovered().0 {
         0 => {}
         done if done == range.len() => tell(&format_args!("all {done} rows are in {} already", folder.display())),
@@ -235,15 +236,18 @@ fn tell_of_earlier_runs(writer: &DatasetWriter, range: RowSpan, folder: &Path) {
 
 fn tell_of_growth(growth: &Growth, rows: u64) {
     tell(&format_args!("the study has grown from {} to {rows} rows: rows that are done are kept", growth.rows_before));
-    tell_of_damage(&growth.damaged);
+    tell_of_damage(&growth.damaged, &growth.notes);
 }
 
-fn tell_of_damage(damaged: &[DatasetError]) {
+fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
+    notes.iter().for_each(|note| tell(note));
     for damage in damaged {
         tell(&format_args!("damaged: {damage}"));
     }
     if !damaged.is_empty() {
-        tell(&"the rows of the damaged parts are computed again");
+        tell(
+            &"the rows of the damaged parts are computed again; the parts are kept in the folder .damaged of the dataset",
+        );
     }
 }
 
@@ -256,6 +260,7 @@ fn threads(asked: usize) -> u64 {
 fn stop_on_interrupt() {
     let handler = || {
         if STOP.swap(true, Ordering::SeqCst) {
+            tell(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");
             std::process::exit(Exit::Interrupted as i32);
         }
         tell(&"interrupted: finishing the rows that run; interrupt again to stop at once (the same command goes on)");

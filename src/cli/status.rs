@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::exit::{Exit, Failure};
 use super::text::say;
-use crate::dataset::{SweepState, SweepStatus};
+use crate::dataset::{DatasetReader, SweepState, SweepStatus};
 use crate::run::clock;
 
 #[derive(Debug, Args)]
@@ -23,19 +23,29 @@ pub(super) struct StatusArguments {
 pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
     let mut found = Vec::with_capacity(arguments.datasets.len());
     for folder in &arguments.datasets {
-        found.push((folder, SweepStatus::read(folder)?));
+        let status = SweepStatus::read(folder)?;
+        // The parts of a sweep that runs change while they are looked at.
+        let damage = match status.state {
+            SweepState::Running => Vec::new(),
+            _ => DatasetReader::open(folder)?.damage_at_a_glance().iter().map(ToString::to_string).collect(),
+        };
+        found.push((folder, status, damage));
     }
     if arguments.json {
-        let list: Vec<_> =
-            found.iter().map(|(folder, status)| json!({ "dataset": folder, "status": status })).collect();
+        let list: Vec<_> = found
+            .iter()
+            .map(|(folder, status, damage)| json!({ "dataset": folder, "status": status, "damage": damage }))
+            .collect();
         say(&format_args!("{:#}", json!(list)));
         return Ok(Exit::Done);
     }
-    for (folder, status) in &found {
+    for (folder, status, damage) in &found {
         say(&text(folder, status));
+        damage.iter().for_each(|line| say(&format_args!("  DAMAGED: {line}")));
+        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", folder.display()));
     }
     if found.len() > 1 {
-        let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|(_, status)| count(status)).sum::<u64>();
+        let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|(_, status, _)| count(status)).sum::<u64>();
         let (done, rows, failed) = (sum(|s| s.rows_done), sum(|s| s.rows), sum(|s| s.rows_failed));
         say(&format_args!("together: {done} of {rows} rows, {failed} failed"));
     }
@@ -49,7 +59,9 @@ fn text(folder: &Path, status: &SweepStatus) -> String {
         SweepState::Interrupted => "interrupted; the same command goes on".to_owned(),
         SweepState::TooManyFailed => "stopped, too many rows failed".to_owned(),
         SweepState::NotWritten => format!("stopped, results could not be written: {}", status.message),
-        SweepState::Lost => "not running: killed, or its machine went down; the same command goes on".to_owned(),
+        SweepState::Lost => {
+            "not running: killed, stopped at once, or its machine went down; the same command goes on".to_owned()
+        }
     };
     let percent = 100.0 * status.rows_done as f64 / status.rows.max(1) as f64;
     let mut text = format!(

@@ -59,6 +59,16 @@ pub enum DatasetError {
         /// Who, as far as known.
         owner: String,
     },
+    /// The dataset's folder was taken away while it was written to.
+    #[error(
+        "{} is not the folder any more in which this sweep began: it was removed, moved or replaced, and with it the rows that \
+         were done; run the command again to begin anew, or to go on with what is there now",
+        path.display()
+    )]
+    Gone {
+        /// The dataset's folder.
+        path: PathBuf,
+    },
     /// Shards that do not make a whole.
     #[error("failed to merge: {problem}; {advice}")]
     Shards {
@@ -85,7 +95,8 @@ pub enum DatasetError {
     },
     /// The manifest is not what this program writes.
     #[error(
-        "{}, line {}, column {}: {source}; the manifest is damaged or not of this program: write the dataset anew",
+        "{}, line {}, column {}: {source}; the file is damaged or not of this program: the same `decore run` makes it anew \
+         from the parts",
         path.display(), source.line(), source.column()
     )]
     Manifest {
@@ -94,6 +105,16 @@ pub enum DatasetError {
         /// Where it is wrong, and how.
         #[source]
         source: serde_json::Error,
+    },
+    /// A manifest is not the one that was written.
+    #[error(
+        "{}: its contents are not those of its checksum: it was changed or damaged; the same `decore run` makes it anew \
+         from the parts",
+        path.display()
+    )]
+    Seal {
+        /// The manifest's path.
+        path: PathBuf,
     },
     /// The dataset is of another format version.
     #[error(
@@ -181,6 +202,21 @@ pub enum DatasetError {
         /// What the manifest says.
         expected: String,
     },
+    /// A file beside the parts.
+    #[error(
+        "{}: no part of the dataset, but readers that take all files of the folder read it too: move it elsewhere",
+        path.display()
+    )]
+    Stray {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A part of which no manifest has the checksum.
+    #[error("{}: nothing is left that says whether it is whole: its rows are computed again", path.display())]
+    Unvouched {
+        /// The part.
+        path: PathBuf,
+    },
     /// A column that is not there.
     #[error("table `{table}` has no column `{column}`{}", nearest(.known, .column))]
     UnknownColumn {
@@ -211,6 +247,11 @@ fn nearest(known: &[String], name: &str) -> String {
 }
 
 impl DatasetError {
+    /// Whether a manifest is gone or damaged, so that what it said must come from the parts.
+    pub(super) fn is_lost_manifest(&self) -> bool {
+        matches!(self, Self::Missing { .. } | Self::Manifest { .. } | Self::Seal { .. })
+    }
+
     /// Whether it is the request that is wrong (a folder in use, names that clash, a column that is not there), not the
     /// writing or reading that failed.
     pub fn is_usage(&self) -> bool {

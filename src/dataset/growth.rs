@@ -13,8 +13,9 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal::JOURNAL;
 use super::lock::Lock;
-use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest};
-use super::recovery::{Recovered, read_parts, recover};
+use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME};
+use super::rebuild::known;
+use super::recovery::{BlockParts, Recovered, find, read_parts, recover};
 use super::store::{GROWING, columns_of, remove};
 use super::writer::{DatasetWriter, Existing};
 
@@ -28,6 +29,8 @@ pub struct Growth {
     pub rows_before: u64,
     /// Parts that were damaged; their rows are to be computed again.
     pub damaged: Vec<DatasetError>,
+    /// What else was lost, in words.
+    pub notes: Vec<String>,
 }
 
 /// Makes the dataset in `folder` one of the study `info`, if that is its study with rows added after the last one.
@@ -50,20 +53,23 @@ pub fn grow(
         let _lock = Lock::take(folder)?;
         settle(folder)?;
     }
-    match Manifest::read(folder) {
-        Ok(manifest) if has_grown(&manifest, info, rows_hash) => {}
+    match known(folder) {
+        Ok(known) if has_grown(&known.manifest, info, rows_hash) => {}
         // Whoever opens the dataset says what is wrong with it.
         _ => return Ok(None),
     }
     let _lock = Lock::take(folder)?;
     // Another process may have written until the lock was taken.
-    let manifest = Manifest::read(folder)?;
-    let timings = TimingsManifest::read(folder).unwrap_or_default();
-    let columns = columns_of(&manifest.study)?;
-    let mut recovered = recover(folder, &columns, (manifest, timings))?;
-    let growth = Growth { rows_before: recovered.manifest.study.rows, damaged: std::mem::take(&mut recovered.damaged) };
+    let known = known(folder)?;
+    let columns = columns_of(&known.manifest.study)?;
+    let mut recovered = recover(folder, &columns, known)?;
+    let growth = Growth {
+        rows_before: recovered.manifest.study.rows,
+        damaged: std::mem::take(&mut recovered.damaged),
+        notes: std::mem::take(&mut recovered.notes),
+    };
     let growing = folder.join(GROWING);
-    copy_rows(folder, recovered, DatasetWriter::create(&growing, info, Existing::Replace)?)?;
+    copy_rows(folder, recovered, DatasetWriter::create(&growing, info, Existing::Refuse)?)?;
     let ready = growing.join(READY);
     File::create(&ready).and_then(|file| file.sync_all()).map_err(failed_to("create", &ready))?;
     sync_folder(&growing)?;
@@ -90,15 +96,14 @@ fn has_grown(manifest: &Manifest, info: &DatasetInfo, rows_hash: &dyn Fn(u64) ->
 fn copy_rows(folder: &Path, recovered: Recovered, mut writer: DatasetWriter) -> Result<(), DatasetError> {
     let Recovered { manifest, timings, pending, .. } = recovered;
     let columns = columns_of(&manifest.study)?;
-    let part = |parts: &[Part], first_row: u64| parts.iter().find(|part| part.first_row == first_row).cloned();
     for runs in &manifest.runs {
         if pending.contains_key(&(runs.first_row / manifest.study.rows_per_part)) {
             continue;
         }
-        let beside = (part(&timings.timings, runs.first_row), part(&manifest.blows, runs.first_row));
-        if let (Some(timings), Some(blows)) = beside {
+        if let Some(blows) = find(&manifest.blows, runs.first_row) {
             let mut rows = Vec::new();
-            read_parts(folder, &columns, [runs, &timings, &blows], &mut |row| rows.push(row))?;
+            let parts = BlockParts { runs, blows, timings: find(&timings.timings, runs.first_row) };
+            read_parts(folder, &columns, parts, &mut |row| rows.push(row))?;
             rows.into_iter().try_for_each(|row| writer.accept(row))?;
         }
     }

@@ -23,6 +23,8 @@ pub const JOURNAL: &str = ".journal";
 const SPAN: usize = 1 << 18;
 /// What a file starts with.
 const MAGIC: &[u8; 16] = b"decore journal1\n";
+/// No design has more rows.
+const MOST_ROWS: u64 = 1 << 48;
 /// Bytes of a frame's head: length and checksum. No frame has a head of zeros: the checksum of no bytes is not zero.
 const HEAD: usize = 12;
 
@@ -175,20 +177,29 @@ fn checksum(payload: &[u8]) -> [u8; 8] {
     short
 }
 
-/// Calls `take` for every whole row of the journal, then cuts what is torn at the end of each file.
+/// Calls `take` for every whole row of the journal, then cuts what is behind the last one of each file. Returns what was no
+/// row, in words.
 ///
 /// # Errors
 /// The system's.
-pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<(), DatasetError> {
+pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<Vec<String>, DatasetError> {
+    let mut notes = Vec::new();
     for path in files(dataset)? {
         let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
-        let whole = visit_frames(&bytes, take);
+        let Frames { whole, lost } = visit_frames(&bytes, take);
+        if lost > 0 {
+            notes.push(format!(
+                "{}: {lost} bytes are no whole rows (cut when the process or its machine stopped, or changed since); what was in \
+                 them is computed again",
+                path.display()
+            ));
+        }
         if whole < bytes.len() {
             let file = OpenOptions::new().write(true).open(&path).map_err(failed_to("open", &path))?;
             file.set_len(whole as u64).map_err(failed_to("shorten", &path))?;
         }
     }
-    Ok(())
+    Ok(notes)
 }
 
 /// Whole rows in the journal that `counts` and those of them that are not done, without changing it.
@@ -229,16 +240,34 @@ fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     Ok(paths)
 }
 
-/// Visits the whole rows at the beginning; returns their length in bytes.
-fn visit_frames(bytes: &[u8], take: &mut dyn FnMut(StoredRow)) -> usize {
-    let Some(mut rest) = bytes.strip_prefix(MAGIC) else {
-        return 0;
-    };
-    while let Some((row, left)) = read_frame(rest) {
-        take(row);
-        rest = left;
+/// What a file of the journal holds.
+struct Frames {
+    /// Bytes up to the end of the last whole row.
+    whole: usize,
+    /// Bytes that are neither of whole rows nor zeros that wait for some.
+    lost: usize,
+}
+
+/// Visits the whole rows, also those behind bytes that are damaged.
+fn visit_frames(bytes: &[u8], take: &mut dyn FnMut(StoredRow)) -> Frames {
+    let mut frames =
+        if bytes.starts_with(MAGIC) { Frames { whole: MAGIC.len(), lost: 0 } } else { Frames { whole: 0, lost: 0 } };
+    let mut at = frames.whole;
+    // Behind the last byte that is not zero nothing was written; a row may end with zeros.
+    let written = bytes.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    while at < written {
+        match bytes.get(at..).and_then(read_frame) {
+            Some((row, left)) => {
+                frames.lost += at - frames.whole;
+                take(row);
+                at = bytes.len() - left.len();
+                frames.whole = at;
+            }
+            None => at += 1,
+        }
     }
-    bytes.len() - rest.len()
+    frames.lost += written.saturating_sub(frames.whole);
+    frames
 }
 
 fn read_frame(bytes: &[u8]) -> Option<(StoredRow, &[u8])> {
@@ -246,7 +275,9 @@ fn read_frame(bytes: &[u8]) -> Option<(StoredRow, &[u8])> {
     let (length, sum) = head.split_at_checked(4)?;
     let length = u32::from_le_bytes(length.try_into().ok()?) as usize;
     let (payload, rest) = rest.split_at_checked(length)?;
-    if checksum(payload) != sum {
+    // Looked at first: where a row is searched for behind damage, most places are none.
+    let row = u64::from_le_bytes(payload.get(..8)?.try_into().ok()?);
+    if row > MOST_ROWS || *payload.get(8)? > 1 || checksum(payload) != sum {
         return None;
     }
     Some((StoredRow::from_bytes(payload.to_vec())?, rest))
@@ -287,6 +318,6 @@ mod tests {
         let mut flipped = bytes.clone();
         flipped[40] ^= 1;
         fs::write(&path, flipped).expect("written");
-        assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, 4);
+        assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, 5, "all but the damaged one");
     }
 }

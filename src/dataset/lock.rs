@@ -3,6 +3,7 @@
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::durable::failed_to;
 use super::error::DatasetError;
@@ -15,6 +16,47 @@ pub const LOCK_NAME: &str = ".lock";
 pub struct Lock {
     path: PathBuf,
     file: File,
+    place: Place,
+}
+
+/// The folder of a dataset and its lock as they were when the lock was taken.
+///
+/// A folder that is removed and made anew while a sweep runs is another one: what is written there would mix with the rows of
+/// another writer.
+#[derive(Debug, Clone)]
+pub struct Place {
+    path: PathBuf,
+    /// Held open: its number is not given to another folder meanwhile. Elsewhere than on Unix folders in use cannot be removed.
+    folder: Option<Arc<File>>,
+    lock: Arc<File>,
+}
+
+impl Place {
+    fn new(folder: &Path, lock: &File) -> io::Result<Self> {
+        let open = if cfg!(unix) { Some(Arc::new(File::open(folder)?)) } else { None };
+        Ok(Self { path: folder.to_owned(), folder: open, lock: Arc::new(lock.try_clone()?) })
+    }
+
+    /// The folder's path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the path still leads to the folder.
+    pub fn is_there(&self) -> bool {
+        self.folder.as_ref().is_none_or(|folder| is_same(folder, &self.path))
+    }
+
+    /// The folder and the lock must be those that they were.
+    ///
+    /// # Errors
+    /// [`DatasetError::Gone`].
+    pub fn check(&self) -> Result<(), DatasetError> {
+        if self.is_there() && is_same(&self.lock, &self.path.join(LOCK_NAME)) {
+            return Ok(());
+        }
+        Err(DatasetError::Gone { path: self.path.clone() })
+    }
 }
 
 impl Lock {
@@ -38,7 +80,8 @@ impl Lock {
             }
             // The owner before may have removed the file between our opening and locking it.
             if is_same(&file, &path) {
-                let lock = Self { path, file };
+                let place = Place::new(folder, &file).map_err(failed_to("open", folder))?;
+                let lock = Self { path, file, place };
                 lock.sign()?;
                 return Ok(lock);
             }
@@ -49,6 +92,11 @@ impl Lock {
     pub fn is_taken(folder: &Path) -> bool {
         let file = OpenOptions::new().read(true).write(true).open(folder.join(LOCK_NAME));
         file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    }
+
+    /// Where the dataset is, for whoever writes there.
+    pub fn place(&self) -> &Place {
+        &self.place
     }
 
     /// Writes who has the lock, for the message to others.
@@ -63,8 +111,11 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // While the lock is held nobody else can have it: removing the name is safe. A file left behind is harmless.
-        let _ = fs::remove_file(&self.path);
+        // While the lock is held nobody else can have it: removing the name is safe, unless it is that of another lock in a
+        // folder made anew. A file left behind is harmless.
+        if self.place.check().is_ok() {
+            let _ = fs::remove_file(&self.path);
+        }
     }
 }
 

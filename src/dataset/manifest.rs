@@ -12,8 +12,8 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
-/// blows, strokes, whole-run work, scatter).
-pub const FORMAT_VERSION: u32 = 3;
+/// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum.
+pub const FORMAT_VERSION: u32 = 4;
 /// Name of the manifest in the dataset's folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
 /// Name of the timings' manifest in the dataset's folder.
@@ -129,6 +129,12 @@ impl Manifest {
         RowSpan { first: first_row, end: first_row.saturating_add(self.study.rows_per_part) }
     }
 
+    /// The rows of the block that begins at `first_row` which are there.
+    pub fn rows_of(&self, first_row: u64) -> Vec<RowSpan> {
+        let block = self.block(first_row);
+        self.done.iter().map(|span| span.intersection(block)).filter(|span| !span.is_empty()).collect()
+    }
+
     /// Forgets the rows and parts of a block.
     pub fn remove_block(&mut self, first_row: u64) {
         let block = self.block(first_row);
@@ -165,7 +171,8 @@ impl Manifest {
     /// Reads the manifest of the dataset in `folder`.
     ///
     /// # Errors
-    /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Version`] or the system's.
+    /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Seal`], [`DatasetError::Version`] or the
+    /// system's.
     pub fn read(folder: &Path) -> Result<Self, DatasetError> {
         /// The version alone: another version may have other keys.
         #[derive(Deserialize)]
@@ -175,10 +182,11 @@ impl Manifest {
         let path = folder.join(MANIFEST_NAME);
         let text = read_text(&path, folder)?;
         let version: VersionOnly = parse(&text, &path)?;
-        if version.format_version != FORMAT_VERSION {
+        // Older versions have no seal; a broken one says that not even the version is sure.
+        if version.format_version != FORMAT_VERSION && (is_sealed(&text) || !text.contains(SEAL)) {
             return Err(DatasetError::Version { path, found: version.format_version, expected: FORMAT_VERSION });
         }
-        parse(&text, &path)
+        parse_sealed(&text, &path)
     }
 }
 
@@ -199,10 +207,10 @@ impl TimingsManifest {
     /// Reads the timings' manifest of the dataset in `folder`.
     ///
     /// # Errors
-    /// [`DatasetError::Missing`], [`DatasetError::Manifest`] or the system's.
+    /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Seal`] or the system's.
     pub fn read(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join(TIMINGS_NAME);
-        parse(&read_text(&path, folder)?, &path)
+        parse_sealed(&read_text(&path, folder)?, &path)
     }
 }
 
@@ -218,7 +226,41 @@ pub fn part_file(table: TableName, first_row: u64) -> String {
     format!("{table}/{table}-{first_row:012}.parquet")
 }
 
-/// A manifest's bytes.
+/// The first row of the block whose part of `table` has this file name.
+pub fn part_first_row(table: TableName, name: &str) -> Option<u64> {
+    let digits = name.strip_prefix(table.folder())?.strip_prefix('-')?.strip_suffix(".parquet")?;
+    let first_row = digits.parse().ok()?;
+    // The one way to write it: a copy by another name is no part.
+    (part_file(table, first_row).rsplit('/').next() == Some(name)).then_some(first_row)
+}
+
+/// What stands between a manifest's contents and their BLAKE3.
+const SEAL: &str = ",\n  \"checksum\": \"";
+
+/// A manifest's bytes: JSON whose last key is the BLAKE3 of all bytes before that key.
+///
+/// # Errors
+/// As [`to_json`].
+pub fn to_sealed_json<T: Serialize>(manifest: &T, path: &Path) -> Result<Vec<u8>, DatasetError> {
+    let mut bytes = to_json(manifest, path)?;
+    bytes.truncate(bytes.trim_ascii_end().len() - "\n}".len());
+    let end = format!("{SEAL}{}\"\n}}\n", blake3::hash(&bytes).to_hex());
+    bytes.extend(end.as_bytes());
+    Ok(bytes)
+}
+
+/// Whether a text is what [`to_sealed_json`] wrote.
+fn is_sealed(text: &str) -> bool {
+    let contents = text.rsplit_once(SEAL);
+    contents.is_some_and(|(body, end)| end == format!("{}\"\n}}\n", blake3::hash(body.as_bytes()).to_hex()))
+}
+
+fn parse_sealed<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result<T, DatasetError> {
+    let parsed = parse(text, path)?;
+    if is_sealed(text) { Ok(parsed) } else { Err(DatasetError::Seal { path: path.to_owned() }) }
+}
+
+/// A value as JSON in lines.
 ///
 /// # Errors
 /// [`DatasetError::Manifest`], should a value not be writable as JSON.
@@ -230,10 +272,11 @@ pub fn to_json<T: Serialize>(manifest: &T, path: &Path) -> Result<Vec<u8>, Datas
 }
 
 fn read_text(path: &Path, folder: &Path) -> Result<String, DatasetError> {
-    fs::read_to_string(path).map_err(|source| match source.kind() {
+    let bytes = fs::read(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => DatasetError::Missing { path: folder.to_owned() },
         _ => failed_to("read", path)(source),
-    })
+    })?;
+    String::from_utf8(bytes).map_err(|_| DatasetError::Seal { path: path.to_owned() })
 }
 
 fn parse<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result<T, DatasetError> {

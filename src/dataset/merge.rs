@@ -8,19 +8,30 @@ use super::difference::differences;
 use super::error::DatasetError;
 use super::lock::Lock;
 use super::manifest::{Manifest, Part, RowSpan, gaps};
-use super::reader::DatasetReader;
-use super::recovery::read_parts;
+use super::reader::{DatasetReader, check_part};
+use super::recovery::{BlockParts, find, read_parts};
 use super::store::columns_of;
 use super::writer::{DatasetWriter, Existing};
+
+/// What a merge gave.
+#[derive(Debug)]
+pub struct Merged {
+    /// The manifest of the whole.
+    pub manifest: Manifest,
+    /// What was lost or kept aside, in words.
+    pub notes: Vec<String>,
+}
 
 /// Verifies shards (one study, undamaged, complete, no gap, no overlap) and writes the dataset of all their rows.
 ///
 /// A merge that was interrupted goes on when it is repeated with [`Existing::Resume`]. The shards stay as they are.
 ///
+/// Timings that are lost or damaged become nulls.
+///
 /// # Errors
 /// [`DatasetError::Shards`] for shards that do not make a whole; [`DatasetError::Damaged`]; [`DatasetError::InUse`]; the
 /// reader's and the writer's. Everything is verified before anything is written.
-pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Manifest, DatasetError> {
+pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Merged, DatasetError> {
     refuse_input(shards, output)?;
     let mut readers = Vec::with_capacity(shards.len());
     for folder in shards {
@@ -37,17 +48,27 @@ pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Ma
     };
     let columns = columns_of(&info)?;
     let mut writer = DatasetWriter::create(output, &info, existing)?;
+    let mut notes = Vec::new();
     for reader in &readers {
-        for parts in blocks(reader) {
+        let blocks = blocks(reader);
+        let untimed: u64 = blocks.iter().filter(|parts| parts.timings.is_none()).map(|parts| parts.runs.records).sum();
+        if untimed > 0 {
+            let folder = reader.folder().display();
+            notes.push(format!(
+                "{folder}: the wall times of {untimed} rows are lost or damaged: nulls in the table of timings"
+            ));
+        }
+        for parts in blocks {
             let mut rows = Vec::new();
             read_parts(reader.folder(), &columns, parts, &mut |row| rows.push(row))?;
             rows.retain(|row| writer.needs(row.row()));
             rows.into_iter().try_for_each(|row| writer.accept(row))?;
         }
     }
+    notes.extend_from_slice(writer.notes());
     let manifest = writer.finish()?;
     if manifest.complete {
-        return Ok(manifest);
+        return Ok(Merged { manifest, notes });
     }
     let missing = gaps(manifest.range, &manifest.done);
     let problem =
@@ -55,13 +76,16 @@ pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Ma
     Err(DatasetError::Shards { problem, advice: "run the shards again: they compute what is missing" })
 }
 
-/// The output is none of the shards, by whatever path: to replace it would delete rows before they are read.
+/// The output is none of the shards and none lies within the other, by whatever path: replacing would take rows away before
+/// they are read.
 fn refuse_input(shards: &[PathBuf], output: &Path) -> Result<(), DatasetError> {
     // What is not there yet is no shard.
     let Ok(target) = fs::canonicalize(output) else { return Ok(()) };
-    let is_target = |shard: &&PathBuf| fs::canonicalize(shard).is_ok_and(|shard| shard == target);
-    let Some(shard) = shards.iter().find(is_target) else { return Ok(()) };
-    let problem = format!("the output {} is the shard {}", output.display(), shard.display());
+    let overlaps = |shard: &&PathBuf| {
+        fs::canonicalize(shard).is_ok_and(|shard| shard.starts_with(&target) || target.starts_with(&shard))
+    };
+    let Some(shard) = shards.iter().find(overlaps) else { return Ok(()) };
+    let problem = format!("the output {} is the shard {}, or one is in the other", output.display(), shard.display());
     Err(DatasetError::Shards { problem, advice: "give a folder of its own: the shards stay as they are" })
 }
 
@@ -96,7 +120,7 @@ fn verify(readers: &[DatasetReader]) -> Result<(), DatasetError> {
         }
         contiguous(next, manifest.range, reader)?;
         next = manifest.range.end;
-        if let Some(damage) = reader.damage().into_iter().next() {
+        if let Some(damage) = [TableName::Runs, TableName::Blows].into_iter().flat_map(|t| reader.damage_of(t)).next() {
             return Err(damage);
         }
     }
@@ -117,12 +141,12 @@ fn contiguous(next: u64, range: RowSpan, reader: &DatasetReader) -> Result<(), D
     Err(DatasetError::Shards { problem, advice: "give the folders of all shards 1/n to n/n, each once" })
 }
 
-/// The parts of each block of a shard: runs, timings, blows.
-fn blocks<'a>(reader: &'a DatasetReader) -> Vec<[&'a Part; 3]> {
-    let find = |table: TableName, first_row: u64| reader.parts(table).iter().find(move |p| p.first_row == first_row);
+/// The parts of each block of a shard, without timings that are damaged.
+fn blocks<'a>(reader: &'a DatasetReader) -> Vec<BlockParts<'a>> {
     let of_block = |runs: &'a Part| {
-        let first_row = runs.first_row;
-        Some([runs, find(TableName::Timings, first_row)?, find(TableName::Blows, first_row)?])
+        let timings = find(reader.parts(TableName::Timings), runs.first_row);
+        let timings = timings.filter(|part| check_part(reader.folder(), part).is_ok());
+        Some(BlockParts { runs, blows: find(reader.parts(TableName::Blows), runs.first_row)?, timings })
     };
     reader.parts(TableName::Runs).iter().filter_map(of_block).collect()
 }

@@ -48,11 +48,13 @@ mod manifest;
 mod merge;
 mod parquet_file;
 mod reader;
+mod rebuild;
 mod record;
 mod recovery;
 mod status;
 mod store;
 mod table_file;
+mod verify;
 mod writer;
 
 pub use aggregates::Aggregates;
@@ -60,11 +62,12 @@ pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, Table
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
 pub use info::{DatasetInfo, Factor, RowRecord, rows_per_part};
-pub use lock::host_name;
+pub use lock::{Place, host_name};
 pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
-pub use merge::merge;
+pub use merge::{Merged, merge};
 pub use reader::DatasetReader;
 pub use record::StoredRow;
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
 pub use table_file::{TableColumn, TableValues, write_signals, write_table};
+pub use verify::{Verification, verify};
 pub use writer::{DatasetWriter, Existing, RowRecorder};

@@ -14,7 +14,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::arrow::{ArrowWriter, ProjectionMask};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
+use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
 use serde_json::json;
 
@@ -28,6 +28,8 @@ use crate::quantity::{Cell, Kind, Value};
 const ZSTD_LEVEL: i32 = 3;
 /// Rows per row group; several groups only in large parts of the table of blows.
 const ROW_GROUP_ROWS: usize = 65_536;
+/// Key of a part's metadata under which it describes its block.
+const BLOCK_KEY: &str = "decore.block";
 
 /// The data dictionary of a table, as JSON.
 pub fn dictionary_json(table: TableName, columns: &[ColumnDescription]) -> String {
@@ -59,25 +61,29 @@ pub fn schema(columns: &[ColumnDescription]) -> Arc<Schema> {
     Arc::new(Schema::new(fields))
 }
 
-/// Settings of the writer: nothing of the machine or the clock enters the file.
-///
-/// # Errors
-/// The Parquet library's.
-pub fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProperties, ParquetError> {
+/// What every file says of its study.
+fn entries(info: &DatasetInfo, dictionary: String) -> Vec<KeyValue> {
     let entry = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
-    let entries = vec![
+    vec![
         entry("decore.study_name", info.study_name.clone()),
         entry("decore.study_text", info.study_text.clone()),
         entry("decore.study_hash", info.study_hash.clone()),
         entry("decore.seed", info.seed.to_string()),
         entry("decore.version", info.program_version.clone()),
         entry("decore.dictionary", dictionary),
-    ];
+    ]
+}
+
+/// Settings of the writer: nothing of the machine or the clock enters the file.
+///
+/// # Errors
+/// The Parquet library's.
+pub fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProperties, ParquetError> {
     Ok(WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::try_new(ZSTD_LEVEL)?))
         .set_created_by(format!("decore version {}", info.program_version))
         .set_max_row_group_row_count(Some(ROW_GROUP_ROWS))
-        .set_key_value_metadata(Some(entries))
+        .set_key_value_metadata(Some(entries(info, dictionary)))
         .build())
 }
 
@@ -107,6 +113,11 @@ impl TableBuilder {
         Self { table, columns: descriptions.iter().map(builder).collect(), descriptions }
     }
 
+    /// Which table it is.
+    pub fn table(&self) -> TableName {
+        self.table
+    }
+
     /// Appends a cell to a column; a cell of another type than its column's becomes null.
     pub fn append(&mut self, index: usize, cell: Cell<'_>) {
         match (self.columns.get_mut(index), cell) {
@@ -122,11 +133,11 @@ impl TableBuilder {
         }
     }
 
-    /// The Parquet file of the rows and their number.
+    /// The Parquet file of the rows and their number; `block`: what the file is to say of its block, see [`read_block_text`].
     ///
     /// # Errors
     /// The Parquet library's.
-    pub fn encode(self, info: &DatasetInfo) -> Result<(Vec<u8>, u64), ParquetError> {
+    pub fn encode(self, info: &DatasetInfo, block: Option<String>) -> Result<(Vec<u8>, u64), ParquetError> {
         let finish = |column: ColumnBuilder| -> ArrayRef {
             match column {
                 ColumnBuilder::Real(mut builder) => Arc::new(builder.finish()),
@@ -137,7 +148,12 @@ impl TableBuilder {
         };
         let arrays = self.columns.into_iter().map(finish).collect();
         let batch = RecordBatch::try_new(schema(&self.descriptions), arrays)?;
-        let properties = properties(info, dictionary_json(self.table, &self.descriptions))?;
+        let mut properties = properties(info, dictionary_json(self.table, &self.descriptions))?;
+        if let Some(block) = block {
+            let mut entries = properties.key_value_metadata().cloned().unwrap_or_default();
+            entries.push(KeyValue::new(BLOCK_KEY.to_owned(), block));
+            properties = properties.into_builder().set_key_value_metadata(Some(entries)).build();
+        }
         Ok((encode_batch(&batch, properties)?, batch.num_rows() as u64))
     }
 }
@@ -152,6 +168,39 @@ pub fn encode_batch(batch: &RecordBatch, properties: WriterProperties) -> Result
     writer.write(batch)?;
     writer.close()?;
     Ok(bytes)
+}
+
+/// What a file says of its block; `None` if it says nothing or cannot be read.
+pub fn read_block_text(path: &Path) -> Option<String> {
+    read_entries(path).ok()?.into_iter().find(|entry| entry.key == BLOCK_KEY)?.value
+}
+
+fn read_entries(path: &Path) -> Result<Vec<KeyValue>, DatasetError> {
+    let file = File::open(path).map_err(failed_to("open", path))?;
+    let metadata = ParquetMetaDataReader::new().parse_and_finish(&file);
+    let metadata = metadata.map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
+    Ok(metadata.file_metadata().key_value_metadata().cloned().unwrap_or_default())
+}
+
+/// Holds what a file says of its study and columns to a dataset's.
+///
+/// # Errors
+/// [`DatasetError::Damaged`] with the first key that differs, the Parquet library's or the system's.
+pub fn check_study(
+    path: &Path,
+    info: &DatasetInfo,
+    (table, columns): (TableName, &[ColumnDescription]),
+) -> Result<(), DatasetError> {
+    let found = read_entries(path)?;
+    let wanted = entries(info, dictionary_json(table, columns));
+    match wanted.iter().find(|entry| !found.contains(entry)) {
+        None => Ok(()),
+        Some(entry) => Err(DatasetError::Damaged {
+            path: path.to_owned(),
+            found: format!("another `{}` in its metadata", entry.key),
+            expected: "that of the manifest's study".to_owned(),
+        }),
+    }
 }
 
 /// Calls `visit` with the chosen columns of every row of a file, in the order of `columns`.

@@ -8,6 +8,8 @@ use super::durable::failed_to;
 use super::error::DatasetError;
 use super::manifest::{Manifest, Part, TimingsManifest};
 use super::parquet_file::visit_rows;
+use super::rebuild::timings_of_parts;
+use super::verify::strays;
 use crate::quantity::Cell;
 
 /// A dataset as its manifests describe it at the time of opening; later parts are not seen.
@@ -23,12 +25,15 @@ impl DatasetReader {
     /// Reads the manifests.
     ///
     /// # Errors
-    /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Version`],
-    /// [`DatasetError::DuplicateColumn`] or the system's.
+    /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Seal`], [`DatasetError::Version`],
+    /// [`DatasetError::DuplicateColumn`] or the system's. Timings that are lost are no error, see [`DatasetReader::damage`].
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         // In this order: `timings.json` may be ahead of the manifest, never behind.
         let manifest = Manifest::read(folder)?;
-        let timings = TimingsManifest::read(folder)?;
+        let timings = match TimingsManifest::read(folder) {
+            Err(error) if error.is_lost_manifest() => timings_of_parts(folder, &manifest)?,
+            found => found?,
+        };
         let columns = Columns::new(&manifest.study)?;
         Ok(Self {
             folder: folder.to_owned(),
@@ -105,11 +110,37 @@ impl DatasetReader {
 
     /// Compares every part's length and checksum with the manifests; returns what is damaged, in the manifests' order.
     ///
-    /// Each entry is a [`DatasetError::Damaged`] or [`DatasetError::Io`] that names the file.
+    /// Each entry names the file. A `timings.json` that is lost and files that are no parts come first.
     pub fn damage(&self) -> Vec<DatasetError> {
-        let tables = TableName::ALL.into_iter();
-        let parts = tables.flat_map(|table| self.parts(table));
-        parts.filter_map(|part| check_part(&self.folder, part).err()).collect()
+        let mut found: Vec<DatasetError> = TimingsManifest::read(&self.folder).err().into_iter().collect();
+        found.extend(strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error]));
+        found.extend(TableName::ALL.into_iter().flat_map(|table| self.damage_of(table)));
+        found
+    }
+
+    /// What can be said without reading the parts: files that are no parts, parts that are gone or of another length.
+    pub fn damage_at_a_glance(&self) -> Vec<DatasetError> {
+        let parts = TableName::ALL.into_iter().flat_map(|table| self.parts(table));
+        let odd = parts.filter_map(|part| {
+            let path = self.folder.join(&part.file);
+            let length = fs::metadata(&path).map(|data| data.len()).map_err(failed_to("look at", &path));
+            match length {
+                Ok(length) if length == part.bytes => None,
+                Ok(length) => Some(DatasetError::Damaged {
+                    path,
+                    found: format!("{length} bytes"),
+                    expected: format!("{} bytes", part.bytes),
+                }),
+                Err(error) => Some(error),
+            }
+        });
+        let strays = strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error]);
+        strays.into_iter().chain(odd).collect()
+    }
+
+    /// The same of one table's parts.
+    pub fn damage_of(&self, table: TableName) -> impl Iterator<Item = DatasetError> {
+        self.parts(table).iter().filter_map(|part| check_part(&self.folder, part).err())
     }
 }
 

@@ -6,11 +6,12 @@ use std::path::Path;
 use super::columns::{Columns, TableName};
 use super::error::DatasetError;
 use super::journal;
-use super::manifest::{Manifest, Part, RowSpan, TimingsManifest};
+use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, part_file};
 use super::parquet_file::visit_rows;
 use super::reader::check_part;
+use super::rebuild::Known;
 use super::record::{RowWriter, StoredRow, cells_say_failed};
-use super::store::{Block, remove};
+use super::store::{Block, DAMAGED, remove, set_aside};
 use crate::quantity::Value;
 
 /// What is there.
@@ -25,25 +26,31 @@ pub struct Recovered {
     pub only_in_parts: BTreeSet<u64>,
     /// What was damaged; its rows are to be computed again.
     pub damaged: Vec<DatasetError>,
+    /// What else was lost, in words.
+    pub notes: Vec<String>,
 }
+
+/// Blocks of rows that are damaged, by their first row, with what is wrong with them.
+type Bad = BTreeMap<u64, Vec<DatasetError>>;
 
 /// Checks every part against its checksum, takes the damaged ones out of the manifests, and collects the rows of the blocks
 /// that are not full.
 ///
+/// Nothing that was computed is removed: what is damaged goes to [`DAMAGED`], unless the journal has all its rows.
+///
 /// # Errors
 /// The system's.
-pub fn recover(
-    folder: &Path,
-    columns: &Columns,
-    manifests: (Manifest, TimingsManifest),
-) -> Result<Recovered, DatasetError> {
-    let (manifest, timings) = manifests;
-    let mut recovered = Recovered::nothing(manifest, timings);
+pub fn recover(folder: &Path, columns: &Columns, known: Known) -> Result<Recovered, DatasetError> {
+    let mut recovered = Recovered { notes: known.notes, ..Recovered::nothing(known.manifest, known.timings) };
+    recovered.drop_lost_timings(folder);
     let mut bad = recovered.check(folder);
+    for (first_row, path) in known.unvouched {
+        bad.entry(first_row).or_default().push(DatasetError::Unvouched { path });
+    }
     let per_part = recovered.manifest.study.rows_per_part;
     let listed: Vec<u64> = recovered.manifest.runs.iter().map(|part| part.first_row).collect();
-    for first_row in listed.into_iter().filter(|first_row| !bad.contains(first_row)).collect::<Vec<_>>() {
-        if recovered.is_full(first_row) {
+    for first_row in listed.into_iter().filter(|first_row| !bad.contains_key(first_row)).collect::<Vec<_>>() {
+        if is_full(&recovered.manifest, first_row) {
             continue;
         }
         match read_block(folder, columns, &recovered, first_row) {
@@ -51,23 +58,20 @@ pub fn recover(
                 recovered.only_in_parts.extend(block.keys());
                 recovered.pending.insert(first_row / per_part, block);
             }
-            Err(error) => {
-                recovered.damaged.push(error);
-                bad.insert(first_row);
-            }
+            Err(error) => bad.entry(first_row).or_default().push(error),
         }
     }
     let range = recovered.manifest.range;
-    let Recovered { manifest, pending, only_in_parts, .. } = &mut recovered;
-    journal::recover(folder, &mut |row| {
+    let Recovered { manifest, pending, only_in_parts, notes, .. } = &mut recovered;
+    let torn = journal::recover(folder, &mut |row| {
         let first_row = row.row() / per_part * per_part;
-        let has_part = !bad.contains(&first_row) && is_full(manifest, first_row);
+        let has_part = !bad.contains_key(&first_row) && is_full(manifest, first_row);
         if !has_part && (range.first..range.end).contains(&row.row()) {
             only_in_parts.remove(&row.row());
             pending.entry(row.row() / per_part).or_default().insert(row.row(), row);
         }
     })?;
-    // A row of the design that the journal still has needs no computing, even if its part is damaged.
+    notes.extend(torn);
     recovered.forget(folder, bad)?;
     Ok(recovered)
 }
@@ -75,86 +79,135 @@ pub fn recover(
 impl Recovered {
     /// A dataset that begins.
     pub fn nothing(manifest: Manifest, timings: TimingsManifest) -> Self {
-        Self { manifest, timings, pending: BTreeMap::new(), only_in_parts: BTreeSet::new(), damaged: Vec::new() }
+        Self {
+            manifest,
+            timings,
+            pending: BTreeMap::new(),
+            only_in_parts: BTreeSet::new(),
+            damaged: Vec::new(),
+            notes: Vec::new(),
+        }
     }
 
-    /// First rows of the blocks with damaged or missing parts.
-    fn check(&mut self, folder: &Path) -> BTreeSet<u64> {
-        let mut bad = BTreeSet::new();
-        let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
-        let parts = self.manifest.runs.iter().chain(&self.manifest.blows).chain(&self.timings.timings);
-        for part in parts {
-            *counts.entry(part.first_row).or_default() += 1;
+    /// Full blocks without timings: theirs become nulls.
+    pub fn untimed(&self) -> Vec<u64> {
+        let full = self.manifest.runs.iter().map(|part| part.first_row).filter(|row| is_full(&self.manifest, *row));
+        full.filter(|first_row| find(&self.timings.timings, *first_row).is_none()).collect()
+    }
+
+    /// Forgets timings that are damaged or gone: they are no reason to compute a row again.
+    fn drop_lost_timings(&mut self, folder: &Path) {
+        // Timings that are ahead of the manifest are written again with the block.
+        self.timings
+            .timings
+            .retain(|part| find(&self.manifest.runs, part.first_row).is_some() && check_part(folder, part).is_ok());
+        let lost = self.manifest.runs.iter().filter(|part| find(&self.timings.timings, part.first_row).is_none());
+        let rows: u64 = lost.map(|part| part.records).sum();
+        if rows > 0 {
+            self.notes.push(format!(
+                "the wall times of {rows} rows are lost or damaged: nulls in the table of timings; the rows themselves are kept"
+            ));
+        }
+    }
+
+    /// The blocks with damaged or missing parts.
+    fn check(&self, folder: &Path) -> Bad {
+        let mut bad = Bad::new();
+        for part in self.manifest.runs.iter().chain(&self.manifest.blows) {
             if let Err(error) = check_part(folder, part) {
-                self.damaged.push(error);
-                bad.insert(part.first_row);
+                bad.entry(part.first_row).or_default().push(error);
             }
         }
-        // A block counts only with all its parts; timings that are ahead of the manifest are written again.
-        bad.extend(
-            counts.into_iter().filter(|(_, count)| *count != TableName::ALL.len()).map(|(first_row, _)| first_row),
-        );
         bad
     }
 
-    fn is_full(&self, first_row: u64) -> bool {
-        is_full(&self.manifest, first_row)
-    }
-
-    /// Takes blocks out of the manifests; their files go when the manifests are in place.
-    fn forget(&mut self, folder: &Path, blocks: BTreeSet<u64>) -> Result<(), DatasetError> {
-        for first_row in blocks {
-            // Gone at once, so that no reader of the folder trips over a damaged file until it is written anew.
-            for part in self.parts_of(first_row) {
-                remove(&folder.join(&part.file))?;
+    /// Takes blocks out of the manifests, and their files out of the tables, so that no reader of the folder trips over them.
+    fn forget(&mut self, folder: &Path, blocks: Bad) -> Result<(), DatasetError> {
+        for (first_row, errors) in blocks {
+            let known = self.manifest.rows_of(first_row);
+            // Of a block that no manifest knows, all rows may have been there.
+            let all = self.manifest.block(first_row).intersection(self.manifest.range);
+            let wanted = if known.is_empty() { vec![all] } else { known };
+            let pending = self.pending.get(&(first_row / self.manifest.study.rows_per_part));
+            let has = |row: u64| pending.is_some_and(|block| block.contains_key(&row));
+            // A process that ends between two renames leaves such a block too: the journal has its rows.
+            let is_lost = !wanted.into_iter().flat_map(|span| span.first..span.end).all(has);
+            for table in TableName::ALL {
+                let path = folder.join(part_file(table, first_row));
+                if is_lost { set_aside(&path, &folder.join(DAMAGED))? } else { remove(&path)? }
+            }
+            if is_lost {
+                self.damaged.extend(errors);
             }
             self.manifest.remove_block(first_row);
             self.timings.timings.retain(|part| part.first_row != first_row);
         }
         Ok(())
     }
+}
 
-    fn parts_of(&self, first_row: u64) -> Vec<Part> {
-        let parts = self.manifest.runs.iter().chain(&self.manifest.blows).chain(&self.timings.timings);
-        parts.filter(|part| part.first_row == first_row).cloned().collect()
-    }
+/// The part of a block.
+pub fn find(parts: &[Part], first_row: u64) -> Option<&Part> {
+    parts.iter().find(|part| part.first_row == first_row)
 }
 
 /// Whether the manifest has all rows of a block that the dataset is to hold.
 fn is_full(manifest: &Manifest, first_row: u64) -> bool {
     let wanted = manifest.block(first_row).intersection(manifest.range);
-    let part = manifest.runs.iter().find(|part| part.first_row == first_row);
-    part.is_some_and(|part| part.records == wanted.len())
+    find(&manifest.runs, first_row).is_some_and(|part| part.records == wanted.len())
+}
+
+/// The parts of one block.
+#[derive(Clone, Copy)]
+pub struct BlockParts<'a> {
+    /// Of the table of runs.
+    pub runs: &'a Part,
+    /// Of the table of blows.
+    pub blows: &'a Part,
+    /// Of the table of timings; lost ones give nulls.
+    pub timings: Option<&'a Part>,
 }
 
 /// The rows of a block's parts.
 fn read_block(folder: &Path, columns: &Columns, recovered: &Recovered, first_row: u64) -> Result<Block, DatasetError> {
     let mut block = Block::new();
-    let parts = [&recovered.manifest.runs, &recovered.timings.timings, &recovered.manifest.blows];
-    let parts = parts.map(|parts| parts.iter().find(|part| part.first_row == first_row));
-    if let [Some(runs), Some(timings), Some(blows)] = parts {
-        read_parts(folder, columns, [runs, timings, blows], &mut |row| {
+    let Recovered { manifest, timings, .. } = recovered;
+    if let (Some(runs), Some(blows)) = (find(&manifest.runs, first_row), find(&manifest.blows, first_row)) {
+        let parts = BlockParts { runs, blows, timings: find(&timings.timings, first_row) };
+        read_parts(folder, columns, parts, &mut |row| {
             block.insert(row.row(), row);
         })?;
     }
     Ok(block)
 }
 
-/// Calls `take` for every row of the parts of runs, timings and blows of one block.
+/// Calls `take` for every row of the parts of one block.
 ///
 /// # Errors
 /// [`DatasetError::Damaged`] if the tables have not the same rows, or the reader's.
 pub fn read_parts(
     folder: &Path,
     columns: &Columns,
-    parts: [&Part; 3],
+    parts: BlockParts<'_>,
     take: &mut dyn FnMut(StoredRow),
 ) -> Result<(), DatasetError> {
     let mut rows: BTreeMap<u64, RowWriter> = BTreeMap::new();
-    let tables = [TableName::Runs, TableName::Timings, TableName::Blows];
-    for (table, part) in tables.into_iter().zip(parts) {
-        let path = folder.join(&part.file);
+    let tables = [
+        (TableName::Runs, Some(parts.runs)),
+        (TableName::Timings, parts.timings),
+        (TableName::Blows, Some(parts.blows)),
+    ];
+    for (table, part) in tables {
         let descriptions = columns.describe(table);
+        let Some(part) = part else {
+            // In the order of the columns: the row's index, then what is lost.
+            for (row, writer) in &mut rows {
+                writer.cell(Some(Value::Count(*row)));
+                descriptions.iter().skip(1).for_each(|_| writer.cell(None));
+            }
+            continue;
+        };
+        let path = folder.join(&part.file);
         let names: Vec<&str> = descriptions.iter().map(|column| column.name.as_str()).collect();
         let mut strays = 0;
         visit_rows(&path, &descriptions, &mut |cells| {

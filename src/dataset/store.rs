@@ -10,21 +10,38 @@ use super::columns::{Columns, TableName};
 use super::durable::{StagedFile, failed_to, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_json};
+use super::lock::Place;
+use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_sealed_json};
 use super::parquet_file::TableBuilder;
+use super::rebuild::BlockDescription;
 use super::record::{ColumnCounts, StoredRow};
+use super::recovery::find;
+use crate::quantity::Value;
 
 /// Folder of the grown dataset while it is written, below the dataset's.
 pub const GROWING: &str = ".growing";
 /// Folder for files that are not yet in place, on the same file system as the tables.
 pub const STAGING: &str = ".staging";
 
+/// Folder for parts that are not those of the manifest any more.
+pub const DAMAGED: &str = ".damaged";
+/// Folder of the datasets that were replaced, until the one that replaces them is whole.
+pub const REPLACED: &str = ".replaced";
+
 /// Rows of one block, by index.
 pub type Block = BTreeMap<u64, StoredRow>;
+
+/// The tables of a block.
+struct Tables {
+    runs: TableBuilder,
+    blows: TableBuilder,
+    timings: TableBuilder,
+}
 
 /// The parts and manifests of a dataset.
 pub struct Store {
     folder: PathBuf,
+    place: Place,
     columns: Arc<Columns>,
     manifest: Manifest,
     timings: TimingsManifest,
@@ -36,15 +53,16 @@ impl Store {
     /// # Errors
     /// The system's.
     pub fn open(
-        folder: &Path,
+        place: Place,
         columns: Arc<Columns>,
         (manifest, timings): (Manifest, TimingsManifest),
     ) -> Result<Self, DatasetError> {
+        let folder = place.path().to_owned();
         for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
             let path = folder.join(name);
             fs::create_dir_all(&path).map_err(failed_to("create", &path))?;
         }
-        let store = Self { folder: folder.to_owned(), columns, manifest, timings };
+        let store = Self { folder, place, columns, manifest, timings };
         store.put_manifests_in_place(&store.manifest, &store.timings)?;
         Ok(store)
     }
@@ -52,6 +70,14 @@ impl Store {
     /// The manifest of what is in place.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
+    }
+
+    /// Whether the dataset's folder is still the one that was opened.
+    ///
+    /// # Errors
+    /// [`DatasetError::Gone`].
+    pub fn check_place(&self) -> Result<(), DatasetError> {
+        self.place.check()
     }
 
     /// Writes the parts of a block: all files are staged and synced first, then renamed into place, then the manifests.
@@ -62,42 +88,61 @@ impl Store {
         let Some(first) = block.keys().next() else {
             return Ok(());
         };
+        self.check_place()?;
         let per_part = self.manifest.study.rows_per_part;
         let first_row = first / per_part * per_part;
         let failed = block.values().filter(|row| row.failed()).count() as u64;
-        let mut parts = Vec::with_capacity(TableName::ALL.len());
-        let mut files = Vec::with_capacity(TableName::ALL.len());
-        for builder in self.tables(block)? {
-            let (table, builder) = builder;
-            let (part, file) = self.stage_part(table, builder, (first_row, failed))?;
-            parts.push(part);
-            files.push((table.folder(), file));
-        }
+        let at = (first_row, failed);
+        let Tables { runs, blows, timings: times } = self.tables(block)?;
+        let (runs, runs_file) = self.stage_part(runs, at, None)?;
+        let (blows, blows_file) = self.stage_part(blows, at, None)?;
         let (mut manifest, mut timings) = (self.manifest.clone(), self.timings.clone());
-        if let Ok([part_of_timings, blows, runs]) = <[Part; 3]>::try_from(parts) {
-            timings.put(part_of_timings);
-            manifest.put_block(block.keys().copied(), runs, blows);
-        }
-        for (folder, file) in files {
-            file.put_in_place()?;
-            sync_folder(&self.folder.join(folder))?;
-        }
+        manifest.put_block(block.keys().copied(), runs.clone(), blows.clone());
+        // It describes the other two, so that the manifest can be made anew from it.
+        let description = BlockDescription::new(&manifest, &runs, &blows).to_text()?;
+        let (times, times_file) = self.stage_part(times, at, Some(description))?;
+        timings.put(times);
+        // In this order: a run that a reader sees has its blows.
+        let files = [(TableName::Timings, times_file), (TableName::Blows, blows_file), (TableName::Runs, runs_file)];
+        files.into_iter().try_for_each(|file| self.put_part_in_place(file))?;
         self.put_manifests_in_place(&manifest, &timings)?;
         (self.manifest, self.timings) = (manifest, timings);
         Ok(())
     }
 
-    /// The tables of a block in the order in which they are put in place: a run that a reader sees has its blows.
-    fn tables(&self, block: &Block) -> Result<[(TableName, TableBuilder); 3], DatasetError> {
-        let builder = |table| TableBuilder::new(table, self.columns.describe(table));
-        let [mut timings, mut blows, mut runs] =
-            [TableName::Timings, TableName::Blows, TableName::Runs].map(|table| (table, builder(table)));
+    /// Writes nulls as the timings of a block whose own are lost.
+    ///
+    /// # Errors
+    /// As [`Store::put_block`].
+    pub fn put_null_timings(&mut self, first_row: u64) -> Result<(), DatasetError> {
+        let manifest = &self.manifest;
+        let (Some(runs), Some(blows)) = (find(&manifest.runs, first_row), find(&manifest.blows, first_row)) else {
+            return Ok(());
+        };
+        let mut builder = self.builder(TableName::Timings);
+        for row in manifest.rows_of(first_row).into_iter().flat_map(|span| span.first..span.end) {
+            builder.append(0, Some(Value::Count(row)));
+            (1..self.columns.timings.len()).for_each(|index| builder.append(index, None));
+        }
+        let description = BlockDescription::new(manifest, runs, blows).to_text()?;
+        let (part, file) = self.stage_part(builder, (first_row, runs.failed), Some(description))?;
+        self.put_part_in_place((TableName::Timings, file))?;
+        self.timings.put(part);
+        self.put_manifests_in_place(&self.manifest, &self.timings)
+    }
+
+    fn builder(&self, table: TableName) -> TableBuilder {
+        TableBuilder::new(table, self.columns.describe(table))
+    }
+
+    fn tables(&self, block: &Block) -> Result<Tables, DatasetError> {
+        let [mut runs, mut blows, mut timings] = TableName::ALL.map(|table| self.builder(table));
         let counts = ColumnCounts::of(&self.columns);
         for row in block.values() {
             let whole = row.visit(&counts, &mut |table, index, cell| match table {
-                TableName::Runs => runs.1.append(index, cell),
-                TableName::Blows => blows.1.append(index, cell),
-                TableName::Timings => timings.1.append(index, cell),
+                TableName::Runs => runs.append(index, cell),
+                TableName::Blows => blows.append(index, cell),
+                TableName::Timings => timings.append(index, cell),
             });
             whole.ok_or_else(|| DatasetError::Record {
                 row: row.row(),
@@ -106,30 +151,35 @@ impl Store {
                 expected: "the columns of the manifest's study".to_owned(),
             })?;
         }
-        Ok([timings, blows, runs])
+        Ok(Tables { runs, blows, timings })
     }
 
     fn stage_part(
         &self,
-        table: TableName,
         builder: TableBuilder,
         (first_row, failed): (u64, u64),
+        description: Option<String>,
     ) -> Result<(Part, StagedFile), DatasetError> {
-        let file = part_file(table, first_row);
+        let file = part_file(builder.table(), first_row);
         let target = self.folder.join(&file);
         let (bytes, records) = builder
-            .encode(&self.manifest.study)
+            .encode(&self.manifest.study, description)
             .map_err(|source| DatasetError::Parquet { path: target.clone(), source })?;
         let blake3 = blake3::hash(&bytes).to_hex().to_string();
         let part = Part { file, first_row, records, failed, bytes: bytes.len() as u64, blake3 };
         Ok((part, StagedFile::write(&self.folder.join(STAGING), &target, &bytes)?))
     }
 
+    fn put_part_in_place(&self, (table, file): (TableName, StagedFile)) -> Result<(), DatasetError> {
+        file.put_in_place()?;
+        sync_folder(&self.folder.join(table.folder()))
+    }
+
     fn put_manifests_in_place(&self, manifest: &Manifest, timings: &TimingsManifest) -> Result<(), DatasetError> {
         let staging = self.folder.join(STAGING);
         let [manifest_path, timings_path] = [MANIFEST_NAME, TIMINGS_NAME].map(|name| self.folder.join(name));
-        let timings = StagedFile::write(&staging, &timings_path, &to_json(timings, &timings_path)?)?;
-        let manifest = StagedFile::write(&staging, &manifest_path, &to_json(manifest, &manifest_path)?)?;
+        let timings = StagedFile::write(&staging, &timings_path, &to_sealed_json(timings, &timings_path)?)?;
+        let manifest = StagedFile::write(&staging, &manifest_path, &to_sealed_json(manifest, &manifest_path)?)?;
         timings.put_in_place()?;
         manifest.put_in_place()?;
         sync_folder(&self.folder)
@@ -157,4 +207,24 @@ pub fn remove(path: &Path) -> Result<(), DatasetError> {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed_to("remove", path)(error)),
         _ => Ok(()),
     }
+}
+
+/// Moves a file or folder into the folder `aside`, under a name that is free there; one that is not there is fine.
+///
+/// # Errors
+/// The system's.
+pub fn set_aside(path: &Path, aside: &Path) -> Result<(), DatasetError> {
+    if !path.exists() {
+        return Ok(());
+    }
+    fs::create_dir_all(aside).map_err(failed_to("create", aside))?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut target = aside.join(&*name);
+    for number in 2.. {
+        if !target.exists() {
+            break;
+        }
+        target = aside.join(format!("{name}.{number}"));
+    }
+    fs::rename(path, &target).map_err(failed_to("move aside", path))
 }

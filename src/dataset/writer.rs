@@ -14,13 +14,15 @@ use super::difference::differences;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
-use super::journal::{JOURNAL, Journal};
-use super::lock::{LOCK_NAME, Lock};
+use super::journal::{self, JOURNAL, Journal};
+use super::lock::{LOCK_NAME, Lock, Place};
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
+use super::rebuild::{Known, known};
 use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
-use super::store::{Block, GROWING, STAGING, Store, columns_of, remove};
+use super::store::{Block, DAMAGED, REPLACED, STAGING, Store, columns_of, remove, set_aside};
+use super::verify::strays;
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
@@ -32,7 +34,8 @@ pub enum Existing {
     Refuse,
     /// Go on with it if it is of the same study and rows, else refuse with [`DatasetError::Changed`].
     Resume,
-    /// Remove the dataset's tables and manifests (nothing else), then start anew.
+    /// Start anew: the dataset's tables and manifests (nothing else) go to a folder `.replaced` within, and are removed when
+    /// the new dataset is whole.
     Replace,
 }
 
@@ -47,6 +50,7 @@ pub struct DatasetWriter {
     pending: BTreeMap<u64, Block>,
     left: BTreeSet<(u64, u64)>,
     damaged: Vec<DatasetError>,
+    notes: Vec<String>,
     recovered: (u64, u64),
     parts: Option<PartThread>,
     /// Dropped last: nobody else writes before everything here is over.
@@ -65,14 +69,17 @@ pub struct RowRecorder {
     info: Arc<DatasetInfo>,
     columns: Arc<Columns>,
     journal: Arc<Journal>,
+    place: Place,
 }
 
 impl RowRecorder {
     /// Puts a row into the journal. It must be handed to [`DatasetWriter::accept`] too, to get into a part.
     ///
     /// # Errors
-    /// [`DatasetError::Record`] if the row has not the shape of the study; the system's, such as a full disk.
+    /// [`DatasetError::Record`] if the row has not the shape of the study; [`DatasetError::Gone`] if the folder is another one;
+    /// the system's, such as a full disk.
     pub fn record(&self, record: &RowRecord) -> Result<StoredRow, DatasetError> {
+        self.place.check()?;
         check_record(&self.info, record)?;
         let row = StoredRow::new(&self.info, &self.columns, record);
         self.journal.append(&row)?;
@@ -100,17 +107,22 @@ impl DatasetWriter {
         look(folder, existing)?;
         fs::create_dir_all(folder).map_err(failed_to("create", folder))?;
         let lock = Lock::take(folder)?;
-        let recovered = match known(folder, existing)? {
-            Some(manifests) if existing == Existing::Resume => {
-                refuse_change(folder, &manifests.0, (info, range))?;
+        let recovered = match look(folder, existing)? {
+            Found::Dataset(known) if existing == Existing::Resume => {
+                refuse_change(folder, &known.manifest, (info, range))?;
                 // Title and comments of the first run stay, so that all parts have the same bytes.
-                columns = columns_of(&manifests.0.study)?;
-                recover(folder, &columns, manifests)?
+                columns = columns_of(&known.manifest.study)?;
+                let mut recovered = recover(folder, &columns, *known)?;
+                recovered.notes.extend(strays(folder, &recovered.manifest)?.iter().map(ToString::to_string));
+                recovered
             }
-            _ => {
-                remove_dataset(folder)?;
-                let (manifest, timings) = (Manifest::new(info.clone(), range), TimingsManifest::default());
-                Recovered::nothing(manifest, timings)
+            found => {
+                let manifest = Manifest::new(info.clone(), range);
+                let mut recovered = Recovered::nothing(manifest, TimingsManifest::default());
+                if !matches!(found, Found::Nothing) {
+                    recovered.notes.push(replace_dataset(folder)?);
+                }
+                recovered
             }
         };
         remove(&folder.join(STAGING))?;
@@ -120,7 +132,8 @@ impl DatasetWriter {
     }
 
     fn start(folder: &Path, columns: Arc<Columns>, recovered: Recovered, lock: Lock) -> Result<Self, DatasetError> {
-        let Recovered { manifest, timings, pending, only_in_parts, damaged } = recovered;
+        let untimed = recovered.untimed();
+        let Recovered { manifest, timings, pending, only_in_parts, damaged, notes } = recovered;
         let left = rows_left(&manifest, &pending);
         let rows: u64 = left.iter().map(|span| span.len()).sum();
         // Rows of a block that is not full are in its part and pending: the pending ones count.
@@ -134,8 +147,10 @@ impl DatasetWriter {
         unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
         journal.sync()?;
         let range = manifest.range;
-        let store = Store::open(folder, Arc::clone(&columns), (manifest, timings))?;
-        let recorder = RowRecorder { info, columns, journal };
+        let place = lock.place().clone();
+        let mut store = Store::open(place.clone(), Arc::clone(&columns), (manifest, timings))?;
+        untimed.into_iter().try_for_each(|first_row| store.put_null_timings(first_row))?;
+        let recorder = RowRecorder { info, columns, journal, place };
         let mut writer = Self {
             folder: folder.to_owned(),
             parts: Some(PartThread::start(store, Arc::clone(&recorder.journal))?),
@@ -144,6 +159,7 @@ impl DatasetWriter {
             pending,
             left: left.into_iter().map(|span| (span.first, span.end)).collect(),
             damaged,
+            notes,
             recovered: (range.len() - rows, failed),
             _lock: lock,
         };
@@ -159,6 +175,11 @@ impl DatasetWriter {
         self.recorder.clone()
     }
 
+    /// Where the dataset is.
+    pub fn place(&self) -> Place {
+        self.recorder.place.clone()
+    }
+
     /// The rows that are still to come, ascending.
     pub fn rows_left(&self) -> Vec<RowSpan> {
         self.left.iter().map(|&(first, end)| RowSpan { first, end }).collect()
@@ -169,9 +190,14 @@ impl DatasetWriter {
         self.recovered
     }
 
-    /// The damaged parts that were found; their rows are among those that are to come.
+    /// The damaged parts that were found; their rows are among those that are to come. The files are in `.damaged`.
     pub fn damaged(&self) -> &[DatasetError] {
         &self.damaged
+    }
+
+    /// What else was lost when the dataset was opened, or is kept aside, a sentence each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Takes one row; [`RowRecorder::record`] and [`DatasetWriter::accept`] in one.
@@ -208,8 +234,12 @@ impl DatasetWriter {
         }
         let parts = self.parts.take().ok_or(DatasetError::WriterLost)?;
         let store = parts.finish()?;
+        self.recorder.place.check()?;
         remove(&self.folder.join(JOURNAL))?;
         remove(&self.folder.join(STAGING))?;
+        if store.manifest().complete {
+            remove(&self.folder.join(REPLACED))?;
+        }
         Ok(store.manifest().clone())
     }
 
@@ -274,6 +304,9 @@ impl Drop for DatasetWriter {
             let _ = parts.finish();
         }
         let _ = self.recorder.journal.sync();
+        if self.recorder.place.check().is_err() {
+            return;
+        }
         let _ = fs::remove_dir_all(self.folder.join(STAGING));
         // Empty after a finished dataset; otherwise it has rows for the next run.
         let _ = fs::remove_dir(self.folder.join(JOURNAL));
@@ -307,7 +340,7 @@ fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) ->
                 let number = block.keys().next().map(|row| row / store.manifest().study.rows_per_part);
                 store.put_block(&block).and_then(|()| number.map_or(Ok(()), |number| journal.remove(number)))
             }
-            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Timeout) => store.check_place(),
             Err(RecvTimeoutError::Disconnected) => return (store, Ok(())),
         };
         if last_sync.elapsed() >= SYNC_INTERVAL {
@@ -320,29 +353,34 @@ fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) ->
     }
 }
 
-/// Looks at a folder before anything is done to it: it must be absent, empty, or a dataset that `existing` allows for.
-fn look(folder: &Path, existing: Existing) -> Result<(), DatasetError> {
-    known(folder, existing).map(|_| ())
+/// What a folder holds.
+enum Found {
+    /// Nothing, or what a dataset's creation leaves when it is interrupted.
+    Nothing,
+    /// A dataset.
+    Dataset(Box<Known>),
+    /// A dataset of another version, or one whose manifest is lost for good.
+    Unreadable,
 }
 
-/// The manifests of the dataset in a folder; `None` if there is none, or one to be replaced that cannot be read.
-fn known(folder: &Path, existing: Existing) -> Result<Option<(Manifest, TimingsManifest)>, DatasetError> {
+/// Looks at a folder: it must be absent, empty, or a dataset that `existing` allows for.
+fn look(folder: &Path, existing: Existing) -> Result<Found, DatasetError> {
     if is_vacant(folder)? {
-        return Ok(None);
+        return Ok(Found::Nothing);
     }
-    match (Manifest::read(folder), existing) {
-        (Ok(manifest), Existing::Refuse) => Err(DatasetError::Exists {
+    match (known(folder), existing) {
+        (Ok(Known { manifest, .. }), Existing::Refuse) => Err(DatasetError::Exists {
             path: folder.to_owned(),
             study: manifest.study.study_name,
             rows_done: manifest.rows_done,
             rows: manifest.study.rows,
         }),
-        // Timings that cannot be read leave no block with all its parts: everything is computed again.
-        (Ok(manifest), _) => Ok(Some((manifest, TimingsManifest::read(folder).unwrap_or_default()))),
+        (Ok(known), _) => Ok(Found::Dataset(Box::new(known))),
+        (Err(DatasetError::Missing { .. }), _) => Err(DatasetError::Occupied { path: folder.to_owned() }),
         // Whoever asks for replacement of a damaged dataset, or one of another version, gets it.
-        (Err(DatasetError::Version { .. } | DatasetError::Manifest { .. }), Existing::Replace) => Ok(None),
-        (Err(error @ (DatasetError::Version { .. } | DatasetError::Manifest { .. })), _) => Err(error),
-        (Err(_), _) => Err(DatasetError::Occupied { path: folder.to_owned() }),
+        (Err(DatasetError::Version { .. }), Existing::Replace) => Ok(Found::Unreadable),
+        (Err(error), Existing::Replace) if error.is_lost_manifest() => Ok(Found::Unreadable),
+        (Err(error), _) => Err(error),
     }
 }
 
@@ -387,24 +425,27 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
         let entry = entry.map_err(failed_to("read the folder", folder))?;
         let name = entry.file_name();
         let is_table = TableName::ALL.iter().any(|table| name == table.folder());
-        let is_ours = [STAGING, JOURNAL, GROWING, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME]
-            .iter()
-            .any(|ours| name == *ours);
+        let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
+        let is_ours = ours.iter().any(|ours| name == *ours);
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
         let may_stay = is_ours || (is_table && is_empty(&entry.path()));
         if !may_stay {
             return Ok(false);
         }
     }
-    Ok(true)
+    // Rows of a dataset whose manifest is gone.
+    Ok(journal::count(folder, &|_| true)?.0 == 0)
 }
 
-/// Removes what a dataset consists of; the manifest goes last, so that an interrupted removal can be repeated.
-fn remove_dataset(folder: &Path) -> Result<(), DatasetError> {
+/// Moves what a dataset consists of aside; the manifest goes last, so that an interrupted move can be repeated. Says where
+/// to.
+fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
+    let earlier = fs::read_dir(folder.join(REPLACED)).map_or(0, Iterator::count);
+    let aside = folder.join(REPLACED).join((earlier + 1).to_string());
     let tables = TableName::ALL.map(TableName::folder);
-    let files = [STAGED_STATUS_NAME, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME];
-    let names = tables.into_iter().chain([STAGING, JOURNAL, GROWING]).chain(files);
-    names.map(|name| folder.join(name)).try_for_each(|path| remove(&path))
+    let names = tables.into_iter().chain([JOURNAL, DAMAGED, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
+    names.map(|name| folder.join(name)).try_for_each(|path| set_aside(&path, &aside))?;
+    Ok(format!("the dataset that was there is kept in {} until the new one is whole", aside.display()))
 }
 
 /// Holds a record to the shape that the columns were made for: a value without column would be lost silently.

@@ -6,6 +6,7 @@ mod cluster;
 mod durable;
 #[cfg(unix)]
 mod growth;
+mod loss;
 mod report;
 #[cfg(unix)]
 mod sweeps;

@@ -1,6 +1,7 @@
 //! A synthetic study and its dataset.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -161,4 +162,29 @@ pub fn dataset() -> (TempDir, PathBuf) {
     let folder = scratch.path().join("sweep");
     write(&folder, 2);
     (scratch, folder)
+}
+
+/// Bytes of all files below a folder, by path.
+pub fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).expect("folder") {
+            let path = entry.expect("entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let relative = path.strip_prefix(folder).expect("below").to_owned();
+                found.insert(relative, fs::read(&path).expect("file"));
+            }
+        }
+    }
+    found
+}
+
+/// Everything but what depends on the machine.
+pub fn contract(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = files(folder);
+    found.retain(|name, _| !name.starts_with("timings") && name != Path::new("timings.json"));
+    found
 }

@@ -1,0 +1,168 @@
+//! The manifests of a folder, made anew from the parts where they are gone or damaged.
+//!
+//! Every part of the table of timings describes its block in its metadata: the study, and the block's parts of `runs` and
+//! `blows` with their checksums. It does so there because the bytes of the other two tables depend on the study alone. A
+//! manifest that is lost is the sum of these descriptions; a part that no description vouches for does not count.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::columns::{Columns, TableName};
+use super::difference::is_same_study;
+use super::durable::failed_to;
+use super::error::DatasetError;
+use super::info::DatasetInfo;
+use super::manifest::{FORMAT_VERSION, Manifest, Part, RowSpan, TimingsManifest, part_file, part_first_row};
+use super::parquet_file::{read_block_text, visit_rows};
+
+/// What a part of the table of timings says of its block.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BlockDescription {
+    format_version: u32,
+    study: DatasetInfo,
+    range: RowSpan,
+    done: Vec<RowSpan>,
+    runs: Part,
+    blows: Part,
+}
+
+/// The manifests of a folder.
+pub struct Known {
+    /// `manifest.json`, or what it must have been.
+    pub manifest: Manifest,
+    /// `timings.json`, or what is left of it.
+    pub timings: TimingsManifest,
+    /// What was lost, in words.
+    pub notes: Vec<String>,
+    /// Parts of `runs` and `blows` in the folder that nothing vouches for, where the manifest was lost.
+    pub unvouched: Vec<(u64, PathBuf)>,
+}
+
+impl BlockDescription {
+    /// The block of `runs` and `blows` in a manifest that has it.
+    pub fn new(manifest: &Manifest, runs: &Part, blows: &Part) -> Self {
+        Self {
+            format_version: FORMAT_VERSION,
+            study: manifest.study.clone(),
+            range: manifest.range,
+            done: manifest.rows_of(runs.first_row),
+            runs: runs.clone(),
+            blows: blows.clone(),
+        }
+    }
+
+    /// As text for a file's metadata.
+    ///
+    /// # Errors
+    /// [`DatasetError::Manifest`], should a value not be writable as JSON.
+    pub fn to_text(&self) -> Result<String, DatasetError> {
+        serde_json::to_string(self)
+            .map_err(|source| DatasetError::Manifest { path: self.runs.file.clone().into(), source })
+    }
+
+    fn read(path: &Path) -> Option<Self> {
+        let found: Self = serde_json::from_str(&read_block_text(path)?).ok()?;
+        (found.format_version == FORMAT_VERSION).then_some(found)
+    }
+}
+
+/// Reads the manifests of the dataset in `folder`, or makes them anew.
+///
+/// # Errors
+/// What was wrong with `manifest.json`, if the parts do not tell what it was; the system's.
+pub fn known(folder: &Path) -> Result<Known, DatasetError> {
+    let mut notes = Vec::new();
+    let mut unvouched = Vec::new();
+    let manifest = match Manifest::read(folder) {
+        Err(error) if error.is_lost_manifest() => {
+            let Some(manifest) = manifest_of_parts(folder)? else {
+                return Err(error);
+            };
+            let rows = manifest.rows_done;
+            notes.push(format!("manifest.json is lost or damaged: made anew from the parts, which hold {rows} rows"));
+            unvouched = unlisted(folder, &manifest)?;
+            manifest
+        }
+        found => found?,
+    };
+    let timings = match TimingsManifest::read(folder) {
+        Err(error) if error.is_lost_manifest() => {
+            notes.push("timings.json is lost or damaged: made anew from the parts".to_owned());
+            timings_of_parts(folder, &manifest)?
+        }
+        found => found?,
+    };
+    Ok(Known { manifest, timings, notes, unvouched })
+}
+
+/// The manifest that the parts of timings describe; `None` if there are none, or they are not of one dataset.
+fn manifest_of_parts(folder: &Path) -> Result<Option<Manifest>, DatasetError> {
+    let mut manifest: Option<Manifest> = None;
+    for (first_row, path) in part_files(folder, TableName::Timings)? {
+        let Some(block) = BlockDescription::read(&path).filter(|block| block.runs.first_row == first_row) else {
+            continue;
+        };
+        let manifest = manifest.get_or_insert_with(|| Manifest::new(block.study.clone(), block.range));
+        if manifest.range != block.range || !is_same_study(&manifest.study, &block.study) {
+            return Ok(None);
+        }
+        manifest.put_block(block.done.iter().flat_map(|span| span.first..span.end), block.runs, block.blows);
+    }
+    Ok(manifest)
+}
+
+/// The timings of the manifest's blocks that are there and can be read.
+///
+/// # Errors
+/// [`DatasetError::DuplicateColumn`], or the system's.
+pub fn timings_of_parts(folder: &Path, manifest: &Manifest) -> Result<TimingsManifest, DatasetError> {
+    let columns = Columns::new(&manifest.study)?.describe(TableName::Timings);
+    let mut timings = TimingsManifest::default();
+    for runs in &manifest.runs {
+        let file = part_file(TableName::Timings, runs.first_row);
+        let path = folder.join(&file);
+        let mut records = 0;
+        let whole = BlockDescription::read(&path).is_some_and(|block| block.runs == *runs)
+            && visit_rows(&path, &columns, &mut |_| records += 1).is_ok()
+            && records == runs.records;
+        if whole {
+            let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
+            let blake3 = blake3::hash(&bytes).to_hex().to_string();
+            timings.put(Part {
+                file,
+                first_row: runs.first_row,
+                records,
+                failed: runs.failed,
+                bytes: bytes.len() as u64,
+                blake3,
+            });
+        }
+    }
+    Ok(timings)
+}
+
+/// Parts of `runs` and `blows` that the manifest does not list.
+fn unlisted(folder: &Path, manifest: &Manifest) -> Result<Vec<(u64, PathBuf)>, DatasetError> {
+    let mut found = part_files(folder, TableName::Runs)?;
+    found.extend(part_files(folder, TableName::Blows)?);
+    found.retain(|(first_row, _)| !manifest.runs.iter().any(|part| part.first_row == *first_row));
+    Ok(found)
+}
+
+/// The files of a table's folder that have the name of a part, with the first row of its block.
+fn part_files(folder: &Path, table: TableName) -> Result<Vec<(u64, PathBuf)>, DatasetError> {
+    let folder = folder.join(table.folder());
+    let Ok(entries) = fs::read_dir(&folder) else {
+        return Ok(Vec::new());
+    };
+    let mut found = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(failed_to("read the folder", &folder))?.path();
+        let first_row = path.file_name().and_then(|name| part_first_row(table, name.to_str()?));
+        found.extend(first_row.map(|first_row| (first_row, path)));
+    }
+    found.sort();
+    Ok(found)
+}
