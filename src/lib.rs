@@ -26,18 +26,19 @@
 //! linalg     :
 //! parameter  :
 //! quantity   :
+//! words      :
 //! workpiece  :
 //! contact    : parameter
 //! hammer     : contact parameter
 //! integrate  : quantity
-//! structure  : linalg
+//! structure  : linalg words
 //! scene      : hammer parameter workpiece
-//! study      : design hammer parameter quantity scene structure workpiece
+//! study      : design hammer parameter quantity scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate quantity scene system
 //! run        : integrate metrics quantity scene system
 //! accuracy   : integrate metrics quantity run scene system
-//! dataset    : integrate metrics quantity run
+//! dataset    : integrate metrics quantity run words
 //! report     : dataset metrics quantity run
 //! engine     : dataset design quantity run scene structure study system
 //! cli        : accuracy dataset design engine guide integrate metrics quantity report run scene structure study system
@@ -57,6 +58,7 @@
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`guide`]: pages for users, as `decore help` prints them.
+//! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
 #![deny(missing_docs)]
 
@@ -81,4 +83,5 @@ pub mod scene;
 pub mod structure;
 pub mod study;
 pub mod system;
+pub mod words;
 pub mod workpiece;

@@ -19,11 +19,11 @@ use crate::engine::Engine;
 use crate::study::Study;
 
 /// Runs one shard, again if it was killed.
-const TASK_SCRIPT: &str = include_str!("task.sh");
+const TASK_SCRIPT: &str = include_str!("../assets/sweeps/task.sh");
 /// Merges the shards.
-const MERGE_SCRIPT: &str = include_str!("merge.sh");
+const MERGE_SCRIPT: &str = include_str!("../assets/sweeps/merge.sh");
 /// Submits the shards and the merge to HyperQueue.
-const HYPERQUEUE_SCRIPT: &str = include_str!("sweep_on_hyperqueue.py");
+const HYPERQUEUE_SCRIPT: &str = include_str!("../assets/sweeps/sweep_on_hyperqueue.py");
 
 #[derive(Debug, Args)]
 pub(super) struct ClusterArguments {

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use parquet::errors::ParquetError;
 
+use crate::words::nearest;
+
 /// Why a dataset could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
@@ -218,7 +220,7 @@ pub enum DatasetError {
         path: PathBuf,
     },
     /// A column that is not there.
-    #[error("table `{table}` has no column `{column}`{}", nearest(.known, .column))]
+    #[error("table `{table}` has no column `{column}`{}", hint(.known, .column))]
     UnknownColumn {
         /// The table.
         table: &'static str,
@@ -237,13 +239,9 @@ pub enum DatasetError {
     },
 }
 
-/// The known name that resembles `name` most, as a hint.
-fn nearest(known: &[String], name: &str) -> String {
-    let similarity = |other: &&String| strsim::jaro_winkler(other, name);
-    match known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b))) {
-        Some(best) => format!("; did you mean `{best}`?"),
-        None => String::new(),
-    }
+/// The known name that was most likely meant, as a hint.
+fn hint(known: &[String], name: &str) -> String {
+    nearest(name, known.iter().map(String::as_str)).map_or(String::new(), |name| format!("; did you mean `{name}`?"))
 }
 
 impl DatasetError {

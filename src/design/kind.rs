@@ -2,19 +2,20 @@
 
 use std::sync::Arc;
 
-use super::Factor;
 use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
 use super::error::DesignError;
+use super::factor::Factor;
 use super::factorial::{Axial, OneAtATime, Shares, box_behnken, central_composite, screening};
 use super::fraction::{Aliases, Fraction};
 use super::halton::Halton;
-use super::latin::{Latin, LatinHypercube};
+use super::latin::Latin;
 use super::permutation::{hash, uniform};
 use super::sensitivity::{Morris, Saltelli};
 use super::sobol::{MAX_DIMENSIONS, Sobol};
+use super::strata::LatinHypercube;
 
 /// How the rows are chosen.
 #[derive(Debug, Clone, PartialEq)]

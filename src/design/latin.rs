@@ -1,13 +1,14 @@
 //! Latin hypercubes: plain, sliced, on orthogonal arrays, optimised, correlated, constrained, grown.
 
-use super::Factor;
 use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::Distribution;
 use super::error::DesignError;
+use super::factor::Factor;
 use super::orthogonal::{Field, bose};
-use super::permutation::{Permutation, hash, uniform};
+use super::permutation::{Permutation, hash};
+use super::strata::{HypercubeKind, LatinHypercube, OpenHypercube};
 use super::table::{Builder, OPTIMISER_STREAM, Table};
 
 /// Most rows of an optimised hypercube: its effort and memory grow with their square.
@@ -15,58 +16,10 @@ const MAX_OPTIMISED_ROWS: usize = 3000;
 /// Most entries (rows times factors) of a hypercube that is kept as a table.
 const MAX_TABLE_ENTRIES: usize = 1 << 28;
 
-/// Place of a point within its stratum.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Placement {
-    /// Uniform at random.
-    #[default]
-    Random,
-    /// In the stratum's middle.
-    Centred,
-}
-
-/// What a Latin hypercube is chosen for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum HypercubeKind {
-    /// At random among all.
-    #[default]
-    Random,
-    /// A large smallest distance (by phi_p with p = 32 over the strata's middles).
-    Maximin,
-    /// A small centred L2 discrepancy (of the strata's middles).
-    CentredDiscrepancy,
-    /// Built on an orthogonal array of strength two (Tang 1993): `q^2` rows for a prime power `q`, at most `q + 1`
-    /// factors; every pair of factors hits each of its `q x q` cells once.
-    OrthogonalArray,
-    /// Sliced over the categories (Qian 2012): there is a slice per combination of categories, row r belongs to slice
-    /// `r mod slices`, and the other factors form a Latin hypercube in each slice and in the whole.
-    Sliced,
-}
-
-/// A Latin hypercube.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct LatinHypercube {
-    /// Number of rows.
-    pub rows: usize,
-    /// Numbers of rows that the design had before, ascending: its first rows are that design's.
-    ///
-    /// Each stage fills strata that the rows before it leave empty. The whole is a Latin hypercube where `rows` is a multiple
-    /// of the stage before; otherwise as many strata are hit as the first rows allow.
-    pub grown_from: Vec<usize>,
-    /// Place of a point within its stratum.
-    pub placement: Placement,
-    /// What it is chosen for.
-    pub kind: HypercubeKind,
-}
-
 /// A Latin hypercube ready to give rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Latin {
-    spec: LatinHypercube,
-    seed: u64,
-    columns: usize,
-    /// Number of categories per factor, where the hypercube is sliced; 1 for other factors.
-    categories: Vec<u64>,
+    open: OpenHypercube,
     form: Form,
 }
 
@@ -103,7 +56,8 @@ impl Latin {
         correlation: Option<&Correlation>,
         conditions: Conditions<'_>,
     ) -> Result<Self, DesignError> {
-        Self::open(&self.spec, self.categories.clone(), self.seed)?.tabulated(correlation, Some(conditions))
+        let OpenHypercube { spec, seed, categories } = &self.open;
+        Self::open(spec, categories.clone(), *seed)?.tabulated(correlation, Some(conditions))
     }
 
     fn open(spec: &LatinHypercube, categories: Vec<u64>, seed: u64) -> Result<Self, DesignError> {
@@ -137,7 +91,7 @@ impl Latin {
             );
             return Err(DesignError::setting("rows", message));
         }
-        Ok(Self { spec: spec.clone(), seed, columns, categories, form })
+        Ok(Self { open: OpenHypercube { spec: spec.clone(), seed, categories }, form })
     }
 
     fn tabulated(
@@ -145,9 +99,10 @@ impl Latin {
         correlation: Option<&Correlation>,
         conditions: Option<Conditions<'_>>,
     ) -> Result<Self, DesignError> {
-        let optimised = matches!(self.spec.kind, HypercubeKind::Maximin | HypercubeKind::CentredDiscrepancy);
-        let plain = optimised || self.spec.kind == HypercubeKind::Random;
-        let (grown, constrained) = (!self.spec.grown_from.is_empty(), conditions.is_some());
+        let spec = &self.open.spec;
+        let optimised = matches!(spec.kind, HypercubeKind::Maximin | HypercubeKind::CentredDiscrepancy);
+        let plain = optimised || spec.kind == HypercubeKind::Random;
+        let (grown, constrained) = (!spec.grown_from.is_empty(), conditions.is_some());
         if !plain && (grown || constrained || correlation.is_some()) {
             return Err(DesignError::setting(
                 "optimise",
@@ -158,23 +113,11 @@ impl Latin {
         if !(optimised || grown || constrained || correlation.is_some()) {
             return Ok(self);
         }
-        if self.spec.rows.saturating_mul(self.columns) > MAX_TABLE_ENTRIES {
+        if spec.rows.saturating_mul(self.open.columns()) > MAX_TABLE_ENTRIES {
             return Err(DesignError::TooManyRows);
         }
-        let table = Builder { latin: &self, conditions, correlation }.build()?;
+        let table = Builder { latin: &self.open, conditions, correlation }.build()?;
         Ok(Self { form: Form::Table(table), ..self })
-    }
-
-    pub(super) fn spec(&self) -> &LatinHypercube {
-        &self.spec
-    }
-
-    pub(super) fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    pub(super) fn columns(&self) -> usize {
-        self.columns
     }
 
     /// Whether rows are computed alone, without a table.
@@ -183,10 +126,10 @@ impl Latin {
     }
 
     pub(super) fn at(&self, row: usize, column: usize) -> Coordinate {
-        let count = self.categories.get(column).copied().unwrap_or(1);
+        let count = self.open.categories.get(column).copied().unwrap_or(1);
         if count > 1 {
             // The last factor's category changes fastest.
-            let faster: u64 = self.categories.iter().skip(column + 1).product();
+            let faster: u64 = self.open.categories.iter().skip(column + 1).product();
             return Coordinate::Step { step: row as u64 / faster % count, count };
         }
         let (stratum, strata) = match &self.form {
@@ -194,41 +137,19 @@ impl Latin {
                 let stratum = table.columns.get(column).and_then(|column| column.get(row)).copied().unwrap_or(0);
                 (u64::from(stratum), table.strata_of(row) as u64)
             }
-            Form::Open => (self.open_stratum(row as u64, column as u64), self.spec.rows as u64),
-            Form::Orthogonal(field) => (self.array_stratum(field, row as u64, column as u64), self.spec.rows as u64),
-        };
-        Coordinate::Stratum { stratum, strata, place: self.place(row, column) }
-    }
-
-    /// Two streams per factor: one for the permutation, one for the places within the strata.
-    pub(super) fn place(&self, row: usize, column: usize) -> f64 {
-        match self.spec.placement {
-            Placement::Random => uniform(self.seed, 2 * column as u64 + 1, row as u64),
-            Placement::Centred => 0.5,
-        }
-    }
-
-    /// Stratum of a row of the first stage before anything is optimised or repaired.
-    pub(super) fn open_stratum(&self, row: u64, column: u64) -> u64 {
-        let key = hash(self.seed, 2 * column, 0);
-        // A grown design starts as the first one did.
-        let rows = self.spec.grown_from.first().copied().unwrap_or(self.spec.rows) as u64;
-        match self.spec.kind {
-            HypercubeKind::Sliced => {
-                let slices: u64 = self.categories.iter().product();
-                let (slice, index, coarse) = (row % slices, row / slices, rows / slices);
-                let stratum = Permutation::new(hash(key, 1, slice), coarse).at(index);
-                stratum * slices + Permutation::new(hash(key, 2, stratum), slices).at(slice)
+            Form::Open => (self.open.stratum(row as u64, column as u64), self.open.spec.rows as u64),
+            Form::Orthogonal(field) => {
+                (self.array_stratum(field, row as u64, column as u64), self.open.spec.rows as u64)
             }
-            _ => Permutation::new(key, rows).at(row),
-        }
+        };
+        Coordinate::Stratum { stratum, strata, place: self.open.place(row, column) }
     }
 
     /// Symbols and the strata within a symbol are permuted at random.
     fn array_stratum(&self, field: &Field, row: u64, column: u64) -> u64 {
-        let key = hash(self.seed, 2 * column, 0);
+        let key = hash(self.open.seed, 2 * column, 0);
         let order = field.order();
-        let scattered = Permutation::new(hash(self.seed, OPTIMISER_STREAM, 0), order * order).at(row);
+        let scattered = Permutation::new(hash(self.open.seed, OPTIMISER_STREAM, 0), order * order).at(row);
         let (symbol, rank) = bose(field, scattered, column);
         let fine = Permutation::new(hash(key, 3, symbol), order).at(rank);
         Permutation::new(key, order).at(symbol) * order + fine

@@ -13,6 +13,7 @@ mod correlation;
 mod distribution;
 mod error;
 mod expression;
+mod factor;
 mod factorial;
 mod fraction;
 mod halton;
@@ -27,38 +28,33 @@ mod quality;
 mod ranks;
 mod repair;
 mod scatter;
+mod selection;
 mod sensitivity;
 mod sobol;
+mod strata;
 mod table;
 
-use constraint::{Conditions, Selection};
+use constraint::Conditions;
 use correlation::Correlation;
 use kind::{Plan, Request};
+use selection::Selection;
 
-pub use constraint::{Acceptance, Constraints, Met};
+pub use constraint::{Constraints, Met};
 pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
 pub use error::DesignError;
 pub use expression::{Expression, ExpressionError, Scope, Value};
+pub use factor::Factor;
 pub use factorial::Axial;
 pub use fraction::Aliases;
 pub use kind::Kind;
-pub use latin::{HypercubeKind, LatinHypercube, Placement};
 pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,
     wrap_around_discrepancy,
 };
 pub use scatter::{Axis, scatter_matrix};
-
-/// One factor of a design.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Factor {
-    /// What it varies over.
-    pub distribution: Distribution,
-    /// Number of levels in a grid, ends included. Needed there for real factors; integers and categories default to all
-    /// their values. Not used by sampling kinds.
-    pub levels: Option<usize>,
-}
+pub use selection::Acceptance;
+pub use strata::{HypercubeKind, LatinHypercube, Placement};
 
 /// A checked design.
 #[derive(Debug, Clone, PartialEq)]
@@ -222,23 +218,5 @@ impl Design {
         };
         let independent: Vec<f64> = coordinates.iter().map(probability).collect();
         correlation.copula(&independent).into_iter().map(Coordinate::Probability).collect()
-    }
-}
-
-impl Factor {
-    /// Number of levels in a grid; `index` is for the error.
-    fn level_count(&self, index: usize) -> Result<u64, DesignError> {
-        match (self.distribution.value_count(), self.levels) {
-            (Some(all), None) => Ok(all),
-            (None, None) => Err(DesignError::LevelsNeeded { factor: index }),
-            (all, Some(levels)) => {
-                let most = all.unwrap_or(u64::MAX);
-                let wanted = levels as u64;
-                if wanted < 2.min(most) || wanted > most {
-                    return Err(DesignError::Levels { factor: index, levels, most });
-                }
-                Ok(wanted)
-            }
-        }
     }
 }

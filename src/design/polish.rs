@@ -2,11 +2,11 @@
 
 use super::constraint::Conditions;
 use super::error::DesignError;
-use super::latin::HypercubeKind;
 use super::mirrored::{self, Mirrored};
 use super::optimise::{CentredDiscrepancy, Criterion, Crowding, Freedom, Schedule, Swap, anneal};
 use super::permutation::Stream;
 use super::ranks::Ranks;
+use super::strata::HypercubeKind;
 use super::table::{Builder, Table};
 
 /// Rank correlations are refined until none is farther than this from the one asked for.
@@ -68,7 +68,7 @@ impl Builder<'_, '_> {
 
     /// Anneals for what the hypercube is chosen for.
     pub fn optimise(&mut self, table: &mut Table, frozen: usize, stream: &mut Stream) -> Result<(), DesignError> {
-        let best = match self.latin.spec().kind {
+        let best = match self.latin.spec.kind {
             HypercubeKind::Maximin => self.spread(table, frozen, stream)?,
             HypercubeKind::CentredDiscrepancy => {
                 let (rows, volume) = volume(table);

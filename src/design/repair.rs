@@ -7,8 +7,8 @@
 
 use super::constraint::Conditions;
 use super::error::DesignError;
-use super::latin::Placement;
 use super::permutation::Stream;
+use super::strata::Placement;
 use super::table::{Builder, Table};
 
 /// Evaluations of rows that the search by matchings may take, per square of the number of rows, and bounds of their number.
@@ -301,7 +301,7 @@ impl Search<'_, '_, '_> {
         pairs.retain(|columns| columns.len() <= 2);
         pairs.sort_unstable();
         pairs.dedup();
-        let centred = self.builder.latin.spec().placement == Placement::Centred;
+        let centred = self.builder.latin.spec.placement == Placement::Centred;
         for pair in pairs {
             let inside = |index: &usize| self.columns(&[*index]).iter().all(|column| pair.contains(column));
             let among: Vec<usize> = all.iter().copied().filter(inside).collect();

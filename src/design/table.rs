@@ -4,8 +4,8 @@ use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::error::DesignError;
-use super::latin::Latin;
 use super::permutation::{Stream, hash};
+use super::strata::OpenHypercube;
 
 /// Streams of random numbers beyond those of the factors, counted on by the stage.
 pub(super) const OPTIMISER_STREAM: u64 = 1 << 40;
@@ -37,23 +37,23 @@ impl Table {
 
 /// Makes the table of a Latin hypercube.
 pub(super) struct Builder<'a, 'b> {
-    pub latin: &'a Latin,
+    pub latin: &'a OpenHypercube,
     pub conditions: Option<Conditions<'b>>,
     pub correlation: Option<&'a Correlation>,
 }
 
 impl Builder<'_, '_> {
     pub fn build(mut self) -> Result<Table, DesignError> {
-        let spec = self.latin.spec();
+        let spec = &self.latin.spec;
         let mut table = Table { stages: Vec::new(), columns: vec![Vec::new(); self.latin.columns()] };
         for (stage, &rows) in spec.grown_from.iter().chain([&spec.rows]).enumerate() {
             let frozen = table.stages.last().copied().unwrap_or(0);
-            let stream = |stream: u64| Stream::new(hash(self.latin.seed(), stream, stage as u64));
+            let stream = |stream: u64| Stream::new(hash(self.latin.seed, stream, stage as u64));
             let [mut growth, mut repair] = [GROWTH_STREAM, REPAIR_STREAM].map(stream);
             let [mut correlation, mut optimiser] = [CORRELATION_STREAM, OPTIMISER_STREAM].map(stream);
             if frozen == 0 {
                 for (column, strata) in table.columns.iter_mut().enumerate() {
-                    strata.extend((0..rows).map(|row| self.latin.open_stratum(row as u64, column as u64) as u32));
+                    strata.extend((0..rows).map(|row| self.latin.stratum(row as u64, column as u64) as u32));
                 }
             } else {
                 self.grow(&mut table, rows, &mut growth);

@@ -22,6 +22,9 @@ pub const CACHE_FOLDER: &str = ".decore-cache";
 /// First bytes of a cache file; the number changes with its layout.
 const MAGIC: &[u8; 16] = b"decore-reduced-2";
 const HASH: usize = 32;
+/// Others who share the folder may read a cache, as far as the user's mask lets them.
+#[cfg(unix)]
+const READABLE: u32 = 0o666;
 
 /// Where a reduction came from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -135,17 +138,16 @@ fn store(path: &Path, content: &[u8; HASH], structure: &ReducedStructure) -> std
     fs::create_dir_all(folder)?;
     let body = encode(structure);
     // Whole or not at all, also with several processes at it.
-    let unfinished = path.with_extension(format!("{}.unfinished", std::process::id()));
-    let mut file = fs::File::create(&unfinished)?;
-    let written = [MAGIC.as_slice(), content, blake3::hash(&body).as_bytes(), &body]
-        .into_iter()
-        .try_for_each(|part| file.write_all(part))
-        .and_then(|()| file.sync_all())
-        .and_then(|()| fs::rename(&unfinished, path));
-    if written.is_err() {
-        let _ = fs::remove_file(&unfinished);
+    let mut unfinished = tempfile::Builder::new();
+    #[cfg(unix)]
+    unfinished.permissions(std::os::unix::fs::PermissionsExt::from_mode(READABLE));
+    let mut unfinished = unfinished.tempfile_in(folder)?;
+    for part in [MAGIC.as_slice(), content, blake3::hash(&body).as_bytes(), &body] {
+        unfinished.write_all(part)?;
     }
-    written
+    unfinished.as_file().sync_all()?;
+    unfinished.persist(path)?;
+    Ok(())
 }
 
 fn encode(structure: &ReducedStructure) -> Vec<u8> {

@@ -1,6 +1,9 @@
-//! The little of CSV that the tables of this module need: commas, no quotes, one header line, `#` comments.
+//! The tables of this module: CSV with one header line and `#` comments, faults with their line.
 
+use std::io::Read;
 use std::path::Path;
+
+use csv::{Reader, ReaderBuilder, StringRecord, Trim};
 
 use super::error::{FileFault, StructureError};
 
@@ -18,27 +21,42 @@ pub(super) fn read_text(path: &Path) -> Result<String, StructureError> {
         .map_err(|error| StructureError::Read { file: path.display().to_string(), reason: error.to_string() })
 }
 
+/// Number of the line that has just been read.
+fn line_of<R: Read>(reader: &Reader<R>) -> usize {
+    reader.position().line().saturating_sub(1) as usize
+}
+
 impl Table {
     pub fn parse(file: &str, text: &str) -> Result<Self, StructureError> {
         let fault = |line, reason: String| FileFault { file: file.to_owned(), line, reason };
-        let mut lines = text
-            .trim_start_matches('\u{feff}')
-            .lines()
-            .enumerate()
-            .map(|(index, line)| (index + 1, line.trim()))
-            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-        let split = |line: &str| line.split(',').map(|field| field.trim().to_owned()).collect::<Vec<_>>();
+        // Every line with one end of one character: the reader's place tells its number.
+        let text = format!("{}\n", text.trim_start_matches('\u{feff}').replace("\r\n", "\n"));
+        let mut reader = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .comment(Some(b'#'))
+            .trim(Trim::All)
+            .from_reader(text.as_bytes());
+        let mut lines: Vec<(usize, Vec<String>)> = Vec::new();
+        let mut record = StringRecord::new();
+        while reader.read_record(&mut record).map_err(|error| fault(line_of(&reader), error.to_string()))? {
+            // A line of blanks, a comment that is indented.
+            let first = record.get(0).unwrap_or_default();
+            if (first.is_empty() && record.len() == 1) || first.starts_with('#') {
+                continue;
+            }
+            lines.push((line_of(&reader), record.iter().map(str::to_owned).collect()));
+        }
+        let mut lines = lines.into_iter();
         let (header_line, header) =
             lines.next().ok_or_else(|| fault(1, "the table is empty: a header line expected".to_owned()))?;
-        let header = split(header);
         for (index, name) in header.iter().enumerate() {
             if header[..index].contains(name) {
                 return Err(fault(header_line, format!("column \"{name}\" appears twice")).into());
             }
         }
         let mut rows = Vec::new();
-        for (line, text) in lines {
-            let fields = split(text);
+        for (line, fields) in lines {
             if fields.len() != header.len() {
                 let reason = format!("expected {} fields as in the header, found {}", header.len(), fields.len());
                 return Err(fault(line, reason).into());
@@ -85,5 +103,25 @@ impl Table {
             let name = self.header.get(column).map_or("", String::as_str);
             self.fault(line, format!("{name}: expected {expected}, found \"{text}\""))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_name_the_line_whatever_stands_before_it() {
+        let line = |text: &str| match Table::parse("t", text) {
+            Err(StructureError::Line(fault)) => fault.line,
+            other => panic!("{:?}", other.map(|table| table.rows)),
+        };
+        for end in ["\n", "\r\n"] {
+            let text = ["\u{feff}# a", "", "name, x", "  # b", "  ", "\"P, 1\", 2", "Q"].join(end);
+            assert_eq!(line(&text), 7);
+            let table = Table::parse("t", text.trim_end_matches('Q')).expect("valid");
+            assert_eq!((table.header_line, table.rows), (3, vec![(6, vec!["P, 1".to_owned(), "2".to_owned()])]));
+        }
+        assert_eq!([line(""), line("name\n"), line("a,b,a\n1,2,3\n")], [1, 2, 1]);
     }
 }

@@ -6,6 +6,7 @@ use sprs::CsMat;
 
 use super::error::StructureError;
 use super::import::symmetric;
+use super::label::{DofLabel, SCALAR};
 use super::place::{PointRows, place};
 use super::points::InterfacePoints;
 use crate::linalg::lowest_eigenvalue;
@@ -16,18 +17,6 @@ const LEAST_MASS_EIGENVALUE: f64 = -1e-8;
 
 /// Places of a node may differ by this many metres, and this share.
 const SAME_PLACE: f64 = 2e-3;
-
-/// What a row of the matrices stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct DofLabel {
-    /// Number of the node.
-    pub node: i64,
-    /// Direction 0 to 5, see [`super::DOF_NAMES`], or [`SCALAR`].
-    pub dof: usize,
-}
-
-/// The direction of a coordinate that is not the motion of a point: a modal coordinate of an earlier reduction.
-pub const SCALAR: usize = 6;
 
 /// Matrices of a model, both triangles stored, with what their rows stand for where that is known.
 #[derive(Debug, Clone)]
@@ -208,11 +197,6 @@ impl FeModel {
     pub fn order(&self) -> usize {
         self.matrices.mass.rows()
     }
-}
-
-/// Labels of rows that are numbered node by node, `dofs` per node; nodes are counted from 1.
-pub(super) fn regular_labels(order: usize, dofs: usize) -> Vec<DofLabel> {
-    (0..order).map(|row| DofLabel { node: (row / dofs) as i64 + 1, dof: row % dofs }).collect()
 }
 
 fn fault(file: &str, reason: String) -> StructureError {

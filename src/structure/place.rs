@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use super::model::{DofLabel, SCALAR};
+use super::label::{DofLabel, SCALAR};
 use super::points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 
 /// Rows of the six DOFs of a point; `None` where the model has no such DOF.

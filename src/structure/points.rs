@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::csv::{Table, read_text};
 use super::error::StructureError;
+use crate::words::nearest;
 
 /// Names of the six DOFs of a point in the order of their numbers: displacements in m, rotations in rad.
 pub const DOF_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
@@ -222,11 +223,6 @@ impl PlaceColumns {
             },
         })
     }
-}
-
-/// The known name with the fewest edits, the first of several.
-fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
-    known.min_by_key(|candidate| strsim::damerau_levenshtein(name, candidate)).map(str::to_owned)
 }
 
 /// One interface DOF: a point and one of its six directions.

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 use sprs::CsMat;
 
-use super::model::{FeModel, SCALAR};
+use super::label::SCALAR;
+use super::model::FeModel;
 use super::partition::sparse_times;
 use super::points::DOF_NAMES;
 

@@ -1,11 +1,12 @@
 //! Which interface points the rows of a study can use.
 
 use super::Study;
-use super::error::{Place, Problem, nearest_name};
+use super::error::{Place, Problem};
 use super::factors::to_toml;
 use super::path;
 use super::placement::PointTable;
 use super::resolve::DEFAULT_MACHINE;
+use crate::words::nearest;
 
 /// The interface points that some row of a study can use: what the reduced machine must keep.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -125,7 +126,7 @@ impl Study {
             if known.clone().all(|name| name != candidate.value) {
                 let message =
                     format!("no machine `{}`: expected one of [structures], or `{DEFAULT_MACHINE}`", candidate.value);
-                let nearest = nearest_name(&candidate.value, known.by_ref());
+                let nearest = nearest(&candidate.value, known.by_ref());
                 problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
             }
         }

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::document::Document;
-use super::error::{Problem, nearest_name};
+use super::error::Problem;
 use super::file::{DesignEntry, DistributionName, FactorEntry, LinkEntry, Scale};
 use super::keys::{Shape, shape_at};
 use super::kinds;
 use super::path;
 use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level, Scope, Value as ExpressionValue};
 use crate::quantity::{Kind, Value};
+use crate::words::nearest;
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
@@ -354,7 +355,7 @@ impl Reader<'_> {
                 let unknown = |used: &&str| before.iter().all(|info| info.name != *used);
                 if let Some(used) = expression.names().into_iter().find(unknown) {
                     let problem = self.problem(&at, format!("there is no factor `{used}` before this one"));
-                    problem.nearest = nearest_name(used, before.iter().map(|info| info.name.as_str()));
+                    problem.nearest = nearest(used, before.iter().map(|info| info.name.as_str()));
                 } else if expression.calls_scope() {
                     self.problem(&at, "calls a function that is not known here");
                 }
@@ -473,9 +474,7 @@ impl Reader<'_> {
             if let Err(message) = shape.accepts(&to_toml(value)) {
                 let at = self.at(name, &["values", &index.to_string()]);
                 let nearest = match (shape, value) {
-                    (Shape::Choice(choices), Value::Text(text)) => {
-                        nearest_name(text, choices.iter().map(String::as_str))
-                    }
+                    (Shape::Choice(choices), Value::Text(text)) => nearest(text, choices.iter().map(String::as_str)),
                     _ => None,
                 };
                 let problem = self.problem(&at, format!("{message}, but drives `{driven}`"));

@@ -4,8 +4,9 @@ use serde_json::Value as Json;
 use toml::Value;
 
 use super::document::{Content, Document, Node};
-use super::error::{Problem, nearest_name};
+use super::error::Problem;
 use super::path;
+use crate::words::nearest;
 
 /// What is allowed at one place of a file.
 #[derive(Debug, Clone)]
@@ -242,7 +243,7 @@ impl Walk<'_> {
                 if let Err(message) = shape.accepts(&node.value()) {
                     let nearest = match (shape, &node.content) {
                         (Shape::Choice(choices), Content::Leaf(Value::String(text))) => {
-                            nearest_name(text, choices.iter().map(String::as_str))
+                            nearest(text, choices.iter().map(String::as_str))
                         }
                         _ => None,
                     };
@@ -269,7 +270,7 @@ impl Walk<'_> {
 
     fn unknown(&mut self, node: &Node, keys: &[(String, Shape)], at: &[String]) {
         let names = || keys.iter().map(|(name, _)| name.as_str());
-        let nearest = at.last().and_then(|key| nearest_name(key, names()));
+        let nearest = at.last().and_then(|key| nearest(key, names()));
         let place = self.document.place(node.key.clone());
         let problem = Problem::new(place, path::join(at), "unknown key");
         let known = format!("one of {}", names().collect::<Vec<_>>().join(", "));
@@ -324,13 +325,9 @@ fn nearest_path(root: &Shape, tree: &toml::Table, wanted: &[String]) -> Option<S
     let mut known = Vec::new();
     collect(root, Some(tree), &mut Vec::new(), &mut known);
     let wanted = path::join(wanted);
-    let alike = |candidate: &String| strsim::normalized_damerau_levenshtein(&wanted, candidate);
-    let best = known.iter().max_by(|a, b| alike(a).total_cmp(&alike(b)).then_with(|| b.cmp(a)))?;
     let last = format!(".{}", wanted.rsplit('.').next().unwrap_or(&wanted));
-    if alike(best) > 0.6 {
-        return Some(best.clone());
-    }
-    known.iter().find(|candidate| candidate.ends_with(&last)).cloned()
+    let found = nearest(&wanted, known.iter().map(String::as_str));
+    found.or_else(|| known.iter().find(|name| name.ends_with(&last)).cloned())
 }
 
 fn collect(shape: &Shape, tree: Option<&toml::Table>, at: &mut Vec<String>, known: &mut Vec<String>) {

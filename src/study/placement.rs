@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::error::nearest_name;
 use crate::scene::Mount;
+use crate::words::nearest;
 
 /// Lengths below this in m are rounding.
 const LENGTH_TOLERANCE_M: f64 = 1e-9;
@@ -28,7 +28,7 @@ impl PointTable {
 
     /// The known name most like `name`, for messages.
     pub fn nearest_name(&self, name: &str) -> Option<String> {
-        nearest_name(name, self.positions.keys().map(String::as_str))
+        nearest(name, self.positions.keys().map(String::as_str))
     }
 }
 

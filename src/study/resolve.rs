@@ -1,12 +1,12 @@
 //! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
 
-use super::error::nearest_name;
 use super::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, SolverEntry, StudyFile};
 use super::geometry;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use super::preset::Preset;
 use crate::scene::{HammerUnit, Method, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
+use crate::words::nearest;
 use crate::workpiece::{Casting, Fixture, Inertia};
 
 /// Simulated time in s, unless the study says otherwise.
@@ -111,7 +111,7 @@ fn machine(name: Option<&str>, known: &[&str], issues: &mut Vec<Issue>) -> Optio
     let name = name.filter(|name| *name != DEFAULT_MACHINE)?;
     let found = known.iter().position(|known| *known == name);
     if found.is_none() {
-        let nearest = nearest_name(name, known.iter().copied().chain([DEFAULT_MACHINE]));
+        let nearest = nearest(name, known.iter().copied().chain([DEFAULT_MACHINE]));
         let message = format!("no machine `{name}`: it is neither `{DEFAULT_MACHINE}` nor in [structures]");
         issues.push(Issue { nearest, ..Issue::new("machine".into(), message) });
     }
@@ -254,7 +254,7 @@ impl HammerResolver<'_> {
         let names = || rails.iter().map(|rail| rail.name.as_str());
         match (&self.entry.rail, rails) {
             (Some(name), _) => rails.iter().find(|rail| rail.name == *name).ok_or_else(|| Issue {
-                nearest: nearest_name(name, names()),
+                nearest: nearest(name, names()),
                 ..Issue::new(self.path("rail"), format!("the structure has no rail `{name}`"))
             }),
             (None, [only]) => Ok(only),
@@ -270,7 +270,7 @@ impl HammerResolver<'_> {
         let names = || self.castings.iter().map(|casting| casting.name.as_str());
         match &self.entry.casting {
             Some(wanted) => names().position(|name| name == wanted).ok_or_else(|| Issue {
-                nearest: nearest_name(wanted, names()),
+                nearest: nearest(wanted, names()),
                 ..Issue::new(self.path("casting"), format!("the study has no casting `{wanted}`"))
             }),
             None if self.castings.len() <= 1 => Ok(0),

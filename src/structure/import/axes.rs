@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use sprs::{CsMat, TriMat};
 
 use crate::structure::error::StructureError;
-use crate::structure::model::{DofLabel, ModelMatrices};
+use crate::structure::label::DofLabel;
+use crate::structure::model::ModelMatrices;
 
 /// `A -> T A T'`, where T turns displacements and rotations of the nodes in `axes` (columns: local axes in the basic system).
 ///

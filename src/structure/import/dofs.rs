@@ -6,7 +6,7 @@ use super::lines::Lines;
 use super::rows::{Rows, direction, number};
 use super::superelement;
 use crate::structure::error::StructureError;
-use crate::structure::model::DofLabel;
+use crate::structure::label::DofLabel;
 use crate::structure::points::DOF_NAMES;
 
 /// Reads the table of a Nastran superelement, or a list of row labels, one line per row: `12.3` (CalculiX `.dof`), `12 3`,
@@ -76,7 +76,7 @@ pub(super) fn write_dofs(labels: &[DofLabel]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::structure::model::SCALAR;
+    use crate::structure::label::SCALAR;
 
     #[test]
     fn forms_of_a_row() {

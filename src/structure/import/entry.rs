@@ -6,7 +6,7 @@ use sprs::CsMat;
 
 use super::labelled::LabelledMatrix;
 use crate::structure::error::StructureError;
-use crate::structure::model::DofLabel;
+use crate::structure::label::DofLabel;
 
 /// An exchange format.
 pub(super) struct Format {

@@ -6,7 +6,7 @@ use sprs::CsMat;
 
 use super::triplets::{Storage, Triplets};
 use crate::structure::error::StructureError;
-use crate::structure::model::DofLabel;
+use crate::structure::label::DofLabel;
 
 /// Entries with labels, in the order of a file; a label stands for its place in `labels`.
 #[derive(Debug, Clone, Default)]

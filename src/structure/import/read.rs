@@ -9,7 +9,8 @@ use super::lines::read_bytes;
 use super::source::{MatrixFile, ModelFiles, Units};
 use super::{axes, dofs, units};
 use crate::structure::error::StructureError;
-use crate::structure::model::{DofLabel, FeModel, ModelMatrices, Sources, regular_labels};
+use crate::structure::label::{DofLabel, regular_labels};
+use crate::structure::model::{FeModel, ModelMatrices, Sources};
 use crate::structure::points::InterfacePoints;
 
 impl FeModel {

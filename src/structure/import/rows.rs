@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::structure::model::{DofLabel, SCALAR};
+use crate::structure::label::{DofLabel, SCALAR};
 
 /// What the rows of matrices stand for, and what else a list of them tells of its nodes.
 #[derive(Debug, Default)]

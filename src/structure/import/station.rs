@@ -2,15 +2,16 @@
 
 use super::formats::parse_matrix_market;
 use crate::structure::error::StructureError;
-use crate::structure::model::{FeModel, ModelMatrices, Sources, regular_labels};
+use crate::structure::label::regular_labels;
+use crate::structure::model::{FeModel, ModelMatrices, Sources};
 use crate::structure::points::InterfacePoints;
 
-const MASS: &[u8] = include_bytes!("../../../studies/station/M_bare.mtx.gz");
-const STIFFNESS: &[u8] = include_bytes!("../../../studies/station/K.mtx.gz");
-const POINTS: &str = include_str!("../../../studies/station/interface_points.csv");
+const MASS: &[u8] = include_bytes!("../../assets/station/M_bare.mtx.gz");
+const STIFFNESS: &[u8] = include_bytes!("../../assets/station/K.mtx.gz");
+const POINTS: &str = include_str!("../../assets/station/interface_points.csv");
 
 impl FeModel {
-    /// The hammer station that comes with the program: 546 DOF, 2176 kg without hammers, see `studies/station`.
+    /// The hammer station that comes with the program: 546 DOF, 2176 kg without hammers, see `src/assets/station`.
     ///
     /// # Errors
     /// None with the data as shipped.

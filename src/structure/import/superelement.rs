@@ -10,7 +10,7 @@ use super::bulk::{Card, Cards};
 use super::lines::{Lines, parse_number};
 use super::rows::Rows;
 use crate::structure::error::StructureError;
-use crate::structure::model::{DofLabel, SCALAR};
+use crate::structure::label::{DofLabel, SCALAR};
 
 /// Most points of one `THRU`.
 const LONGEST_RANGE: i64 = 1_000_000;

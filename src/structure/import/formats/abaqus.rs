@@ -8,7 +8,7 @@ use crate::structure::import::labelled::LabelledMatrix;
 use crate::structure::import::lines::Lines;
 use crate::structure::import::rows::{direction, number};
 use crate::structure::import::triplets::{MOST_ROWS, Triplets};
-use crate::structure::model::DofLabel;
+use crate::structure::label::DofLabel;
 
 pub(super) const FORMAT: Format = Format {
     endings: &[],

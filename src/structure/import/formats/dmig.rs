@@ -9,7 +9,7 @@ use crate::structure::import::labelled::LabelledMatrix;
 use crate::structure::import::lines::{Lines, parse_number};
 use crate::structure::import::rows::{direction, number};
 use crate::structure::import::triplets::Storage;
-use crate::structure::model::DofLabel;
+use crate::structure::label::DofLabel;
 
 const LOSS: &str = "DMIG entries have ten digits: enough for a reduced model, but the lowest frequencies of a whole one move (by \
     parts of a per cent where the stiffness is ill-conditioned); all other formats keep 17 digits";

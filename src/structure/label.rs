@@ -1,0 +1,18 @@
+//! What the rows of matrices stand for.
+
+/// What a row of the matrices stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct DofLabel {
+    /// Number of the node.
+    pub node: i64,
+    /// Direction 0 to 5, see [`super::DOF_NAMES`], or [`SCALAR`].
+    pub dof: usize,
+}
+
+/// The direction of a coordinate that is not the motion of a point: a modal coordinate of an earlier reduction.
+pub const SCALAR: usize = 6;
+
+/// Labels of rows that are numbered node by node, `dofs` per node; nodes are counted from 1.
+pub(super) fn regular_labels(order: usize, dofs: usize) -> Vec<DofLabel> {
+    (0..order).map(|row| DofLabel { node: (row / dofs) as i64 + 1, dof: row % dofs }).collect()
+}

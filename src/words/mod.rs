@@ -1,0 +1,30 @@
+//! Names that users mistype.
+
+/// Least share of letters that a name has in common with the one meant.
+const ALIKE: f64 = 0.5;
+
+/// The known name that was most likely meant by `wanted`; `None` where none is near.
+///
+/// The one with the least edits (insertions, deletions, exchanges, swaps of neighbours; Damerau 1964) over the longer of both
+/// names, small and capital letters alike; the first in the alphabet of several.
+pub fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let wanted = wanted.to_lowercase();
+    let alike = |name: &str| strsim::normalized_damerau_levenshtein(&wanted, &name.to_lowercase());
+    let all = known.into_iter().map(|name| (alike(name), name)).filter(|(share, _)| *share >= ALIKE);
+    all.max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(a.1))).map(|(_, name)| name.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_with_the_least_edits_if_one_is_near() {
+        let points = ["R1", "R10", "R5", "T5"];
+        assert_eq!(nearest("R55", points).as_deref(), Some("R5"));
+        assert_eq!(nearest("t5", points).as_deref(), Some("T5"));
+        assert_eq!(nearest("R6", points).as_deref(), Some("R1"), "the first of several");
+        assert_eq!(nearest("rial", ["part", "rail"]).as_deref(), Some("rail"), "a swap is one edit");
+        assert_eq!(nearest("hammer", points), None);
+    }
+}
