@@ -32,7 +32,7 @@
 //! hammer     : contact parameter
 //! integrate  : quantity
 //! structure  : linalg words
-//! scene      : hammer parameter workpiece
+//! scene      : hammer integrate parameter workpiece
 //! study      : design hammer parameter quantity scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate quantity scene system

@@ -6,7 +6,9 @@
 use std::cell::Cell;
 use std::fmt::Write as _;
 
-use decore::integrate::{Counters, GuardSample, Integrator, Observer, Settings, Step, Stopped, System};
+use decore::integrate::{
+    Counters, GuardSample, Integrator, Observer, Settings, Step, Stopped, Switching, System, Tsit5,
+};
 use decore::metrics::Recorder;
 use decore::scene::{Guide, Scene, SolverSettings};
 use decore::system::{ContactKind, Coupled, build};
@@ -42,10 +44,6 @@ impl System for Hidden<'_> {
         self.inner.dimension()
     }
 
-    fn controlled(&self) -> usize {
-        self.inner.controlled()
-    }
-
     fn scales(&self) -> &[f64] {
         self.inner.scales()
     }
@@ -59,6 +57,12 @@ impl System for Hidden<'_> {
         due.iter().for_each(|&contact| self.inner.switch(contact, t, &mut state));
     }
 
+    fn diagnose(&self, t: f64, y: &[f64]) -> String {
+        self.inner.diagnose(t, y)
+    }
+}
+
+impl Switching for Hidden<'_> {
     fn guard_count(&self) -> usize {
         self.inner.guard_count()
     }
@@ -72,9 +76,9 @@ impl System for Hidden<'_> {
         if self.is_hidden(guard) && t < self.sampled_s.get() { -1.0 } else { self.inner.guard(guard, t, y) }
     }
 
-    fn sample_guards(&mut self, t: f64, state_and_rate: (&[f64], &[f64]), samples: &mut [GuardSample]) {
+    fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
         self.sampled_s.set(t);
-        self.inner.sample_guards(t, state_and_rate, samples);
+        self.inner.sample_guards(t, y, rate, samples);
         for (guard, sample) in samples.iter_mut().enumerate() {
             if self.is_hidden(guard) {
                 (sample.smooth, sample.smooth_rate) = (-1.0, 0.0);
@@ -100,10 +104,6 @@ impl System for Hidden<'_> {
 
     fn pass_stop(&mut self) {
         self.inner.pass_stop();
-    }
-
-    fn diagnose(&self, t: f64, y: &[f64]) -> String {
-        self.inner.diagnose(t, y)
     }
 }
 
@@ -204,12 +204,14 @@ fn run(scene: &Scene, rig: &Rig, case: &Case) -> ([f64; 4], Counters) {
         tolerance: TOLERANCE,
         first_step_s: 1e-6,
         longest_step_s: 1e-3,
+        step_s: scene.solver.stepping.step_s,
+        located: true,
         max_steps: scene.solver.max_steps,
         max_wall_time_s: scene.solver.max_wall_time_s,
     };
     let y0 = model.initial_state();
     let mut book = Book { recorder: Recorder::new(&model, scene), state: y0.to_vec(), booked: Vec::new() };
-    let mut integrator = Integrator::new(&system, 0.0, y0, settings);
+    let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, y0, &settings);
     if integrator.run(&mut system, &mut book, scene.duration_s) != Stopped::AtEnd {
         return ([f64::NAN; 4], integrator.counters());
     }

@@ -36,9 +36,11 @@ pub struct Setting {
 impl Setting {
     /// What sets it apart from the others of its family: the tolerance, or the fixed step.
     pub fn grade(&self) -> String {
-        match self.solver.stepping.method {
-            Method::Tsit5 => format!("{:.0e}", self.solver.tolerance),
-            Method::Rk4 | Method::Trapezoid => format!("{} us", (1e6 * self.solver.stepping.step_s).round()),
+        let SolverSettings { tolerance, stepping, .. } = self.solver;
+        if stepping.method.is_fixed() {
+            format!("{} us", (1e6 * stepping.step_s).round())
+        } else {
+            format!("{tolerance:.0e}")
         }
     }
 }

@@ -3,7 +3,6 @@
 use plotters::prelude::*;
 
 use super::{Accuracy, Measurement, Setting};
-use crate::scene::Method;
 
 /// Size in pixels.
 const SIZE: (u32, u32) = (900, 600);
@@ -16,6 +15,13 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
     RGBColor(230, 159, 0),
     RGBColor(110, 110, 110),
+];
+/// Outlines of markers, by method, in pixels.
+const OUTLINES: [&[(i32, i32)]; 4] = [
+    &[(-4, -2), (-2, -4), (2, -4), (4, -2), (4, 2), (2, 4), (-2, 4), (-4, 2)],
+    &[(-5, 4), (5, 4), (0, -5)],
+    &[(-4, -4), (4, -4), (4, 4), (-4, 4)],
+    &[(-5, 0), (0, -5), (5, 0), (0, 5)],
 ];
 /// Least error that is drawn: zero has no logarithm.
 const LEAST_ERROR: f64 = 1e-12;
@@ -34,14 +40,11 @@ fn point(accuracy: &Accuracy, measurement: &Measurement) -> (f64, f64) {
     (measurement.ms_per_simulated_s, accuracy.worst(&measurement.errors).max(LEAST_ERROR))
 }
 
-/// Outline of the marker of a setting's method, in pixels around its point.
+/// Outline of the marker of a setting's method, in pixels around its point; upside down if events are located.
 fn marker(setting: &Setting) -> Vec<(i32, i32)> {
-    match (setting.solver.stepping.method, setting.solver.stepping.located) {
-        (Method::Tsit5, _) => vec![(-4, -2), (-2, -4), (2, -4), (4, -2), (4, 2), (2, 4), (-2, 4), (-4, 2)],
-        (Method::Rk4, false) => vec![(-5, 4), (5, 4), (0, -5)],
-        (Method::Rk4, true) => vec![(-5, -4), (5, -4), (0, 5)],
-        (Method::Trapezoid, _) => vec![(-4, -4), (4, -4), (4, 4), (-4, 4)],
-    }
+    let stepping = setting.solver.stepping;
+    let outline = OUTLINES[stepping.method as usize % OUTLINES.len()].iter();
+    outline.map(|&(x, y)| (x, if stepping.located { -y } else { y })).collect()
 }
 
 /// What limits all settings: its name and its largest error.

@@ -13,7 +13,7 @@ use crate::integrate::Counters;
 use crate::metrics::RunTotals;
 use crate::quantity::quantities;
 use crate::run::RowStatus;
-use crate::scene::{Guide, Method, ModeTreatment};
+use crate::scene::{Guide, ModeTreatment};
 use crate::study::StructureSource;
 use crate::system::InterfaceModes;
 
@@ -141,7 +141,7 @@ impl TableRow {
         Self {
             setting: setting.family.clone(),
             preset: setting.preset.map(str::to_owned),
-            method: Some(method(setting).to_owned()),
+            method: Some(method(setting)),
             guide: Some(guide(solver.guide).to_owned()),
             modes_treatment: Some(treatment(solver.modes).to_owned()),
             status: Some(measurement.status),
@@ -186,17 +186,13 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
 }
 
 fn fixed(setting: &Setting) -> bool {
-    setting.solver.stepping.method != Method::Tsit5
+    setting.solver.stepping.method.is_fixed()
 }
 
-fn method(setting: &Setting) -> &'static str {
-    match (setting.solver.stepping.method, setting.solver.stepping.located) {
-        (Method::Tsit5, _) => "tsit5",
-        (Method::Rk4, false) => "rk4",
-        (Method::Rk4, true) => "rk4, contacts located",
-        (Method::Trapezoid, false) => "trapezoid",
-        (Method::Trapezoid, true) => "trapezoid, contacts located",
-    }
+fn method(setting: &Setting) -> String {
+    let stepping = setting.solver.stepping;
+    let located = if stepping.method.is_fixed() && stepping.located { ", contacts located" } else { "" };
+    format!("{}{located}", stepping.method.name())
 }
 
 fn guide(guide: Guide) -> &'static str {

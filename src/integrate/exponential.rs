@@ -14,12 +14,13 @@
 //! anyway. Integrals, `z_1' = F`, `z_{k+1}' = z_k`, and components that relax by themselves have a linear part too, with
 //! functions in closed form. The error estimate is `2 h phi_2(h L) sum_j e_j D_j`.
 
-use nalgebra::DMatrix;
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::integrate::explicit::Correction;
 use crate::integrate::phi::{BODIES, Linear, NODES, STATES as SIZE, Vector, add_product, scalar_phi};
+use crate::integrate::stepper::Trial;
+use crate::integrate::system::{Integrals, LinearPart, StiffBlock, StiffMatrices};
 use crate::integrate::tsit5::{A, C, ERROR, STAGES};
-use crate::integrate::{StiffBlock, StiffMatrices, System};
 
 /// Discrete states whose matrices are kept.
 const KEPT: usize = 8;
@@ -104,15 +105,8 @@ fn weighted(weights: &[f64], differences: &[f64]) -> f64 {
 
 impl Exponential {
     pub fn new(block: StiffBlock) -> Self {
-        let (b, r, p) = (block.bodies, block.relaxing.1, block.integrals.1);
-        let matrices = StiffMatrices {
-            stiffness: DMatrix::zeros(b, b),
-            damping: DMatrix::zeros(b, b),
-            integrated_stiffness: DMatrix::zeros(p, b),
-            integrated_damping: DMatrix::zeros(p, b),
-        };
+        let matrices = StiffMatrices::zeros(&block);
         Self {
-            block,
             kept: vec![Kept { state: None, linear: Linear::default(), matrices }; KEPT],
             present: 0,
             oldest: 0,
@@ -121,15 +115,16 @@ impl Exponential {
             first: [0.0; SIZE],
             differences: [[0.0; BODIES]; END],
             changes: [[0.0; SIZE]; END],
-            relaxing: Vec::with_capacity(r),
-            rates: vec![0.0; r],
+            relaxing: Vec::with_capacity(block.relaxing.len()),
+            rates: vec![0.0; block.relaxing.len()],
             integrals_passed: false,
-            inverses: (0..=block.integrals.2 + 2).map(|k| 1.0 / k as f64).collect(),
+            inverses: (0..=block.integrals.depth + 2).map(|k| 1.0 / k as f64).collect(),
+            block,
         }
     }
 
     /// The linear part of the system's present discrete state.
-    pub fn select<S: System>(&mut self, system: &mut S) -> &Linear {
+    pub fn select<S: LinearPart>(&mut self, system: &mut S) -> &Linear {
         let state = system.discrete_state();
         if self.kept[self.present].state != Some(state) {
             self.present = self.kept.iter().position(|kept| kept.state == Some(state)).unwrap_or_else(|| {
@@ -150,8 +145,9 @@ impl Exponential {
         &self.kept[self.present].linear
     }
 
-    /// Begins a step on a rung of the linear part selected last, from `(t, y)` with the rate `rate`.
-    pub fn begin<S: System>(&mut self, system: &S, rung: usize, (t, y, rate): (f64, &[f64], &[f64])) {
+    /// Begins a step on a rung of the linear part selected last.
+    pub fn begin<S: LinearPart>(&mut self, system: &S, rung: usize, trial: &Trial<'_>) {
+        let (y, rate) = (trial.y, trial.rate());
         let linear = &mut self.kept[self.present].linear;
         linear.prepare(rung);
         (self.rung, self.h) = (rung, linear.step_s(rung));
@@ -160,23 +156,17 @@ impl Exponential {
             self.first[i] = rate[self.block.positions + body];
             self.first[BODIES + i] = rate[self.block.velocities + body];
         }
-        system.relaxation(t, y, &mut self.rates);
+        system.relaxation(trial.t, y, &mut self.rates);
         self.relaxing.clear();
         for (at, &rate_per_s) in self.rates.iter().enumerate().filter(|(_, rate)| **rate > 0.0) {
             let phi = std::array::from_fn(|node| {
                 let [first, second, third] = scalar_phi(-C[node + 1] * self.h * rate_per_s);
                 [C[node + 1] * first, 2.0 * second, 2.0 * third]
             });
-            let index = self.block.relaxing.0 + at;
+            let index = self.block.relaxing.start + at;
             self.relaxing.push(Relaxing { index, rate_per_s, phi, differences: [0.0; END] });
         }
-        let (from, width, depth) = self.block.integrals;
-        self.integrals_passed = y[from..from + width * depth].iter().any(|z| *z != 0.0);
-    }
-
-    /// Corrects the explicit state `out` of stage `k` (counted from 0; the last is the end of the step).
-    pub fn correct(&mut self, k: usize, (y, stages): (&[f64], &[f64]), out: &mut [f64]) {
-        Arch::new().dispatch(Correction { method: self, k, y, stages, out });
+        self.integrals_passed = y[self.block.integrals.range()].iter().any(|z| *z != 0.0);
     }
 
     /// `sum_j w_j D_j` of the bodies.
@@ -225,15 +215,15 @@ impl Exponential {
     }
 
     #[inline(always)]
-    fn correct_relaxing(&self, k: usize, (y, stages): (&[f64], &[f64]), out: &mut [f64]) {
+    fn correct_relaxing(&self, k: usize, y: &[f64], rates: &[f64], out: &mut [f64]) {
         for component in &self.relaxing {
             let (i, d) = (component.index, &component.differences);
             let [first, second, third] = component.phi[k.min(NODES) - 1];
             let rate = if k == END {
                 let [e0, e1, e2] = [0, 1, 2].map(|power| weighted(&PARABOLA[power], d));
-                first * (stages[i] + e0) + 0.5 * second * e1 + third * e2
+                first * (rates[i] + e0) + 0.5 * second * e1 + third * e2
             } else {
-                first * stages[i] + second * weighted(&A[k][1..k], d)
+                first * rates[i] + second * weighted(&A[k][1..k], d)
             };
             out[i] = y[i] + self.h * rate;
         }
@@ -241,14 +231,14 @@ impl Exponential {
 
     /// Component `k` of `phi_j(s S) e_1` is `s^(k - 1) / (k - 1 + j)!`, with the matrix `S` of the chain of integrals.
     #[inline(always)]
-    fn correct_integrals(&self, k: usize, (y, stages): (&[f64], &[f64]), out: &mut [f64]) {
-        let (from, width, depth) = self.block.integrals;
+    fn correct_integrals(&self, k: usize, y: &[f64], rates: &[f64], out: &mut [f64]) {
+        let Integrals { from, width, depth } = self.block.integrals;
         let (n, c) = (y.len(), C[k]);
         let (s, inverses) = (c * self.h, &self.inverses);
         for point in from..from + width {
-            let first = stages[point];
+            let first = rates[point];
             let differences: [f64; NODES] =
-                std::array::from_fn(|j| if j + 1 < k.min(END) { stages[(j + 1) * n + point] - first } else { 0.0 });
+                std::array::from_fn(|j| if j + 1 < k.min(END) { rates[(j + 1) * n + point] - first } else { 0.0 });
             let (constant, linear, square) = if k == END {
                 let [e0, e1, e2] = [0, 1, 2].map(|power| weighted(&PARABOLA[power], &differences));
                 (first + e0, e1, 2.0 * e2)
@@ -266,7 +256,7 @@ impl Exponential {
             return;
         }
         // What the integrals were passes on to those of higher order.
-        let (z, out) = (&y[from..from + width * depth], &mut out[from..from + width * depth]);
+        let (z, out) = (&y[self.block.integrals.range()], &mut out[self.block.integrals.range()]);
         let mut passed = 1.0;
         for order in 0..depth {
             for (out, z) in out[order * width..].iter_mut().zip(z) {
@@ -287,7 +277,7 @@ impl Exponential {
         for (matrix, e) in others.iter().zip(powers) {
             add_product(matrix, e, &mut area);
         }
-        let (from, width, _) = self.block.integrals;
+        let Integrals { from, width, .. } = self.block.integrals;
         for (i, body) in linear.active[..linear.count].iter().enumerate() {
             let stages = |at: usize| -> f64 {
                 A[END][1..].iter().zip(&self.changes).map(|(weight, change)| weight * change[at]).sum()
@@ -299,27 +289,6 @@ impl Exponential {
                 out[from + point] += matrices.integrated_stiffness[(point, *body)] * position
                     + matrices.integrated_damping[(point, *body)] * velocity;
             }
-        }
-    }
-
-    /// Takes note of `D = f - f_1 - L (U - u)` of stage `k`, whose state and rate are known.
-    pub fn observe(&mut self, k: usize, (y, state): (&[f64], &[f64]), (first, rate): (&[f64], &[f64])) {
-        let linear = &self.kept[self.present].linear;
-        let (x, v) = (self.block.positions, self.block.velocities);
-        let mut d = [0.0; BODIES];
-        for (j, body) in linear.active[..linear.count].iter().enumerate() {
-            let (dx, dv) = (state[x + body] - y[x + body], state[v + body] - y[v + body]);
-            (self.changes[k - 1][j], self.changes[k - 1][BODIES + j]) = (dx, dv);
-            d[j] += rate[v + body] - self.first[BODIES + j];
-            let columns = linear.stiffness[j].iter().zip(&linear.damping[j]);
-            for (d, (stiffness, damping)) in d.iter_mut().zip(columns) {
-                *d += stiffness * dx + damping * dv;
-            }
-        }
-        self.differences[k - 1] = d;
-        for component in &mut self.relaxing {
-            let i = component.index;
-            component.differences[k - 1] = rate[i] - first[i] + component.rate_per_s * (state[i] - y[i]);
         }
     }
 
@@ -347,23 +316,51 @@ impl Exponential {
     }
 }
 
+impl Correction for Exponential {
+    fn correct(&mut self, k: usize, y: &[f64], rates: &[f64], out: &mut [f64]) {
+        Arch::new().dispatch(Corrected { method: self, k, y, rates, out });
+    }
+
+    /// Takes note of `D = f - f_1 - L (U - u)`.
+    fn observe(&mut self, k: usize, y: &[f64], state: &[f64], rates: &[f64]) {
+        let (first, rate) = (&rates[..y.len()], &rates[k * y.len()..]);
+        let linear = &self.kept[self.present].linear;
+        let (x, v) = (self.block.positions, self.block.velocities);
+        let mut d = [0.0; BODIES];
+        for (j, body) in linear.active[..linear.count].iter().enumerate() {
+            let (dx, dv) = (state[x + body] - y[x + body], state[v + body] - y[v + body]);
+            (self.changes[k - 1][j], self.changes[k - 1][BODIES + j]) = (dx, dv);
+            d[j] += rate[v + body] - self.first[BODIES + j];
+            let columns = linear.stiffness[j].iter().zip(&linear.damping[j]);
+            for (d, (stiffness, damping)) in d.iter_mut().zip(columns) {
+                *d += stiffness * dx + damping * dv;
+            }
+        }
+        self.differences[k - 1] = d;
+        for component in &mut self.relaxing {
+            let i = component.index;
+            component.differences[k - 1] = rate[i] - first[i] + component.rate_per_s * (state[i] - y[i]);
+        }
+    }
+}
+
 /// A stage to be corrected.
-struct Correction<'c> {
+struct Corrected<'c> {
     method: &'c mut Exponential,
     k: usize,
     y: &'c [f64],
-    stages: &'c [f64],
+    rates: &'c [f64],
     out: &'c mut [f64],
 }
 
-impl WithSimd for Correction<'_> {
+impl WithSimd for Corrected<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { method, k, y, stages, out } = self;
-        method.correct_relaxing(k, (y, stages), out);
-        method.correct_integrals(k, (y, stages), out);
+        let Self { method, k, y, rates, out } = self;
+        method.correct_relaxing(k, y, rates, out);
+        method.correct_integrals(k, y, rates, out);
         // Adds the bodies' impulses to the integrals.
         method.correct_bodies(k, y, out);
     }

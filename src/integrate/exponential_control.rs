@@ -1,7 +1,10 @@
 //! The exponential step controller: such steps are made while contacts rest and nothing but stability bounds an explicit step.
 
+use crate::integrate::explicit::{Tsit5, lengthened, shortened};
 use crate::integrate::exponential::Exponential;
-use crate::integrate::{GuardSample, System};
+use crate::integrate::step::Dense;
+use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
+use crate::integrate::system::{GuardSample, LinearPart, StiffBlock, Switching};
 
 /// Calm explicit steps in a row before an exponential one: each sees a ringing contact at another phase.
 const WAIT: u32 = 3;
@@ -20,16 +23,22 @@ const CALM: f64 = 1.5;
 /// a tenth fewer right-hand sides.
 const SHARE: f64 = 1.0 / 30.0;
 
+/// The explicit pair of order 5(4), with exponential steps of the same order where they pay.
+#[derive(Debug)]
+pub struct ExponentialTsit5 {
+    explicit: Tsit5,
+    /// `None` for a system without a stiff block.
+    control: Option<ExponentialControl>,
+}
+
 /// Exponential steps of an integration, and whether they are made.
 #[derive(Debug)]
-pub(super) struct ExponentialControl {
-    pub method: Exponential,
-    /// Whether the step being tried is one.
-    pub trying: bool,
-    /// Error of the step tried last in the components that the method corrects, in units of their scales.
-    pub error: f64,
-    /// Inverse scales of the other components.
-    pub masked: Vec<f64>,
+struct ExponentialControl {
+    method: Exponential,
+    /// Rung of the step that is tried; `None` if it is an explicit one.
+    rung: Option<usize>,
+    /// Inverse scales of the components that the method does not correct.
+    masked: Vec<f64>,
     /// Calm steps to wait for.
     wait: u32,
     /// Length of the next exponential step; `None` while explicit steps are made.
@@ -37,26 +46,16 @@ pub(super) struct ExponentialControl {
 }
 
 impl ExponentialControl {
-    /// For a system that knows a linear part.
-    pub fn new<S: System>(system: &S) -> Option<Self> {
-        let block = system.stiff_block()?;
-        Some(Self {
-            method: Exponential::new(block),
-            trying: false,
-            error: 0.0,
-            masked: vec![0.0; system.controlled()],
-            wait: WAIT,
-            h: None,
-        })
+    fn new(block: StiffBlock, controlled: usize) -> Self {
+        Self { method: Exponential::new(block), rung: None, masked: vec![0.0; controlled], wait: WAIT, h: None }
     }
 
-    /// Whether an exponential step may be next, by what was seen of the guards.
-    pub fn waits(&self) -> bool {
-        self.wait > 0
-    }
-
-    /// Rung and length of the exponential step to be made now, at most `limit` long; `explicit_h` is the explicit step.
-    pub fn plan<S: System>(&mut self, system: &mut S, explicit_h: f64, limit: f64) -> Option<(usize, f64)> {
+    /// Length of the exponential step to be made now, at most `limit` long; `explicit_h` is the explicit step.
+    fn plan<S: LinearPart>(&mut self, system: &mut S, explicit_h: f64, limit: f64) -> Option<f64> {
+        self.rung = None;
+        if self.wait > 0 {
+            return None;
+        }
         let linear = self.method.select(system);
         let planned = match self.h {
             Some(h) => h,
@@ -68,20 +67,15 @@ impl ExponentialControl {
         if plan.is_none() {
             (self.wait, self.h) = (PAUSE, None);
         }
-        plan
+        self.rung = plan.map(|(rung, _)| rung);
+        plan.map(|(_, h)| h)
     }
 
-    /// Error of a step in units of the tolerance; `others` is that of the components that are not corrected.
-    pub fn whole_error(&self, others: f64, tolerance: f64) -> f64 {
-        let error = self.error / (SHARE * tolerance);
-        // A NaN must survive.
-        if others.is_nan() { others } else { error.max(others / SHARE) }
-    }
-
-    /// Takes note of an accepted step: whether it was cut by an event, and the guards at its end.
-    pub fn watch(&mut self, cut: bool, guards: &[GuardSample], explicit_h: f64) {
+    /// Takes note of the guards after an accepted step, unless an event cut it.
+    fn watch(&mut self, guards: Option<&[GuardSample]>, explicit_h: f64) {
         let reach = CALM * explicit_h;
-        if !cut && guards.iter().all(|guard| guard.smooth + reach * guard.smooth_rate.abs() < 0.0) {
+        let calm = |guard: &GuardSample| guard.smooth + reach * guard.smooth_rate.abs() < 0.0;
+        if guards.is_some_and(|guards| guards.iter().all(calm)) {
             self.wait = self.wait.saturating_sub(1);
         } else {
             self.leave();
@@ -89,12 +83,71 @@ impl ExponentialControl {
     }
 
     /// Back to explicit steps.
-    pub fn leave(&mut self) {
+    fn leave(&mut self) {
         (self.wait, self.h) = (self.wait.max(WAIT), None);
     }
+}
 
-    /// Sets the length of the next exponential step.
-    pub fn adapt(&mut self, h: f64) {
-        self.h = Some(h);
+impl<S: Switching + LinearPart> Stepper<S> for ExponentialTsit5 {
+    const DENSE: Dense = Dense::Tsit5;
+
+    fn new(system: &S, settings: &Settings) -> Self {
+        let control = system.stiff_block().map(|block| ExponentialControl::new(block, system.controlled()));
+        Self { explicit: Stepper::<S>::new(system, settings), control }
+    }
+
+    fn plan(&mut self, system: &mut S, t: f64, room_s: f64) -> Plan {
+        let explicit = &mut self.explicit;
+        let limit = room_s.min(explicit.longest_step_s);
+        match self.control.as_mut().and_then(|control| control.plan(system, explicit.h, limit)) {
+            Some(h) => Plan { h, end: None },
+            None => explicit.plan(system, t, room_s),
+        }
+    }
+
+    fn attempt(&mut self, system: &mut S, mut trial: Trial<'_>) -> Result<f64, String> {
+        let explicit = &mut self.explicit;
+        let Some((rung, control)) = self.control.as_mut().and_then(|control| Some((control.rung?, control))) else {
+            return explicit.attempt(system, trial);
+        };
+        let method = &mut control.method;
+        method.begin(system, rung, &trial);
+        explicit.stages(system, &mut trial, method);
+        let corrected = method.error(&explicit.inverse_scales, &mut control.masked) / (SHARE * explicit.tolerance);
+        let others = explicit.error(&control.masked, &trial);
+        // A NaN must survive.
+        Ok(if others.is_nan() { others } else { corrected.max(others / SHARE) })
+    }
+
+    fn may_be_cut(&mut self) -> bool {
+        // Events end explicit steps, whose dense output follows what rings.
+        match self.control.as_mut().filter(|control| control.rung.is_some()) {
+            Some(control) => {
+                control.leave();
+                false
+            }
+            None => true,
+        }
+    }
+
+    fn accepted(&mut self, h: f64, error: f64, guards: Option<&[GuardSample]>) {
+        match self.control.as_mut().filter(|control| control.rung.is_some()) {
+            Some(control) => control.h = Some(lengthened(h, error)),
+            None => Stepper::<S>::accepted(&mut self.explicit, h, error, guards),
+        }
+        if let Some(control) = &mut self.control {
+            control.watch(guards, self.explicit.h);
+        }
+    }
+
+    fn rejected(&mut self, h: f64, error: f64) {
+        match self.control.as_mut().filter(|control| control.rung.is_some()) {
+            Some(control) => control.h = Some(shortened(h, error)),
+            None => Stepper::<S>::rejected(&mut self.explicit, h, error),
+        }
+    }
+
+    fn switched(&mut self, guard: usize) {
+        Stepper::<S>::switched(&mut self.explicit, guard);
     }
 }

@@ -1,6 +1,7 @@
 //! Location of a guard's upward zero on the dense output of a step.
 
-use crate::integrate::{GuardSample, Step, System};
+use crate::integrate::step::Step;
+use crate::integrate::system::{GuardSample, Switching};
 
 /// Interior fraction from which the guards that have just switched are watched: at the switch itself their value is a
 /// rounding error of either sign.
@@ -36,43 +37,61 @@ pub(super) struct Ends<'a> {
     pub fresh: &'a [bool],
 }
 
-/// Finds the first events of a step whose dense output is `step` (complete, not yet cut).
-///
-/// Fills `hits` with the guards that cross zero first, all those of the same instant, and returns the fraction of the
-/// step at which they do; 1 with no hits if there are none. `y` is scratch of the state's length.
-pub(super) fn first_events<S: System>(
-    system: &S,
-    step: &Step<'_>,
-    ends: &Ends<'_>,
-    (hits, y): (&mut Vec<usize>, &mut [f64]),
-) -> f64 {
-    hits.clear();
-    let mut first = 1.0;
-    for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
-        // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
-        let positive = if end.value > 0.0 {
-            (1.0, end.value)
-        } else {
-            let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
-            step.components(system.guard_support(guard), theta, y);
-            let value = system.guard(guard, step.time(theta), y);
-            if value <= 0.0 {
-                continue;
-            }
-            (theta, value)
-        };
-        let at_start = (!ends.fresh[guard]).then_some(start.value);
-        let theta = upward_zero(system, step, &Watch { guard, at_start, positive }, y);
-        if hits.is_empty() || theta < first - SAME_INSTANT {
-            hits.clear();
-            hits.push(guard);
-            first = theta;
-        } else if theta <= first + SAME_INSTANT {
-            hits.push(guard);
-            first = first.max(theta);
-        }
+/// Events of a step, and memory to find them.
+#[derive(Debug)]
+pub(super) struct Locator {
+    /// Guards that cross zero at the first event, all those of the same instant.
+    pub hits: Vec<usize>,
+    /// A state.
+    pub state: Vec<f64>,
+}
+
+impl Locator {
+    /// For a number of guards and states like `y`.
+    pub fn new(guards: usize, y: &[f64]) -> Self {
+        Self { hits: Vec::with_capacity(guards), state: y.to_vec() }
     }
-    first
+
+    /// Finds the first events of a step whose dense output is `step` (complete, not yet cut).
+    ///
+    /// Returns the fraction of the step at which they are; 1 with no hits if there are none.
+    pub fn first_events<S: Switching>(&mut self, system: &S, step: &Step<'_>, ends: &Ends<'_>) -> f64 {
+        let Self { hits, state: y } = self;
+        hits.clear();
+        let mut first = 1.0;
+        for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
+            // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
+            let positive = if end.value > 0.0 {
+                (1.0, end.value)
+            } else {
+                let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
+                step.components(system.guard_support(guard), theta, y);
+                let value = system.guard(guard, step.time(theta), y);
+                if value <= 0.0 {
+                    continue;
+                }
+                (theta, value)
+            };
+            let at_start = (!ends.fresh[guard]).then_some(start.value);
+            let theta = upward_zero(system, step, &Watch { guard, at_start, positive }, y);
+            if hits.is_empty() || theta < first - SAME_INSTANT {
+                hits.clear();
+                hits.push(guard);
+                first = theta;
+            } else if theta <= first + SAME_INSTANT {
+                hits.push(guard);
+                first = first.max(theta);
+            }
+        }
+        first
+    }
+
+    /// Notices at the end of a step what has happened in it; returns 1, the fraction there.
+    pub fn events_at_end(&mut self, ends: &Ends<'_>) -> f64 {
+        self.hits.clear();
+        self.hits.extend(ends.end.iter().enumerate().filter(|(_, end)| end.value > 0.0).map(|(guard, _)| guard));
+        1.0
+    }
 }
 
 /// Where the cubic through a smooth function's values and rates at both ends of a step of length `h` has a positive
@@ -96,7 +115,7 @@ fn cubic_maximum(start: &GuardSample, end: &GuardSample, h: f64) -> Option<f64> 
 /// Fraction of the step at which the watched guard first reaches zero from below, on the non-negative side.
 ///
 /// `y` is scratch of the state's length.
-fn upward_zero<S: System>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f64]) -> f64 {
+fn upward_zero<S: Switching>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f64]) -> f64 {
     let support = system.guard_support(watch.guard);
     let mut value = |theta: f64| {
         step.components(support, theta, y);

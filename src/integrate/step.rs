@@ -2,9 +2,9 @@
 
 use crate::integrate::tsit5::{self, STAGES};
 
-/// How a step is interpolated from its rates.
+/// How a step is interpolated, from rates of which the first is that at its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Dense {
+pub enum Dense {
     /// The stages of the method of order 5.
     Tsit5,
     /// Rate at the start, rate at the end, mean rate: the cubic through both ends with their rates.
@@ -12,6 +12,22 @@ pub(super) enum Dense {
 }
 
 impl Dense {
+    /// Number of rates.
+    pub(super) const fn rates(self) -> usize {
+        match self {
+            Self::Tsit5 => STAGES,
+            Self::Hermite => 3,
+        }
+    }
+
+    /// Which of them is that at the end of the step.
+    pub(super) const fn last(self) -> usize {
+        match self {
+            Self::Tsit5 => STAGES - 1,
+            Self::Hermite => 1,
+        }
+    }
+
     /// Weights of the rates at fraction `theta`; what a method does not have carries none.
     #[inline]
     fn weights(self, theta: f64) -> [f64; STAGES] {
@@ -37,8 +53,8 @@ pub struct Step<'a> {
     pub(super) dense: Dense,
     pub(super) y0: &'a [f64],
     pub(super) y1: &'a [f64],
-    /// Rates, stage after stage, each of the state's length.
-    pub(super) stages: &'a [f64],
+    /// Rates, one after the other, each of the state's length.
+    pub(super) rates: &'a [f64],
 }
 
 impl<'a> Step<'a> {
@@ -67,16 +83,16 @@ impl<'a> Step<'a> {
         self.y1
     }
 
-    /// Rates of component `index` at the stages.
+    /// Rates of component `index`.
     #[inline]
-    fn stage_rates(&self, index: usize) -> impl Iterator<Item = f64> {
-        self.stages[index..].iter().step_by(self.y0.len()).copied()
+    fn rates_of(&self, index: usize) -> impl Iterator<Item = f64> {
+        self.rates[index..].iter().step_by(self.y0.len()).copied()
     }
 
-    /// Largest absolute stage rate of a sum of components with coefficients: a practical bound of its rate within the step.
+    /// Largest absolute rate of a sum of components with coefficients: a practical bound of its rate within the step.
     pub fn largest_rate(&self, terms: impl Iterator<Item = (usize, f64)> + Clone) -> f64 {
-        let rate = |stage: &[f64]| terms.clone().map(|(index, c)| c * stage[index]).sum::<f64>().abs();
-        self.stages.chunks_exact(self.y0.len()).map(rate).fold(0.0, f64::max)
+        let rate = |rates: &[f64]| terms.clone().map(|(index, c)| c * rates[index]).sum::<f64>().abs();
+        self.rates.chunks_exact(self.y0.len()).map(rate).fold(0.0, f64::max)
     }
 
     /// Component `index` of the state at fraction `theta`.
@@ -96,7 +112,7 @@ impl<'a> Step<'a> {
     pub fn state(&self, theta: f64, y: &mut [f64]) {
         let weights = self.dense.weights(theta);
         y.fill(0.0);
-        for (weight, rates) in weights.iter().zip(self.stages.chunks_exact(self.y0.len())) {
+        for (weight, rates) in weights.iter().zip(self.rates.chunks_exact(self.y0.len())) {
             for (sum, rate) in y.iter_mut().zip(rates) {
                 *sum += weight * rate;
             }
@@ -108,9 +124,32 @@ impl<'a> Step<'a> {
 
     fn component_with(&self, index: usize, weights: &[f64; STAGES]) -> f64 {
         let mut sum = 0.0;
-        for (weight, rate) in weights.iter().zip(self.stage_rates(index)) {
+        for (weight, rate) in weights.iter().zip(self.rates_of(index)) {
             sum += weight * rate;
         }
         self.y0[index] + self.h * sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The interpolant goes through both ends with their rates: a cubic is reproduced exactly.
+    #[test]
+    fn analytic_hermite_interpolant_reproduces_cubics() {
+        let cubic = |t: f64| [1.0 + t * (2.0 + t * (-3.0 + 0.5 * t))];
+        let slope = |t: f64| 2.0 + t * (-6.0 + 1.5 * t);
+        let (t0, h) = (0.3, 0.7);
+        let (y0, y1) = (cubic(t0), cubic(t0 + h));
+        let rates = [slope(t0), slope(t0 + h), (y1[0] - y0[0]) / h];
+        let step = Step { t0, h, theta_end: 1.0, dense: Dense::Hermite, y0: &y0, y1: &y1, rates: &rates };
+        for theta in [0.0, 0.2, 0.5, 0.9, 1.0] {
+            assert!((step.component(0, theta) - cubic(t0 + theta * h)[0]).abs() < 1e-14);
+        }
+        assert_eq!(
+            step.largest_rate([(0, 1.0)].into_iter()),
+            rates.iter().fold(0.0_f64, |largest, rate| largest.max(rate.abs()))
+        );
     }
 }

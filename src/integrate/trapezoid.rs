@@ -6,8 +6,9 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use crate::integrate::fixed::Start;
-use crate::integrate::{Counters, System};
+use crate::integrate::fixed::Rule;
+use crate::integrate::stepper::Trial;
+use crate::integrate::system::System;
 
 /// Correction in units of the scales at which the iteration ends.
 const CONVERGED: f64 = 1e-8;
@@ -18,9 +19,9 @@ const SLOW: f64 = 0.5;
 /// Perturbation of a component for its column of the matrix, in units of its scale.
 const PERTURBATION: f64 = 1e-4;
 
-/// Working memory of the rule.
+/// The implicit trapezoid, `y_1 = y_0 + h/2 (f_0 + f_1)`, of order 2.
 #[derive(Debug)]
-pub(super) struct Trapezoid {
+pub struct Trapezoid {
     factors: Option<LU<f64, Dyn, Dyn>>,
     scales: Vec<f64>,
     rate: Vec<f64>,
@@ -28,8 +29,10 @@ pub(super) struct Trapezoid {
     correction: DVector<f64>,
 }
 
-impl Trapezoid {
-    pub fn new<S: System>(system: &S) -> Self {
+impl Rule for Trapezoid {
+    const FOLLOWS_STATE: bool = false;
+
+    fn new<S: System>(system: &S) -> Self {
         let n = system.dimension();
         Self {
             factors: None,
@@ -40,54 +43,44 @@ impl Trapezoid {
         }
     }
 
-    /// Writes the state at the end of the step into `y_new`; the error says that the iteration fails.
-    pub fn step<S: System>(
-        &mut self,
-        system: &mut S,
-        start: &Start<'_>,
-        y_new: &mut [f64],
-        counters: &mut Counters,
-    ) -> Result<(), String> {
+    fn step<S: System>(&mut self, system: &mut S, trial: &mut Trial<'_>) -> Result<(), String> {
         let kept = self.factors.is_some();
-        let converged = (kept && self.iterate(system, start, y_new, counters)) || {
-            self.factorise(system, start, counters);
-            self.iterate(system, start, y_new, counters)
+        let converged = (kept && self.iterate(system, trial)) || {
+            self.factorise(system, trial);
+            self.iterate(system, trial)
         };
         if !converged {
-            let t = start.t;
+            let t = trial.t;
             return Err(format!("Newton's iteration does not converge at t = {t:.6} s: a shorter step may help"));
         }
-        let rates = start.rate.iter().zip(&self.rate);
-        for ((new, old), (before, after)) in y_new.iter_mut().zip(start.y).zip(rates).skip(self.scales.len()) {
-            *new = old + 0.5 * start.h * (before + after);
+        let rates = trial.rates.iter().zip(&self.rate);
+        for ((new, old), (before, after)) in trial.y_new.iter_mut().zip(trial.y).zip(rates).skip(self.scales.len()) {
+            *new = old + 0.5 * trial.h * (before + after);
         }
         Ok(())
     }
+}
 
+impl Trapezoid {
     /// Iterates from the explicit Euler step; returns whether it converges.
-    fn iterate<S: System>(
-        &mut self,
-        system: &mut S,
-        start: &Start<'_>,
-        y_new: &mut [f64],
-        counters: &mut Counters,
-    ) -> bool {
+    fn iterate<S: System>(&mut self, system: &mut S, trial: &mut Trial<'_>) -> bool {
         let Some(factors) = &self.factors else { return false };
-        for ((new, old), rate) in y_new.iter_mut().zip(start.y).zip(start.rate) {
-            *new = old + start.h * rate;
+        let (t, h, y) = (trial.t, trial.h, trial.y);
+        for ((new, old), rate) in trial.y_new.iter_mut().zip(y).zip(&*trial.rates) {
+            *new = old + h * rate;
         }
         let mut before = f64::INFINITY;
         for _ in 0..ITERATIONS {
-            system.rhs(start.t + start.h, y_new, &mut self.rate);
-            counters.rhs_evaluations += 1;
+            system.rhs(t + h, trial.y_new, &mut self.rate);
+            trial.counters.rhs_evaluations += 1;
             for (i, correction) in self.correction.iter_mut().enumerate() {
-                *correction = start.y[i] - y_new[i] + 0.5 * start.h * (start.rate[i] + self.rate[i]);
+                *correction = y[i] - trial.y_new[i] + 0.5 * h * (trial.rates[i] + self.rate[i]);
             }
             if !factors.solve_mut(&mut self.correction) {
                 return false;
             }
             let mut largest = 0.0_f64;
-            for ((new, correction), scale) in y_new.iter_mut().zip(&self.correction).zip(&self.scales) {
+            for ((new, correction), scale) in trial.y_new.iter_mut().zip(&self.correction).zip(&self.scales) {
                 *new += correction;
                 let scaled = (correction / scale).abs();
                 // A NaN must survive.
@@ -105,21 +98,21 @@ impl Trapezoid {
     }
 
     /// Factorises `I - h/2 df/dy` at the start of the step.
-    fn factorise<S: System>(&mut self, system: &mut S, start: &Start<'_>, counters: &mut Counters) {
+    fn factorise<S: System>(&mut self, system: &mut S, trial: &mut Trial<'_>) {
         let states = self.scales.len();
         let mut matrix = DMatrix::identity(states, states);
-        self.perturbed.copy_from_slice(start.y);
+        self.perturbed.copy_from_slice(trial.y);
         for j in 0..states {
             let by = PERTURBATION * self.scales[j];
-            self.perturbed[j] = start.y[j] + by;
-            system.rhs(start.t, &self.perturbed, &mut self.rate);
-            self.perturbed[j] = start.y[j];
+            self.perturbed[j] = trial.y[j] + by;
+            system.rhs(trial.t, &self.perturbed, &mut self.rate);
+            self.perturbed[j] = trial.y[j];
             for i in 0..states {
-                matrix[(i, j)] -= 0.5 * start.h * (self.rate[i] - start.rate[i]) / by;
+                matrix[(i, j)] -= 0.5 * trial.h * (self.rate[i] - trial.rates[i]) / by;
             }
         }
-        counters.rhs_evaluations += states as u64;
-        counters.factorisations += 1;
+        trial.counters.rhs_evaluations += states as u64;
+        trial.counters.factorisations += 1;
         self.factors = Some(matrix.lu());
     }
 }

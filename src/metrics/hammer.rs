@@ -6,7 +6,7 @@ use super::peak::{Probe, peak, reach};
 use super::percussion::{judge, strokes};
 use super::statistics::{mean, standard_error, variance};
 use crate::hammer::body;
-use crate::integrate::{Step, System};
+use crate::integrate::{Step, Switching};
 use crate::scene::OutputSettings;
 use crate::system::{Coupled, HammerQuadrature};
 

@@ -4,7 +4,7 @@ use super::outcome::{RowOutcome, RowStatus};
 use super::row::{LEAST_TOLERANCE, run_row_observed};
 use super::twins::with_twins;
 use crate::integrate::Observer;
-use crate::scene::{Method, Scene};
+use crate::scene::Scene;
 use crate::system::{Coupled, CoupledModel, InterfaceModes};
 
 /// Times such a row is run again unless another number is asked for.
@@ -38,7 +38,7 @@ where
 fn repeat<T>(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> (RowOutcome, T)) -> (RowOutcome, T) {
     let (mut outcome, mut seen) = run(scene);
     let mut stricter = scene.clone();
-    let retries = if scene.solver.stepping.method == Method::Tsit5 { retries } else { 0 };
+    let retries = if scene.solver.stepping.method.is_fixed() { 0 } else { retries };
     for time in 1..=retries {
         stricter.solver.tolerance *= TIGHTENING;
         let again = matches!(outcome.status, RowStatus::Diverged | RowStatus::AuditFailed);
@@ -59,7 +59,7 @@ fn repeat<T>(scene: &Scene, retries: u32, run: impl Fn(&Scene) -> (RowOutcome, T
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Environment, Guide, ModeTreatment, OutputSettings, SolverSettings, Stepping};
+    use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings, SolverSettings, Stepping};
 
     fn scene() -> Scene {
         Scene {

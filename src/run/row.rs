@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use super::outcome::{RowOutcome, RowStatus};
-use crate::integrate::{Counters, FixedRule, FixedSettings, FixedStep, Integrator, Observer, Settings, Stopped};
+use crate::integrate::{End, Observer, Settings, Span, Stopped};
 use crate::metrics::{Recorder, RunTotals};
-use crate::scene::{Method, Scene};
+use crate::scene::{Scene, SolverSettings};
 use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
 
 /// First step of a run in s; error control corrects it at once.
@@ -57,7 +57,7 @@ where
 {
     let mut system = Coupled::new(model);
     let mut observers = (Recorder::new(model, scene), extra);
-    let End { stopped, t, y, work } = integrate(scene, &mut system, &mut observers);
+    let End { stopped, t, y, counters } = integrate(scene, &mut system, &mut observers);
     let (recorder, extra) = observers;
     let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, t, &y));
     let (status, reason) = match &metrics {
@@ -71,50 +71,26 @@ where
         modes: model.layout().modes,
         states: model.layout().states(),
         metrics,
-        counters: work,
+        counters,
         wall_time_s: 0.0,
     };
     (outcome, extra)
 }
 
-/// Where and how an integration ended.
-struct End {
-    stopped: Stopped,
-    t: f64,
-    y: Vec<f64>,
-    work: Counters,
-}
-
 /// Integrates a scene's system from rest with the scene's method.
 fn integrate<'a, O: Observer<Coupled<'a>>>(scene: &Scene, system: &mut Coupled<'a>, observer: &mut O) -> End {
-    let (solver, y0) = (&scene.solver, system.model().initial_state());
-    let rule = match solver.stepping.method {
-        Method::Tsit5 => {
-            let settings = Settings {
-                tolerance: solver.tolerance,
-                first_step_s: FIRST_STEP_S,
-                longest_step_s: LONGEST_STEP_S,
-                max_steps: solver.max_steps,
-                max_wall_time_s: solver.max_wall_time_s,
-            };
-            let mut integrator = Integrator::new(system, 0.0, y0, settings);
-            let stopped = integrator.run(system, observer, scene.duration_s);
-            let (t, y) = (integrator.time(), integrator.state().to_vec());
-            return End { stopped, t, y, work: integrator.counters() };
-        }
-        Method::Rk4 => FixedRule::Rk4,
-        Method::Trapezoid => FixedRule::Trapezoid,
+    let SolverSettings { tolerance, stepping, max_steps, max_wall_time_s, .. } = scene.solver;
+    let settings = Settings {
+        tolerance,
+        first_step_s: FIRST_STEP_S,
+        longest_step_s: LONGEST_STEP_S,
+        step_s: stepping.step_s,
+        located: stepping.located,
+        max_steps,
+        max_wall_time_s,
     };
-    let settings = FixedSettings {
-        rule,
-        step_s: solver.stepping.step_s,
-        located: solver.stepping.located,
-        max_steps: solver.max_steps,
-        max_wall_time_s: solver.max_wall_time_s,
-    };
-    let mut integrator = FixedStep::new(system, 0.0, y0, settings);
-    let stopped = integrator.run(system, observer, scene.duration_s);
-    End { stopped, t: integrator.time(), y: integrator.state().to_vec(), work: integrator.counters() }
+    let span = Span { y0: system.model().initial_state(), t_end: scene.duration_s };
+    stepping.method.integrate(system, observer, &settings, &span)
 }
 
 /// Status of a run that reached its end, by its audits.
@@ -127,7 +103,7 @@ fn audited(totals: &RunTotals, scene: &Scene) -> (RowStatus, String) {
     if failed.is_empty() {
         return (RowStatus::Done, String::new());
     }
-    let key = if scene.solver.stepping.method == Method::Tsit5 { "tolerance" } else { "step_s" };
+    let key = if scene.solver.stepping.method.is_fixed() { "step_s" } else { "tolerance" };
     let reason = format!("{}: the outputs are doubtful (a smaller solver.{key} may help)", failed.join(", "));
     (RowStatus::AuditFailed, reason)
 }

@@ -9,6 +9,7 @@ use crate::hammer::HammerParameters;
 use crate::parameter::parameters;
 use crate::workpiece::Casting;
 
+pub use crate::integrate::Method;
 pub use validate::{SceneProblem, SceneProblemKind};
 
 parameters! {
@@ -91,19 +92,6 @@ pub enum ModeTreatment {
     Integrated,
     /// Propagated exactly, seen by the others through the interface points only: no states per mode.
     Condensed,
-}
-
-/// Method of integration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// Explicit Runge-Kutta pair of order 5(4) under error control, contacts located.
-    #[default]
-    Tsit5,
-    /// Classical Runge-Kutta rule of order 4 at a fixed step, for comparison.
-    Rk4,
-    /// Implicit trapezoid at a fixed step (the published program's way), for comparison.
-    Trapezoid,
 }
 
 /// How a run steps through time.

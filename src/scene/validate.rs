@@ -4,7 +4,7 @@ use crate::hammer::HammerParameters;
 use crate::parameter::{Fault, Parameters, Range, range};
 use crate::workpiece::{Casting, OFFSET_TOLERANCE_M, WorkpieceError};
 
-use super::{HammerUnit, Method, ModeTreatment, Scene};
+use super::{HammerUnit, ModeTreatment, Scene};
 
 /// What kind of fault a problem is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -168,7 +168,7 @@ impl Scene {
         let bounded = tolerance > 0.0 && tolerance <= 0.1;
         checks.rule(bounded, "solver.tolerance".to_string(), "must lie above 0 and not above 0.1");
         checks.value("solver.step_s".to_string(), self.solver.stepping.step_s, range!([> 0]));
-        let whole = self.solver.stepping.method == Method::Tsit5 || self.solver.modes == ModeTreatment::Integrated;
+        let whole = !self.solver.stepping.method.is_fixed() || self.solver.modes == ModeTreatment::Integrated;
         checks.rule(whole, "solver.modes".to_string(), "must be \"integrated\" for a method with a fixed step");
         let steps = self.solver.max_steps > 0;
         checks.rule(steps, "solver.max_steps".to_string(), "must be at least 1");

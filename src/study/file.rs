@@ -302,10 +302,10 @@ pub struct SolverEntry {
     /// Method of integration: the error-controlled default, or a fixed step for comparison. Default `tsit5`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<Method>,
-    /// Step of `rk4` and `trapezoid` in s. Default 1e-5.
+    /// Length in s of the steps of a method with a fixed step. Default 1e-5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_s: Option<f64>,
-    /// Whether `rk4` and `trapezoid` locate contacts, supplies and gates instead of noticing them at the ends of steps.
+    /// Whether a method with a fixed step locates contacts, supplies and gates instead of noticing them at the ends of steps.
     /// Default false.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub located: Option<bool>,

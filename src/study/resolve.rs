@@ -5,7 +5,7 @@ use super::geometry;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use super::preset::Preset;
-use crate::scene::{HammerUnit, Method, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
+use crate::scene::{HammerUnit, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
 use crate::words::nearest;
 use crate::workpiece::{Casting, Fixture, Inertia};
 
@@ -129,10 +129,10 @@ fn solver(entry: &SolverEntry) -> SolverSettings {
     SolverSettings {
         tolerance: entry.tolerance.unwrap_or(preset.tolerance),
         guide: entry.guide.unwrap_or(preset.guide),
-        modes: entry.modes.unwrap_or(if stepping.method == Method::Tsit5 {
-            ModeTreatment::Automatic
-        } else {
+        modes: entry.modes.unwrap_or(if stepping.method.is_fixed() {
             ModeTreatment::Integrated
+        } else {
+            ModeTreatment::Automatic
         }),
         stepping,
         max_steps: entry.max_steps.unwrap_or(MAX_STEPS),

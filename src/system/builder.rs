@@ -10,7 +10,7 @@ use crate::system::impulse_response::{self, Condensation};
 use crate::system::layout::Layout;
 use crate::system::modal::{Modes, TiedGuides};
 use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};
-use crate::workpiece::{Casting, WorkpieceError};
+use crate::workpiece::WorkpieceError;
 
 /// Error scale of a body's position in m. At tolerance 1 it would be 29.5 kN in the contact of chisel and casting, 0.4 of the
 /// peak of a first impact; at the default tolerance a step may miss 0.3 N of it.
@@ -142,8 +142,8 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, Buil
     };
     let mut elements = ElementsBuilder::default();
     let mut hammers = Vec::with_capacity(scene.hammers.len());
-    for (h, unit) in scene.hammers.iter().enumerate() {
-        hammers.push(add_hammer(&mut elements, &numbering, scene, (h, unit)));
+    for h in 0..scene.hammers.len() {
+        hammers.push(add_hammer(&mut elements, &numbering, scene, h));
     }
     add_fixtures(&mut elements, &numbering, scene);
     let elements = elements.assemble(numbering.bodies + modes.phi.ncols());
@@ -218,12 +218,8 @@ fn excited_modes(modes: &InterfaceModes) -> Modes {
 }
 
 /// Adds the springs and contacts of one hammer.
-fn add_hammer(
-    elements: &mut ElementsBuilder,
-    numbering: &Numbering,
-    scene: &Scene,
-    (h, unit): (usize, &HammerUnit),
-) -> HammerSlot {
+fn add_hammer(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &Scene, h: usize) -> HammerSlot {
+    let unit = &scene.hammers[h];
     let model = HammerModel::new(&unit.parameters, gas(&scene.environment), scene.environment.gravity_m_s2);
     let points = numbering.hammer_points(h, h);
     if !numbering.tied {
@@ -325,15 +321,14 @@ fn tied_guides(scene: &Scene, phi: &DMatrix<f64>) -> Result<Option<TiedGuides>, 
 }
 
 fn castings(scene: &Scene, numbering: &Numbering) -> Vec<CastingSlot> {
-    let slot = |(c, casting): (usize, &Casting)| CastingSlot {
-        heave: numbering.first_casting_body[c],
-        points: casting_points(scene, numbering, (c, casting)),
-    };
-    scene.castings.iter().enumerate().map(slot).collect()
+    let slot =
+        |c: usize| CastingSlot { heave: numbering.first_casting_body[c], points: casting_points(scene, numbering, c) };
+    (0..scene.castings.len()).map(slot).collect()
 }
 
 /// The points of a casting whose velocity is watched.
-fn casting_points(scene: &Scene, numbering: &Numbering, (c, casting): (usize, &Casting)) -> Vec<CastingPoint> {
+fn casting_points(scene: &Scene, numbering: &Numbering, c: usize) -> Vec<CastingPoint> {
+    let casting = &scene.castings[c];
     let strikes = scene.hammers.iter().filter(|unit| unit.casting == c);
     let strikes = strikes.map(|unit| (format!("hammer.{}", unit.name), unit.strike_point_m));
     let fixtures = casting.fixtures.iter().map(|fixture| (format!("fixture.{}", fixture.name), fixture.at_m));
@@ -446,7 +441,7 @@ mod tests {
     use super::*;
     use crate::hammer::HammerParameters;
     use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings, Stepping};
-    use crate::workpiece::{Fixture, Inertia};
+    use crate::workpiece::{Casting, Fixture, Inertia};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
     fn scene() -> (Scene, InterfaceModes) {

@@ -69,7 +69,7 @@ fn fastest(modes: &Modes) -> f64 {
 ///
 /// With `g'' = sum_j a_j x^j`, `x = tau / T`, and its integrals `g' = 1 + ...`, `g = tau + ...` the equation of `g` holds at the
 /// Chebyshev points of `0 < x < 1`: one small linear system for `T a_j`. `None` if the mode is not finite.
-fn impulse_response((omega_squared, damping): (f64, f64), horizon_s: f64) -> Option<[f64; GAMMAS]> {
+fn impulse_response(omega_squared: f64, damping: f64, horizon_s: f64) -> Option<[f64; GAMMAS]> {
     const N: usize = GAMMAS - 1;
     let mut gamma = [0.0; GAMMAS];
     gamma[0] = 1.0;
@@ -127,7 +127,7 @@ impl Condensation {
         let horizon_s = TURN_RAD / fastest(modes);
         let mut gamma = DMatrix::zeros(count, GAMMAS);
         for (s, mut row) in gamma.row_iter_mut().enumerate() {
-            row.copy_from_slice(&impulse_response((modes.omega_squared[s], modes.damping[s]), horizon_s)?);
+            row.copy_from_slice(&impulse_response(modes.omega_squared[s], modes.damping[s], horizon_s)?);
         }
         let mut kernel = vec![0.0; ORDER * points * points];
         for (k, gamma) in gamma.column_iter().enumerate() {
@@ -181,12 +181,12 @@ impl Condensation {
         1.0 / largest
     }
 
-    /// Motion of all points at `tau` after the base; `z` are the integrals. Accelerations only of the first `accelerated`.
+    /// Motion of all points at `tau` after the base; `z` are the integrals.
     #[inline(always)]
-    pub fn motion(&self, (base, tau): (&Base, f64), z: &[f64], accelerated: usize, out: &mut Motion<'_>) {
+    pub fn motion(&self, base: &Base, tau: f64, z: &[f64], out: &mut Motion<'_>) {
         let powers = powers(tau);
         for n in 0..self.points {
-            if n < accelerated {
+            if n < out.acceleration.len() {
                 [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(base, &powers, z, n);
             } else {
                 [out.displacement[n], out.velocity[n]] = self.at::<2>(base, &powers, z, n);
@@ -473,7 +473,7 @@ mod tests {
                 DMatrix::from_element(1, 1, 1.0),
             );
             let horizon_s = TURN_RAD / fastest(&one);
-            let gamma = impulse_response((omega * omega, 2.0 * decay), horizon_s).unwrap();
+            let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s).unwrap();
             for part in 0..=50_u32 {
                 let t = horizon_s * f64::from(part) / 50.0;
                 let terms = scaled_powers(t);

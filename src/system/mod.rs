@@ -7,18 +7,22 @@
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
 //! - `impulse_response`: impulse-response condensation of the modes to their interface points
-//! - `coupled`: the model with its discrete state, as the integrator sees it
+//! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
+//! - `rates`: the right-hand side
+//! - `integration`: the system as the integrator sees it
 
 mod builder;
 mod coupled;
 mod elements;
 mod impulse_response;
+mod integration;
 mod layout;
 mod modal;
 mod model;
 mod motion;
 mod products;
+mod rates;
 
 pub use builder::{BuildError, InterfaceModes, build};
 pub use coupled::Coupled;

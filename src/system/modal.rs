@@ -49,17 +49,17 @@ impl Modes {
         loss
     }
 
-    /// Motion of all points from the modes' displacements, velocities and free accelerations; accelerations only of the first
-    /// `accelerated` points.
+    /// Motion of all points from the modes' displacements, velocities and free accelerations.
     #[inline(always)]
-    pub fn motion(&self, [x, v, free]: [&[f64]; 3], accelerated: usize, out: &mut Motion<'_>) {
-        let points = self.phi.ncols();
+    pub fn motion(&self, [x, v, free]: [&[f64]; 3], out: &mut Motion<'_>) {
+        let (points, accelerated) = (self.phi.ncols(), out.acceleration.len());
         for (at, first) in (0..points).step_by(LANES).enumerate() {
             let range = first..points.min(first + LANES);
             let (displacement, velocity);
             if first < accelerated {
                 let acceleration;
                 [displacement, velocity, acceleration] = self.shapes.products(at, [x, v, free]);
+                let range = first..range.end.min(accelerated);
                 out.acceleration[range.clone()].copy_from_slice(&acceleration[..range.len()]);
             } else {
                 [displacement, velocity] = self.shapes.products(at, [x, v]);
@@ -151,8 +151,8 @@ mod tests {
 
         let mut found = vec![vec![f64::NAN; points]; 3];
         let [displacement, velocity, acceleration] = &mut found[..] else { unreachable!() };
-        let mut motion = Motion { displacement, velocity, acceleration };
-        modes.motion([x.as_slice(), v.as_slice(), &free], accelerated, &mut motion);
+        let mut motion = Motion { displacement, velocity, acceleration: &mut acceleration[..accelerated] };
+        modes.motion([x.as_slice(), v.as_slice(), &free], &mut motion);
         for (found, (modal, count)) in found.iter().zip([(&x, points), (&v, points), (&expected, accelerated)]) {
             for (n, found) in found.iter().enumerate().take(count) {
                 let expected = phi.column(n).dot(modal);

@@ -1,7 +1,7 @@
 //! Motion of points and elements, forces and energies at a state.
 
 use crate::hammer::{HammerState, body};
-use crate::system::Coupled;
+use crate::system::coupled::Coupled;
 
 impl Coupled<'_> {
     /// Displacement and velocity of interface point `node` of the structure at time `t`.
@@ -22,7 +22,7 @@ impl Coupled<'_> {
     }
 
     /// Acceleration of an interface point at a state whose rate is known.
-    fn interface_acceleration(&self, node: usize, t: f64, (y, rate): (&[f64], &[f64])) -> f64 {
+    fn interface_acceleration(&self, node: usize, t: f64, y: &[f64], rate: &[f64]) -> f64 {
         let model = self.model;
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
@@ -52,11 +52,11 @@ impl Coupled<'_> {
     }
 
     /// Relative acceleration along an element's row at a state whose rate is known.
-    pub(super) fn relative_acceleration(&self, row: usize, t: f64, (y, rate): (&[f64], &[f64])) -> f64 {
+    pub(super) fn relative_acceleration(&self, row: usize, t: f64, y: &[f64], rate: &[f64]) -> f64 {
         let layout = &self.model.layout;
         let acceleration = |point: usize| match point.checked_sub(layout.bodies) {
             None => rate[layout.velocity(point)],
-            Some(node) => self.interface_acceleration(node, t, (y, rate)),
+            Some(node) => self.interface_acceleration(node, t, y, rate),
         };
         self.model.elements.row(row).map(|(point, c)| c * acceleration(point)).sum()
     }

@@ -1,6 +1,10 @@
 //! Piecewise smooth problems as the integrator sees them, logs of a run, observed orders.
 
-use decore::integrate::{Counters, GuardSample, Integrator, Observer, Settings, Step, Stopped, System};
+use decore::integrate::{
+    Counters, ExponentialTsit5, GuardSample, Integrator, Observer, Settings, Step, Stepper, Stopped, Switching, System,
+    Tsit5,
+};
+use decore::system::Coupled;
 
 /// A piecewise smooth problem; what a problem does not need has a default.
 pub trait Piecewise {
@@ -62,10 +66,6 @@ impl<P: Piecewise> System for Harness<P> {
         self.problem.states() + self.problem.quadratures()
     }
 
-    fn controlled(&self) -> usize {
-        self.problem.states()
-    }
-
     fn scales(&self) -> &[f64] {
         &self.scales
     }
@@ -73,7 +73,9 @@ impl<P: Piecewise> System for Harness<P> {
     fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
         self.problem.rate(t, y, rate);
     }
+}
 
+impl<P: Piecewise> Switching for Harness<P> {
     fn guard_count(&self) -> usize {
         self.problem.guards()
     }
@@ -86,7 +88,7 @@ impl<P: Piecewise> System for Harness<P> {
         self.problem.guard(guard, y)
     }
 
-    fn sample_guards(&mut self, _t: f64, (y, rate): (&[f64], &[f64]), samples: &mut [GuardSample]) {
+    fn sample_guards(&mut self, _t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
         for (guard, sample) in samples.iter_mut().enumerate() {
             let value = self.problem.guard(guard, y);
             *sample = GuardSample { value, smooth: value, smooth_rate: self.problem.guard_rate(guard, rate) };
@@ -105,10 +107,64 @@ impl<P: Piecewise> System for Harness<P> {
         self.problem.pass(self.passed);
         self.passed += 1;
     }
+}
 
-    fn diagnose(&self, t: f64, _y: &[f64]) -> String {
-        format!("no step succeeds at {t}")
+/// A smooth system: it never switches.
+pub struct Smooth<S>(pub S);
+
+impl<S: System> System for Smooth<S> {
+    fn dimension(&self) -> usize {
+        self.0.dimension()
     }
+
+    fn scales(&self) -> &[f64] {
+        self.0.scales()
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
+        self.0.rhs(t, y, rate);
+    }
+}
+
+impl<S: System> Switching for Smooth<S> {
+    fn guard_count(&self) -> usize {
+        0
+    }
+
+    fn guard_support(&self, _guard: usize) -> &[usize] {
+        &[]
+    }
+
+    fn guard(&self, _guard: usize, _t: f64, _y: &[f64]) -> f64 {
+        -1.0
+    }
+
+    fn sample_guards(&mut self, _t: f64, _y: &[f64], _rate: &[f64], _samples: &mut [GuardSample]) {}
+
+    fn switch(&mut self, _guard: usize, _t: f64, _y: &mut [f64]) {}
+
+    fn next_stop(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn pass_stop(&mut self) {}
+}
+
+/// A system with the method that it is integrated by: the default one, exponential steps included where it knows a linear part.
+pub trait Solved: Switching + Sized {
+    type Method: Stepper<Self>;
+}
+
+impl<P: Piecewise> Solved for Harness<P> {
+    type Method = Tsit5;
+}
+
+impl<S: System> Solved for Smooth<S> {
+    type Method = Tsit5;
+}
+
+impl Solved for Coupled<'_> {
+    type Method = ExponentialTsit5;
 }
 
 /// A switch as it was seen: guard, time, state after the switch.
@@ -123,7 +179,7 @@ pub struct Event {
 #[derive(Debug, Default)]
 pub struct EventLog(pub Vec<Event>);
 
-impl<S: System> Observer<S> for EventLog {
+impl<S> Observer<S> for EventLog {
     fn step(&mut self, _system: &S, _step: &Step<'_>) {}
 
     fn event(&mut self, _system: &S, guard: usize, t: f64, y: &[f64]) {
@@ -162,6 +218,8 @@ pub fn settings(tolerance: f64, longest_step_s: f64) -> Settings {
         tolerance,
         first_step_s: longest_step_s.min(1e-3),
         longest_step_s,
+        step_s: 1e-5,
+        located: false,
         max_steps: 5_000_000,
         max_wall_time_s: 60.0,
     }
@@ -191,19 +249,19 @@ pub fn switches(run: &Run, contact: usize) -> [f64; 2] {
 }
 
 /// Integrates from `(0, y0)` to `end`, with the log of its switches.
-pub fn run<S: System>(system: &mut S, y0: &[f64], settings: Settings, end: f64) -> Run {
+pub fn run<S: Solved>(system: &mut S, y0: &[f64], settings: Settings, end: f64) -> Run {
     observe(system, y0, settings, end, &mut ())
 }
 
 /// As [`run`], with an observer that sees the same.
-pub fn observe<S: System, O: Observer<S>>(
+pub fn observe<S: Solved, O: Observer<S>>(
     system: &mut S,
     y0: &[f64],
     settings: Settings,
     end: f64,
     observer: &mut O,
 ) -> Run {
-    let mut integrator = Integrator::new(system, 0.0, y0, settings);
+    let mut integrator = Integrator::<_, S::Method>::new(system, 0.0, y0, &settings);
     let mut both = (EventLog::default(), Borrowed(observer));
     let stopped = integrator.run(system, &mut both, end);
     Run {
@@ -217,7 +275,7 @@ pub fn observe<S: System, O: Observer<S>>(
 
 struct Borrowed<'a, O>(&'a mut O);
 
-impl<S: System, O: Observer<S>> Observer<S> for Borrowed<'_, O> {
+impl<S, O: Observer<S>> Observer<S> for Borrowed<'_, O> {
     fn step(&mut self, system: &S, step: &Step<'_>) {
         self.0.step(system, step);
     }

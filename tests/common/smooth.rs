@@ -1,5 +1,7 @@
 //! Problems with a known solution between their switches.
 
+use decore::integrate::System;
+
 use super::harness::Piecewise;
 
 /// Motion on an ellipse of semi-axis 1 and period `2 pi`; states x, y, x', y'. It starts one unit of time after the
@@ -23,12 +25,16 @@ impl Kepler {
     }
 }
 
-impl Piecewise for Kepler {
-    fn states(&self) -> usize {
+impl System for Kepler {
+    fn dimension(&self) -> usize {
         4
     }
 
-    fn rate(&self, _t: f64, y: &[f64], rate: &mut [f64]) {
+    fn scales(&self) -> &[f64] {
+        &[1.0; 4]
+    }
+
+    fn rhs(&mut self, _t: f64, y: &[f64], rate: &mut [f64]) {
         let cube = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
         rate.copy_from_slice(&[y[2], y[3], -y[0] / cube, -y[1] / cube]);
     }
@@ -49,12 +55,16 @@ impl Manufactured {
     }
 }
 
-impl Piecewise for Manufactured {
-    fn states(&self) -> usize {
+impl System for Manufactured {
+    fn dimension(&self) -> usize {
         2
     }
 
-    fn rate(&self, t: f64, y: &[f64], rate: &mut [f64]) {
+    fn scales(&self) -> &[f64] {
+        &[1.0; 2]
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
         let (own, exact) = (Self::flow(y), Self::flow(&self.solution(t)));
         rate.copy_from_slice(&[t.cos() + own[0] - exact[0], -2.0 * (2.0 * t).sin() + own[1] - exact[1]]);
     }
@@ -167,12 +177,16 @@ impl Piecewise for Polyline {
 #[derive(Debug, Clone, Copy)]
 pub struct Explosion;
 
-impl Piecewise for Explosion {
-    fn states(&self) -> usize {
+impl System for Explosion {
+    fn dimension(&self) -> usize {
         1
     }
 
-    fn rate(&self, _t: f64, y: &[f64], rate: &mut [f64]) {
+    fn scales(&self) -> &[f64] {
+        &[1.0; 1]
+    }
+
+    fn rhs(&mut self, _t: f64, y: &[f64], rate: &mut [f64]) {
         rate[0] = y[0] * y[0];
     }
 }
@@ -183,12 +197,16 @@ pub struct Cliff {
     pub limit: f64,
 }
 
-impl Piecewise for Cliff {
-    fn states(&self) -> usize {
+impl System for Cliff {
+    fn dimension(&self) -> usize {
         1
     }
 
-    fn rate(&self, _t: f64, y: &[f64], rate: &mut [f64]) {
+    fn scales(&self) -> &[f64] {
+        &[1.0; 1]
+    }
+
+    fn rhs(&mut self, _t: f64, y: &[f64], rate: &mut [f64]) {
         rate[0] = if y[0] <= self.limit { 1.0 } else { f64::NAN };
     }
 }

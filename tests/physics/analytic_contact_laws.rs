@@ -6,7 +6,7 @@ use crate::common::harness::{assert_close, assert_relative, observe, settings, s
 use crate::common::scenes::{NO_CONTACT, PeakForce, bench, clear, contact_index, place, rig, simulate};
 use decore::contact::{ContactLaw, ContactLawName, ContactParameters, restitution};
 use decore::hammer::{HammerParameters, body};
-use decore::integrate::{Integrator, Stopped};
+use decore::integrate::{ExponentialTsit5, Integrator, Stopped};
 use decore::metrics::Recorder;
 use decore::scene::Scene;
 use decore::system::{ContactKind, Coupled, CoupledModel, build};
@@ -320,7 +320,8 @@ fn analytic_energy_under_every_law() {
         let model = build(&scene, &modes).expect("sound");
         let mut system = Coupled::new(&model);
         let mut recorder = Recorder::new(&model, &scene);
-        let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings(1e-6, 1e-3));
+        let mut integrator =
+            Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-6, 1e-3));
         assert_eq!(integrator.run(&mut system, &mut recorder, 0.4), Stopped::AtEnd);
         let metrics = recorder.finish(&system, integrator.time(), integrator.state());
         let counters = integrator.counters();

@@ -1,12 +1,20 @@
 //! The methods at a fixed step: order, switching at the ends of steps or located, work, failure.
 
-use crate::common::harness::{EventLog, Harness, Piecewise, Samples, assert_close, slope};
+use crate::common::harness::{self, EventLog, Harness, Samples, Smooth, assert_close, slope};
 use crate::common::impact::Bouncer;
 use crate::common::smooth::{Cliff, Kepler, Manufactured, Oscillator, Polyline};
-use decore::integrate::{Counters, FixedRule, FixedSettings, FixedStep, Observer, Stopped};
+use decore::integrate::{
+    Counters, FixedStep, Integrator, Observer, Rk4, Settings, Stepper, Stopped, Switching, System, Trapezoid,
+};
 
-fn settings(rule: FixedRule, step_s: f64, located: bool) -> FixedSettings {
-    FixedSettings { rule, step_s, located, max_steps: 10_000_000, max_wall_time_s: 60.0 }
+fn settings(step_s: f64, located: bool) -> Settings {
+    Settings { step_s, located, ..harness::settings(1e-6, 1.0) }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Rule {
+    Rk4,
+    Trapezoid,
 }
 
 struct Run {
@@ -16,19 +24,25 @@ struct Run {
     counters: Counters,
 }
 
-fn run<P: Piecewise, O: Observer<Harness<P>>>(
-    problem: P,
+fn run<S: Switching, O: Observer<S>>(rule: Rule, system: S, y0: &[f64], settings: Settings, at: (f64, &mut O)) -> Run {
+    match rule {
+        Rule::Rk4 => by::<FixedStep<Rk4>, S, O>(system, y0, settings, at),
+        Rule::Trapezoid => by::<FixedStep<Trapezoid>, S, O>(system, y0, settings, at),
+    }
+}
+
+fn by<P: Stepper<S>, S: Switching, O: Observer<S>>(
+    mut system: S,
     y0: &[f64],
-    settings: FixedSettings,
+    settings: Settings,
     (end, observer): (f64, &mut O),
 ) -> Run {
-    let mut system = Harness::new(problem);
-    let mut integrator = FixedStep::new(&system, 0.0, y0, settings);
+    let mut integrator = Integrator::<_, P>::new(&system, 0.0, y0, &settings);
     let stopped = integrator.run(&mut system, observer, end);
     Run { stopped, t: integrator.time(), y: integrator.state().to_vec(), counters: integrator.counters() }
 }
 
-const RULES: [(FixedRule, f64); 2] = [(FixedRule::Rk4, 4.0), (FixedRule::Trapezoid, 2.0)];
+const RULES: [(Rule, f64); 2] = [(Rule::Rk4, 4.0), (Rule::Trapezoid, 2.0)];
 
 /// Observed orders on two nonlinear problems; steps whose errors are far from rounding.
 #[test]
@@ -36,7 +50,8 @@ fn analytic_orders() {
     for (rule, order) in RULES {
         let steps = [0.04, 0.02, 0.01, 0.005];
         let error = |h: f64| {
-            let found = run(Manufactured, &Manufactured.solution(0.0), settings(rule, h, false), (2.0, &mut ()));
+            let found =
+                run(rule, Smooth(Manufactured), &Manufactured.solution(0.0), settings(h, false), (2.0, &mut ()));
             assert_eq!((found.stopped, found.t), (Stopped::AtEnd, 2.0));
             crate::common::harness::distance(&found.y, &Manufactured.solution(2.0))
         };
@@ -44,7 +59,7 @@ fn analytic_orders() {
         assert_close("order, manufactured", observed, order, 0.05);
         let kepler = Kepler { eccentricity: 0.3 };
         let error = |h: f64| {
-            let found = run(kepler, &kepler.solution(0.0), settings(rule, h, false), (3.0, &mut ()));
+            let found = run(rule, Smooth(kepler), &kepler.solution(0.0), settings(h, false), (3.0, &mut ()));
             crate::common::harness::distance(&found.y, &kepler.solution(3.0))
         };
         let observed = slope(&steps.map(|h| (h, error(h))));
@@ -57,10 +72,10 @@ fn analytic_orders() {
 #[test]
 fn analytic_interpolant() {
     // h^2 t / 12 = 4e-5 for the trapezoid.
-    for (rule, bound) in [(FixedRule::Rk4, 1e-8), (FixedRule::Trapezoid, 5e-5)] {
+    for (rule, bound) in [(Rule::Rk4, 1e-8), (Rule::Trapezoid, 5e-5)] {
         let mut samples = Samples::new(5);
         let problem = Oscillator { quadratures: 2, ..Oscillator::new(&[]) };
-        let found = run(problem, &[1.0, 0.0, 0.0, 0.0], settings(rule, 0.01, false), (5.0, &mut samples));
+        let found = run(rule, Harness::new(problem), &[1.0, 0.0, 0.0, 0.0], settings(0.01, false), (5.0, &mut samples));
         assert_eq!(found.stopped, Stopped::AtEnd);
         for (t, y) in &samples.points {
             let expected = [t.cos(), -t.sin(), 0.5 * (t + t.sin() * t.cos()), 0.25 * (t - t.sin() * t.cos())];
@@ -75,21 +90,24 @@ fn analytic_interpolant() {
 #[test]
 fn analytic_trapezoid_keeps_its_matrix() {
     struct Stiff;
-    impl Piecewise for Stiff {
-        fn states(&self) -> usize {
+    impl System for Stiff {
+        fn dimension(&self) -> usize {
             2
         }
-        fn rate(&self, t: f64, y: &[f64], rate: &mut [f64]) {
+        fn scales(&self) -> &[f64] {
+            &[1.0; 2]
+        }
+        fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
             rate.copy_from_slice(&[-5000.0 * (y[0] - t.cos()), y[0] - y[1]]);
         }
     }
-    let found = run(Stiff, &[1.0, 0.0], settings(FixedRule::Trapezoid, 0.01, false), (10.0, &mut ()));
+    let found = run(Rule::Trapezoid, Smooth(Stiff), &[1.0, 0.0], settings(0.01, false), (10.0, &mut ()));
     assert_eq!((found.stopped, found.counters.factorisations), (Stopped::AtEnd, 1));
     assert_eq!(found.counters.steps, 1000);
     // Its own motion has died out long ago: y[0] = cos t + sin t / 5000.
     let t = 10.0_f64;
     assert_close("stiff component", found.y[0], t.cos() + t.sin() / 5000.0, 1e-6);
-    let explicit = run(Stiff, &[1.0, 0.0], settings(FixedRule::Rk4, 0.01, false), (10.0, &mut ()));
+    let explicit = run(Rule::Rk4, Smooth(Stiff), &[1.0, 0.0], settings(0.01, false), (10.0, &mut ()));
     assert!(matches!(explicit.stopped, Stopped::Diverged(_)), "{:?}", explicit.stopped);
     assert_eq!(explicit.counters.factorisations, 0);
 }
@@ -101,7 +119,7 @@ fn analytic_switches_at_the_ends_of_steps_or_located() {
         let bounce = |h: f64, located: bool| {
             let mut log = EventLog::default();
             let ball = Bouncer::new(9.81, 0.1, 0.8);
-            let found = run(ball, &[0.0, 0.0], settings(rule, h, located), (0.2, &mut log));
+            let found = run(rule, Harness::new(ball), &[0.0, 0.0], settings(h, located), (0.2, &mut log));
             assert_eq!(found.stopped, Stopped::AtEnd);
             assert_eq!(log.0.len(), 1, "{rule:?} at {h}, located: {located}");
             (log.0[0].t - ball.bounce(1), found.y[0])
@@ -130,7 +148,7 @@ fn analytic_stops() {
         ] {
             let problem = Polyline::new(&stops, 2.0);
             let expected = problem.solution(1.0);
-            let found = run(problem, &[0.0], settings(rule, 0.01, located), (1.0, &mut ()));
+            let found = run(rule, Harness::new(problem), &[0.0], settings(0.01, located), (1.0, &mut ()));
             assert_eq!((found.stopped, found.t), (Stopped::AtEnd, 1.0));
             let error = (found.y[0] - expected).abs();
             assert!(error <= bound, "{stops:?}, located {located}: off by {error}");
@@ -143,14 +161,14 @@ fn analytic_stops() {
 #[test]
 fn failures_end_with_a_reason() {
     for (rule, _) in RULES {
-        let found = run(Cliff { limit: 0.5 }, &[0.0], settings(rule, 0.01, false), (1.0, &mut ()));
+        let found = run(rule, Smooth(Cliff { limit: 0.5 }), &[0.0], settings(0.01, false), (1.0, &mut ()));
         assert!(matches!(found.stopped, Stopped::Diverged(_)), "{:?}", found.stopped);
         assert!((found.t - 0.5).abs() < 0.02 && found.y[0].is_finite());
-        let budget = FixedSettings { max_steps: 17, ..settings(rule, 0.01, false) };
-        let found = run(Manufactured, &[2.0, 3.0], budget, (1.0, &mut ()));
+        let budget = Settings { max_steps: 17, ..settings(0.01, false) };
+        let found = run(rule, Smooth(Manufactured), &[2.0, 3.0], budget, (1.0, &mut ()));
         assert_eq!((found.stopped, found.counters.steps), (Stopped::StepBudget, 17));
-        let budget = FixedSettings { max_wall_time_s: 0.0, ..settings(rule, 0.001, false) };
-        let found = run(Manufactured, &[2.0, 3.0], budget, (10.0, &mut ()));
+        let budget = Settings { max_wall_time_s: 0.0, ..settings(0.001, false) };
+        let found = run(rule, Smooth(Manufactured), &[2.0, 3.0], budget, (10.0, &mut ()));
         assert_eq!(found.stopped, Stopped::TimeBudget);
     }
 }

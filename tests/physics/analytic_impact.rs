@@ -6,7 +6,7 @@ use crate::common::harness::{
     EventLog, Harness, assert_close, assert_relative, bisect, fixed_step, run, settings, slope,
 };
 use crate::common::impact::{Bouncer, ImpactOscillator, ReliefValve};
-use decore::integrate::{Integrator, Settings, Stopped};
+use decore::integrate::{Integrator, Settings, Stopped, Tsit5};
 
 /// A free body against a wall leaves with exactly its restitution; with none it stays there.
 #[test]
@@ -118,7 +118,7 @@ fn deviations(problem: ImpactOscillator, perturbation: f64, periods: u32) -> Vec
     let end = start + f64::from(periods) * 2.0 * PI / problem.w;
     let mut system = Harness::new(problem);
     let y0 = [-1e-16, -problem.r * (orbit.velocity + perturbation)];
-    let mut integrator = Integrator::new(&system, start, &y0, settings(1e-12, 0.2));
+    let mut integrator = Integrator::<_, Tsit5>::new(&system, start, &y0, &settings(1e-12, 0.2));
     let mut log = EventLog::default();
     assert_eq!(integrator.run(&mut system, &mut log, end), Stopped::AtEnd);
     log.0.iter().map(|event| (-event.y[1] / problem.r - orbit.velocity).abs()).collect()

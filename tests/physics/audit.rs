@@ -2,9 +2,7 @@
 
 use crate::common::studies::scene;
 use decore::hammer::chamber;
-use decore::integrate::{
-    GuardSample, Integrator, Observer, Settings, Step, StiffBlock, StiffMatrices, Stopped, System,
-};
+use decore::integrate::{GuardSample, Integrator, Observer, Settings, Step, Stopped, Switching, System, Tsit5};
 use decore::metrics::{Recorder, RunTotals};
 use decore::system::{Coupled, CoupledModel, build};
 
@@ -34,9 +32,6 @@ impl System for Planted<'_> {
     fn dimension(&self) -> usize {
         self.inner.dimension()
     }
-    fn controlled(&self) -> usize {
-        self.inner.controlled()
-    }
     fn scales(&self) -> &[f64] {
         self.inner.scales()
     }
@@ -59,6 +54,12 @@ impl System for Planted<'_> {
             Plant::Input(share) => change(layout.work_in(), share, rate),
         }
     }
+    fn diagnose(&self, t: f64, y: &[f64]) -> String {
+        self.inner.diagnose(t, y)
+    }
+}
+
+impl Switching for Planted<'_> {
     fn guard_count(&self) -> usize {
         self.inner.guard_count()
     }
@@ -68,20 +69,14 @@ impl System for Planted<'_> {
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
         self.inner.guard(guard, t, y)
     }
-    fn sample_guards(&mut self, t: f64, at: (&[f64], &[f64]), samples: &mut [GuardSample]) {
-        self.inner.sample_guards(t, at, samples);
+    fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
+        self.inner.sample_guards(t, y, rate, samples);
     }
     fn horizon(&self) -> f64 {
         self.inner.horizon()
     }
     fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
         self.inner.rebase(t, y, rate);
-    }
-    fn stiff_block(&self) -> Option<StiffBlock> {
-        None
-    }
-    fn stiff_matrices(&mut self, matrices: &mut StiffMatrices) {
-        self.inner.stiff_matrices(matrices);
     }
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
         self.inner.switch(guard, t, y);
@@ -91,9 +86,6 @@ impl System for Planted<'_> {
     }
     fn pass_stop(&mut self) {
         self.inner.pass_stop();
-    }
-    fn diagnose(&self, t: f64, y: &[f64]) -> String {
-        self.inner.diagnose(t, y)
     }
 }
 
@@ -118,10 +110,12 @@ fn audits(model: &CoupledModel, scene: &decore::scene::Scene, plant: Plant) -> R
         tolerance: 1e-5,
         first_step_s: 1e-6,
         longest_step_s: 1e-3,
+        step_s: 1e-5,
+        located: false,
         max_steps: 1_000_000,
         max_wall_time_s: 60.0,
     };
-    let mut integrator = Integrator::new(&system, 0.0, model.initial_state(), settings);
+    let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings);
     let mut observer = Through(Recorder::new(model, scene));
     assert_eq!(integrator.run(&mut system, &mut observer, DURATION_S), Stopped::AtEnd, "{plant:?}");
     observer.0.finish(&system.inner, integrator.time(), integrator.state()).totals

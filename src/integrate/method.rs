@@ -1,0 +1,89 @@
+//! The methods that a study can name, each by one entry.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::integrate::counters::Counters;
+use crate::integrate::driver::{Integrator, Stopped};
+use crate::integrate::exponential_control::ExponentialTsit5;
+use crate::integrate::fixed::FixedStep;
+use crate::integrate::observer::Observer;
+use crate::integrate::rk4::Rk4;
+use crate::integrate::stepper::{Settings, Stepper};
+use crate::integrate::system::{LinearPart, Switching};
+use crate::integrate::trapezoid::Trapezoid;
+
+/// Declares the methods: documentation, name in a study, whether its steps have a fixed length, stepper.
+macro_rules! methods {
+    ($($(#[$attribute:meta])* $method:ident($name:tt, fixed: $fixed:literal, $stepper:ty),)+) => {
+        /// Method of integration.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+        pub enum Method {
+            $($(#[$attribute])* #[serde(rename = $name)] $method,)+
+        }
+
+        impl Method {
+            /// Name in a study.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$method => $name,)+ }
+            }
+
+            /// Whether steps have a fixed length; otherwise error control chooses it.
+            pub fn is_fixed(self) -> bool {
+                match self { $(Self::$method => $fixed,)+ }
+            }
+
+            /// Integrates `system` from rest at time 0 over `span`; shows every step and switch to `observer`.
+            pub fn integrate<S, O>(self, system: &mut S, observer: &mut O, settings: &Settings, span: &Span<'_>) -> End
+            where
+                S: Switching + LinearPart,
+                O: Observer<S>,
+            {
+                match self { $(Self::$method => run::<$stepper, S, O>(system, observer, settings, span),)+ }
+            }
+        }
+    };
+}
+
+methods! {
+    /// Explicit Runge-Kutta pair of order 5(4) under error control, contacts located.
+    #[default]
+    Tsit5("tsit5", fixed: false, ExponentialTsit5),
+    /// Classical Runge-Kutta rule of order 4 at a fixed step, for comparison.
+    Rk4("rk4", fixed: true, FixedStep<Rk4>),
+    /// Implicit trapezoid at a fixed step (the published program's way), for comparison.
+    Trapezoid("trapezoid", fixed: true, FixedStep<Trapezoid>),
+}
+
+/// From where to where is integrated.
+#[derive(Debug, Clone, Copy)]
+pub struct Span<'a> {
+    /// State at time 0.
+    pub y0: &'a [f64],
+    /// Time at the end in s.
+    pub t_end: f64,
+}
+
+/// Where and how an integration ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct End {
+    /// Why it ended.
+    pub stopped: Stopped,
+    /// Time reached in s.
+    pub t: f64,
+    /// State there.
+    pub y: Vec<f64>,
+    /// Work done.
+    pub counters: Counters,
+}
+
+fn run<P, S, O>(system: &mut S, observer: &mut O, settings: &Settings, span: &Span<'_>) -> End
+where
+    P: Stepper<S>,
+    S: Switching,
+    O: Observer<S>,
+{
+    let mut integrator = Integrator::<_, P>::new(system, 0.0, span.y0, settings);
+    let stopped = integrator.run(system, observer, span.t_end);
+    End { stopped, t: integrator.time(), y: integrator.state().to_vec(), counters: integrator.counters() }
+}

@@ -1,0 +1,104 @@
+//! What the driver asks of a method: how long a step is to be, and the step.
+
+use crate::integrate::counters::Counters;
+use crate::integrate::step::Dense;
+use crate::integrate::system::{GuardSample, System};
+
+/// Accuracy and effort of an integration. What a method has no use for it leaves alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest error of a step in any controlled component, in units of its scale; under error control.
+    pub tolerance: f64,
+    /// First step in s; under error control.
+    pub first_step_s: f64,
+    /// Longest step in s; under error control.
+    pub longest_step_s: f64,
+    /// Length of a fixed step in s.
+    pub step_s: f64,
+    /// Whether a method with a fixed step locates switches and stops; otherwise it notices them at the ends of steps.
+    pub located: bool,
+    /// Accepted and rejected steps after which the integration stops.
+    pub max_steps: u64,
+    /// Wall time in s after which the integration stops.
+    pub max_wall_time_s: f64,
+}
+
+/// The next step as a method would have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Length in s; what is beyond the next stop is cut off.
+    pub h: f64,
+    /// Time of its end, where that is known better than by adding the length.
+    pub end: Option<f64>,
+}
+
+/// A step to be computed.
+#[derive(Debug)]
+pub struct Trial<'a> {
+    /// Time at its start in s.
+    pub t: f64,
+    /// Length in s.
+    pub h: f64,
+    /// State at its start.
+    pub y: &'a [f64],
+    /// Becomes the state at its end.
+    pub y_new: &'a mut [f64],
+    /// Becomes the rates that [`Stepper::DENSE`] asks for, one after the other; the first, at the start, is known.
+    pub rates: &'a mut [f64],
+    /// Work to be added to.
+    pub counters: &'a mut Counters,
+}
+
+impl Trial<'_> {
+    /// Rate at its start.
+    pub fn rate(&self) -> &[f64] {
+        &self.rates[..self.y.len()]
+    }
+}
+
+/// A method as the driver sees it; time, budgets, stops, events and acceptance are the driver's.
+pub trait Stepper<S: System> {
+    /// How its steps are interpolated, and from which rates.
+    const DENSE: Dense;
+
+    /// The method for `system`.
+    fn new(system: &S, settings: &Settings) -> Self;
+
+    /// Whether switches and stops are located within steps; otherwise they are noticed at the ends of steps.
+    fn locates(&self) -> bool {
+        true
+    }
+
+    /// Whether right-hand sides should follow the state alone where the system can do so.
+    fn follows_state(&self) -> bool {
+        false
+    }
+
+    /// Time in s by which a stop may lie beyond the end of a step and still be passed there.
+    fn rounding_s(&self) -> f64 {
+        0.0
+    }
+
+    /// The step to be made from `t`; no more than `room_s` of it is of use.
+    fn plan(&mut self, system: &mut S, t: f64, room_s: f64) -> Plan;
+
+    /// Computes a step; returns its error in units of the tolerance, up to 1 if it may be accepted.
+    ///
+    /// # Errors
+    /// Words for why there is no state at its end and a repetition would not help.
+    fn attempt(&mut self, system: &mut S, trial: Trial<'_>) -> Result<f64, String>;
+
+    /// Whether the step just computed may end at an event within it; otherwise it is rejected.
+    fn may_be_cut(&mut self) -> bool {
+        true
+    }
+
+    /// Takes note of a step of length `h` that was accepted: its error, and the guards at its end unless an event cut it.
+    fn accepted(&mut self, h: f64, error: f64, guards: Option<&[GuardSample]>);
+
+    /// Takes note of a step of length `h` that was rejected for its error.
+    fn rejected(&mut self, _h: f64, _error: f64) {}
+
+    /// Takes note of a switch of `guard` at the end of the last step.
+    fn switched(&mut self, _guard: usize) {}
+}
