@@ -13,9 +13,9 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal::JOURNAL;
 use super::lock::Lock;
-use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME};
+use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME, find};
 use super::rebuild::known;
-use super::recovery::{BlockParts, Recovered, find, read_parts, recover};
+use super::recovery::{BlockParts, Recovered, read_parts, recover};
 use super::store::{GROWING, columns_of, remove};
 use super::writer::{DatasetWriter, Existing};
 

@@ -283,6 +283,11 @@ fn parse<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result<T, Dat
     serde_json::from_str(text).map_err(|source| DatasetError::Manifest { path: path.to_owned(), source })
 }
 
+/// The part of a block.
+pub fn find(parts: &[Part], first_row: u64) -> Option<&Part> {
+    parts.iter().find(|part| part.first_row == first_row)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

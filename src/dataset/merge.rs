@@ -7,10 +7,11 @@ use super::columns::TableName;
 use super::difference::differences;
 use super::error::DatasetError;
 use super::lock::Lock;
-use super::manifest::{Manifest, Part, RowSpan, gaps};
-use super::reader::{DatasetReader, check_part};
-use super::recovery::{BlockParts, find, read_parts};
+use super::manifest::{Manifest, Part, RowSpan, find, gaps};
+use super::reader::DatasetReader;
+use super::recovery::{BlockParts, read_parts};
 use super::store::columns_of;
+use super::verify::check_part;
 use super::writer::{DatasetWriter, Existing};
 
 /// What a merge gave.

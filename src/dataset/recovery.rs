@@ -6,12 +6,12 @@ use std::path::Path;
 use super::columns::{Columns, TableName};
 use super::error::DatasetError;
 use super::journal;
-use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, part_file};
+use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, find, part_file};
 use super::parquet_file::visit_rows;
-use super::reader::check_part;
 use super::rebuild::Known;
 use super::record::{RowWriter, StoredRow, cells_say_failed};
 use super::store::{Block, DAMAGED, remove, set_aside};
+use super::verify::check_part;
 use crate::quantity::Value;
 
 /// What is there.
@@ -144,11 +144,6 @@ impl Recovered {
         }
         Ok(())
     }
-}
-
-/// The part of a block.
-pub fn find(parts: &[Part], first_row: u64) -> Option<&Part> {
-    parts.iter().find(|part| part.first_row == first_row)
 }
 
 /// Whether the manifest has all rows of a block that the dataset is to hold.

@@ -11,11 +11,10 @@ use super::durable::{StagedFile, failed_to, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::lock::Place;
-use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_sealed_json};
+use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, find, part_file, to_sealed_json};
 use super::parquet_file::TableBuilder;
 use super::rebuild::BlockDescription;
 use super::record::{ColumnCounts, StoredRow};
-use super::recovery::find;
 use crate::quantity::Value;
 
 /// Folder of the grown dataset while it is written, below the dataset's.

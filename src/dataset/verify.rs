@@ -10,11 +10,9 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal;
 use super::lock::Lock;
-use super::manifest::{Manifest, Part, RowSpan, gaps, part_first_row};
+use super::manifest::{Manifest, Part, RowSpan, find, gaps, part_first_row};
 use super::parquet_file::{check_study, visit_rows};
-use super::reader::check_part;
 use super::rebuild::known;
-use super::recovery::find;
 use crate::quantity::Value;
 
 /// What a verification found.
@@ -104,6 +102,24 @@ fn check_contents(
         path,
         found: format!("{records} records of {} rows", rows.len()),
         expected: format!("{} records of the {} rows of its block", part.records, wanted.len()),
+    })
+}
+
+/// Compares a part's length and checksum with the manifest's.
+///
+/// # Errors
+/// [`DatasetError::Damaged`] or the system's.
+pub fn check_part(folder: &Path, part: &Part) -> Result<(), DatasetError> {
+    let path = folder.join(&part.file);
+    let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
+    let hash = blake3::hash(&bytes).to_hex().to_string();
+    if bytes.len() as u64 == part.bytes && hash == part.blake3 {
+        return Ok(());
+    }
+    Err(DatasetError::Damaged {
+        path,
+        found: format!("{} bytes, BLAKE3 {hash}", bytes.len()),
+        expected: format!("{} bytes, BLAKE3 {}", part.bytes, part.blake3),
     })
 }
 
