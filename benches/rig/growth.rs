@@ -7,7 +7,7 @@ use std::process::Command;
 use decore::engine::{Machine, SourceModel};
 use decore::run::{RowOutcome, run_row};
 use decore::scene::{Guide, ModeTreatment, Scene, SolverSettings};
-use decore::study::{InterfaceDemand, Study};
+use decore::study::{CheckedStudy, InterfaceDemand, Study};
 use decore::system::InterfaceModes;
 
 use crate::methods::cells;
@@ -46,7 +46,8 @@ fn hammers(count: usize, setting: &str) -> Rig {
     let names = |role: &str| (1..=9).map(|i| format!("{role}{i}")).collect::<Vec<_>>();
     let demand = InterfaceDemand { mounts: names("R"), fixtures: names("T") };
     let machine = Machine::new(model, study.structure(), &demand).expect("its reduction");
-    let single = study.scene(0, &points).expect("its scene");
+    let checked = CheckedStudy::new(study, points).expect("its points");
+    let single = checked.scene(0).expect("its scene");
     let place = |h: usize| PLACES[h % PLACES.len()];
     let mut scene =
         Scene { hammers: Vec::new(), castings: Vec::new(), duration_s: HAMMERS_DURATION_S, ..single.clone() };

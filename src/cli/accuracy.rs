@@ -8,7 +8,7 @@ use super::exit::{Exit, Failure};
 use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
-use crate::engine::{Engine, RowScene};
+use crate::engine::{Engine, RowScene, Rows};
 use crate::integrate::Counters;
 use crate::metrics::RunTotals;
 use crate::quantity::quantities;

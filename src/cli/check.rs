@@ -8,10 +8,10 @@ use super::exit::{Exit, Failure};
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
-use crate::engine::{Engine, RowScene};
+use crate::engine::{Engine, RowScene, Rows};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use crate::scene::Scene;
-use crate::study::{FactorInfo, Study};
+use crate::study::{CheckedStudy, FactorInfo, Study};
 use crate::system::InterfaceModes;
 
 /// Wall time in s spent at most on the row that tells the time of the others.
@@ -41,9 +41,9 @@ pub(super) struct CheckArguments {
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     let columns = Columns::new(&engine.info())?;
-    let study = engine.study();
+    let (study, checked) = (engine.study(), engine.checked());
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));
-    say(&format_args!("design         {}, seed {}", plural(study.row_count(), "row"), study.seed()));
+    say(&format_args!("design         {}, seed {}", plural(checked.row_count(), "row"), study.seed()));
     for factor in study.factors() {
         let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
         say(&format_args!("  factor       {}: {}{unit}", factor.name, factor.domain()));
@@ -51,9 +51,9 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
             say(&format_args!("    drives     {path}"));
         }
     }
-    describe_design(study);
+    describe_design(checked);
     if let Some(file) = &arguments.scatter {
-        write_scatter(study, file)?;
+        write_scatter(checked, file)?;
     }
     say(&format_args!("hammers        {}", study.hammer_names().join(", ")));
     say(&format_args!("castings       {}", study.casting_names().join(", ")));
@@ -67,29 +67,30 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
 }
 
 /// Constraints with the share of points that met them, and the design's measures.
-fn describe_design(study: &Study) {
+fn describe_design(checked: &CheckedStudy) {
+    let study = checked.study();
     for constraint in study.constraints() {
         say(&format_args!("  constraint   {constraint}"));
     }
-    match study.acceptance() {
+    match checked.acceptance() {
         Some(acceptance) => say(&format_args!(
             "  acceptance   {:.1} % ({} of {} {})",
             100.0 * acceptance.rate(),
             acceptance.accepted,
             acceptance.tried,
-            if acceptance.accepted == study.row_count() { "points" } else { "blocks of rows that belong together" }
+            if acceptance.accepted == checked.row_count() { "points" } else { "blocks of rows that belong together" }
         )),
         None if !study.constraints().is_empty() => {
             say(&"  acceptance   100 % (a Latin hypercube that meets the constraints)");
         }
         None => {}
     }
-    if let Some(aliases) = study.design().aliases() {
+    if let Some(aliases) = checked.design().aliases() {
         describe_aliases(study, &aliases);
     }
-    let Some(quality) = Quality::of(study.design()) else { return };
+    let Some(quality) = Quality::of(checked.design()) else { return };
     let part =
-        if quality.rows < study.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
+        if quality.rows < checked.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
     say(&format_args!(
         "  distance     smallest {:.4}, phi_{} {:.4}{part}",
         quality.minimum_distance, PHI_EXPONENT, quality.phi_p
@@ -126,8 +127,9 @@ fn describe_aliases(study: &Study, aliases: &Aliases) {
     }
 }
 
-fn write_scatter(study: &Study, file: &Path) -> Result<(), Failure> {
-    let design = study.design();
+fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
+    let study = checked.study();
+    let design = checked.design();
     let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
     let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution.as_ref()?)));
     let axis = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Axis {
@@ -147,7 +149,7 @@ const SUGGESTED_TWINS: usize = 4;
 
 /// Simulates the first row that describes a scene and tells what it took.
 fn probe(engine: &Engine, threads: usize) {
-    let rows = engine.study().row_count();
+    let rows = engine.checked().row_count();
     let mut invalid = 0;
     for row in 0..rows.min(PROBED_ROWS) {
         let Ok(RowScene { mut scene, modes }) = engine.scene(row) else {
@@ -165,8 +167,8 @@ fn probe(engine: &Engine, threads: usize) {
             ));
         }
         say(&format_args!("states         {}", outcome.states));
-        let runs = describe_twins(&scene, &modes, &outcome);
-        say(&estimate(&outcome, runs * scene.duration_s, (rows, threads)));
+        let times = describe_twins(&scene, &modes, &outcome);
+        say(&estimate(&outcome, &Sweep { rows, threads, duration_s: scene.duration_s, times }));
         if invalid > 0 {
             say(&format_args!("note           the first {invalid} rows describe no scene that can be simulated"));
         }
@@ -196,11 +198,24 @@ fn describe_twins(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -
     times(twins)
 }
 
-fn estimate(outcome: &RowOutcome, duration_s: f64, (rows, threads): (usize, usize)) -> String {
+/// What a sweep runs.
+struct Sweep {
+    rows: usize,
+    /// 0: as many as the machine has.
+    threads: usize,
+    /// Simulated time of a row, s.
+    duration_s: f64,
+    /// How many times as long as a plain run a row takes with its twins.
+    times: f64,
+}
+
+/// Time of a row and of all, by a run that may have ended before its time.
+fn estimate(outcome: &RowOutcome, sweep: &Sweep) -> String {
+    let Sweep { rows, threads, duration_s, times } = *sweep;
     if outcome.time_reached_s <= 0.0 {
         return format!("time           unknown: the first row ended at once ({})", outcome.reason);
     }
-    let row_s = outcome.wall_time_s * duration_s / outcome.time_reached_s;
+    let row_s = times * outcome.wall_time_s * duration_s / outcome.time_reached_s;
     let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
     let total_s = row_s * rows as f64 / threads.min(rows.max(1)) as f64;
     let note = match outcome.status {

@@ -8,9 +8,9 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::text::{plural, say};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
-use crate::engine::{constrained, dataset_info};
+use crate::engine::{checked, dataset_info};
 use crate::quantity::{Kind, Value};
-use crate::study::Study;
+use crate::study::{CheckedStudy, Study};
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -31,7 +31,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
         return Err(Failure::Argument(message));
     }
-    let study = constrained(&Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
+    let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {
@@ -46,7 +46,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
 }
 
 /// The index of the row, then the factors, derived ones included.
-fn columns(study: &Study, info: &DatasetInfo) -> Vec<TableColumn> {
+fn columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
     let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
     let index = TableColumn {
         name: RowRecord::row.name.to_owned(),

@@ -47,8 +47,6 @@ pub(super) enum Failure {
     #[error("{0}")]
     Dataset(#[from] DatasetError),
     #[error("{0}")]
-    Batch(#[from] BatchError<DatasetError>),
-    #[error("{0}")]
     Argument(String),
     #[error("failed to write {path}: {source} (check free space and permissions)")]
     Write { path: String, source: std::io::Error },
@@ -58,11 +56,13 @@ impl Failure {
     /// The exit code that stands for it.
     pub fn exit(&self) -> Exit {
         match self {
+            Self::Dataset(error) | Self::Engine(EngineError::Dataset(error)) => match error {
+                DatasetError::InUse { .. } => Exit::InUse,
+                error if error.is_usage() => Exit::BadInput,
+                _ => Exit::NotWritten,
+            },
+            Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
-            Self::Dataset(DatasetError::InUse { .. }) => Exit::InUse,
-            Self::Dataset(error) if error.is_usage() => Exit::BadInput,
-            Self::Batch(BatchError::Threads { .. }) => Exit::BadInput,
-            Self::Dataset(_) | Self::Batch(BatchError::Sink { .. }) | Self::Write { .. } => Exit::NotWritten,
         }
     }
 }

@@ -8,7 +8,7 @@ mod exit;
 mod help;
 mod init;
 mod merge;
-mod monitor;
+mod progress;
 mod run;
 mod scene;
 mod shard;

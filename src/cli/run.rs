@@ -1,25 +1,20 @@
 //! `decore run`: all rows of a study, or a shard's, into its tables; the same command again goes on.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::monitor::{Beginning, Monitor};
+use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::shard::Shard;
 use super::text::{self, say, tell};
-use crate::dataset::{
-    Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, Growth, RowRecorder, RowSpan,
-    StoredRow, SweepState, SweepStatus, TableName, grow,
-};
-use crate::engine::{Engine, Rows, constrained};
+use crate::dataset::{Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, TableName};
+use crate::engine::{Engine, Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
 use crate::report::{ReportSettings, summarise};
-use crate::run::{
-    BatchError, BatchSettings, BatchSummary, DEFAULT_INTERVAL, DEFAULT_RETRIES, DEFAULT_WINDOW, Progress, RowOutcome,
-    RowTask, StubRows, run_batch,
-};
+use crate::run::DEFAULT_RETRIES;
 use crate::study::Study;
 
 /// Set by the first interrupt, or by too many failed rows: no new rows are started.
@@ -68,35 +63,48 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
-    let rows = match arguments.stub_row_ms {
-        Some(milliseconds) => stub_rows(arguments, milliseconds)?,
-        None => {
-            let engine = Engine::load(&arguments.study, &arguments.overrides)?;
-            Rows::Simulated(Box::new(engine.with_retries(arguments.retries)))
-        }
+    let rows: Box<dyn Rows> = match arguments.stub_row_ms {
+        Some(milliseconds) => Box::new(stub_rows(arguments, milliseconds)?),
+        None => Box::new(Engine::load(&arguments.study, &arguments.overrides)?.with_retries(arguments.retries)),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let whole = default_folder(&arguments.study);
         arguments.shard.map_or(whole.clone(), |shard| shard.folder(&whole))
     });
     // Before the rows are run, not after.
-    let settings = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
-    let info = rows.info();
-    check_ranking(&info, &settings.rank_by)?;
-    let exit = sweep((&rows, &info), &folder, arguments)?;
+    let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
+    check_ranking(&rows.info(), &report.rank_by)?;
+    let display = Display { folder: &folder, progress: OnceLock::new() };
+    let settings = SweepSettings {
+        threads: arguments.threads,
+        rows: arguments.shard.map(|shard| shard.rows(rows.checked().row_count() as u64)),
+        existing: if arguments.replace { Existing::Replace } else { Existing::Resume },
+        max_failed: arguments.max_failed,
+        summary: arguments.summary.as_deref(),
+        stop: Some(&STOP),
+        listener: &|event| display.show(event),
+    };
+    let status = sweep(rows.as_ref(), &folder, &settings)?;
+    if !status.message.is_empty() {
+        let (message, done) = (&status.message, status.rows_done);
+        tell(&format_args!("{message}: {done} of {} rows are in {}", status.rows, folder.display()));
+    }
     let reader = DatasetReader::open(&folder)?;
-    say(&summarise(&reader, &settings)?.to_string().trim_end());
-    Ok(exit)
+    say(&summarise(&reader, &report)?.to_string().trim_end());
+    Ok(match status.state {
+        SweepState::TooManyFailed => Exit::TooManyFailed,
+        SweepState::Interrupted => Exit::Interrupted,
+        _ if status.rows_failed > 0 => Exit::RowsFailed,
+        _ => Exit::Done,
+    })
 }
 
 /// Rows of the built-in test scene that take `milliseconds` each, computing or sleeping.
-fn stub_rows(arguments: &RunArguments, milliseconds: f64) -> Result<Rows, Failure> {
+fn stub_rows(arguments: &RunArguments, milliseconds: f64) -> Result<StubRows, Failure> {
     let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
     let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
-    let study = constrained(&Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
-    let (hammers, castings) = (study.hammer_names().len(), study.casting_names().len());
-    let rows = StubRows { duration, busy: arguments.stub_busy, hammers, castings };
-    Ok(Rows::Stub { study: Box::new(study), rows })
+    let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
+    Ok(StubRows { study, duration, busy: arguments.stub_busy })
 }
 
 /// `out/<name of the study file>`.
@@ -121,122 +129,42 @@ fn check_ranking(info: &DatasetInfo, name: &str) -> Result<(), DatasetError> {
     }
 }
 
-/// A row's way from its simulation into the journal.
-struct SweepTask<'a> {
-    rows: &'a Rows,
-    recorder: RowRecorder,
-    monitor: &'a Monitor,
-    max_failed: Option<u64>,
+/// Tells of a sweep on stderr.
+struct Display<'a> {
+    folder: &'a Path,
+    /// Made when the rows begin.
+    progress: OnceLock<Progress>,
 }
 
-impl RowTask for SweepTask<'_> {
-    type Kept = Result<StoredRow, DatasetError>;
-
-    fn run(&self, row: u64) -> RowOutcome {
-        self.rows.run(row)
-    }
-
-    fn keep(&self, row: u64, outcome: RowOutcome) -> Self::Kept {
-        let failed = self.monitor.note(row, &outcome);
-        if self.max_failed.is_some_and(|most| failed > most) {
-            STOP.store(true, Ordering::SeqCst);
+impl Display<'_> {
+    fn show(&self, event: SweepEvent<'_>) {
+        let (folder, progress) = (self.folder.display(), self.progress.get());
+        match event {
+            SweepEvent::Grown { growth, rows } => {
+                let before = growth.rows_before;
+                tell(&format_args!("the study has grown from {before} to {rows} rows: rows that are done are kept"));
+                tell_of_damage(&growth.damaged, &growth.notes);
+            }
+            SweepEvent::Found { damaged, notes } => tell_of_damage(damaged, notes),
+            SweepEvent::Begins { rows, done, failed } => {
+                match done {
+                    0 => {}
+                    done if done == rows => tell(&format_args!("all {done} rows are in {folder} already")),
+                    done => tell(&format_args!("continuing: {done} of {rows} rows are in {folder} already")),
+                }
+                self.progress.get_or_init(|| Progress::to_stderr(rows, DEFAULT_INTERVAL).resumed(done, failed));
+            }
+            SweepEvent::RowEnded(status) => progress.into_iter().for_each(|progress| progress.row_ended(status)),
+            SweepEvent::Tick => progress.into_iter().for_each(Progress::tick),
+            SweepEvent::Ends => progress.into_iter().for_each(Progress::finish),
+            SweepEvent::SummaryNotWritten(path) => {
+                tell(&format_args!("warning: the summary could not be written to {}", path.display()));
+            }
+            SweepEvent::Failed => {
+                tell(&format_args!("what is done is kept in {folder}; the same command goes on"));
+            }
         }
-        self.recorder.record(&self.rows.record(row, outcome))
     }
-}
-
-/// Runs the rows that are still to be run.
-fn sweep((rows, info): (&Rows, &DatasetInfo), folder: &Path, arguments: &RunArguments) -> Result<Exit, Failure> {
-    let whole = RowSpan { first: 0, end: info.rows };
-    let range = arguments.shard.map_or(whole, |shard| shard.rows(info.rows));
-    let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
-    if existing == Existing::Resume && range == whole {
-        let growth = grow(folder, info, &|first| rows.study().rows_hash(first as usize))?;
-        growth.iter().for_each(|growth| tell_of_growth(growth, info.rows));
-    }
-    let mut writer = DatasetWriter::open(folder, info, range, existing)?;
-    let recovered = writer.recovered();
-    tell_of_earlier_runs(&writer, range, folder);
-    let place = writer.place();
-    let monitor = Monitor::new(Beginning {
-        place: place.clone(),
-        rows: range.len(),
-        recovered,
-        threads: threads(arguments.threads),
-        progress: Progress::to_stderr(range.len(), DEFAULT_INTERVAL).resumed(recovered.0, recovered.1),
-    });
-    let task = SweepTask { rows, recorder: writer.recorder(), monitor: &monitor, max_failed: arguments.max_failed };
-    if arguments.max_failed.is_some_and(|most| recovered.1 > most) {
-        STOP.store(true, Ordering::SeqCst);
-    }
-    let settings =
-        BatchSettings { threads: arguments.threads, window: DEFAULT_WINDOW, stop: &STOP, progress: &monitor };
-    let left = writer.rows_left();
-    let summary =
-        run_batch(left.iter().flat_map(|span| span.first..span.end), &settings, &task, |_, row| writer.accept(row?));
-    monitor.end_line();
-    // What was handed over before a failure is kept.
-    let finished = writer.finish();
-    let (status, exit) = match (&summary, &finished) {
-        (Ok(_), Err(error)) => (monitor.status(SweepState::NotWritten, error.to_string()), Exit::NotWritten),
-        _ => ending(&monitor, &summary, arguments.max_failed),
-    };
-    monitor.finish(&status, arguments.summary.as_deref());
-    if (summary.is_err() || finished.is_err()) && place.is_there() {
-        tell(&format_args!("what is done is kept in {}; the same command goes on", folder.display()));
-    }
-    summary?;
-    finished?;
-    if !status.message.is_empty() {
-        tell(&format_args!(
-            "{}: {} of {} rows are in {}",
-            status.message,
-            status.rows_done,
-            status.rows,
-            folder.display()
-        ));
-    }
-    Ok(exit)
-}
-
-/// How a sweep ended, as status and exit code.
-fn ending(
-    monitor: &Monitor,
-    summary: &Result<BatchSummary, BatchError<DatasetError>>,
-    max_failed: Option<u64>,
-) -> (SweepStatus, Exit) {
-    let failed = monitor.status(SweepState::Running, String::new()).rows_failed;
-    let (state, message, exit) = match (summary, max_failed) {
-        (Err(error), _) => (SweepState::NotWritten, error.to_string(), Exit::NotWritten),
-        (Ok(summary), Some(most)) if summary.stopped && failed > most => {
-            let message = format!(
-                "stopped: {failed} rows are not done, more than --max-failed {most} allows (`decore status` shows the \
-                 last ones); a larger limit goes on"
-            );
-            (SweepState::TooManyFailed, message, Exit::TooManyFailed)
-        }
-        (Ok(summary), _) if summary.stopped => {
-            let message = "interrupted; the same command goes on".to_owned();
-            (SweepState::Interrupted, message, Exit::Interrupted)
-        }
-        (Ok(_), _) if failed > 0 => (SweepState::Complete, String::new(), Exit::RowsFailed),
-        (Ok(_), _) => (SweepState::Complete, String::new(), Exit::Done),
-    };
-    (monitor.status(state, message), exit)
-}
-
-fn tell_of_earlier_runs(writer: &DatasetWriter, range: RowSpan, folder: &Path) {
-    tell_of_damage(writer.damaged(), writer.notes());
-    match writer.recovered().0 {
-        0 => {}
-        done if done == range.len() => tell(&format_args!("all {done} rows are in {} already", folder.display())),
-        done => tell(&format_args!("continuing: {done} of {} rows are in {} already", range.len(), folder.display())),
-    }
-}
-
-fn tell_of_growth(growth: &Growth, rows: u64) {
-    tell(&format_args!("the study has grown from {} to {rows} rows: rows that are done are kept", growth.rows_before));
-    tell_of_damage(&growth.damaged, &growth.notes);
 }
 
 fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
@@ -249,11 +177,6 @@ fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
             &"the rows of the damaged parts are computed again; the parts are kept in the folder .damaged of the dataset",
         );
     }
-}
-
-fn threads(asked: usize) -> u64 {
-    let all = || std::thread::available_parallelism().map_or(1, usize::from);
-    (if asked == 0 { all() } else { asked }) as u64
 }
 
 /// The first interrupt lets the running rows finish, the second ends the program; what is on disk is whole either way.

@@ -9,14 +9,10 @@ use serde_json::json;
 use super::exit::{Exit, Failure};
 use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
-use crate::engine::{Engine, RowScene};
-use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, SignalRecorder};
+use crate::engine::{Engine, EngineError, Rows};
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
 use crate::quantity::{Quantity, Value};
-use crate::run::{RowOutcome, RowStatus, run_row_with_retries, run_row_with_retries_observed};
-use crate::system::CoupledModel;
-
-/// Memory in bytes that signals may take.
-const MOST_SIGNAL_BYTES: f64 = 1e9;
+use crate::run::{RowOutcome, RowStatus};
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
@@ -56,30 +52,16 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
 }
 
 fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, Failure> {
-    let RowScene { scene, modes } = match engine.scene(arguments.row) {
-        Ok(found) => found,
-        Err(invalid) => return Ok(RowOutcome::invalid(invalid.reason)),
-    };
     let Some(path) = &arguments.signals else {
-        return Ok(run_row_with_retries(&scene, &modes, engine.retries()));
+        return Ok(engine.outcome(arguments.row));
     };
     let interval_s = arguments.signal_interval_s;
-    let bytes = SignalRecorder::bytes(&scene, interval_s);
-    if bytes > MOST_SIGNAL_BYTES {
-        return Err(Failure::Argument(format!(
-            "--signal-interval-s {interval_s:e}: the signals of {} s would take {:.2} GB of memory, more than {:.0} GB; expected \
-             at least {:.1e} s",
-            scene.duration_s,
-            bytes / 1e9,
-            MOST_SIGNAL_BYTES / 1e9,
-            interval_s * bytes / MOST_SIGNAL_BYTES
-        )));
-    }
-    let names = (engine.study().hammer_names(), engine.study().casting_names());
-    let recorder = |model: &CoupledModel| SignalRecorder::new(model, (&names.0, &names.1), interval_s);
-    let (outcome, recorder) = run_row_with_retries_observed(&scene, &modes, engine.retries(), recorder);
-    if let Some(recorder) = recorder {
-        write_signals(path, &engine.info(), &recorder.into_signals())?;
+    let (outcome, signals) = engine.outcome_with_signals(arguments.row, interval_s).map_err(|error| match error {
+        EngineError::Signals { .. } => Failure::Argument(format!("--signal-interval-s {interval_s:e}: {error}")),
+        error => error.into(),
+    })?;
+    if let Some(signals) = signals {
+        write_signals(path, &engine.info(), &signals)?;
         tell(&format_args!("signals are in {}", path.display()));
     }
     Ok(outcome)
@@ -90,7 +72,7 @@ fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     let factors: serde_json::Map<String, serde_json::Value> = study
         .factors()
         .iter()
-        .zip(study.row_values(row))
+        .zip(engine.checked().row_values(row))
         .map(|(factor, value)| (factor.name.clone(), json!(value)))
         .collect();
     let text = json!({
@@ -116,7 +98,7 @@ fn readable(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     for setting in study.overrides() {
         let _ = writeln!(text, "  set {setting}");
     }
-    for (factor, value) in study.factors().iter().zip(study.row_values(row)) {
+    for (factor, value) in study.factors().iter().zip(engine.checked().row_values(row)) {
         let value = match value {
             Value::Real(value) => six_digits(value),
             other => other.to_string(),

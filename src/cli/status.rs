@@ -6,9 +6,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure};
+use super::progress::clock;
 use super::text::say;
 use crate::dataset::{DatasetReader, SweepState, SweepStatus};
-use crate::run::clock;
 
 #[derive(Debug, Args)]
 pub(super) struct StatusArguments {

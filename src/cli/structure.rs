@@ -7,13 +7,13 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
-use crate::engine::{Engine, RowScene, reduction_settings};
+use crate::engine::{Engine, RowScene, Rows, reduction_settings};
 use crate::run::run_row;
 use crate::structure::{
     CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess, quality_page, write_model,
 };
-use crate::study::{StructureSettings, StructureSource, Study, load_structure};
+use crate::study::{InterfaceDemand, StructureSettings, StructureSource, Study, load_structure};
 
 /// Frequencies in the first lines of the report.
 const LOWEST: usize = 6;
@@ -141,7 +141,7 @@ fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option
         return Ok((settings, None));
     }
     let study = Study::load(&arguments.file)?.with_overrides(&arguments.overrides)?;
-    let reduction = reduction_settings(study.structure(), &study.interface_demand());
+    let reduction = reduction_settings(study.structure(), &InterfaceDemand::of(&study));
     Ok((study.structure().clone(), Some(reduction)))
 }
 

@@ -5,7 +5,7 @@ use std::fmt::{Display, Write as _};
 use std::io::Write;
 
 use super::exit::Failure;
-use crate::engine::Engine;
+use crate::engine::{Engine, Rows};
 
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
@@ -67,7 +67,7 @@ pub(super) fn threads(text: &str) -> Result<usize, String> {
 
 /// A row asked for on the command line must be one of the study's.
 pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
-    let last = engine.study().row_count() - 1;
+    let last = engine.checked().row_count() - 1;
     if row <= last {
         return Ok(());
     }

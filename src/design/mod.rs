@@ -12,11 +12,7 @@ mod coordinate;
 mod correlation;
 mod distribution;
 mod error;
-mod expression;
 mod factor;
-mod factorial;
-mod fraction;
-mod halton;
 mod kind;
 mod latin;
 mod mirrored;
@@ -29,7 +25,6 @@ mod ranks;
 mod repair;
 mod scatter;
 mod selection;
-mod sensitivity;
 mod sobol;
 mod strata;
 mod table;
@@ -43,11 +38,8 @@ pub use constraint::{Constraints, Met};
 pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
 pub use error::DesignError;
-pub use expression::{Expression, ExpressionError, Scope, Value};
 pub use factor::Factor;
-pub use factorial::Axial;
-pub use fraction::Aliases;
-pub use kind::Kind;
+pub use kind::{Aliases, Axial, Kind};
 pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,
     wrap_around_discrepancy,

@@ -1,5 +1,8 @@
 //! What a Latin hypercube is asked for, and its strata while no row depends on another.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::permutation::{Permutation, hash, uniform};
 
 /// Place of a point within its stratum.
@@ -13,10 +16,12 @@ pub enum Placement {
 }
 
 /// What a Latin hypercube is chosen for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum HypercubeKind {
     /// At random among all.
     #[default]
+    #[serde(rename = "none")]
     Random,
     /// A large smallest distance (by phi_p with p = 32 over the strata's middles).
     Maximin,

@@ -2,8 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::dataset::DatasetError;
+use crate::run::BatchError;
 use crate::structure::StructureError;
 use crate::study::StudyError;
+
+/// Memory in bytes that the signals of a row may take.
+pub(super) const MOST_SIGNAL_BYTES: f64 = 1e9;
 
 /// Why there is no engine for a study.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +26,27 @@ pub enum EngineError {
         path: PathBuf,
         /// Why.
         source: std::io::Error,
+    },
+    /// The tables.
+    #[error("{0}")]
+    Dataset(#[from] DatasetError),
+    /// Rows could not be run or stored.
+    #[error("{0}")]
+    Batch(#[from] BatchError<DatasetError>),
+    /// Signals of a row that are too many.
+    #[error(
+        "the signals of {duration_s} s would take {:.2} GB of memory, more than {:.0} GB; expected at least \
+         {least_interval_s:.1e} s",
+        bytes / 1e9,
+        MOST_SIGNAL_BYTES / 1e9
+    )]
+    Signals {
+        /// Simulated time, s.
+        duration_s: f64,
+        /// Memory that they would take, bytes.
+        bytes: f64,
+        /// The least interval that is possible, s.
+        least_interval_s: f64,
     },
     /// A further machine lacks a point.
     #[error("[{table}] has no interface point `{point}`, which the study uses")]

@@ -6,22 +6,22 @@ use crate::dataset::{DatasetInfo, Factor, RowRecord, rows_per_part};
 use crate::design::Quality;
 use crate::quantity::Kind;
 use crate::run::RowOutcome;
-use crate::study::{FactorInfo, Study};
+use crate::study::{CheckedStudy, FactorInfo};
 
 /// What the tables must know of a study, the files it is computed from and the settings outside it.
 pub fn dataset_info(
-    study: &Study,
+    checked: &CheckedStudy,
     inputs: BTreeMap<String, String>,
     settings: BTreeMap<String, String>,
 ) -> DatasetInfo {
-    let rows = study.row_count() as u64;
+    let (study, rows) = (checked.study(), checked.row_count() as u64);
     let names = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
     DatasetInfo {
         study_name: study.title().to_owned(),
         study_text: study.text().to_owned(),
         study_hash: study.hash().to_owned(),
-        frame_hash: study.frame_hash(),
-        rows_hash: study.rows_hash(study.row_count()),
+        frame_hash: checked.frame_hash(),
+        rows_hash: checked.rows_hash(checked.row_count()),
         overrides: study.overrides(),
         inputs,
         settings,
@@ -30,7 +30,7 @@ pub fn dataset_info(
         rows,
         rows_per_part: rows_per_part(rows),
         factors: study.factors().iter().map(factor).collect(),
-        design_quality: design_quality(study),
+        design_quality: design_quality(checked),
         twins: study.twins() as u64,
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
@@ -38,12 +38,12 @@ pub fn dataset_info(
 }
 
 /// A row as the tables take it.
-pub(super) fn record(study: &Study, row: u64, outcome: RowOutcome) -> RowRecord {
+pub(super) fn record(study: &CheckedStudy, row: u64, outcome: RowOutcome) -> RowRecord {
     RowRecord { row, factors: study.row_values(row as usize), outcome }
 }
 
 /// Measures of the design as JSON; `null` without factors.
-fn design_quality(study: &Study) -> serde_json::Value {
+fn design_quality(study: &CheckedStudy) -> serde_json::Value {
     // Infinite measures (coinciding rows) become null, as JSON has no word for them.
     let quality = Quality::of(study.design()).and_then(|quality| serde_json::to_value(quality).ok());
     let Some(serde_json::Value::Object(mut summary)) = quality else {

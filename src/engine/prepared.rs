@@ -3,25 +3,39 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::error::EngineError;
+use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
 use crate::dataset::DatasetInfo;
-use crate::run::{DEFAULT_RETRIES, RowOutcome, run_row_with_retries};
+use crate::metrics::{Signal, SignalRecorder};
+use crate::run::{DEFAULT_RETRIES, RowOutcome, run_row_with_retries, run_row_with_retries_observed};
 use crate::scene::Scene;
 use crate::structure::StructureError;
-use crate::study::{InterfaceDemand, InvalidRow, PointTable, Study};
-use crate::system::InterfaceModes;
+use crate::study::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
+use crate::system::{CoupledModel, InterfaceModes};
 
 /// Distance in m within which two points are the same.
 const SAME_PLACE_M: f64 = 1e-6;
 
+/// The rows of a sweep: simulated by an [`Engine`], or made up.
+pub trait Rows: Sync {
+    /// The study whose rows they are, held to its machine.
+    fn checked(&self) -> &CheckedStudy;
+    /// The study as loaded.
+    fn study(&self) -> &Study {
+        self.checked().study()
+    }
+    /// What the tables must know of the study.
+    fn info(&self) -> DatasetInfo;
+    /// Runs a row. Pure: depends on the study and the row alone.
+    fn outcome(&self, row: usize) -> RowOutcome;
+}
+
 /// A study ready to run.
 #[derive(Debug)]
 pub struct Engine {
-    study: Study,
-    points: PointTable,
+    checked: CheckedStudy,
     machine: Machine,
     /// The study's further machines.
     further: Vec<Machine>,
@@ -55,20 +69,18 @@ impl Engine {
     pub fn new(study: Study) -> Result<Self, EngineError> {
         let mut inputs = input_hashes("structure", &study.structure().source)?;
         let model = SourceModel::read(study.structure())?;
-        let points = model.points();
-        study.check(&points)?;
-        let study = study.constrained(&points)?;
-        let demand = study.interface_demand();
-        let machine = Machine::new(model, study.structure(), &demand)?;
+        let demand = InterfaceDemand::of(&study);
+        let checked = CheckedStudy::new(study, model.points())?;
+        let machine = Machine::new(model, checked.study().structure(), &demand)?;
         let mut further = Vec::new();
-        for (name, settings) in study.structures() {
+        for (name, settings) in checked.study().structures() {
             let table = format!("structures.{name}");
             inputs.extend(input_hashes(&table, &settings.source)?);
             let model = SourceModel::read(settings)?;
-            same_points(&table, &demand, [&points, &model.points()])?;
+            same_points(&table, &demand, [checked.points(), &model.points()])?;
             further.push(Machine::new(model, settings, &demand)?);
         }
-        Ok(Self { study, points, machine, further, retries: DEFAULT_RETRIES, inputs })
+        Ok(Self { checked, machine, further, retries: DEFAULT_RETRIES, inputs })
     }
 
     /// With another number of times that a row that diverges is run again; default [`DEFAULT_RETRIES`].
@@ -76,22 +88,12 @@ impl Engine {
         Self { retries, ..self }
     }
 
-    /// Times that a row that diverges is run again.
-    pub fn retries(&self) -> u32 {
-        self.retries
-    }
-
-    /// The study.
-    pub fn study(&self) -> &Study {
-        &self.study
-    }
-
     /// The scene of a row and the modes of its machine.
     ///
     /// # Errors
     /// Why the row describes no scene that can be simulated.
     pub fn scene(&self, row: usize) -> Result<RowScene, InvalidRow> {
-        let scene = self.study.scene(row, &self.points)?;
+        let scene = self.checked.scene(row)?;
         let modes = self.modes(&scene).map_err(|error| InvalidRow { reason: error.to_string() })?;
         Ok(RowScene { scene, modes })
     }
@@ -109,18 +111,49 @@ impl Engine {
         scene.machine.and_then(|index| self.further.get(index)).unwrap_or(&self.machine)
     }
 
-    /// Simulates a row, retries and twins included. Pure: depends on the study and the row alone.
-    pub fn run(&self, row: usize) -> RowOutcome {
+    /// The outcome of a row, retries and twins included, and its signals every `interval_s`; none where the row describes no
+    /// scene.
+    ///
+    /// # Errors
+    /// [`EngineError::Signals`] if they would take more than a gigabyte of memory.
+    pub fn outcome_with_signals(
+        &self,
+        row: usize,
+        interval_s: f64,
+    ) -> Result<(RowOutcome, Option<Vec<Signal>>), EngineError> {
+        let RowScene { scene, modes } = match self.scene(row) {
+            Ok(found) => found,
+            Err(invalid) => return Ok((RowOutcome::invalid(invalid.reason), None)),
+        };
+        let bytes = SignalRecorder::bytes(&scene, interval_s);
+        if bytes > MOST_SIGNAL_BYTES {
+            let least_interval_s = interval_s * bytes / MOST_SIGNAL_BYTES;
+            return Err(EngineError::Signals { duration_s: scene.duration_s, bytes, least_interval_s });
+        }
+        let study = self.study();
+        let names = (study.hammer_names(), study.casting_names());
+        let recorder = |model: &CoupledModel| SignalRecorder::new(model, (&names.0, &names.1), interval_s);
+        let (outcome, recorder) = run_row_with_retries_observed(&scene, &modes, self.retries, recorder);
+        Ok((outcome, recorder.map(SignalRecorder::into_signals)))
+    }
+}
+
+impl Rows for Engine {
+    fn checked(&self) -> &CheckedStudy {
+        &self.checked
+    }
+
+    fn info(&self) -> DatasetInfo {
+        let settings = BTreeMap::from([("retries".to_owned(), self.retries.to_string())]);
+        dataset_info(&self.checked, self.inputs.clone(), settings)
+    }
+
+    /// Simulates a row, retries and twins included.
+    fn outcome(&self, row: usize) -> RowOutcome {
         match self.scene(row) {
             Ok(RowScene { scene, modes }) => run_row_with_retries(&scene, &modes, self.retries),
             Err(invalid) => RowOutcome::invalid(invalid.reason),
         }
-    }
-
-    /// What the tables must know of the study.
-    pub fn info(&self) -> DatasetInfo {
-        let settings = BTreeMap::from([("retries".to_owned(), self.retries.to_string())]);
-        dataset_info(&self.study, self.inputs.clone(), settings)
     }
 }
 
@@ -137,4 +170,13 @@ fn same_points(table: &str, demand: &InterfaceDemand, [first, other]: [&PointTab
         }
     }
     Ok(())
+}
+
+/// A study held to its machine, which is read but not reduced: its rows are known, and cannot be run.
+///
+/// # Errors
+/// What is wrong with the study or the files of its machine.
+pub fn checked(study: Study) -> Result<CheckedStudy, EngineError> {
+    let points = SourceModel::read(study.structure())?.points();
+    Ok(CheckedStudy::new(study, points)?)
 }

@@ -27,6 +27,18 @@ pub struct FlowFunction {
     inverse_half_width: f64,
 }
 
+/// `psi` of choked flow.
+fn choked(kappa: f64) -> f64 {
+    (2.0 / (kappa + 1.0)).powf((kappa + 1.0) / (2.0 * (kappa - 1.0)))
+}
+
+/// Choked mass flow in kg/s of a gas at `pressure_pa` through the effective area `area_m2`: no pressure behind takes more.
+///
+/// `A P sqrt(kappa / (R T)) psi`, with `R T` = `specific_energy_j_per_kg`, see [`FlowFunction`].
+pub fn choked_flow(isentropic_exponent: f64, specific_energy_j_per_kg: f64, pressure_pa: f64, area_m2: f64) -> f64 {
+    area_m2 * pressure_pa * (isentropic_exponent / specific_energy_j_per_kg).sqrt() * choked(isentropic_exponent)
+}
+
 /// The subsonic branch as published.
 fn subsonic(kappa: f64, ratio: f64) -> f64 {
     let root = ratio.powf(1.0 / kappa);
@@ -38,7 +50,6 @@ impl FlowFunction {
     pub fn new(gas: &Gas) -> Self {
         let kappa = gas.isentropic_exponent;
         let critical_ratio = (2.0 / (kappa + 1.0)).powf(kappa / (kappa - 1.0));
-        let choked = (2.0 / (kappa + 1.0)).powf((kappa + 1.0) / (2.0 * (kappa - 1.0)));
         let centre = 0.5 * (critical_ratio + LINEAR_ABOVE);
         let half_width = 0.5 * (LINEAR_ABOVE - critical_ratio);
         let coefficients = fit(|s| {
@@ -49,7 +60,7 @@ impl FlowFunction {
         Self {
             flow_factor: (kappa / gas.specific_energy_j_per_kg).sqrt(),
             critical_ratio,
-            choked,
+            choked: choked(kappa),
             tail_slope: subsonic(kappa, LINEAR_ABOVE) / (1.0 - LINEAR_ABOVE),
             coefficients,
             centre,

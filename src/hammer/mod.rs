@@ -4,7 +4,7 @@ mod flow;
 mod model;
 mod parameters;
 
-pub use flow::FlowFunction;
+pub use flow::{FlowFunction, choked_flow};
 pub use model::{ChamberBalance, Gas, HammerModel, HammerRates, HammerState, body, chamber};
 pub use parameters::{
     ChiselParameters, GuideParameters, HammerParameters, HousingParameters, PistonParameters, TelescopeParameters,

@@ -2,80 +2,58 @@
 
 use std::cell::OnceCell;
 
-use super::Study;
-use super::error::StudyError;
-use super::factors::{Factors, Plan, Source, design_problem};
-use super::path;
-use super::placement::PointTable;
-use super::resolve::Issue;
-use crate::design::{Acceptance, Constraints, Level, Scope, Value};
+use super::document::error::StudyError;
+use super::document::path;
+use super::loaded::Study;
+use super::plan::factors::{Factors, Plan, Source, design_problem};
+use super::resolve::placement::PointTable;
+use super::resolve::scene::Issue;
+use crate::design::{Constraints, Design, Level};
+use crate::expression::{Scope, Value};
+use crate::hammer::choked_flow;
 use crate::quantity;
 use crate::scene::{HammerUnit, Scene};
 
-impl Study {
-    /// The study with its rows chosen by the constraints of the design; the same study where there are none.
-    ///
-    /// `points`: the machine's interface points, for constraints on geometry. A row whose hammer misses its casting meets no
-    /// constraint that asks for geometry.
-    ///
-    /// # Errors
-    /// [`StudyError::Invalid`] if a constraint cannot be evaluated, or the constraints leave too few rows.
-    pub fn constrained(&self, points: &PointTable) -> Result<Self, StudyError> {
-        let mut study = self.clone();
-        study.constrained = true;
-        if self.plan.constraints.is_empty() {
-            return Ok(study);
-        }
-        let order = self.plan.cheapest_first();
-        let factors = order.iter().map(|index| self.plan.looked_at(*index)).collect();
-        let mut met = |levels: &[Level], among: &[usize]| {
-            let named: Vec<usize> = among.iter().filter_map(|place| order.get(*place)).copied().collect();
-            study.met(levels, &named, points)
-        };
-        match self.plan.design.constrained(Constraints { factors, met: &mut met }) {
-            Ok(design) => {
-                study.plan.design = design;
-                Ok(study)
-            }
-            Err(error) => Err(StudyError::one(design_problem(&self.document, &error, &self.plan.factors))),
-        }
+/// The design of a study with its rows chosen by its constraints; `points`: the machine's interface points, for constraints on
+/// geometry.
+pub(super) fn constrained(study: &Study, points: &PointTable) -> Result<Design, StudyError> {
+    let plan = &study.plan;
+    if plan.constraints.is_empty() {
+        return Ok(plan.design.clone());
     }
-
-    /// How many points met the constraints; `None` where none were left out.
-    pub fn acceptance(&self) -> Option<Acceptance> {
-        self.plan.design.acceptance()
-    }
-
-    /// The constraints, as written.
-    pub fn constraints(&self) -> Vec<&str> {
-        self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
-    }
-
-    /// How many of these constraints hold in a row, up to the first that does not.
-    fn met(&self, levels: &[Level], among: &[usize], points: &PointTable) -> Result<usize, String> {
-        let (values, fault) = self.plan.values(levels);
-        // A derived factor without a value is no row.
-        if fault.is_some() {
-            return Ok(0);
-        }
-        let row = RowScope { study: self, values: &values, points, scene: OnceCell::new() };
-        let constraints = among.iter().filter_map(|index| self.plan.constraints.get(*index));
-        for (met, (text, expression)) in constraints.enumerate() {
-            let value = expression.evaluate(&row);
-            if row.misses() {
-                return Ok(met);
-            }
-            match value {
-                Ok(Value::Truth(true)) => {}
-                Ok(Value::Truth(false)) => return Ok(met),
-                Ok(other) => return Err(format!("`{text}`: expected a comparison, found {other}")),
-                Err(message) => return Err(format!("`{text}`: {message}")),
-            }
-        }
-        Ok(among.len())
-    }
+    let order = plan.cheapest_first();
+    let factors = order.iter().map(|index| plan.looked_at(*index)).collect();
+    let mut met = |levels: &[Level], among: &[usize]| {
+        let named: Vec<usize> = among.iter().filter_map(|place| order.get(*place)).copied().collect();
+        met(study, (levels, points), &named)
+    };
+    let design = plan.design.constrained(Constraints { factors, met: &mut met });
+    design.map_err(|error| StudyError::one(design_problem(&study.typed.document, &error, &plan.factors)))
 }
 
+/// How many of these constraints hold in a row, up to the first that does not.
+fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]) -> Result<usize, String> {
+    let (values, fault) = study.plan.values(levels);
+    // A derived factor without a value is no row.
+    if fault.is_some() {
+        return Ok(0);
+    }
+    let row = RowScope { study, values: &values, points, scene: OnceCell::new() };
+    let constraints = among.iter().filter_map(|index| study.plan.constraints.get(*index));
+    for (met, (text, expression)) in constraints.enumerate() {
+        let value = expression.evaluate(&row);
+        if row.misses() {
+            return Ok(met);
+        }
+        match value {
+            Ok(Value::Truth(true)) => {}
+            Ok(Value::Truth(false)) => return Ok(met),
+            Ok(other) => return Err(format!("`{text}`: expected a comparison, found {other}")),
+            Err(message) => return Err(format!("`{text}`: {message}")),
+        }
+    }
+    Ok(among.len())
+}
 impl Plan {
     /// The constraints, those that ask for geometry last: they cost more.
     fn cheapest_first(&self) -> Vec<usize> {
@@ -136,12 +114,10 @@ impl Scope for RowScope<'_> {
         }
         let at = path::split(name)?;
         let plan = &self.study.plan;
-        for ((paths, links), value) in plan.paths.iter().zip(&plan.links).zip(self.values) {
-            if let Some(place) = paths.iter().position(|path| *path == at) {
-                return as_value(&super::factors::linked(value, links[place]), name);
-            }
+        if let Some((_, value)) = plan.driven(self.values).into_iter().find(|(path, _)| *path == at) {
+            return as_value(&value, name);
         }
-        let value = path::get(&self.study.template, &at);
+        let value = path::get(&self.study.scenes.template, &at);
         let value = value.ok_or_else(|| format!("`{name}` is no factor, and no value that the study gives"))?;
         as_value(value, name)
     }
@@ -176,7 +152,7 @@ impl RowScope<'_> {
     }
 
     fn scene(&self) -> Result<&Scene, String> {
-        let scene = self.scene.get_or_init(|| self.study.resolve_with(self.values, self.points));
+        let scene = self.scene.get_or_init(|| self.study.scene_of(self.values, self.points));
         scene.as_ref().map_err(|issues| {
             let words = issues.iter().map(|issue| format!("`{}`: {}", issue.path, issue.message));
             words.collect::<Vec<_>>().join("; ")
@@ -211,12 +187,10 @@ impl RowScope<'_> {
     /// Choked flow through the larger feed of the hammer's valve at supply pressure, in kg/s: no hammer takes more.
     fn air_flow(&self, hammer: &HammerUnit) -> Result<f64, String> {
         let gas = &self.scene()?.environment;
-        let kappa = gas.isentropic_exponent;
-        let choked = (2.0 / (kappa + 1.0)).powf((kappa + 1.0) / (2.0 * (kappa - 1.0)));
         let valve = &hammer.parameters.valve;
         let area_m2 = valve.rear_feed_area_m2.max(valve.front_feed_area_m2);
-        let factor = (kappa / (gas.gas_constant_j_per_kg_k * gas.temperature_k)).sqrt();
-        Ok(area_m2 * hammer.supply_pressure_pa * factor * choked)
+        let energy_j_per_kg = gas.gas_constant_j_per_kg_k * gas.temperature_k;
+        Ok(choked_flow(gas.isentropic_exponent, energy_j_per_kg, hammer.supply_pressure_pa, area_m2))
     }
 }
 

@@ -4,7 +4,8 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::design::Axial;
+use super::design_kind::{DesignKind, DesignOptions, design_keys};
+use crate::design::{Axial, HypercubeKind};
 use crate::quantity::Value;
 use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings};
 use crate::structure::{Damping, MatrixFormat, Units};
@@ -334,7 +335,7 @@ pub enum Fidelity {
     Reference,
 }
 
-/// Keys that say how rows are chosen: one list for `[design]` and for the parts of a union or product.
+/// The sections that have [`design_keys`].
 macro_rules! design_entries {
     ($($(#[$note:meta])* $name:ident: $kind:ty,)*) => {
         /// The design of the runs.
@@ -379,64 +380,15 @@ macro_rules! design_entries {
         }
 
         impl PartEntry {
-            /// Names of the keys that are given, `kind` and `factors` apart.
-            pub fn given(&self) -> Vec<&'static str> {
-                let all = [$((stringify!($name), self.$name.is_some())),*];
-                all.into_iter().filter(|(name, given)| *given && *name != "kind").map(|(name, _)| name).collect()
+            /// What is given of its kind.
+            pub(super) fn options(&self) -> DesignOptions {
+                DesignOptions { $($name: self.$name.clone(),)* }
             }
         }
     };
 }
 
-design_entries! {
-    /// Kind of design. Default `none`: one row.
-    kind: DesignKind,
-    /// Number of rows (Latin hypercube, Sobol', Halton, random).
-    rows: u64,
-    /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false; true where the
-    /// hypercube is optimised.
-    centred: bool,
-    /// What a Latin hypercube is chosen for. Default `none`.
-    optimise: OptimiseName,
-    /// Numbers of rows that a Latin hypercube had before: its first rows are that design's.
-    grown_from: Vec<u64>,
-    /// Whether Sobol' or Halton points are scrambled. Default true.
-    scramble: bool,
-    /// Resolution of a fractional factorial, 3 to 8. Default 4.
-    resolution: u64,
-    /// Where a central composite design has its axial points. Default `inscribed`.
-    axial: Axial,
-    /// Number of centre points (central composite, Box-Behnken). Default 1.
-    centre_points: u64,
-    /// Number of Morris trajectories. Default 10.
-    trajectories: u64,
-    /// Levels of the Morris grid, even. Default 4.
-    morris_levels: u64,
-    /// Number of base points of a Saltelli design; powers of two are best.
-    base_points: u64,
-    /// Whether a Saltelli design serves second-order indices. Default false.
-    second_order: bool,
-    /// File with the rows of a table, CSV or Parquet, relative to the study: a column per factor, named like it or `factor_` and
-    /// its name, as `decore design` writes them.
-    file: String,
-}
-
-/// What a Latin hypercube is chosen for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum OptimiseName {
-    /// At random among all.
-    #[default]
-    None,
-    /// A large smallest distance.
-    Maximin,
-    /// A small centred L2 discrepancy.
-    CentredDiscrepancy,
-    /// Every pair of factors hits each of its cells once: rows the square of a prime power.
-    OrthogonalArray,
-    /// A Latin hypercube in each slice: the combinations of the factors with `values`.
-    Sliced,
-}
+design_keys!(design_entries);
 
 /// Rank correlations (Spearman) of some factors.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -446,45 +398,6 @@ pub struct CorrelationEntry {
     pub factors: Vec<String>,
     /// Matrix, a row per factor named.
     pub matrix: Vec<Vec<f64>>,
-}
-
-/// Kind of design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum DesignKind {
-    /// One row.
-    #[default]
-    None,
-    /// Every combination of the factors' levels.
-    FullFactorial,
-    /// A regular fraction of the two-level factorial, of least aberration up to 15 factors.
-    FractionalFactorial,
-    /// The fewest rows for main effects at two levels.
-    PlackettBurman,
-    /// Corners, axial points and centre.
-    CentralComposite,
-    /// Middles of edges and centre.
-    BoxBehnken,
-    /// Latin hypercube.
-    LatinHypercube,
-    /// Sobol' points.
-    Sobol,
-    /// Halton points.
-    Halton,
-    /// Independent random points.
-    Random,
-    /// Each factor alone, the others in the middle of their ranges.
-    OneAtATime,
-    /// Morris trajectories.
-    Morris,
-    /// Saltelli's design for Sobol' indices.
-    Saltelli,
-    /// Rows from a file.
-    Table,
-    /// The rows of several parts, one part after the other.
-    Union,
-    /// Every row of each part with every row of the others.
-    Product,
 }
 
 /// One factor: what it drives and what it varies over, either `range` or `values`.

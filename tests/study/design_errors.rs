@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::faults::{GOOD, fault, faults, holds};
-use crate::station::station_points;
+use crate::station::checked;
 use decore::study::Study;
 
 #[test]
@@ -115,7 +115,7 @@ fn hammer_files_are_checked_with_places_of_their_own() {
         std::fs::write(directory.path().join("h.toml"), content).unwrap();
         let text = GOOD.replace("mount", "file = \"h.toml\"\nmount");
         match Study::parse(&text, directory.path(), "s.toml") {
-            Ok(study) => study.check(&station_points()).unwrap_err(),
+            Ok(study) => checked(&study).unwrap_err(),
             Err(error) => error,
         }
     };
@@ -132,7 +132,7 @@ fn hammer_files_are_checked_with_places_of_their_own() {
 fn settings_from_the_command_line_are_checked_the_same_way() {
     let study = Study::parse(GOOD, Path::new("."), "s.toml").unwrap();
     let set = |setting: &str| match study.with_overrides(&[setting.to_string()]) {
-        Ok(study) => study.check(&station_points()).unwrap_err().to_string(),
+        Ok(study) => checked(&study).unwrap_err().to_string(),
         Err(error) => error.to_string(),
     };
     assert!(set("hammer.left.suply_bar=4").contains("did you mean `hammer.left.supply_bar`?"));

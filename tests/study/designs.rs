@@ -5,13 +5,13 @@ use std::process::{Command, Output};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::station::station_points;
+use crate::station::{checked, rows as rows_of, station_points};
 use arrow_array::types::Int8Type;
 use arrow_array::{ArrayRef, DictionaryArray, Float32Array, Int16Array, RecordBatch};
 use decore::hammer::{HammerParameters, ValveParameters};
 use decore::quantity::Value;
 use decore::scene::Scene;
-use decore::study::{Study, StudyError};
+use decore::study::{CheckedStudy, Study, StudyError};
 use parquet::arrow::ArrowWriter;
 use tempfile::TempDir;
 
@@ -52,23 +52,22 @@ fn parse(directory: &Path, design: &str) -> Result<Study, StudyError> {
     Study::parse(&format!("{MACHINE}\n{design}"), directory, "test.toml")
 }
 
-fn study(design: &str) -> Study {
-    parse(Path::new(""), design).unwrap_or_else(|error| panic!("{error}"))
+/// The rows of a study that has some.
+fn study(design: &str) -> CheckedStudy {
+    constrained(design).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The study with its constraints applied.
-fn constrained(design: &str) -> Result<Study, StudyError> {
-    let study = parse(Path::new(""), design)?;
-    study.check(&station_points())?;
-    study.constrained(&station_points())
+fn constrained(design: &str) -> Result<CheckedStudy, StudyError> {
+    checked(&parse(Path::new(""), design)?)
 }
 
-fn message(result: Result<Study, StudyError>) -> String {
+fn message<T: std::fmt::Debug>(result: Result<T, StudyError>) -> String {
     result.expect_err("a fault").to_string()
 }
 
-fn scenes(study: &Study) -> Vec<Scene> {
-    (0..study.row_count()).map(|row| study.scene(row, &station_points()).expect("a scene")).collect()
+fn scenes(study: &CheckedStudy) -> Vec<Scene> {
+    (0..study.row_count()).map(|row| study.scene(row).expect("a scene")).collect()
 }
 
 fn number(value: &Value) -> f64 {
@@ -89,7 +88,7 @@ fn one_factor_drives_several_paths_with_factor_and_offset() {
          link = [{ path = 'hammer.right.supply_bar', factor = 0.5, offset = 1.0 },\n\
          { path = 'hammer.right.standoff_m', factor = 0.01 }]",
     );
-    assert_eq!(study.factors()[0].paths.len(), 3);
+    assert_eq!(study.study().factors()[0].paths.len(), 3);
     for (row, scene) in scenes(&study).iter().enumerate() {
         let pressure = number(&study.row_values(row)[0]);
         let gauge = |hammer: usize| (scene.hammers[hammer].supply_pressure_pa - 101_325.0) / 1e5;
@@ -161,7 +160,7 @@ fn tables_come_from_csv_and_parquet() {
     writer.write(&batch).and_then(|()| writer.close().map(|_| ())).expect("written");
     for name in ["rows.csv", "rows.parquet"] {
         let study = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = '{name}'\n{TABLE}"));
-        let study = study.unwrap_or_else(|error| panic!("{error}"));
+        let study = rows_of(&study.unwrap_or_else(|error| panic!("{error}")));
         assert_eq!(study.row_count(), 3);
         for (row, (position, steps, guide)) in rows.iter().enumerate() {
             let values = study.row_values(row);
@@ -248,8 +247,7 @@ fn geometry_constraints_hold_in_every_row() {
             "constraints = ['distance(left, right) >= 0.08', 'strike_margin(left) >= 0', \
              'air_flow(left) + air_flow(right) <= {most}', 'mount_y(left) + mount_y(right) < 0.25']"
         );
-        let study = constrained(&format!("[design]\n{kind}\n{constraints}\n{factors}"))
-            .unwrap_or_else(|error| panic!("{kind}: {error}"));
+        let study = study(&format!("[design]\n{kind}\n{constraints}\n{factors}"));
         let scenes = scenes(&study);
         assert!(scenes.len() >= 30, "{kind}");
         for (row, scene) in scenes.iter().enumerate() {
@@ -273,7 +271,7 @@ fn geometry_constraints_hold_in_every_row() {
     }
 }
 
-fn study_of(kind: &str, factors: &str) -> Study {
+fn study_of(kind: &str, factors: &str) -> CheckedStudy {
     study(&format!("[design]\n{kind}\n{factors}"))
 }
 
@@ -281,7 +279,7 @@ fn study_of(kind: &str, factors: &str) -> Study {
 fn a_strike_stays_inside_the_casting_by_its_margin() {
     let design =
         format!("[design]\nkind = 'random'\nrows = 80\nconstraints = ['strike_margin(left) >= 0.05']\n{POSITIONS}");
-    let study = constrained(&design).unwrap_or_else(|error| panic!("{error}"));
+    let study = study(&design);
     let positions: Vec<f64> = (0..80).map(|row| number(&study.row_values(row)[0])).collect();
     assert!(positions.iter().all(|position| position.abs() <= 0.09 + 1e-12));
     assert!(positions.iter().any(|position| position.abs() > 0.08));
@@ -408,7 +406,7 @@ fn a_dataset_knows_the_quality_of_its_design() {
     let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
     let quality = &manifest["study"]["design_quality"];
     let number = |key: &str| quality[key].as_f64().unwrap_or_else(|| panic!("{key}: {quality}"));
-    let study = Study::load(&file).and_then(|study| study.constrained(&station_points())).expect("a study");
+    let study = rows_of(&Study::load(&file).expect("a study"));
     let measured = decore::design::Quality::of(study.design()).expect("factors");
     assert!((number("minimum_distance") / measured.minimum_distance - 1.0).abs() < 1e-8);
     assert!((number("centred_discrepancy") / measured.centred_discrepancy - 1.0).abs() < 1e-8);
@@ -441,7 +439,7 @@ fn a_written_design_is_read_back() {
     let file = folder.path().join("study.toml");
     let design = "[design]\nkind = 'latin_hypercube'\nrows = 30\nconstraints = ['position > -0.2']";
     std::fs::write(&file, format!("{MACHINE}\n{design}\n{WRITTEN}")).expect("written");
-    let first = Study::load(&file).and_then(|study| study.constrained(&station_points())).expect("a study");
+    let first = rows_of(&Study::load(&file).expect("a study"));
     // What the file tells need not be said again; whole numbers must be asked for.
     let spared = WRITTEN.replace("range = [-0.1, 0.1]\n", "").replace("range = [1000, 2000000]\n", "");
     let spared = spared.replace("values = ['spring', 'tied']\n", "");
@@ -452,6 +450,7 @@ fn a_written_design_is_read_back() {
         for factors in [WRITTEN, &spared] {
             let study = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = '{name}'\n{factors}"))
                 .unwrap_or_else(|error| panic!("{name}: {error}"));
+            let study = rows_of(&study);
             assert_eq!(study.row_count(), 30);
             for row in 0..30 {
                 assert_eq!(study.row_values(row), first.row_values(row), "{name}, row {row}");
@@ -472,7 +471,7 @@ fn a_written_design_is_read_back() {
     // A column of one value is that value; a range may stand beside a column.
     std::fs::write(folder.path().join("one.csv"), "position,steps,guide\n0.05,1000,tied\n0.05,1000,tied\n").unwrap();
     let one = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'one.csv'\n{spared}")).unwrap();
-    assert_eq!(one.row_values(1)[3], Value::Integer(1000));
+    assert_eq!(rows_of(&one).row_values(1)[3], Value::Integer(1000));
     let fault = message(parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'none.csv'\n{spared}")));
     assert!(fault.contains("cannot read") && fault.contains("design.factor.position"), "{fault}");
 }
@@ -481,14 +480,13 @@ fn a_written_design_is_read_back() {
 #[test]
 fn a_tight_constraint_of_a_hypercube_is_met_for_every_seed() {
     for seed in 0..16 {
-        let study = constrained(&format!(
+        let study = study(&format!(
             "[design]\nkind = 'latin_hypercube'\nrows = 200\nseed = {seed}\n\
              constraints = ['pressure <= 6 - 150 * (standoff - 0.08)']\n\
              [design.factor.pressure]\npath = 'hammer.left.supply_bar'\nrange = [4.0, 6.0]\n\
              [design.factor.standoff]\npath = 'hammer.left.standoff_m'\nrange = [0.08, 0.09]\n\
              [design.factor.start]\npath = 'hammer.right.start_time_s'\nrange = [0.0, 0.01]\n"
         ));
-        let study = constrained_or_panic(study);
         for row in 0..200 {
             let values = study.row_values(row);
             assert!(number(&values[0]) <= 6.0 - 150.0 * (number(&values[1]) - 0.08) + 1e-12, "{seed}: {values:?}");
@@ -501,10 +499,6 @@ fn a_tight_constraint_of_a_hypercube_is_met_for_every_seed() {
          [design.factor.twice]\nexpression = '100 * standoff - 0.2'\n",
     ));
     assert!(fault.contains("cannot be met") && fault.contains("design.constraints"), "{fault}");
-}
-
-fn constrained_or_panic(study: Result<Study, StudyError>) -> Study {
-    study.unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

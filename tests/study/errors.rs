@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use crate::faults::{GOOD, fault, faults, holds};
-use crate::station::station_points;
+use crate::station::checked;
 use decore::study::Study;
 
 #[test]
 fn the_study_itself_is_sound() {
     let study = Study::parse(GOOD, Path::new("."), "s.toml").unwrap_or_else(|error| panic!("{error}"));
-    study.check(&station_points()).unwrap_or_else(|error| panic!("{error}"));
+    checked(&study).unwrap_or_else(|error| panic!("{error}"));
 }
 
 #[test]
@@ -206,12 +206,12 @@ fn castings_must_be_held() {
 fn no_text_makes_the_reader_panic() {
     // Every prefix of a study, and the study with each of its bytes replaced.
     for end in 0..GOOD.len() {
-        let _ = Study::parse(&GOOD[..end], Path::new("."), "s.toml").map(|study| study.check(&station_points()));
+        let _ = Study::parse(&GOOD[..end], Path::new("."), "s.toml").map(|study| checked(&study));
     }
     for index in 0..GOOD.len() {
         for byte in ["\u{0}", "\"", "]", "=", ".", "é", "9"] {
             let text = format!("{}{byte}{}", &GOOD[..index], &GOOD[index + 1..]);
-            let result = Study::parse(&text, Path::new("."), "s.toml").map(|study| study.check(&station_points()));
+            let result = Study::parse(&text, Path::new("."), "s.toml").map(|study| checked(&study));
             if let Err(error) = result {
                 assert!(!error.to_string().is_empty());
             }

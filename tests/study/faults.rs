@@ -4,7 +4,7 @@ use std::path::Path;
 
 use decore::study::{Problem, Study, StudyError};
 
-use crate::station::station_points;
+use crate::station::checked;
 
 /// A sound study; tests replace parts of it.
 pub const GOOD: &str = r#"title = "test"
@@ -30,7 +30,7 @@ range = [4.0, 6.0]
 /// Faults of a text, from loading or checking.
 pub fn faults(text: &str) -> Vec<Problem> {
     let error = match Study::parse(text, Path::new(env!("CARGO_MANIFEST_DIR")), "s.toml") {
-        Ok(study) => study.check(&station_points()).expect_err("the study has no fault"),
+        Ok(study) => checked(&study).expect_err("the study has no fault"),
         Err(error) => error,
     };
     assert!(matches!(error, StudyError::Invalid { .. }));

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::station::station_points;
+use crate::station::{checked, rows};
 use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
 use decore::quantity::{Kind, Value};
 use decore::scene::{Guide, HammerUnit};
-use decore::study::{Study, TEMPLATE, hammer_file, hammer_schema, study_schema};
+use decore::study::{InterfaceDemand, Study, TEMPLATE, hammer_file, hammer_schema, study_schema};
 
 fn studies() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("studies")
@@ -44,15 +44,15 @@ fn every_shipped_study_and_the_template_pass_their_check() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
             let study = Study::load(&path).unwrap_or_else(|error| panic!("{error}"));
-            study.check(&station_points()).unwrap_or_else(|error| panic!("{error}"));
+            let study = rows(&study);
             for row in 0..study.row_count() {
-                study.scene(row, &station_points()).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+                study.scene(row).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
             }
             count += 1;
         }
     }
     assert!(count >= 4);
-    parse(TEMPLATE).check(&station_points()).unwrap_or_else(|error| panic!("{error}"));
+    rows(&parse(TEMPLATE));
 }
 
 #[test]
@@ -120,8 +120,8 @@ fn studies_hold_to_the_schemas() {
 
 #[test]
 fn the_papers_rig_is_the_default_scene() {
-    let study = shipped("paper_rig.toml");
-    let scene = study.scene(0, &station_points()).unwrap();
+    let study = rows(&shipped("paper_rig.toml"));
+    let scene = study.scene(0).unwrap();
     assert_eq!(study.row_count(), 1);
     assert_eq!(scene.duration_s, 1.5);
     let hammer = &scene.hammers[0];
@@ -137,7 +137,7 @@ fn the_papers_rig_is_the_default_scene() {
     assert_eq!(casting.active_rotations(&scene.strike_points(0)), [false, false]);
     assert_eq!((scene.solver.tolerance, scene.solver.guide), (1e-5, Guide::Spring));
     // The same without the file: everything else is a default.
-    let small = parse(SMALL).scene(0, &station_points()).unwrap();
+    let small = rows(&parse(SMALL)).scene(0).unwrap();
     assert_eq!(small.hammers[0].supply_pressure_pa, hammer.supply_pressure_pa);
     assert_eq!(small.hammers[0].parameters, hammer.parameters);
 }
@@ -146,7 +146,7 @@ fn the_papers_rig_is_the_default_scene() {
 fn overrides_reach_the_other_reference_scenes() {
     let study = shipped("paper_rig.toml");
     let four = study.with_overrides(&["hammer.hammer.supply_bar=4".into()]).unwrap();
-    assert_eq!(four.scene(0, &station_points()).unwrap().hammers[0].supply_pressure_pa, 501_325.0);
+    assert_eq!(rows(&four).scene(0).unwrap().hammers[0].supply_pressure_pa, 501_325.0);
     let settings = [
         "hammer.hammer.mount=R3",
         "hammer.hammer.strike_point_m=[0.0, 0.0]",
@@ -154,11 +154,11 @@ fn overrides_reach_the_other_reference_scenes() {
         "geometry=as_given",
     ];
     let moved = study.with_overrides(&settings.map(String::from)).unwrap();
-    let scene = moved.scene(0, &station_points()).unwrap();
+    let scene = rows(&moved).scene(0).unwrap();
     assert_eq!(scene.hammers[0].mount.points[0].0, "R3");
     assert_eq!(scene.hammers[0].strike_point_m, [0.0, 0.0]);
     assert_eq!(scene.hammers[0].standoff_m, 0.06);
-    assert_eq!(moved.interface_demand().mounts, ["R3"]);
+    assert_eq!(InterfaceDemand::of(&moved).mounts, ["R3"]);
     assert_eq!(moved.overrides(), settings);
     assert_ne!(moved.hash(), study.hash());
     let cut = study.with_overrides(&["structure.cutoff_hz=300".into()]).unwrap();
@@ -168,7 +168,7 @@ fn overrides_reach_the_other_reference_scenes() {
 #[test]
 fn three_hammers_stand_where_the_reference_puts_them() {
     let study = shipped("three_hammers.toml");
-    let scene = study.scene(0, &station_points()).unwrap();
+    let scene = rows(&study).scene(0).unwrap();
     assert_eq!(study.hammer_names(), ["one", "two", "three"]);
     assert_eq!(study.casting_names(), ["a", "b"]);
     near(&scene.hammers[0], [0.0, -0.0375]);
@@ -186,7 +186,7 @@ fn three_hammers_stand_where_the_reference_puts_them() {
     }
     assert_eq!(scene.castings[0].active_rotations(&scene.strike_points(0)), [true, true]);
     assert_eq!(scene.castings[1].active_rotations(&scene.strike_points(1)), [false, false]);
-    let demand = study.interface_demand();
+    let demand = InterfaceDemand::of(&study);
     assert_eq!(demand.mounts, ["R4", "R5", "R1", "R2", "R3", "R6", "R7", "R8", "R9"]);
     assert_eq!(demand.fixtures, ["T1", "T2", "T7", "T8", "T6"]);
 }
@@ -199,8 +199,9 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
     assert!(study.factors().iter().all(|factor| factor.kind == Kind::Real));
     assert_eq!(study.factors()[1].unit.as_deref(), Some("bar"));
     assert_eq!(study.seed(), 1);
+    let study = rows(&study);
     for row in [0, 17, 239] {
-        let scene = study.scene(row, &station_points()).unwrap();
+        let scene = study.scene(row).unwrap();
         let values: Vec<f64> = study
             .row_values(row)
             .iter()
@@ -214,33 +215,35 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
         assert_eq!(scene.hammers[0].standoff_m, values[2]);
         assert!(scene.castings[0].fixtures.iter().all(|fixture| fixture.stiffness_n_per_m == values[3]));
     }
-    assert!(study.scene(240, &station_points()).unwrap_err().reason.contains("rows 0 to 239"));
+    assert!(study.scene(240).unwrap_err().reason.contains("rows 0 to 239"));
     assert!(study.row_values(240).is_empty());
 }
 
 #[test]
 fn the_grid_runs_through_every_combination() {
     let study = shipped("pressure_grid.toml");
-    assert_eq!(study.row_count(), 8);
     assert_eq!(study.factors()[0].kind, Kind::Text);
-    assert_eq!(study.interface_demand().mounts, ["R3", "R5"]);
+    assert_eq!(InterfaceDemand::of(&study).mounts, ["R3", "R5"]);
+    let study = rows(&study);
+    assert_eq!(study.row_count(), 8);
     let rows: Vec<String> =
         (0..8).map(|row| study.row_values(row).iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")).collect();
     assert_eq!(
         rows,
         ["R3 4 0.06", "R3 4 0.085", "R3 5 0.06", "R3 5 0.085", "R5 4 0.06", "R5 4 0.085", "R5 5 0.06", "R5 5 0.085"]
     );
-    assert_eq!(study.scene(0, &station_points()).unwrap().hammers[0].mount.points[0].0, "R3");
-    assert_eq!(study.scene(7, &station_points()).unwrap().hammers[0].mount.points[0].0, "R5");
+    assert_eq!(study.scene(0).unwrap().hammers[0].mount.points[0].0, "R3");
+    assert_eq!(study.scene(7).unwrap().hammers[0].mount.points[0].0, "R5");
 }
 
 #[test]
 fn an_overridden_factor_shows_the_override() {
     let study = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4.25".into()]).unwrap();
+    let study = rows(&study);
     assert_eq!(study.row_values(5)[1], Value::Real(4.25));
     let whole = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4".into()]).unwrap();
-    assert_eq!(whole.row_values(5)[1], Value::Real(4.0));
-    let scene = study.scene(5, &station_points()).unwrap();
+    assert_eq!(rows(&whole).row_values(5)[1], Value::Real(4.0));
+    let scene = study.scene(5).unwrap();
     assert_eq!(scene.hammers[0].supply_pressure_pa, 101_325.0 + 425_000.0);
 }
 
@@ -272,9 +275,9 @@ values = ['tied', 'spring']
 "
     );
     let study = parse(&text);
-    study.check(&station_points()).unwrap_or_else(|error| panic!("{error}"));
+    let study = rows(&study);
     assert_eq!(study.row_count(), 2 * 3 * 3 * 2);
-    let scene = study.scene(study.row_count() - 2, &station_points()).unwrap();
+    let scene = study.scene(study.row_count() - 2).unwrap();
     let parameters = &scene.hammers[0].parameters;
     assert_eq!(parameters.piston.mass_kg, 0.5);
     assert_eq!(parameters.piston.rear_wall.damping_n_s_per_m, 100.0);
@@ -302,15 +305,15 @@ values = ['kelvin_voigt', 'hunt_crossley', 'hertz']
         )
     };
     let study = parse(&text("restitution = 0.7\nexponent = 2"));
-    study.check(&station_points()).unwrap_or_else(|error| panic!("{error}"));
-    let contact = |row| study.scene(row, &station_points()).unwrap().hammers[0].parameters.chisel.casting_contact;
+    let study = rows(&study);
+    let contact = |row| study.scene(row).unwrap().hammers[0].parameters.chisel.casting_contact;
     let laws = [0, 1, 2].map(|row| contact(row).law);
     assert_eq!(laws, [ContactLawName::KelvinVoigt, ContactLawName::HuntCrossley, ContactLawName::Hertz]);
     let found = contact(1);
     assert_eq!((found.restitution, found.exponent, found.stiffness_n_per_m), (Some(0.7), Some(2.0), 2.95e8));
     let fails = |table: &str, expected: &str| {
         let study = parse(&text(table));
-        let message = study.check(&station_points()).unwrap_err().to_string();
+        let message = checked(&study).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
     };
     fails("restitution = 0.7\ndamping_n_s_per_m = 3", "`chisel.casting_contact.restitution`: stands beside");
@@ -329,9 +332,9 @@ fn supplies_are_switched_in_order() {
     let with =
         |times: &str| parse(&SMALL.replace("mount = 'R5'", &format!("mount = 'R5'\nsupply_switch_times_s = {times}")));
     let study = with("[0.5, 0.7]").with_overrides(&["hammer.left.supply_switch_times_s.1=0.9".into()]).unwrap();
-    assert_eq!(study.scene(0, &station_points()).unwrap().hammers[0].supply_switch_times_s, [0.5, 0.9]);
+    assert_eq!(rows(&study).scene(0).unwrap().hammers[0].supply_switch_times_s, [0.5, 0.9]);
     for times in ["[0.5, 0.5]", "[0.001]", "[0.7, 0.6]"] {
-        let message = with(times).check(&station_points()).unwrap_err().to_string();
+        let message = checked(&with(times)).unwrap_err().to_string();
         assert!(message.contains("expected a time after the switch before"), "{message}");
     }
 }
@@ -355,24 +358,25 @@ path = 'hammer.left.file'
 values = ['hammers/default.toml']
 ";
     let study = parse(&text.replace("[casting.part]", "[casting.part]\ninertia_kg_m2 = [0.01, 0.01]"));
-    assert_eq!(study.interface_demand().mounts, ["R4", "R5", "R6"]);
+    assert_eq!(InterfaceDemand::of(&study).mounts, ["R4", "R5", "R6"]);
+    // Off the only fixture the casting would spin.
+    let error = checked(&study).unwrap_err().to_string();
+    assert!(error.contains("could spin freely"), "{error}");
+    let study = rows(&parse(&format!("{}[casting.part.fixture.other]\npoint = 'T4'\n", study.text())));
     let mounts: Vec<String> = (0..6).map(|row| study.row_values(row)[1].to_string()).collect();
     for name in ["R4", "R5", "R6"] {
         assert_eq!(mounts.iter().filter(|mount| *mount == name).count(), 2);
     }
-    // Off the only fixture the casting would spin.
-    let error = study.check(&station_points()).unwrap_err().to_string();
-    assert!(error.contains("could spin freely"), "{error}");
-    let rows: Vec<bool> = (0..6).map(|row| study.scene(row, &station_points()).is_ok()).collect();
-    assert_eq!(rows, mounts.iter().map(|mount| mount == "R5").collect::<Vec<_>>());
+    let stands = |row: usize| study.scene(row).unwrap().hammers[0].mount.points[0].0.clone();
+    assert_eq!((0..6).map(stands).collect::<Vec<_>>(), mounts);
 }
 
 #[test]
 fn a_hammer_beside_its_casting_is_an_invalid_row() {
     let text = SMALL.replace("mount = 'R5'", "mount = 'R7'").replace("mass_kg", "size_m = [0.2, 0.3]\nmass_kg");
     let study = parse(&text);
-    study.check(&station_points()).unwrap();
-    let reason = study.scene(0, &station_points()).unwrap_err().reason;
+    let study = rows(&study);
+    let reason = study.scene(0).unwrap_err().reason;
     assert_eq!(
         reason,
         "`hammer.left.strike_point_m`: hammer `left` would miss casting `part`: it strikes at (0.0000, 0.2000) m from the \
@@ -415,10 +419,10 @@ fn rows_are_resolved_fast_and_without_files() {
     std::fs::copy(studies().join("hammers/default.toml"), &hammer).unwrap();
     let study = Study::parse(&text, directory.path(), "test.toml").unwrap();
     std::fs::remove_file(&hammer).unwrap();
-    let points = station_points();
+    let study = rows(&study);
     let start = std::time::Instant::now();
     for row in 0..study.row_count() {
-        study.scene(row, &points).unwrap();
+        study.scene(row).unwrap();
     }
     let each = start.elapsed().as_secs_f64() / study.row_count() as f64;
     println!("{:.1} us per row", 1e6 * each);

@@ -1,6 +1,6 @@
 //! Interface points of the built-in station, for tests of studies without its matrices.
 
-use decore::study::PointTable;
+use decore::study::{CheckedStudy, PointTable, Study, StudyError};
 
 /// Rail R1 to R9 along y, table T1 to T9 on a grid of 0.125 m.
 pub fn station_points() -> PointTable {
@@ -10,4 +10,15 @@ pub fn station_points() -> PointTable {
         (format!("T{}", i + 1), [0.36 + 0.125 * x, 0.125 * y, 0.41])
     });
     rail.chain(table).collect()
+}
+
+/// A study held to the station.
+pub fn checked(study: &Study) -> Result<CheckedStudy, StudyError> {
+    CheckedStudy::new(study.clone(), station_points())
+}
+
+/// The rows of a sound study.
+#[track_caller]
+pub fn rows(study: &Study) -> CheckedStudy {
+    checked(study).unwrap_or_else(|error| panic!("{error}"))
 }

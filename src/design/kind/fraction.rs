@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::error::DesignError;
+use super::super::error::DesignError;
 
 /// Most factors of a fractional factorial's words.
 const MAX_BASIC_FACTORS: u32 = 30;

@@ -1,4 +1,4 @@
-//! Keeps the progress line and the dataset's status file up to date while a sweep runs.
+//! Counts the rows of a sweep as they end, tells the caller, and keeps the dataset's status file up to date.
 
 use std::collections::VecDeque;
 use std::fs;
@@ -6,9 +6,9 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::text::tell;
+use super::event::{Listener, SweepEvent};
 use crate::dataset::{Place, RowError, SweepState, SweepStatus, host_name};
-use crate::run::{BatchProgress, Progress, RowOutcome, RowStatus};
+use crate::run::{BatchProgress, RowOutcome, RowStatus};
 use crate::structure::peak_memory_bytes;
 
 /// Time between two writings of the status file.
@@ -17,24 +17,23 @@ const INTERVAL: Duration = Duration::from_secs(2);
 const LAST_ERRORS: usize = 10;
 
 /// What a sweep begins with.
-pub(super) struct Beginning {
+pub(super) struct Beginning<'a> {
     pub place: Place,
     /// Rows that the dataset is to hold.
     pub rows: u64,
     /// Rows that are there already, and those of them that are not done.
     pub recovered: (u64, u64),
     pub threads: u64,
-    pub progress: Progress,
+    pub listener: &'a Listener<'a>,
 }
 
 /// Sees every row end.
-pub(super) struct Monitor {
-    beginning: Beginning,
+pub(super) struct Monitor<'a> {
+    beginning: Beginning<'a>,
     started: Instant,
     started_unix_s: u64,
     tally: Mutex<Tally>,
 }
-
 #[derive(Default)]
 struct Tally {
     done: u64,
@@ -44,8 +43,8 @@ struct Tally {
     written: Duration,
 }
 
-impl Monitor {
-    pub fn new(beginning: Beginning) -> Self {
+impl<'a> Monitor<'a> {
+    pub fn new(beginning: Beginning<'a>) -> Self {
         let monitor = Self {
             beginning,
             started: Instant::now(),
@@ -100,7 +99,7 @@ impl Monitor {
         }
     }
 
-    /// Ends the progress line; writes the last status and, if asked for, the completion file.
+    /// Writes the last status and, if asked for, the completion file.
     pub fn finish(&self, status: &SweepStatus, completion: Option<&Path>) {
         self.write(status);
         let Some(path) = completion else {
@@ -108,13 +107,8 @@ impl Monitor {
         };
         let written = status.to_json(path).map(|json| fs::write(path, json));
         if !matches!(written, Ok(Ok(()))) {
-            tell(&format_args!("warning: the summary could not be written to {}", path.display()));
+            (self.beginning.listener)(SweepEvent::SummaryNotWritten(path));
         }
-    }
-
-    /// Ends the progress line.
-    pub fn end_line(&self) {
-        self.beginning.progress.finish();
     }
 
     fn write(&self, status: &SweepStatus) {
@@ -138,14 +132,14 @@ impl Monitor {
     }
 }
 
-impl BatchProgress for Monitor {
+impl BatchProgress for Monitor<'_> {
     fn row_ended(&self, status: RowStatus) {
-        self.beginning.progress.row_ended(status);
+        (self.beginning.listener)(SweepEvent::RowEnded(status));
         self.write_now_and_then();
     }
 
     fn tick(&self) {
-        self.beginning.progress.tick();
+        (self.beginning.listener)(SweepEvent::Tick);
         self.write_now_and_then();
     }
 }

@@ -4,28 +4,20 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::factors::FactorInfo;
-use super::file::{CorrelationEntry, DesignEntry, DesignKind, FactorEntry, OptimiseName, PartEntry};
 use super::table::{self, Span};
-use crate::design::{DesignError, HypercubeKind, Kind, LatinHypercube, Placement};
-
-/// Morris trajectories.
-const TRAJECTORIES: u64 = 10;
-/// Levels of the Morris grid.
-const MORRIS_LEVELS: u64 = 4;
-/// Resolution of a fractional factorial: main effects clear of products of two factors.
-const RESOLUTION: u64 = 4;
-/// Centre points: more would repeat a deterministic simulation.
-const CENTRE_POINTS: u64 = 1;
+use crate::design::{DesignError, Kind};
+use crate::study::design_kind::{DesignKind, Made};
+use crate::study::file::{CorrelationEntry, DesignEntry, FactorEntry, PartEntry};
 
 /// Path of a key and what is wrong with it.
-pub(super) type Fault = (Vec<String>, String);
+pub(in crate::study) type Fault = (Vec<String>, String);
 /// Names of files and their contents.
 type Files = Vec<(String, String)>;
 /// A kind and the files it was read from.
 type Chosen = (Kind, Files);
 
 /// The drawn factors of a study, in the order of the design.
-pub(super) struct Drawn<'a> {
+pub(in crate::study) struct Drawn<'a> {
     factors: Vec<&'a FactorInfo>,
 }
 
@@ -54,7 +46,7 @@ impl<'a> Drawn<'a> {
             }
             return Part { entry: &whole, at: root, factors: self.factors.clone(), directory }.kind();
         }
-        if let Some(key) = whole.given().first() {
+        if let Some(key) = whole.options().given().first() {
             return fault(key, "belongs to a part (`[[design.part]]`), not to the whole union or product");
         }
         if entry.part.is_empty() {
@@ -135,7 +127,7 @@ impl<'a> Drawn<'a> {
 }
 
 /// A factor as typed, with what it varies over from a table's file where the study says nothing of it.
-pub(super) fn spanned(
+pub(in crate::study) fn spanned(
     design: &DesignEntry,
     (name, factor): (&str, &FactorEntry),
     directory: &Path,
@@ -167,88 +159,24 @@ fn key_at(at: &[String], key: &str) -> Vec<String> {
     at.iter().cloned().chain([key.to_string()]).collect()
 }
 
-fn count(number: u64) -> usize {
-    usize::try_from(number).unwrap_or(usize::MAX)
-}
-
 impl Part<'_> {
     fn kind(&self) -> Result<Chosen, Vec<Fault>> {
-        let entry = self.entry;
-        let kind = entry.kind.unwrap_or_default();
-        let allowed: &[&str] = match kind {
-            DesignKind::LatinHypercube => &["rows", "centred", "optimise", "grown_from"],
-            DesignKind::Sobol | DesignKind::Halton => &["rows", "scramble"],
-            DesignKind::Random => &["rows"],
-            DesignKind::FractionalFactorial => &["resolution"],
-            DesignKind::CentralComposite => &["axial", "centre_points"],
-            DesignKind::BoxBehnken => &["centre_points"],
-            DesignKind::Morris => &["trajectories", "morris_levels"],
-            DesignKind::Saltelli => &["base_points", "second_order"],
-            DesignKind::Table => &["file"],
-            _ => &[],
-        };
-        let stray = entry.given().into_iter().filter(|key| !allowed.contains(key));
+        let options = self.entry.options();
+        let (keys, make) = options.kind.unwrap_or_default().entry();
+        let stray = options.given().into_iter().filter(|key| !keys.contains(key));
         let faults: Vec<Fault> = stray
             .map(|key| (key_at(&self.at, key), "belongs to other kinds of design than this one".to_string()))
             .collect();
         if !faults.is_empty() {
             return Err(faults);
         }
-        let scramble = entry.scramble.unwrap_or(true);
-        let centres = count(entry.centre_points.unwrap_or(CENTRE_POINTS));
-        let kind = match kind {
-            DesignKind::None => Kind::Single,
-            DesignKind::FullFactorial => Kind::FullFactorial,
-            DesignKind::FractionalFactorial => {
-                let resolution = entry.resolution.unwrap_or(RESOLUTION);
-                Kind::FractionalFactorial { resolution: u32::try_from(resolution).unwrap_or(u32::MAX) }
-            }
-            DesignKind::PlackettBurman => Kind::PlackettBurman,
-            DesignKind::CentralComposite => Kind::CentralComposite { axial: entry.axial.unwrap_or_default(), centres },
-            DesignKind::BoxBehnken => Kind::BoxBehnken { centres },
-            DesignKind::LatinHypercube => Kind::LatinHypercube(self.hypercube()?),
-            DesignKind::Sobol => Kind::Sobol { rows: self.needed("rows", entry.rows)?, scramble },
-            DesignKind::Halton => Kind::Halton { rows: self.needed("rows", entry.rows)?, scramble },
-            DesignKind::Random => Kind::Random { rows: self.needed("rows", entry.rows)? },
-            DesignKind::OneAtATime => Kind::OneAtATime,
-            DesignKind::Morris => Kind::Morris {
-                trajectories: count(entry.trajectories.unwrap_or(TRAJECTORIES)),
-                levels: entry.morris_levels.unwrap_or(MORRIS_LEVELS),
-            },
-            DesignKind::Saltelli => Kind::Saltelli {
-                base: self.needed("base_points", entry.base_points)?,
-                second_order: entry.second_order.unwrap_or(false),
-            },
-            DesignKind::Table => return self.table(),
-            DesignKind::Union | DesignKind::Product => {
-                return Err(vec![(key_at(&self.at, "kind"), "a part cannot have parts itself".into())]);
-            }
-        };
-        Ok((kind, Vec::new()))
-    }
-
-    fn needed(&self, key: &str, number: Option<u64>) -> Result<usize, Vec<Fault>> {
-        let missing = || vec![(key_at(&self.at, key), "missing key: this kind of design needs a number".to_string())];
-        number.map(count).ok_or_else(missing)
-    }
-
-    fn hypercube(&self) -> Result<LatinHypercube, Vec<Fault>> {
-        let entry = self.entry;
-        let kind = match entry.optimise.unwrap_or_default() {
-            OptimiseName::None => HypercubeKind::Random,
-            OptimiseName::Maximin => HypercubeKind::Maximin,
-            OptimiseName::CentredDiscrepancy => HypercubeKind::CentredDiscrepancy,
-            OptimiseName::OrthogonalArray => HypercubeKind::OrthogonalArray,
-            OptimiseName::Sliced => HypercubeKind::Sliced,
-        };
-        let optimised = matches!(kind, HypercubeKind::Maximin | HypercubeKind::CentredDiscrepancy);
-        let centred = entry.centred.unwrap_or(optimised);
-        Ok(LatinHypercube {
-            rows: self.needed("rows", entry.rows)?,
-            grown_from: entry.grown_from.iter().flatten().map(|rows| count(*rows)).collect(),
-            placement: if centred { Placement::Centred } else { Placement::Random },
-            kind,
-        })
+        let fault = |key: &str, message: &str| vec![(key_at(&self.at, key), message.to_string())];
+        match make(&options) {
+            Ok(Made::Kind(kind)) => Ok((kind, Vec::new())),
+            Ok(Made::Table) => self.table(),
+            Ok(Made::Union | Made::Product) => Err(fault("kind", "a part cannot have parts itself")),
+            Err(key) => Err(fault(key, "missing key: this kind of design needs a number")),
+        }
     }
 
     fn table(&self) -> Result<Chosen, Vec<Fault>> {

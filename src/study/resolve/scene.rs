@@ -1,11 +1,11 @@
 //! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
 
-use super::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, SolverEntry, StudyFile};
 use super::geometry;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use super::preset::Preset;
 use crate::scene::{HammerUnit, ModeTreatment, Scene, SceneProblemKind, SolverSettings, Stepping};
+use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, SolverEntry, StudyFile};
 use crate::words::nearest;
 use crate::workpiece::{Casting, Fixture, Inertia};
 
@@ -32,7 +32,7 @@ const BAR_PA: f64 = 1e5;
 
 /// Something that keeps a study from being a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Issue {
+pub(in crate::study) struct Issue {
     /// Path of the offending quantity.
     pub path: String,
     pub message: String,
@@ -48,16 +48,16 @@ impl Issue {
 }
 
 /// What rows share.
-pub(super) struct Context<'a> {
+pub(in crate::study) struct Context<'a> {
     pub rails: &'a [Rail],
     /// Names of the further machines.
-    pub machines: &'a [&'a str],
+    pub machines: &'a [String],
     pub library: &'a Library,
     pub points: &'a PointTable,
 }
 
 /// Resolves a study with one row's values applied.
-pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, Vec<Issue>> {
+pub(in crate::study) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, Vec<Issue>> {
     let mut issues = Vec::new();
     if file.hammer.is_empty() {
         issues.push(Issue::new("hammer".into(), "a study needs at least one hammer: [hammer.NAME]"));
@@ -104,14 +104,14 @@ pub(super) fn resolve(file: &StudyFile, context: &Context<'_>) -> Result<Scene, 
 }
 
 /// Name of the machine of the table `[structure]`.
-pub(super) const DEFAULT_MACHINE: &str = "structure";
+pub(in crate::study) const DEFAULT_MACHINE: &str = "structure";
 
 /// Index of the machine among the further ones.
-fn machine(name: Option<&str>, known: &[&str], issues: &mut Vec<Issue>) -> Option<usize> {
+fn machine(name: Option<&str>, known: &[String], issues: &mut Vec<Issue>) -> Option<usize> {
     let name = name.filter(|name| *name != DEFAULT_MACHINE)?;
     let found = known.iter().position(|known| *known == name);
     if found.is_none() {
-        let nearest = nearest(name, known.iter().copied().chain([DEFAULT_MACHINE]));
+        let nearest = nearest(name, known.iter().map(String::as_str).chain([DEFAULT_MACHINE]));
         let message = format!("no machine `{name}`: it is neither `{DEFAULT_MACHINE}` nor in [structures]");
         issues.push(Issue { nearest, ..Issue::new("machine".into(), message) });
     }

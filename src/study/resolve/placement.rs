@@ -43,7 +43,7 @@ pub struct Rail {
 
 /// Why a hammer cannot be placed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub(super) enum PlacementError {
+pub(in crate::study) enum PlacementError {
     #[error("the machine has no interface point `{0}`")]
     UnknownPoint(String),
     #[error("rail `{0}` needs at least two points at different places")]
@@ -54,14 +54,14 @@ pub(super) enum PlacementError {
 
 /// A mount with its position.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Placed {
+pub(in crate::study) struct Placed {
     pub mount: Mount,
     /// x, y, z in m.
     pub position: [f64; 3],
 }
 
 /// Places a hammer at an interface point.
-pub(super) fn at_point(point: &str, points: &PointTable) -> Result<Placed, PlacementError> {
+pub(in crate::study) fn at_point(point: &str, points: &PointTable) -> Result<Placed, PlacementError> {
     let position = points.position(point).ok_or_else(|| PlacementError::UnknownPoint(point.to_string()))?;
     Ok(Placed { mount: Mount { points: vec![(point.to_string(), 1.0)] }, position })
 }
@@ -70,7 +70,7 @@ pub(super) fn at_point(point: &str, points: &PointTable) -> Result<Placed, Place
 ///
 /// The position is the arc length in m from the rail's middle, positive towards the last point. Between two points their
 /// rows are interpolated linearly; within [`LENGTH_TOLERANCE_M`] of a point the mount is that point alone.
-pub(super) fn on_rail(rail: &Rail, position_m: f64, points: &PointTable) -> Result<Placed, PlacementError> {
+pub(in crate::study) fn on_rail(rail: &Rail, position_m: f64, points: &PointTable) -> Result<Placed, PlacementError> {
     let mut stations = Vec::with_capacity(rail.points.len());
     let mut length = 0.0;
     let mut last: Option<[f64; 3]> = None;

@@ -1,6 +1,16 @@
 //! Kinds of designs, and the generators of their points, addressed by row.
 
+mod factorial;
+mod fraction;
+mod halton;
+mod sensitivity;
+
 use std::sync::Arc;
+
+use factorial::{OneAtATime, Shares, box_behnken, central_composite, screening};
+use fraction::Fraction;
+use halton::Halton;
+use sensitivity::{Morris, Saltelli};
 
 use super::constraint::Conditions;
 use super::coordinate::Coordinate;
@@ -8,14 +18,13 @@ use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
 use super::error::DesignError;
 use super::factor::Factor;
-use super::factorial::{Axial, OneAtATime, Shares, box_behnken, central_composite, screening};
-use super::fraction::{Aliases, Fraction};
-use super::halton::Halton;
 use super::latin::Latin;
 use super::permutation::{hash, uniform};
-use super::sensitivity::{Morris, Saltelli};
 use super::sobol::{MAX_DIMENSIONS, Sobol};
 use super::strata::LatinHypercube;
+
+pub use factorial::Axial;
+pub use fraction::Aliases;
 
 /// How the rows are chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,7 +102,7 @@ pub enum Kind {
 
 /// A kind of design, ready to give rows.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Generator {
+enum Generator {
     Single,
     Grid(Vec<u64>),
     Fraction(Fraction),
@@ -113,7 +122,7 @@ pub(super) enum Generator {
 /// A generator and its number of rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plan {
-    pub generator: Generator,
+    generator: Generator,
     pub rows: usize,
     factors: usize,
 }

@@ -6,9 +6,12 @@ use super::error::{Place, Problem};
 use super::keys::{Shape, shape_at};
 use super::path;
 
+/// Top-level keys that all rows share.
+pub(in crate::study) const SHARED_KEYS: [&str; 4] = ["title", "structure", "structures", "design"];
+
 /// One `path=value`.
 #[derive(Debug, Clone)]
-pub(super) struct Override {
+pub(in crate::study) struct Override {
     /// As it was given.
     pub text: String,
     pub path: Vec<String>,
@@ -40,7 +43,7 @@ impl Override {
 
     /// Whether it concerns the rows' scenes rather than what all rows share.
     pub fn reaches_rows(&self) -> bool {
-        !self.path.first().is_some_and(|first| super::SHARED_KEYS.contains(&first.as_str()))
+        !self.path.first().is_some_and(|first| SHARED_KEYS.contains(&first.as_str()))
     }
 }
 
@@ -61,7 +64,7 @@ fn read_value(text: &str, shape: &Shape) -> Value {
 }
 
 /// All paths that the design's factors name, read leniently: for "a factor gives this value", before any check.
-pub(super) fn driven_paths(tree: &toml::Table) -> Vec<Vec<String>> {
+pub(in crate::study) fn driven_paths(tree: &toml::Table) -> Vec<Vec<String>> {
     let factors = tree.get("design").and_then(|design| design.get("factor")).and_then(Value::as_table);
     let texts = factors.into_iter().flat_map(|factors| factors.values()).flat_map(|factor| {
         let one = factor.get("path").and_then(Value::as_str);

@@ -3,14 +3,14 @@
 use serde_json::Value as Json;
 use toml::Value;
 
-use super::document::{Content, Document, Node};
 use super::error::Problem;
 use super::path;
+use super::tree::{Content, Document, Node};
 use crate::words::nearest;
 
 /// What is allowed at one place of a file.
 #[derive(Debug, Clone)]
-pub(super) enum Shape {
+pub(in crate::study) enum Shape {
     /// Table with fixed keys, in the order of the schema.
     Table { keys: Vec<(String, Shape)>, required: Vec<String> },
     /// Table with names of the user's choice.
@@ -193,7 +193,11 @@ fn type_words(value: &Value) -> String {
 /// Checks a document against its shape: unknown keys, wrong types, numbers that are not finite, missing keys.
 ///
 /// `provided` tells whether something outside the document gives a value for a path.
-pub(super) fn check(document: &Document, shape: &Shape, provided: &dyn Fn(&[String]) -> bool) -> Vec<Problem> {
+pub(in crate::study) fn check(
+    document: &Document,
+    shape: &Shape,
+    provided: &dyn Fn(&[String]) -> bool,
+) -> Vec<Problem> {
     let mut walk = Walk { document, provided, problems: Vec::new() };
     walk.node(&document.root, shape, &mut Vec::new());
     walk.problems
@@ -290,13 +294,17 @@ impl Walk<'_> {
 
 /// Why a path leads nowhere.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct UnknownPath {
+pub(in crate::study) struct UnknownPath {
     pub message: String,
     pub nearest: Option<String>,
 }
 
 /// Shape at a path. Names in maps must be in `tree`; entries of a list only where `tree` has the list.
-pub(super) fn shape_at<'a>(root: &'a Shape, tree: &toml::Table, at: &[String]) -> Result<&'a Shape, UnknownPath> {
+pub(in crate::study) fn shape_at<'a>(
+    root: &'a Shape,
+    tree: &toml::Table,
+    at: &[String],
+) -> Result<&'a Shape, UnknownPath> {
     let mut shape = root;
     for (depth, segment) in at.iter().enumerate() {
         let here = at.get(..depth).unwrap_or(&[]);

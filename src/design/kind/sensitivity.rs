@@ -1,8 +1,8 @@
 //! Designs for sensitivity indices: Morris trajectories, Saltelli's blocks; every row computed alone.
 
-use super::coordinate::Coordinate;
-use super::permutation::{Permutation, below, hash};
-use super::sobol::Sobol;
+use super::super::coordinate::Coordinate;
+use super::super::permutation::{Permutation, below, hash};
+use super::super::sobol::Sobol;
 
 /// Morris trajectories (Technometrics 33, 1991): rows `t (k + 1)` to `t (k + 1) + k` are trajectory t, in which each of the
 /// k factors moves once, by `levels / 2` of the `levels - 1` steps of its range.

@@ -23,10 +23,10 @@ struct Row {
 }
 
 /// What begins the name of a factor's column in files that decore writes.
-pub(super) const PREFIX: &str = "factor_";
+pub(in crate::study) const PREFIX: &str = "factor_";
 
 /// Reads the factors' columns; columns of other names are left alone.
-pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
+pub(in crate::study) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
     let name = file.display();
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
     let rows = cells(file, &names)?;
@@ -42,7 +42,7 @@ pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level
 
 /// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
 /// values typed as whole numbers.
-pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
+pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
     let column = cells(file, &[factor])?;
     let texts = || column.iter().filter_map(|row| row.cells.first());
     let numbers: Option<Vec<f64>> =
@@ -65,7 +65,7 @@ pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, Str
 }
 
 /// What the cells of a column span.
-pub(super) enum Span {
+pub(in crate::study) enum Span {
     Range([f64; 2]),
     Values(Vec<Value>),
 }

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::coordinate::Coordinate;
-use super::error::DesignError;
+use super::super::coordinate::Coordinate;
+use super::super::error::DesignError;
+use super::super::orthogonal::plackett_burman;
 use super::fraction::{Fraction, MAX_RESOLUTION};
-use super::orthogonal::plackett_burman;
 
 /// Where the axial points of a central composite design lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

@@ -1,12 +1,17 @@
 //! A built-in scene that takes a given time and whose outputs are made up: for tests of the runner and of a cluster.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 
-use super::outcome::{RowOutcome, RowStatus};
+use super::info::dataset_info;
+use super::prepared::Rows;
+use crate::dataset::DatasetInfo;
 use crate::integrate::Counters;
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
+use crate::run::{RowOutcome, RowStatus};
+use crate::study::CheckedStudy;
 
 /// One row in this many diverges.
 const ROWS_PER_FAILURE: u64 = 1000;
@@ -31,22 +36,31 @@ fn sleep(duration: Duration) -> Duration {
     begin.elapsed()
 }
 
-/// Rows without a simulation. Outcomes are pure functions of the row, as the simulated ones are.
-#[derive(Debug, Clone, Copy)]
+/// A study's rows without a simulation. Outcomes are pure functions of the row, as the simulated ones are.
+#[derive(Debug, Clone)]
 pub struct StubRows {
+    /// The study; each of its hammers delivers one blow to casting 0, if there is one.
+    pub study: CheckedStudy,
     /// Time that a row takes.
     pub duration: Duration,
     /// Whether a row keeps its thread's processor busy for that time, as a simulation does, or sleeps.
     pub busy: bool,
-    /// Hammers of the study; each delivers one blow to casting 0, if there is one.
-    pub hammers: usize,
-    /// Castings of the study.
-    pub castings: usize,
 }
 
-impl StubRows {
+impl Rows for StubRows {
+    fn checked(&self) -> &CheckedStudy {
+        &self.study
+    }
+
+    fn info(&self) -> DatasetInfo {
+        // Made-up rows never mix with simulated ones.
+        let settings = BTreeMap::from([("stub-row-ms".to_owned(), "made-up outcomes".to_owned())]);
+        dataset_info(&self.study, BTreeMap::new(), settings)
+    }
+
     /// Waits, then gives the row's outcome; row 613 of every thousand diverges.
-    pub fn run(&self, row: u64) -> RowOutcome {
+    fn outcome(&self, row: usize) -> RowOutcome {
+        let row = row as u64;
         let own_time = if self.busy { compute(self.duration) } else { sleep(self.duration) };
         let diverged = row % ROWS_PER_FAILURE == FAILING_ROW;
         RowOutcome {
@@ -67,8 +81,11 @@ impl StubRows {
             wall_time_s: own_time.as_secs_f64(),
         }
     }
+}
 
+impl StubRows {
     fn metrics(&self, row: u64) -> RunMetrics {
+        let (hammers, castings) = (self.study().hammer_names().len(), self.study().casting_names().len());
         let hammer = |index: usize| HammerMetrics {
             first_impact_time_s: Some(0.1 + 0.01 * unit(row, index)),
             first_impact_energy_j: Some(60.0 + unit(row, index + 1)),
@@ -93,12 +110,12 @@ impl StubRows {
         };
         let casting =
             CastingMetrics { peak_velocity_m_s: unit(row, 7), peak_velocity_time_s: 0.11, ..CastingMetrics::default() };
-        let hammers: Vec<HammerMetrics> = (0..self.hammers).map(hammer).collect();
+        let hammers: Vec<HammerMetrics> = (0..hammers).map(hammer).collect();
         let delivered_work_j = hammers.iter().map(|hammer| hammer.delivered_work_j).sum();
-        let blows = if self.castings > 0 { self.hammers } else { 0 };
+        let blows = if castings > 0 { hammers.len() } else { 0 };
         RunMetrics {
             hammers,
-            castings: vec![casting; self.castings],
+            castings: vec![casting; castings],
             blows: (0..blows).map(blow).collect(),
             totals: RunTotals { delivered_work_j, energy_residual: 1e-5 * unit(row, 8), ..RunTotals::default() },
             scatter: None,

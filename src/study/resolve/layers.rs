@@ -9,7 +9,7 @@ const ALTERNATIVES: [&[&str]; 2] =
 
 /// A layer that states a property twice.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Conflict {
+pub(in crate::study) struct Conflict {
     /// Path of the second statement within the layer.
     pub path: Vec<String>,
     /// What is wrong.
@@ -20,7 +20,7 @@ pub(super) struct Conflict {
 ///
 /// # Errors
 /// [`Conflict`] if one table of `over` holds two alternatives.
-pub(super) fn lay(base: &mut toml::Table, over: &toml::Table) -> Result<(), Conflict> {
+pub(in crate::study) fn lay(base: &mut toml::Table, over: &toml::Table) -> Result<(), Conflict> {
     lay_at(base, over, &mut Vec::new())
 }
 

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::document::Document;
-use super::error::{Problem, StudyError};
-use super::file::{Fidelity, Housings, SourceName, StructureEntry, StructureFile};
-use super::keys::Shape;
 use super::placement::Rail;
 use super::preset::Preset;
-use super::{check_keys, read_tree};
 use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
+use crate::study::document::error::{Problem, StudyError};
+use crate::study::document::keys::Shape;
+use crate::study::document::tree::Document;
+use crate::study::document::typed::{check_keys, read_tree};
+use crate::study::file::{Fidelity, Housings, SourceName, StructureEntry, StructureFile};
 
 /// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
 const CUTOFF_HZ: f64 = 1000.0;
@@ -98,7 +98,7 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
     let shape = Shape::from_schema(&schemars::schema_for!(StructureFile).to_value());
     let tree = check_keys(&document, &shape, &[])?;
     let file: StructureFile = read_tree(toml::Value::Table(tree)).map_err(|(key, message)| {
-        let at = super::path::split(&key).unwrap_or_default();
+        let at = crate::study::document::path::split(&key).unwrap_or_default();
         StudyError::one(Problem::new(document.locate(&at), key, message))
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
@@ -111,7 +111,7 @@ impl StructureSettings {
     /// Fills in defaults and resolves paths against the study's directory.
     ///
     /// `at`: where the table stands in the document; `fidelity`: the preset that selects modes where the table is silent.
-    pub(super) fn read(
+    pub(in crate::study) fn read(
         entry: &StructureEntry,
         (document, directory): (&Document, &Path),
         (at, fidelity): (&[&str], Fidelity),
@@ -153,7 +153,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn problem(&mut self, keys: &[&str], message: impl Into<String>) {
         let at: Vec<String> = self.at.iter().chain(keys).copied().map(str::to_string).collect();
-        let problem = Problem::new(self.document.locate(&at), super::path::join(&at), message);
+        let problem = Problem::new(self.document.locate(&at), crate::study::document::path::join(&at), message);
         self.problems.push(problem);
     }
 

@@ -4,17 +4,17 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 
-use super::document::Document;
-use super::error::{Place, Problem};
-use super::keys::{self, Shape};
 use super::layers::{Conflict, lay};
-use super::path;
-use super::schema::hammer_schema;
 use crate::hammer::HammerParameters;
+use crate::study::document::error::{Place, Problem};
+use crate::study::document::keys::{self, Shape};
+use crate::study::document::path;
+use crate::study::document::tree::Document;
+use crate::study::schema::hammer_schema;
 
 /// The hammers that rows of a study can use.
 #[derive(Debug, Clone)]
-pub(super) struct Library {
+pub(in crate::study) struct Library {
     defaults: toml::Table,
     files: IndexMap<String, HammerFile>,
 }

@@ -3,7 +3,7 @@
 use toml::Value;
 
 /// Splits a path at its dots; a segment that contains dots stands in double or single quotes.
-pub(super) fn split(path: &str) -> Result<Vec<String>, String> {
+pub(in crate::study) fn split(path: &str) -> Result<Vec<String>, String> {
     let mut segments = Vec::new();
     let mut rest = path.trim();
     loop {
@@ -31,7 +31,7 @@ pub(super) fn split(path: &str) -> Result<Vec<String>, String> {
 }
 
 /// Joins segments; the inverse of [`split`].
-pub(super) fn join(segments: &[String]) -> String {
+pub(in crate::study) fn join(segments: &[String]) -> String {
     let quoted = |segment: &String| {
         if segment.contains('.') { format!("\"{segment}\"") } else { segment.clone() }
     };
@@ -39,7 +39,7 @@ pub(super) fn join(segments: &[String]) -> String {
 }
 
 /// Puts a value at a path, making the tables above it. Fails where the path runs through something else.
-pub(super) fn set(table: &mut toml::Table, path: &[String], value: Value) -> Result<(), String> {
+pub(in crate::study) fn set(table: &mut toml::Table, path: &[String], value: Value) -> Result<(), String> {
     let Some((first, rest)) = path.split_first() else {
         return Err("the path is empty".to_string());
     };
@@ -68,7 +68,7 @@ fn set_entry(entries: &mut [Value], name: &str, rest: &[String], value: Value) -
 }
 
 /// The value at a path.
-pub(super) fn get<'a>(table: &'a toml::Table, path: &[String]) -> Option<&'a Value> {
+pub(in crate::study) fn get<'a>(table: &'a toml::Table, path: &[String]) -> Option<&'a Value> {
     let (first, rest) = path.split_first()?;
     let mut value = table.get(first)?;
     for segment in rest {

@@ -1,7 +1,7 @@
 //! Whether what stands on the machine stands where its interface points are: strikes are vertical, so x and y must agree.
 
 use super::placement::PointTable;
-use super::resolve::Issue;
+use super::scene::Issue;
 use crate::scene::HammerUnit;
 use crate::workpiece::Casting;
 
@@ -12,7 +12,7 @@ const REMEDY: &str = "correct one of them, or set `geometry = \"as_given\"`";
 
 /// Faults of a row's geometry: strike points beside their mounts, fixtures beside their interface points, two housings in one
 /// place. They are faults of the row: another row may place a hammer elsewhere.
-pub(super) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &PointTable) -> Vec<Issue> {
+pub(in crate::study) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &PointTable) -> Vec<Issue> {
     let mut issues = Vec::new();
     let mut fault = |path: String, message: String| {
         issues.push(Issue { row_only: true, ..Issue::new(path, message) });

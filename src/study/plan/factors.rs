@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use super::document::Document;
-use super::error::Problem;
-use super::file::{DesignEntry, DistributionName, FactorEntry, LinkEntry, Scale};
-use super::keys::{Shape, shape_at};
 use super::kinds;
-use super::path;
-use crate::design::{Design, DesignError, Distribution, Expression, Factor, Level, Scope, Value as ExpressionValue};
+use crate::design::{Design, DesignError, Distribution, Factor, Level};
+use crate::expression::{self, Expression, Scope};
 use crate::quantity::{Kind, Value};
+use crate::study::document::error::Problem;
+use crate::study::document::keys::{Shape, shape_at};
+use crate::study::document::path;
+use crate::study::document::tree::Document;
+use crate::study::file::{DesignEntry, DistributionName, FactorEntry, LinkEntry, Scale};
 use crate::words::nearest;
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
@@ -63,7 +64,7 @@ impl FactorInfo {
     }
 
     /// The value of a level.
-    pub(super) fn value(&self, level: Level) -> Value {
+    pub(in crate::study) fn value(&self, level: Level) -> Value {
         match level {
             Level::Real(value) => Value::Real(value),
             Level::Integer(value) => Value::Integer(value),
@@ -76,7 +77,7 @@ impl FactorInfo {
     }
 
     /// The levels at the ends of its range, or all its categories: what has to be sound for every row to be.
-    pub(super) fn extremes(&self) -> Vec<Level> {
+    pub(in crate::study) fn extremes(&self) -> Vec<Level> {
         match &self.distribution {
             None => Vec::new(),
             Some(Distribution::Integer { low, high } | Distribution::LogInteger { low, high }) => {
@@ -89,7 +90,7 @@ impl FactorInfo {
 }
 
 /// A factor's value as TOML.
-pub(super) fn to_toml(value: &Value) -> toml::Value {
+pub(in crate::study) fn to_toml(value: &Value) -> toml::Value {
     match value {
         Value::Integer(number) => toml::Value::Integer(*number),
         Value::Real(number) => toml::Value::Float(*number),
@@ -99,7 +100,7 @@ pub(super) fn to_toml(value: &Value) -> toml::Value {
 }
 
 /// The value of a parameter linked to a factor, as TOML.
-pub(super) fn linked(value: &Value, link: Link) -> toml::Value {
+fn linked(value: &Value, link: Link) -> toml::Value {
     match value.number() {
         Some(number) if link != Link::SAME => toml::Value::Float(link.factor * number + link.offset),
         _ => to_toml(value),
@@ -108,7 +109,7 @@ pub(super) fn linked(value: &Value, link: Link) -> toml::Value {
 
 /// How a parameter follows its factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Link {
+pub(in crate::study) struct Link {
     pub factor: f64,
     pub offset: f64,
 }
@@ -120,7 +121,7 @@ impl Link {
 
 /// Where a factor's value comes from.
 #[derive(Debug, Clone)]
-pub(super) enum Source {
+pub(in crate::study) enum Source {
     /// The design's factor of this index.
     Drawn(usize),
     /// An expression of factors before it.
@@ -129,7 +130,7 @@ pub(super) enum Source {
 
 /// The design of a study with its factors.
 #[derive(Debug, Clone)]
-pub(super) struct Plan {
+pub(in crate::study) struct Plan {
     pub design: Design,
     pub factors: Vec<FactorInfo>,
     pub sources: Vec<Source>,
@@ -144,21 +145,21 @@ pub(super) struct Plan {
 }
 
 /// Values of the factors so far, as names of an expression.
-pub(super) struct Factors<'a> {
+pub(in crate::study) struct Factors<'a> {
     pub names: &'a [FactorInfo],
     pub values: &'a [Value],
 }
 
 impl Factors<'_> {
-    pub fn get(&self, name: &str) -> Option<ExpressionValue> {
+    pub fn get(&self, name: &str) -> Option<expression::Value> {
         let pair = self.names.iter().zip(self.values).find(|(info, _)| info.name == name);
-        let text = |value: &Value| ExpressionValue::Text(value.to_string());
-        pair.map(|(_, value)| value.number().map_or_else(|| text(value), ExpressionValue::Number))
+        let text = |value: &Value| expression::Value::Text(value.to_string());
+        pair.map(|(_, value)| value.number().map_or_else(|| text(value), expression::Value::Number))
     }
 }
 
 impl Scope for Factors<'_> {
-    fn value(&self, name: &str) -> Result<ExpressionValue, String> {
+    fn value(&self, name: &str) -> Result<expression::Value, String> {
         self.get(name).ok_or_else(|| format!("there is no factor `{name}`"))
     }
 
@@ -168,18 +169,28 @@ impl Scope for Factors<'_> {
 }
 
 impl Plan {
-    /// Where the tree has no value at a path that a factor drives, puts the first row's there; returns these paths.
-    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<Vec<Vec<String>>, (String, String)> {
-        let mut filled = Vec::new();
-        for ((value, paths), links) in self.row(0).iter().zip(&self.paths).zip(&self.links) {
-            for (at, link) in paths.iter().zip(links) {
-                if path::get(tree, at).is_none() {
-                    path::set(tree, at, linked(value, *link)).map_err(|message| (path::join(at), message))?;
-                    filled.push(at.clone());
-                }
+    /// Where the tree has no value at a path that a factor drives, puts the first row's there.
+    pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
+        for (at, value) in self.driven(&self.row(0)) {
+            if path::get(tree, at).is_none() {
+                path::set(tree, at, value).map_err(|message| (path::join(at), message))?;
             }
         }
-        Ok(filled)
+        Ok(())
+    }
+
+    /// All paths that factors drive.
+    pub fn driven_paths(&self) -> impl Iterator<Item = &[String]> {
+        self.paths.iter().flatten().map(Vec::as_slice)
+    }
+
+    /// The paths that factors drive, with what they have for these values of the factors.
+    pub fn driven(&self, values: &[Value]) -> Vec<(&[String], toml::Value)> {
+        let mut driven = Vec::new();
+        for ((paths, links), value) in self.paths.iter().zip(&self.links).zip(values) {
+            driven.extend(paths.iter().zip(links).map(|(at, link)| (at.as_slice(), linked(value, *link))));
+        }
+        driven
     }
 
     /// Reads the design section. `tree` is the study's tree of values, for the names in it; files lie in `directory`.
@@ -260,7 +271,7 @@ impl Plan {
                 Source::Derived(expression) => {
                     let scope = Factors { names: &self.factors, values: &values };
                     let number = match expression.evaluate(&scope) {
-                        Ok(ExpressionValue::Number(number)) => Ok(number),
+                        Ok(expression::Value::Number(number)) => Ok(number),
                         Ok(other) => Err(format!("expected a number, found {other}")),
                         Err(message) => Err(message),
                     };
@@ -603,7 +614,7 @@ fn link_of(link: &LinkEntry) -> Link {
 }
 
 /// A design's fault with its place in the study.
-pub(super) fn design_problem(document: &Document, error: &DesignError, factors: &[FactorInfo]) -> Problem {
+pub(in crate::study) fn design_problem(document: &Document, error: &DesignError, factors: &[FactorInfo]) -> Problem {
     let drawn = |index: usize| factors.iter().filter(|factor| factor.distribution.is_some()).nth(index);
     let name = error.factor().and_then(drawn).map(|factor| factor.name.as_str());
     let key = match error {

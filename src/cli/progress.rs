@@ -7,16 +7,15 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::batch::BatchProgress;
-use super::outcome::RowStatus;
+use crate::run::RowStatus;
 
 /// Default time between two plain lines.
-pub const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);
+pub(super) const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);
 /// Layout of the bar; the text behind it is the same as in plain lines.
 const BAR: &str = "{bar:24} {percent:>3} %  {msg}";
 
 /// Progress of a batch: rows done, failed, rows per second, time left.
-pub struct Progress {
+pub(super) struct Progress {
     state: Mutex<State>,
     started: Instant,
 }
@@ -81,6 +80,16 @@ impl Progress {
         self.update(Moment::End);
     }
 
+    /// Counts a row that ended.
+    pub fn row_ended(&self, status: RowStatus) {
+        self.update(Moment::RowEnded(status));
+    }
+
+    /// Shows that time passed.
+    pub fn tick(&self) {
+        self.update(Moment::Tick);
+    }
+
     fn update(&self, moment: Moment) {
         let elapsed = self.started.elapsed();
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -107,16 +116,6 @@ impl Progress {
                 }
             }
         }
-    }
-}
-
-impl BatchProgress for Progress {
-    fn row_ended(&self, status: RowStatus) {
-        self.update(Moment::RowEnded(status));
-    }
-
-    fn tick(&self) {
-        self.update(Moment::Tick);
     }
 }
 
@@ -174,7 +173,7 @@ fn three_digits(value: f64) -> String {
 }
 
 /// Seconds as `hh:mm:ss`, rounded.
-pub fn clock(seconds: f64) -> String {
+pub(super) fn clock(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     format!("{:02}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }

@@ -33,7 +33,7 @@ impl StudyError {
     }
 
     /// An error if there are problems.
-    pub(super) fn from_problems(problems: Vec<Problem>) -> Result<(), Self> {
+    pub(in crate::study) fn from_problems(problems: Vec<Problem>) -> Result<(), Self> {
         if problems.is_empty() {
             return Ok(());
         }
@@ -41,7 +41,7 @@ impl StudyError {
     }
 
     /// The error of at least one problem, sorted by place.
-    pub(super) fn several(mut problems: Vec<Problem>) -> Self {
+    pub(in crate::study) fn several(mut problems: Vec<Problem>) -> Self {
         problems.sort_by(|a, b| {
             let order = |problem: &Problem| (problem.place.line, problem.place.column);
             let files = a.place.file.cmp(&b.place.file);
@@ -52,7 +52,7 @@ impl StudyError {
     }
 
     /// The error of one problem.
-    pub(super) fn one(problem: Problem) -> Self {
+    pub(in crate::study) fn one(problem: Problem) -> Self {
         Self::several(vec![problem])
     }
 }
@@ -82,12 +82,12 @@ pub struct Place {
 
 impl Place {
     /// A whole file.
-    pub(super) fn in_file(file: &str) -> Self {
+    pub(in crate::study) fn in_file(file: &str) -> Self {
         Self { file: file.to_string(), line: None, column: None, source_line: String::new(), width: 1 }
     }
 
     /// A byte range of a text; a range over several lines is cut at the end of its first.
-    pub(super) fn in_text(file: &str, text: &str, span: Range<usize>) -> Self {
+    pub(in crate::study) fn in_text(file: &str, text: &str, span: Range<usize>) -> Self {
         let at = |offset: usize| {
             let bounded = offset.min(text.len());
             (0..=bounded).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
@@ -124,16 +124,16 @@ pub struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(place: Place, key: impl Into<String>, message: impl Into<String>) -> Self {
+    pub(in crate::study) fn new(place: Place, key: impl Into<String>, message: impl Into<String>) -> Self {
         Self { place, key: key.into(), message: message.into(), expected: None, nearest: None }
     }
 
-    pub(super) fn expected(mut self, expected: impl Into<String>) -> Self {
+    pub(in crate::study) fn expected(mut self, expected: impl Into<String>) -> Self {
         self.expected = Some(expected.into());
         self
     }
 
-    pub(super) fn nearest(mut self, nearest: Option<String>) -> Self {
+    pub(in crate::study) fn nearest(mut self, nearest: Option<String>) -> Self {
         self.nearest = nearest;
         self
     }

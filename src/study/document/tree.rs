@@ -9,7 +9,7 @@ use super::error::{Place, Problem};
 
 /// Text of a TOML file and its tree.
 #[derive(Debug, Clone)]
-pub(super) struct Document {
+pub(in crate::study) struct Document {
     /// Name for messages, usually the path.
     pub name: String,
     /// The text as read.
@@ -20,14 +20,14 @@ pub(super) struct Document {
 
 /// A value with its place in the text (byte ranges).
 #[derive(Debug, Clone)]
-pub(super) struct Node {
+pub(in crate::study) struct Node {
     pub content: Content,
     pub key: Range<usize>,
     pub span: Range<usize>,
 }
 
 #[derive(Debug, Clone)]
-pub(super) enum Content {
+pub(in crate::study) enum Content {
     Table(IndexMap<String, Node>),
     Array(Vec<Node>),
     Leaf(toml::Value),

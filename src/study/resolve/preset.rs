@@ -1,11 +1,11 @@
 //! The fidelity presets: what each sets where the study is silent.
 
-use super::file::Fidelity;
 use crate::scene::Guide;
+use crate::study::file::Fidelity;
 
 /// What a preset sets.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Preset {
+pub(in crate::study) struct Preset {
     /// Tolerance of the integration.
     pub tolerance: f64,
     /// Model of the housing guide.

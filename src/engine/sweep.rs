@@ -1,0 +1,174 @@
+//! All rows of a study, or a range of them, into its dataset; the same sweep again goes on where it ended.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::error::EngineError;
+use super::event::{Listener, SweepEvent};
+use super::info::record;
+use super::monitor::{Beginning, Monitor};
+use super::prepared::{Engine, Rows};
+use crate::dataset::{
+    DatasetError, DatasetWriter, Existing, RowRecorder, RowSpan, StoredRow, SweepState, SweepStatus, grow,
+};
+use crate::run::{BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowTask, run_batch};
+
+/// How to run a sweep. The default runs all rows on all threads, goes on with a dataset that is there, and tells nobody.
+#[derive(Clone, Copy)]
+pub struct SweepSettings<'a> {
+    /// Threads that run rows; 0 (default): as many as the machine has. Results do not depend on it.
+    pub threads: usize,
+    /// The range of rows that the dataset is to hold; `None` (default): all.
+    pub rows: Option<RowSpan>,
+    /// What becomes of a dataset that is there; default: it is continued.
+    pub existing: Existing,
+    /// Stop when more rows than this are not done, those of earlier runs included; `None` (default): never.
+    pub max_failed: Option<u64>,
+    /// Where to write how the sweep ended (JSON); `None` (default): nowhere but in the dataset.
+    pub summary: Option<&'a Path>,
+    /// Set from outside (another thread, a signal handler) to start no more rows; the sweep sets it when too many failed.
+    pub stop: Option<&'a AtomicBool>,
+    /// Told of rows as they end.
+    pub listener: &'a Listener<'a>,
+}
+
+impl Default for SweepSettings<'_> {
+    fn default() -> Self {
+        Self {
+            threads: 0,
+            rows: None,
+            existing: Existing::Resume,
+            max_failed: None,
+            summary: None,
+            stop: None,
+            listener: &|_| (),
+        }
+    }
+}
+
+impl Engine {
+    /// Runs the study's rows into the dataset in `folder`, see [`sweep`].
+    ///
+    /// # Errors
+    /// As for [`sweep`].
+    pub fn run(&self, folder: &Path, settings: &SweepSettings<'_>) -> Result<SweepStatus, EngineError> {
+        sweep(self, folder, settings)
+    }
+}
+
+/// Runs the rows that the dataset in `folder` does not hold yet, and tells how that ended: all there, stopped by the flag, or
+/// too many failed.
+///
+/// # Errors
+/// A folder that is in use, holds another study or cannot be written; threads that cannot be started.
+pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Result<SweepStatus, EngineError> {
+    let (info, listener) = (rows.info(), settings.listener);
+    let whole = RowSpan { first: 0, end: info.rows };
+    let range = settings.rows.unwrap_or(whole);
+    if settings.existing == Existing::Resume && range == whole {
+        let growth = grow(folder, &info, &|first| rows.checked().rows_hash(first as usize))?;
+        growth.iter().for_each(|growth| listener(SweepEvent::Grown { growth, rows: info.rows }));
+    }
+    let mut writer = DatasetWriter::open(folder, &info, range, settings.existing)?;
+    let (done, failed) = writer.recovered();
+    let place = writer.place();
+    listener(SweepEvent::Found { damaged: writer.damaged(), notes: writer.notes() });
+    listener(SweepEvent::Begins { rows: range.len(), done, failed });
+    let threads = threads(settings.threads);
+    let monitor = Monitor::new(Beginning {
+        place: place.clone(),
+        rows: range.len(),
+        recovered: (done, failed),
+        threads,
+        listener,
+    });
+    let own = AtomicBool::new(false);
+    let limit = Limit { most_failed: settings.max_failed, stop: settings.stop.unwrap_or(&own) };
+    limit.hold(failed);
+    let task = SweepTask { rows, recorder: writer.recorder(), monitor: &monitor, limit };
+    let batch =
+        BatchSettings { threads: settings.threads, window: DEFAULT_WINDOW, stop: limit.stop, progress: &monitor };
+    let left = writer.rows_left();
+    let left = left.iter().flat_map(|span| span.first..span.end);
+    let summary = run_batch(left, &batch, &task, |_, row| writer.accept(row?));
+    listener(SweepEvent::Ends);
+    // What was handed over before a failure is kept.
+    let finished = writer.finish();
+    let status = match (&summary, &finished) {
+        (Ok(_), Err(error)) => monitor.status(SweepState::NotWritten, error.to_string()),
+        _ => ending(&monitor, &summary, limit.most_failed),
+    };
+    monitor.finish(&status, settings.summary);
+    if (summary.is_err() || finished.is_err()) && place.is_there() {
+        listener(SweepEvent::Failed);
+    }
+    summary?;
+    finished?;
+    Ok(status)
+}
+
+/// When no more rows are started.
+#[derive(Clone, Copy)]
+struct Limit<'a> {
+    most_failed: Option<u64>,
+    stop: &'a AtomicBool,
+}
+
+impl Limit<'_> {
+    /// Stops if more rows failed than are allowed.
+    fn hold(&self, failed: u64) {
+        if self.most_failed.is_some_and(|most| failed > most) {
+            self.stop.store(true, Ordering::SeqCst);
+        }
+    }
+}
+
+/// A row's way from its simulation into the journal.
+struct SweepTask<'a> {
+    rows: &'a dyn Rows,
+    recorder: RowRecorder,
+    monitor: &'a Monitor<'a>,
+    limit: Limit<'a>,
+}
+
+impl RowTask for SweepTask<'_> {
+    type Kept = Result<StoredRow, DatasetError>;
+
+    fn run(&self, row: u64) -> RowOutcome {
+        self.rows.outcome(row as usize)
+    }
+
+    fn keep(&self, row: u64, outcome: RowOutcome) -> Self::Kept {
+        self.limit.hold(self.monitor.note(row, &outcome));
+        self.recorder.record(&record(self.rows.checked(), row, outcome))
+    }
+}
+
+/// How a sweep ended.
+fn ending(
+    monitor: &Monitor<'_>,
+    summary: &Result<BatchSummary, BatchError<DatasetError>>,
+    most_failed: Option<u64>,
+) -> SweepStatus {
+    let failed = monitor.status(SweepState::Running, String::new()).rows_failed;
+    let (state, message) = match (summary, most_failed) {
+        (Err(error), _) => (SweepState::NotWritten, error.to_string()),
+        (Ok(summary), Some(most)) if summary.stopped && failed > most => {
+            let message = format!(
+                "stopped: {failed} rows are not done, more than --max-failed {most} allows (`decore status` shows the \
+                 last ones); a larger limit goes on"
+            );
+            (SweepState::TooManyFailed, message)
+        }
+        (Ok(summary), _) if summary.stopped => {
+            (SweepState::Interrupted, "interrupted; the same command goes on".to_owned())
+        }
+        (Ok(_), _) => (SweepState::Complete, String::new()),
+    };
+    monitor.status(state, message)
+}
+
+fn threads(asked: usize) -> u64 {
+    let all = || std::thread::available_parallelism().map_or(1, usize::from);
+    (if asked == 0 { all() } else { asked }) as u64
+}

@@ -1,0 +1,175 @@
+//! A study held to its machine: every name known, its constraints applied, its rows what they stay.
+
+use super::constraints::constrained;
+use super::demand::check_names;
+use super::document::error::{InvalidRow, Problem, StudyError};
+use super::growth::frame_hash;
+use super::loaded::Study;
+use super::plan::factors::Source;
+use super::resolve::placement::PointTable;
+use super::resolve::scene::Issue;
+use crate::design::{Acceptance, Design, Level};
+use crate::quantity::Value;
+use crate::scene::Scene;
+
+/// Rows compared of designs that compute each row alone: those of one kind and seed do not start to differ later.
+const COMPARED_ROWS: usize = 1 << 17;
+
+/// A study with the interface points of its machine: it has rows.
+///
+/// The rows of a [`Study`] are known only here, because constraints may ask where points are.
+#[derive(Debug, Clone)]
+pub struct CheckedStudy {
+    study: Study,
+    points: PointTable,
+    design: Design,
+}
+
+impl CheckedStudy {
+    /// Checks a study against the machine's interface points, before any row is run: every name that a row can use, the values
+    /// of the first row, and each factor at its ends (or each of its values) with the others as in the first row. Then the
+    /// constraints of the design choose its rows.
+    ///
+    /// Hammers that miss their casting are no fault here: such rows end as invalid, and meet no constraint that asks for
+    /// geometry.
+    ///
+    /// # Errors
+    /// [`StudyError::Invalid`] with all faults found; if a constraint cannot be evaluated, or too few rows are left.
+    pub fn new(study: Study, points: PointTable) -> Result<Self, StudyError> {
+        StudyError::from_problems(faults(&study, &points))?;
+        let design = constrained(&study, &points)?;
+        Ok(Self { study, points, design })
+    }
+
+    /// The study.
+    pub fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// The interface points of its machine.
+    pub fn points(&self) -> &PointTable {
+        &self.points
+    }
+
+    /// The design, its constraints applied.
+    pub fn design(&self) -> &Design {
+        &self.design
+    }
+
+    /// Number of rows.
+    pub fn row_count(&self) -> usize {
+        self.design.row_count()
+    }
+
+    /// How many points met the constraints; `None` where none were left out.
+    pub fn acceptance(&self) -> Option<Acceptance> {
+        self.design.acceptance()
+    }
+
+    /// Values of the factors in a row, in the order of [`Study::factors`]; empty past the last row.
+    ///
+    /// A factor all of whose paths are overridden has the override's value.
+    pub fn row_values(&self, row: usize) -> Vec<Value> {
+        let Some(levels) = self.design.row(row) else { return Vec::new() };
+        let drawn = self.study.plan.values(&levels).0.into_iter().zip(&self.study.plan.paths);
+        drawn
+            .map(|(value, paths)| {
+                let overridden: Option<Vec<Value>> = paths.iter().map(|at| self.study.overridden(at)).collect();
+                let first = overridden.and_then(|values| values.into_iter().next());
+                match (first, &value) {
+                    (Some(Value::Integer(whole)), Value::Real(_)) => Value::Real(whole as f64),
+                    (Some(value), _) => value,
+                    (None, _) => value,
+                }
+            })
+            .collect()
+    }
+
+    /// The scene of a row.
+    ///
+    /// Pure: touches no file, depends on no other row.
+    ///
+    /// # Errors
+    /// [`InvalidRow`] if the row's values describe no scene that can be simulated, e.g. a hammer beside its casting, and
+    /// for rows past the last one.
+    pub fn scene(&self, row: usize) -> Result<Scene, InvalidRow> {
+        let levels = self.design.row(row).ok_or_else(|| InvalidRow {
+            reason: format!("row {row} does not exist: the study has the rows 0 to {}", self.row_count() - 1),
+        })?;
+        let (values, fault) = self.study.plan.values(&levels);
+        if let Some(reason) = fault {
+            return Err(InvalidRow { reason });
+        }
+        self.study.scene_of(&values, &self.points).map_err(|issues| {
+            let words = issues.iter().map(|issue| match &issue.nearest {
+                Some(nearest) => format!("`{}`: {} (did you mean `{nearest}`?)", issue.path, issue.message),
+                None => format!("`{}`: {}", issue.path, issue.message),
+            });
+            InvalidRow { reason: words.collect::<Vec<_>>().join("; ") }
+        })
+    }
+
+    /// Hash (hex) as [`Study::hash`], but over all that is not the number of rows: a study of the same frame and the same
+    /// first rows, see [`CheckedStudy::rows_hash`], is this one with rows added or taken away.
+    ///
+    /// Left out are `rows`, `grown_from`, `trajectories` and `base_points` of the design and its parts, and the contents of a
+    /// table of rows.
+    pub fn frame_hash(&self) -> String {
+        frame_hash(&self.study)
+    }
+
+    /// Hash (hex) of the factors' values in the first `rows` rows, by which two studies of one frame are compared.
+    ///
+    /// Only the first 131072 rows count where every row is computed alone, see [`Design::is_open`].
+    pub fn rows_hash(&self, rows: usize) -> String {
+        let compared = if self.design.is_open() { rows.min(COMPARED_ROWS) } else { rows };
+        let mut hasher = blake3::Hasher::new();
+        for row in 0..compared.min(self.row_count()) {
+            for value in self.row_values(row) {
+                match value {
+                    Value::Real(value) => hasher.update(&value.to_bits().to_le_bytes()),
+                    Value::Integer(value) => hasher.update(&value.to_le_bytes()),
+                    Value::Count(value) => hasher.update(&value.to_le_bytes()),
+                    Value::Text(text) => {
+                        hasher.update(&(text.len() as u64).to_le_bytes());
+                        hasher.update(text.as_bytes())
+                    }
+                };
+            }
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// What is wrong with a study on a machine with these points; rows share their faults: one report per place and key.
+fn faults(study: &Study, points: &PointTable) -> Vec<Problem> {
+    let mut problems = check_names(study, points);
+    let first = study.plan.design.row(0).unwrap_or_default();
+    collect_issues(study, (&first, points), &mut problems);
+    for (source, factor) in study.plan.sources.iter().zip(&study.plan.factors) {
+        let Source::Drawn(index) = *source else { continue };
+        for extreme in factor.extremes() {
+            let mut levels = first.clone();
+            if let Some(level) = levels.get_mut(index) {
+                *level = extreme;
+            }
+            collect_issues(study, (&levels, points), &mut problems);
+        }
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    problems.retain(|problem| {
+        let place = &problem.place;
+        seen.insert((place.file.clone(), place.line, place.column, problem.key.clone()))
+    });
+    problems
+}
+
+fn collect_issues(study: &Study, (levels, points): (&[Level], &PointTable), problems: &mut Vec<Problem>) {
+    let (values, fault) = study.plan.values(levels);
+    if let Some(message) = fault {
+        problems.push(study.problem(Issue::new("design.factor".to_string(), message)));
+        return;
+    }
+    let issues = study.scene_of(&values, points).err().unwrap_or_default();
+    problems.extend(issues.into_iter().filter(|issue| !issue.row_only).map(|issue| study.problem(issue)));
+}

@@ -1,0 +1,65 @@
+//! What a user typed: a text, the folder that its file names start from, and the values set over it.
+
+use std::path::PathBuf;
+
+use super::error::{Problem, StudyError};
+use super::keys::{self, Shape};
+use super::overrides::{Override, driven_paths};
+use super::path;
+use super::tree::Document;
+
+/// A study as typed.
+#[derive(Debug, Clone)]
+pub(in crate::study) struct Typed {
+    pub document: Document,
+    /// Where relative file names start.
+    pub directory: PathBuf,
+    /// What is set over the text, in order.
+    pub overrides: Vec<Override>,
+}
+
+impl Typed {
+    /// The values, overrides applied.
+    pub fn tree(&self) -> toml::Table {
+        let mut tree = self.document.root.table();
+        for one in &self.overrides {
+            // Accepted when it was read: cannot fail.
+            let _ = path::set(&mut tree, &one.path, one.value.clone());
+        }
+        tree
+    }
+
+    /// The last override of a path that the function accepts.
+    pub fn overridden(&self, accepts: impl Fn(&[String]) -> bool) -> Option<&Override> {
+        self.overrides.iter().rev().find(|one| accepts(&one.path))
+    }
+}
+
+/// Holds the document to its shape and returns its values, overrides applied.
+pub(in crate::study) fn check_keys(
+    document: &Document,
+    shape: &Shape,
+    overrides: &[Override],
+) -> Result<toml::Table, StudyError> {
+    let mut tree = document.root.table();
+    let driven = driven_paths(&tree);
+    let provided = |at: &[String]| {
+        // A value inside a missing table provides the table too.
+        let set = overrides.iter().map(|one| &one.path);
+        driven.iter().chain(set).any(|path| path.starts_with(at))
+    };
+    StudyError::from_problems(keys::check(document, shape, &provided))?;
+    for one in overrides {
+        path::set(&mut tree, &one.path, one.value.clone())
+            .map_err(|message| StudyError::one(Problem::new(one.place(), path::join(&one.path), message)))?;
+    }
+    Ok(tree)
+}
+
+/// Reads a tree of values; the error is the key's path and the message.
+pub(in crate::study) fn read_tree<T: serde::de::DeserializeOwned>(value: toml::Value) -> Result<T, (String, String)> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let key = error.path().to_string();
+        (key, error.into_inner().message().to_string())
+    })
+}

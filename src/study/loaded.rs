@@ -1,0 +1,298 @@
+//! A study as loaded: read, with all that it names, but not yet held to a machine.
+
+use std::path::Path;
+
+use super::document::error::{Place, Problem, StudyError};
+use super::document::keys::Shape;
+use super::document::overrides::{Override, SHARED_KEYS};
+use super::document::path;
+use super::document::tree::Document;
+use super::document::typed::{Typed, check_keys, read_tree};
+use super::file::{DesignEntry, StudyFile};
+use super::hash::hash;
+use super::plan::factors::{FactorInfo, Plan, to_toml};
+use super::resolve::library::Library;
+use super::resolve::placement::PointTable;
+use super::resolve::rows::SceneReader;
+use super::resolve::scene::Issue;
+use super::resolve::structure::StructureSettings;
+use super::schema::study_schema;
+use crate::quantity::Value;
+use crate::scene::Scene;
+
+/// A text that some row has at a path.
+pub(super) struct Candidate {
+    pub value: String,
+    /// Where the study says so.
+    pub place: Place,
+    /// Path of the key that says so.
+    pub at: Vec<String>,
+}
+
+/// A loaded study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    pub(super) typed: Typed,
+    pub(super) plan: Plan,
+    pub(super) scenes: SceneReader,
+    /// Values of the file, overrides and, where the file is silent, row 0's factors applied: a complete study.
+    pub(super) file: StudyFile,
+    structure: StructureSettings,
+    /// The further machines by name.
+    structures: Vec<(String, StructureSettings)>,
+    hash: String,
+}
+
+impl Study {
+    /// Reads a study file and the hammer files that it names.
+    ///
+    /// # Errors
+    /// [`StudyError::Read`] if the study cannot be read, [`StudyError::Invalid`] with all faults found.
+    pub fn load(path: &Path) -> Result<Self, StudyError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+        let directory = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, directory, &path.display().to_string())
+    }
+
+    /// Reads a study from a text. `directory`: where relative file names start; `name`: the file's name in messages.
+    ///
+    /// # Errors
+    /// [`StudyError::Invalid`] with all faults found.
+    pub fn parse(text: &str, directory: &Path, name: &str) -> Result<Self, StudyError> {
+        let document = Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })?;
+        Self::build(Typed { document, directory: directory.to_path_buf(), overrides: Vec::new() })
+    }
+
+    /// The study with further values set, each `path=value`, over the file's and the factors' values.
+    ///
+    /// A value is read as TOML (`4.5`, `[0.0, 0.1]`, `"R3"`); where a text is expected it needs no quotes. Any path of the
+    /// file can be set, those of the structure and the design included.
+    ///
+    /// # Errors
+    /// [`StudyError::Invalid`] for unknown paths and values that do not fit.
+    pub fn with_overrides(&self, settings: &[String]) -> Result<Self, StudyError> {
+        if settings.is_empty() {
+            return Ok(self.clone());
+        }
+        let shape = Shape::from_schema(&study_schema());
+        let (mut typed, mut tree, mut problems) = (self.typed.clone(), self.typed.tree(), Vec::new());
+        for setting in settings {
+            match Override::read(setting, &shape, &mut tree) {
+                Ok(one) => typed.overrides.push(one),
+                Err(problem) => problems.push(*problem),
+            }
+        }
+        StudyError::from_problems(problems)?;
+        Self::build(typed)
+    }
+
+    fn build(typed: Typed) -> Result<Self, StudyError> {
+        let (document, directory) = (&typed.document, typed.directory.as_path());
+        let shape = Shape::from_schema(&study_schema());
+        let mut tree = check_keys(document, &shape, &typed.overrides)?;
+        let fault = |key: String, message: String| {
+            let at = path::split(&key).unwrap_or_default();
+            StudyError::one(Problem::new(document.locate(&at), key, message))
+        };
+        let design = tree.get("design").cloned().map(read_tree::<DesignEntry>);
+        let design =
+            design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
+        let plan = Plan::read(&design, (document, directory), &shape, &tree);
+        let plan = plan.map_err(StudyError::several)?;
+        plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
+        let file: StudyFile =
+            read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
+        let library = Library::new().map_err(|message| fault(String::new(), message))?;
+        let fidelity = file.solver.fidelity.unwrap_or_default();
+        let read = |entry, at: &[&str]| StructureSettings::read(entry, (document, directory), (at, fidelity));
+        let structure = read(&file.structure, &["structure"]).map_err(StudyError::several)?;
+        let further =
+            file.structures.iter().map(|(name, entry)| Ok((name.clone(), read(entry, &["structures", name])?)));
+        let structures: Vec<(String, StructureSettings)> =
+            further.collect::<Result<_, _>>().map_err(StudyError::several)?;
+        for key in SHARED_KEYS {
+            tree.remove(key);
+        }
+        let scenes = SceneReader {
+            template: tree,
+            overrides: typed.overrides.iter().filter(|one| one.reaches_rows()).cloned().collect(),
+            rails: structure.rails.clone(),
+            machines: structures.iter().map(|(name, _)| name.clone()).collect(),
+            library,
+        };
+        let mut study = Self { typed, plan, scenes, file, structure, structures, hash: String::new() };
+        study.read_hammers()?;
+        let typed = StudyFile { title: None, ..study.file.clone() };
+        // A tree of finite numbers and texts, which JSON can always hold.
+        let values = serde_json::to_string(&typed).unwrap_or_default();
+        let overrides = study.typed.overrides.iter();
+        study.hash = hash(&values, overrides, (&study.plan.files, &study.scenes.library));
+        Ok(study)
+    }
+
+    /// Reads every hammer file that a row can name.
+    fn read_hammers(&mut self) -> Result<(), StudyError> {
+        let mut problems = Vec::new();
+        let names: Vec<String> = self.file.hammer.keys().cloned().collect();
+        for name in names {
+            let at = ["hammer", name.as_str(), "file"].map(str::to_string);
+            for candidate in self.candidates(&at) {
+                let key = path::join(&candidate.at);
+                let read = self.scenes.library.read(&self.typed.directory, &candidate.value, candidate.place, &key);
+                problems.extend(read.err().into_iter().flatten());
+            }
+        }
+        StudyError::from_problems(problems)
+    }
+
+    /// Name of the file, as in messages.
+    pub fn name(&self) -> &str {
+        &self.typed.document.name
+    }
+
+    /// The text of the study file.
+    pub fn text(&self) -> &str {
+        &self.typed.document.text
+    }
+
+    /// The settings of [`Study::with_overrides`], `path=value`, in order.
+    pub fn overrides(&self) -> Vec<String> {
+        self.typed.overrides.iter().map(|one| one.text.clone()).collect()
+    }
+
+    /// BLAKE3 hash (hex) over all that determines the rows' scenes: the study's values (comments, layout, the title and the
+    /// spelling of numbers do not count; the order of hammers, castings and factors does), the overrides, and the values of
+    /// the hammer files named. The contents of the structure's files are not part of it: they are large and belong to
+    /// their reader.
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// Seed of the design.
+    pub fn seed(&self) -> u64 {
+        self.plan.design.seed()
+    }
+
+    /// Title; without one, the file's name without its extension.
+    pub fn title(&self) -> &str {
+        let stem = || Path::new(&self.typed.document.name).file_stem().and_then(|stem| stem.to_str());
+        self.file.title.as_deref().or_else(stem).unwrap_or("study")
+    }
+
+    /// The factors, in the study's order.
+    pub fn factors(&self) -> &[FactorInfo] {
+        &self.plan.factors
+    }
+
+    /// Value of the last override of exactly this path.
+    pub(super) fn overridden(&self, at: &[String]) -> Option<Value> {
+        let one = self.typed.overridden(|path| path == at)?;
+        one.value.clone().try_into().ok()
+    }
+
+    /// Twins of each row.
+    pub fn twins(&self) -> usize {
+        self.file.outputs.twins
+    }
+
+    /// The constraints, as written.
+    pub fn constraints(&self) -> Vec<&str> {
+        self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
+    }
+
+    /// Names of the hammers, in order.
+    pub fn hammer_names(&self) -> Vec<&str> {
+        self.file.hammer.keys().map(String::as_str).collect()
+    }
+
+    /// Names of the castings, in order.
+    pub fn casting_names(&self) -> Vec<&str> {
+        self.file.casting.keys().map(String::as_str).collect()
+    }
+
+    /// Settings of the machine.
+    pub fn structure(&self) -> &StructureSettings {
+        &self.structure
+    }
+
+    /// Settings of the further machines, [`Scene::machine`] counts them.
+    pub fn structures(&self) -> &[(String, StructureSettings)] {
+        &self.structures
+    }
+
+    /// The scene of these values of the factors.
+    pub(super) fn scene_of(&self, values: &[Value], points: &PointTable) -> Result<Scene, Vec<Issue>> {
+        self.scenes.scene(self.plan.driven(values), points)
+    }
+
+    /// All texts that some row can have at a path.
+    pub(super) fn candidates(&self, at: &[String]) -> Vec<Candidate> {
+        let overridden = self.typed.overridden(|path| path == at);
+        let driver = self.plan.paths.iter().position(|paths| paths.iter().any(|path| path == at));
+        let factor = driver.and_then(|index| self.plan.factors.get(index));
+        match (overridden, factor) {
+            (Some(one), _) => {
+                let text = one.value.as_str().map(str::to_string);
+                text.into_iter().map(|value| Candidate { value, place: one.place(), at: at.to_vec() }).collect()
+            }
+            (None, Some(factor)) => {
+                let candidate = |(index, value)| {
+                    let index: usize = index;
+                    let entry = index.to_string();
+                    let key = ["design", "factor", &factor.name, "values", &entry].map(str::to_string);
+                    let value = to_toml(value).as_str()?.to_string();
+                    Some(Candidate { value, place: self.typed.document.locate(&key), at: key.to_vec() })
+                };
+                factor.values.iter().enumerate().filter_map(candidate).collect()
+            }
+            (None, None) => {
+                let value = path::get(&self.scenes.template, at).and_then(toml::Value::as_str);
+                let candidate = |value: &str| Candidate {
+                    value: value.to_string(),
+                    place: self.typed.document.locate(at),
+                    at: at.to_vec(),
+                };
+                value.map(candidate).into_iter().collect()
+            }
+        }
+    }
+
+    /// Gives an issue its place: the factor that drives the quantity, the override, the hammer file, or the study.
+    pub(super) fn problem(&self, issue: Issue) -> Problem {
+        let at = path::split(&issue.path).unwrap_or_default();
+        let place = self.place_of(&at);
+        Problem::new(place, issue.path, issue.message).nearest(issue.nearest)
+    }
+
+    fn place_of(&self, at: &[String]) -> Place {
+        if at.is_empty() {
+            return self.typed.document.locate(at);
+        }
+        if let Some(one) = self.typed.overridden(|path| path.starts_with(at) || at.starts_with(path)) {
+            return one.place();
+        }
+        let drives = |paths: &Vec<Vec<String>>| paths.iter().any(|path| path.starts_with(at) || at.starts_with(path));
+        if let Some(index) = self.plan.paths.iter().position(drives)
+            && let Some(factor) = self.plan.factors.get(index)
+        {
+            let key = match (&factor.expression, factor.values.is_empty()) {
+                (Some(_), _) => "expression",
+                (None, true) => "range",
+                (None, false) => "values",
+            };
+            let section = ["design", "factor", factor.name.as_str(), key].map(str::to_string);
+            return self.typed.document.locate(&section);
+        }
+        if let [hammer, name, parameters, rest @ ..] = at
+            && hammer == "hammer"
+            && parameters == "parameters"
+            && self.typed.document.nearest(at).1 < at.len()
+            && let Some(file) = self.file.hammer.get(name).and_then(|entry| entry.file.as_deref())
+            && let Some(place) = self.scenes.library.locate(file, rest)
+        {
+            return place;
+        }
+        self.typed.document.locate(at)
+    }
+}
