@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::outputs::refuse_inputs;
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Axis, Distribution, Level, PHI_EXPONENT, Quality, scatter_matrix};
@@ -39,6 +40,7 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
+    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());

@@ -8,6 +8,7 @@ mod exit;
 mod help;
 mod init;
 mod merge;
+mod outputs;
 mod progress;
 mod run;
 mod scene;

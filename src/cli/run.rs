@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::outputs::refuse_inputs;
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::shard::Shard;
 use super::text::{self, say, tell};
@@ -63,6 +64,7 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
+    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {
         Some(milliseconds) => Box::new(stub_rows(arguments, milliseconds)?),
         None => Box::new(Engine::load(&arguments.study, &arguments.overrides)?.with_retries(arguments.retries)),

@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure};
+use super::outputs::refuse_inputs;
 use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
@@ -40,6 +41,7 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
+    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.signals.as_ref()])?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
     let outcome = simulate(&engine, arguments)?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::outputs::refuse_inputs;
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
 use crate::engine::{Engine, RowScene, Rows, reduction_settings};
@@ -60,6 +61,8 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
 }
 
 pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure> {
+    let outputs = [arguments.html.as_ref(), arguments.to.as_ref()];
+    refuse_inputs(&arguments.file, &arguments.overrides, &outputs)?;
     let (settings, interface) = settings(arguments)?;
     let model = match &settings.source {
         StructureSource::Station => FeModel::station()?,

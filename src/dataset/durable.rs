@@ -5,6 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::DatasetError;
+#[cfg(test)]
+use super::power_cut::{Event, note};
 
 /// Adds what was tried, and on what, to an error of the system.
 pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
@@ -31,6 +33,11 @@ impl StagedFile {
         let mut file = File::create(&staged).map_err(failed_to("create", &staged))?;
         file.write_all(bytes).map_err(failed_to("write", &staged))?;
         file.sync_all().map_err(failed_to("sync", &staged))?;
+        #[cfg(test)]
+        {
+            note(&staged, || Event::Contents(staged.clone(), bytes.to_vec()));
+            note(&staged, || Event::SyncFile(staged.clone()));
+        }
         Ok(Self { staged, target: target.to_owned() })
     }
 
@@ -39,8 +46,22 @@ impl StagedFile {
     /// # Errors
     /// The system's.
     pub fn put_in_place(self) -> Result<(), DatasetError> {
-        fs::rename(&self.staged, &self.target).map_err(failed_to("rename into place", &self.target))
+        fs::rename(&self.staged, &self.target).map_err(failed_to("rename into place", &self.target))?;
+        #[cfg(test)]
+        note(&self.target, || Event::Rename(self.staged.clone(), self.target.clone()));
+        Ok(())
     }
+}
+
+/// Makes a folder and those above it, if they are not there.
+///
+/// # Errors
+/// The system's.
+pub fn make_folder(folder: &Path) -> Result<(), DatasetError> {
+    fs::create_dir_all(folder).map_err(failed_to("create", folder))?;
+    #[cfg(test)]
+    note(folder, || Event::MakeFolder(folder.to_owned()));
+    Ok(())
 }
 
 /// Makes the names in a folder survive a power failure.
@@ -52,6 +73,8 @@ pub fn sync_folder(folder: &Path) -> Result<(), DatasetError> {
     if cfg!(unix) {
         let file = File::open(folder).map_err(failed_to("open", folder))?;
         file.sync_all().map_err(failed_to("sync", folder))?;
+        #[cfg(test)]
+        note(folder, || Event::SyncFolder(folder.to_owned()));
     }
     Ok(())
 }

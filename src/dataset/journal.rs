@@ -13,8 +13,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use memmap2::{MmapMut, MmapOptions};
 
-use super::durable::failed_to;
+use super::durable::{failed_to, sync_folder};
 use super::error::DatasetError;
+#[cfg(test)]
+use super::power_cut::{Event, note};
 use super::record::StoredRow;
 
 /// Folder of the journal in the dataset's folder.
@@ -34,6 +36,8 @@ pub struct Journal {
     folder: PathBuf,
     rows_per_part: u64,
     state: Mutex<State>,
+    /// Held while files are synced: who finds nothing to sync must not be told so while another still waits for the disk.
+    syncing: Mutex<()>,
 }
 
 #[derive(Debug, Default)]
@@ -58,7 +62,7 @@ struct BlockFile {
 impl Journal {
     /// The journal of the dataset in `dataset`; its folder must exist.
     pub fn new(dataset: &Path, rows_per_part: u64) -> Self {
-        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::default() }
+        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::default(), syncing: Mutex::default() }
     }
 
     /// Appends a row; when this returns, it outlives the process.
@@ -90,8 +94,16 @@ impl Journal {
     /// # Errors
     /// The system's.
     pub fn sync(&self) -> Result<(), DatasetError> {
+        let _syncing = self.syncing.lock().unwrap_or_else(PoisonError::into_inner);
         let files = std::mem::take(&mut self.lock().unsynced);
-        files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync the files in", &self.folder))
+        if files.is_empty() {
+            return Ok(());
+        }
+        files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync the files in", &self.folder))?;
+        #[cfg(test)]
+        files.keys().for_each(|block| note(&self.path(*block), || Event::SyncFile(self.path(*block))));
+        // A file that is new is not there without its name.
+        sync_folder(&self.folder)
     }
 
     /// Forgets a block whose part is in place.
@@ -104,6 +116,8 @@ impl Journal {
         state.unsynced.remove(&block);
         drop(state);
         let path = self.path(block);
+        #[cfg(test)]
+        note(&path, || Event::Remove(path.clone()));
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed_to("remove", &path)(error)),
             _ => Ok(()),

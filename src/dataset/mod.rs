@@ -11,6 +11,8 @@
 //! DIR/timings/timings-000000000000.parquet   wall time of each row
 //! DIR/.journal/                          rows that are not yet in a part
 //! DIR/.staging/, DIR/.growing/, DIR/.lock    only while a run writes
+//! DIR/.damaged/                          parts that were damaged, as they were found
+//! DIR/.replaced/                         datasets that were replaced, until the new one is whole
 //! ```
 //!
 //! A part holds a fixed block of row indices and is named by the block's first row, so its bytes depend on the study
@@ -26,8 +28,10 @@
 //! visible in `runs` has its blows in `blows`. If the machine stops between two renames, a file may be there that no
 //! manifest lists; it is whole, and its bytes are the ones that the next run puts there.
 //!
-//! [`Existing::Resume`] checks every part against its checksum, takes damaged ones away, and names the rows that are to be
-//! run. [`grow`] goes on with a study that only got more rows. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! Nothing that was computed is removed unless it is in place elsewhere or was to be replaced, and what is computed again is
+//! said. [`Existing::Resume`] checks every part against its checksum, moves damaged ones aside, and names the rows that are to
+//! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, so that lost manifests are
+//! made anew from the parts. Wall times are expendable: lost ones become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
@@ -47,6 +51,8 @@ mod lock;
 mod manifest;
 mod merge;
 mod parquet_file;
+#[cfg(test)]
+mod power_cut;
 mod reader;
 mod rebuild;
 mod record;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::columns::{Columns, TableName};
-use super::durable::{StagedFile, failed_to, sync_folder};
+use super::durable::{StagedFile, failed_to, make_folder, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::lock::Place;
@@ -59,7 +59,7 @@ impl Store {
         let folder = place.path().to_owned();
         for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
             let path = folder.join(name);
-            fs::create_dir_all(&path).map_err(failed_to("create", &path))?;
+            make_folder(&path)?;
         }
         let store = Self { folder, place, columns, manifest, timings };
         store.put_manifests_in_place(&store.manifest, &store.timings)?;
@@ -106,6 +106,8 @@ impl Store {
         files.into_iter().try_for_each(|file| self.put_part_in_place(file))?;
         self.put_manifests_in_place(&manifest, &timings)?;
         (self.manifest, self.timings) = (manifest, timings);
+        #[cfg(test)]
+        super::power_cut::note(&self.folder, || super::power_cut::Event::Durable(block.keys().copied().collect()));
         Ok(())
     }
 
@@ -201,6 +203,8 @@ pub fn columns_of(info: &DatasetInfo) -> Result<Arc<Columns>, DatasetError> {
 /// # Errors
 /// The system's.
 pub fn remove(path: &Path) -> Result<(), DatasetError> {
+    #[cfg(test)]
+    super::power_cut::note(path, || super::power_cut::Event::Remove(path.to_owned()));
     let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     match removed {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed_to("remove", path)(error)),
@@ -216,7 +220,7 @@ pub fn set_aside(path: &Path, aside: &Path) -> Result<(), DatasetError> {
     if !path.exists() {
         return Ok(());
     }
-    fs::create_dir_all(aside).map_err(failed_to("create", aside))?;
+    make_folder(aside)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut target = aside.join(&*name);
     for number in 2.. {

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use super::columns::{Columns, TableName};
 use super::difference::differences;
-use super::durable::failed_to;
+use super::durable::{failed_to, make_folder};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use super::journal::{self, JOURNAL, Journal};
@@ -21,7 +21,7 @@ use super::rebuild::{Known, known};
 use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
-use super::store::{Block, DAMAGED, REPLACED, STAGING, Store, columns_of, remove, set_aside};
+use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
 use super::verify::strays;
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
@@ -105,7 +105,7 @@ impl DatasetWriter {
     pub fn open(folder: &Path, info: &DatasetInfo, range: RowSpan, existing: Existing) -> Result<Self, DatasetError> {
         let mut columns = columns_of(info)?;
         look(folder, existing)?;
-        fs::create_dir_all(folder).map_err(failed_to("create", folder))?;
+        make_folder(folder)?;
         let lock = Lock::take(folder)?;
         let recovered = match look(folder, existing)? {
             Found::Dataset(known) if existing == Existing::Resume => {
@@ -127,7 +127,7 @@ impl DatasetWriter {
         };
         remove(&folder.join(STAGING))?;
         let journal = folder.join(JOURNAL);
-        fs::create_dir_all(&journal).map_err(failed_to("create", &journal))?;
+        make_folder(&journal)?;
         Self::start(folder, columns, recovered, lock)
     }
 
@@ -241,6 +241,12 @@ impl DatasetWriter {
             remove(&self.folder.join(REPLACED))?;
         }
         Ok(store.manifest().clone())
+    }
+
+    /// Brings the journal to the disk, as the writer does now and then.
+    #[cfg(test)]
+    pub(super) fn sync_journal(&self) -> Result<(), DatasetError> {
+        self.recorder.journal.sync()
     }
 
     /// Whether the row is still to come.
@@ -443,7 +449,7 @@ fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
     let earlier = fs::read_dir(folder.join(REPLACED)).map_or(0, Iterator::count);
     let aside = folder.join(REPLACED).join((earlier + 1).to_string());
     let tables = TableName::ALL.map(TableName::folder);
-    let names = tables.into_iter().chain([JOURNAL, DAMAGED, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
+    let names = tables.into_iter().chain([JOURNAL, DAMAGED, GROWING, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
     names.map(|name| folder.join(name)).try_for_each(|path| set_aside(&path, &aside))?;
     Ok(format!("the dataset that was there is kept in {} until the new one is whole", aside.display()))
 }

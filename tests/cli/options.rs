@@ -186,3 +186,33 @@ fn the_guide_has_the_pages_that_the_readme_lists() {
     let (code, _, error) = ran(decore(&scratch).args(["help", "nonsense"]));
     assert!(code == Some(2) && error.contains("outputs") && error.contains("merge"), "{error}");
 }
+
+#[test]
+fn no_output_overwrites_what_the_command_reads() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let text = fs::read_to_string(study("placement.toml")).expect("a study");
+    let own = scratch.path().join("own.toml");
+    fs::write(&own, &text).expect("written");
+    let table = scratch.path().join("rows.csv");
+    fs::write(&table, "factor_position\n0.0\n").expect("written");
+    let by_table = scratch.path().join("table.toml");
+    fs::write(&by_table, format!("{text}\n[notes]\nfile = \"rows.csv\"\n")).expect("written");
+    let around = scratch.path().join(".").join("own.toml");
+    let refused = |command: &mut Command| {
+        let (code, _, errors) = ran(command);
+        assert_eq!(code, Some(2), "{errors}");
+        assert!(errors.contains("would overwrite what the command reads"), "{errors}");
+    };
+    refused(decore(&scratch).arg("run").arg(&own).arg("--summary").arg(&around));
+    refused(decore(&scratch).arg("scene").arg(&own).arg("--signals").arg("own.toml"));
+    refused(decore(&scratch).arg("check").arg(&own).arg("--scatter").arg(&own));
+    refused(decore(&scratch).arg("design").arg(&by_table).arg("--output").arg(&table));
+    refused(decore(&scratch).arg("structure").arg(&own).args(["--export", "op4", "--to"]).arg(scratch.path()));
+    #[cfg(unix)]
+    {
+        let link = scratch.path().join("link.parquet");
+        std::os::unix::fs::symlink(&own, &link).expect("linked");
+        refused(decore(&scratch).arg("scene").arg(&own).arg("--signals").arg(&link));
+    }
+    assert_eq!(fs::read_to_string(&own).expect("still there"), text);
+}

@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record};
 use decore::dataset::{DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify};
@@ -416,4 +419,24 @@ fn a_limit_on_file_sizes_is_an_error_not_the_end() {
     let text = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(3), "{text}");
     assert!(text.contains("too large"), "{text}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_journal_cut_short_from_outside_ends_the_sweep_with_words() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    let mut sweep = crate::sweeps::sweep(&folder, 500, 5.0);
+    let child = sweep.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("decore starts");
+    let path = folder.join(".journal/000000000000.rows");
+    let begin = Instant::now();
+    while !path.exists() && begin.elapsed() < Duration::from_secs(60) {
+        sleep(Duration::from_millis(5));
+    }
+    let file = fs::OpenOptions::new().write(true).open(&path).expect("the journal");
+    file.set_len(0).expect("cut short");
+    let ended = child.wait_with_output().expect("ended");
+    let text = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code() == Some(3) && text.contains("cut short by another program"), "{ended:?}");
+    crate::sweeps::expect_code(crate::sweeps::sweep(&folder, 500, 0.0), 0);
 }
