@@ -24,6 +24,7 @@
 //! ```text
 //! design     :
 //! expression :
+//! files      :
 //! guide      :
 //! linalg     :
 //! parameter  :
@@ -33,9 +34,9 @@
 //! contact    : parameter
 //! hammer     : contact parameter
 //! integrate  : quantity
-//! structure  : linalg words
+//! structure  : files linalg words
 //! scene      : hammer integrate parameter workpiece
-//! study      : design expression hammer parameter quantity scene structure words workpiece
+//! study      : design expression files hammer parameter quantity scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
 //! metrics    : hammer integrate quantity scene system
 //! run        : integrate metrics quantity scene system
@@ -60,6 +61,7 @@
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
+//! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
@@ -75,6 +77,7 @@ pub mod dataset;
 pub mod design;
 pub mod engine;
 pub mod expression;
+pub mod files;
 pub mod guide;
 pub mod hammer;
 pub mod integrate;

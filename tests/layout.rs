@@ -108,7 +108,6 @@ impl Files {
                 self.add(&path, &own);
             } else if path.extension().is_some_and(|extension| extension == "rs") && !path.ends_with("main.rs") {
                 let text = fs::read_to_string(&path).unwrap();
-                let text = text.replace("#[cfg(test)]\nuse ", "// ");
                 let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
                 let code: Vec<&str> = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
                 let name = path.strip_prefix(source()).unwrap().to_string_lossy().into_owned();

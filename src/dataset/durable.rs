@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::DatasetError;
 #[cfg(test)]
-use super::power_cut::{Event, note};
+use super::trace::{Event, note};
 
 /// Adds what was tried, and on what, to an error of the system.
 pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {

@@ -15,9 +15,9 @@ use memmap2::{MmapMut, MmapOptions};
 
 use super::durable::{failed_to, sync_folder};
 use super::error::DatasetError;
-#[cfg(test)]
-use super::power_cut::{Event, note};
 use super::record::StoredRow;
+#[cfg(test)]
+use super::trace::{Event, note};
 
 /// Folder of the journal in the dataset's folder.
 pub const JOURNAL: &str = ".journal";

@@ -220,6 +220,11 @@ fn insert(parts: &mut Vec<Part>, part: Part) {
     parts.insert(at, part);
 }
 
+/// The part of a block.
+pub fn find(parts: &[Part], first_row: u64) -> Option<&Part> {
+    parts.iter().find(|part| part.first_row == first_row)
+}
+
 /// Path of a part below the dataset's folder.
 pub fn part_file(table: TableName, first_row: u64) -> String {
     let table = table.folder();
@@ -281,11 +286,6 @@ fn read_text(path: &Path, folder: &Path) -> Result<String, DatasetError> {
 
 fn parse<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result<T, DatasetError> {
     serde_json::from_str(text).map_err(|source| DatasetError::Manifest { path: path.to_owned(), source })
-}
-
-/// The part of a block.
-pub fn find(parts: &[Part], first_row: u64) -> Option<&Part> {
-    parts.iter().find(|part| part.first_row == first_row)
 }
 
 #[cfg(test)]

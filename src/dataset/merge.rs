@@ -9,9 +9,9 @@ use super::error::DatasetError;
 use super::lock::Lock;
 use super::manifest::{Manifest, Part, RowSpan, find, gaps};
 use super::reader::DatasetReader;
+use super::reader::check_part;
 use super::recovery::{BlockParts, read_parts};
 use super::store::columns_of;
-use super::verify::check_part;
 use super::writer::{DatasetWriter, Existing};
 
 /// What a merge gave.

@@ -60,6 +60,8 @@ mod recovery;
 mod status;
 mod store;
 mod table_file;
+#[cfg(test)]
+mod trace;
 mod verify;
 mod writer;
 

@@ -7,10 +7,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use super::info::{DatasetInfo, RowRecord};
 use super::journal::JOURNAL;
+use super::trace::{Event, RECORD, note};
 use super::writer::{DatasetWriter, Existing};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
 use crate::run::{RowOutcome, RowStatus};
@@ -22,32 +22,6 @@ const ROWS: u64 = 150;
 /// Moments at which the power is cut, and times that each is replayed.
 const CUTS: usize = 200;
 const REPLAYS: usize = 1;
-
-/// One thing that was asked of the disk, or promised of it.
-#[derive(Debug, Clone)]
-pub enum Event {
-    /// A file has these contents now.
-    Contents(PathBuf, Vec<u8>),
-    SyncFile(PathBuf),
-    MakeFolder(PathBuf),
-    Rename(PathBuf, PathBuf),
-    Remove(PathBuf),
-    SyncFolder(PathBuf),
-    /// These rows outlive a power cut from here on.
-    Durable(Vec<u64>),
-}
-
-/// The folder that is recorded, and its events.
-static RECORD: Mutex<Option<(PathBuf, Vec<Event>)>> = Mutex::new(None);
-
-/// Records an event on `path`, if that is below the folder that is recorded.
-pub fn note(path: &Path, event: impl FnOnce() -> Event) {
-    if let Some((root, events)) = RECORD.lock().unwrap_or_else(PoisonError::into_inner).as_mut()
-        && path.starts_with(&*root)
-    {
-        events.push(event());
-    }
-}
 
 /// A change of a folder's entries.
 #[derive(Debug, Clone)]

@@ -8,8 +8,7 @@ use super::durable::failed_to;
 use super::error::DatasetError;
 use super::manifest::{Manifest, Part, TimingsManifest};
 use super::parquet_file::visit_rows;
-use super::rebuild::timings_of_parts;
-use super::verify::{check_part, strays};
+use super::rebuild::{strays, timings_of_parts};
 use crate::quantity::Cell;
 
 /// A dataset as its manifests describe it at the time of opening; later parts are not seen.
@@ -142,4 +141,22 @@ impl DatasetReader {
     pub fn damage_of(&self, table: TableName) -> impl Iterator<Item = DatasetError> {
         self.parts(table).iter().filter_map(|part| check_part(&self.folder, part).err())
     }
+}
+
+/// Compares a part's length and checksum with the manifest's.
+///
+/// # Errors
+/// [`DatasetError::Damaged`] or the system's.
+pub fn check_part(folder: &Path, part: &Part) -> Result<(), DatasetError> {
+    let path = folder.join(&part.file);
+    let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
+    let hash = blake3::hash(&bytes).to_hex().to_string();
+    if bytes.len() as u64 == part.bytes && hash == part.blake3 {
+        return Ok(());
+    }
+    Err(DatasetError::Damaged {
+        path,
+        found: format!("{} bytes, BLAKE3 {hash}", bytes.len()),
+        expected: format!("{} bytes, BLAKE3 {}", part.bytes, part.blake3),
+    })
 }

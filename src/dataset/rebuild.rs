@@ -166,3 +166,34 @@ fn part_files(folder: &Path, table: TableName) -> Result<Vec<(u64, PathBuf)>, Da
     found.sort();
     Ok(found)
 }
+
+/// Files in the tables' folders that are no parts of the dataset: whoever reads all files of a folder reads them too.
+///
+/// A part that no manifest lists is none of them: a sweep that was killed leaves it, and the next run puts it in place.
+///
+/// # Errors
+/// The system's.
+pub fn strays(folder: &Path, manifest: &Manifest) -> Result<Vec<DatasetError>, DatasetError> {
+    let is_part = |table: TableName, path: &PathBuf| {
+        let first_row = path.file_name().and_then(|name| part_first_row(table, name.to_str()?));
+        first_row.is_some_and(|first_row| {
+            first_row % manifest.study.rows_per_part == 0
+                && !manifest.block(first_row).intersection(manifest.range).is_empty()
+        })
+    };
+    // Readers pass over such names.
+    let is_hidden = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    let mut found = Vec::new();
+    for table in TableName::ALL {
+        let folder = folder.join(table.folder());
+        let Ok(entries) = fs::read_dir(&folder) else { continue };
+        for entry in entries {
+            let path = entry.map_err(failed_to("read the folder", &folder))?.path();
+            if !is_part(table, &path) && !is_hidden(&path) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    Ok(found.into_iter().map(|path| DatasetError::Stray { path }).collect())
+}

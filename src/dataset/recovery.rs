@@ -8,10 +8,10 @@ use super::error::DatasetError;
 use super::journal;
 use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, find, part_file};
 use super::parquet_file::visit_rows;
+use super::reader::check_part;
 use super::rebuild::Known;
 use super::record::{RowWriter, StoredRow, cells_say_failed};
 use super::store::{Block, DAMAGED, remove, set_aside};
-use super::verify::check_part;
 use crate::quantity::Value;
 
 /// What is there.

@@ -17,11 +17,11 @@ use super::rebuild::BlockDescription;
 use super::record::{ColumnCounts, StoredRow};
 use crate::quantity::Value;
 
-/// Folder of the grown dataset while it is written, below the dataset's.
-pub const GROWING: &str = ".growing";
 /// Folder for files that are not yet in place, on the same file system as the tables.
 pub const STAGING: &str = ".staging";
 
+/// Folder of the grown dataset while it is written, below the dataset's.
+pub const GROWING: &str = ".growing";
 /// Folder for parts that are not those of the manifest any more.
 pub const DAMAGED: &str = ".damaged";
 /// Folder of the datasets that were replaced, until the one that replaces them is whole.
@@ -107,7 +107,7 @@ impl Store {
         self.put_manifests_in_place(&manifest, &timings)?;
         (self.manifest, self.timings) = (manifest, timings);
         #[cfg(test)]
-        super::power_cut::note(&self.folder, || super::power_cut::Event::Durable(block.keys().copied().collect()));
+        super::trace::note(&self.folder, || super::trace::Event::Durable(block.keys().copied().collect()));
         Ok(())
     }
 
@@ -204,7 +204,7 @@ pub fn columns_of(info: &DatasetInfo) -> Result<Arc<Columns>, DatasetError> {
 /// The system's.
 pub fn remove(path: &Path) -> Result<(), DatasetError> {
     #[cfg(test)]
-    super::power_cut::note(path, || super::power_cut::Event::Remove(path.to_owned()));
+    super::trace::note(path, || super::trace::Event::Remove(path.to_owned()));
     let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     match removed {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed_to("remove", path)(error)),

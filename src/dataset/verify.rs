@@ -1,18 +1,17 @@
 //! Everything that can be checked of a dataset, without changing it.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::columns::{Columns, TableName};
-use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal;
 use super::lock::Lock;
-use super::manifest::{Manifest, Part, RowSpan, find, gaps, part_first_row};
+use super::manifest::{Manifest, Part, RowSpan, find, gaps};
 use super::parquet_file::{check_study, visit_rows};
-use super::rebuild::known;
+use super::reader::check_part;
+use super::rebuild::{known, strays};
 use crate::quantity::Value;
 
 /// What a verification found.
@@ -103,53 +102,4 @@ fn check_contents(
         found: format!("{records} records of {} rows", rows.len()),
         expected: format!("{} records of the {} rows of its block", part.records, wanted.len()),
     })
-}
-
-/// Compares a part's length and checksum with the manifest's.
-///
-/// # Errors
-/// [`DatasetError::Damaged`] or the system's.
-pub fn check_part(folder: &Path, part: &Part) -> Result<(), DatasetError> {
-    let path = folder.join(&part.file);
-    let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
-    let hash = blake3::hash(&bytes).to_hex().to_string();
-    if bytes.len() as u64 == part.bytes && hash == part.blake3 {
-        return Ok(());
-    }
-    Err(DatasetError::Damaged {
-        path,
-        found: format!("{} bytes, BLAKE3 {hash}", bytes.len()),
-        expected: format!("{} bytes, BLAKE3 {}", part.bytes, part.blake3),
-    })
-}
-
-/// Files in the tables' folders that are no parts of the dataset: whoever reads all files of a folder reads them too.
-///
-/// A part that no manifest lists is none of them: a sweep that was killed leaves it, and the next run puts it in place.
-///
-/// # Errors
-/// The system's.
-pub fn strays(folder: &Path, manifest: &Manifest) -> Result<Vec<DatasetError>, DatasetError> {
-    let is_part = |table: TableName, path: &PathBuf| {
-        let first_row = path.file_name().and_then(|name| part_first_row(table, name.to_str()?));
-        first_row.is_some_and(|first_row| {
-            first_row % manifest.study.rows_per_part == 0
-                && !manifest.block(first_row).intersection(manifest.range).is_empty()
-        })
-    };
-    // Readers pass over such names.
-    let is_hidden = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-    let mut found = Vec::new();
-    for table in TableName::ALL {
-        let folder = folder.join(table.folder());
-        let Ok(entries) = fs::read_dir(&folder) else { continue };
-        for entry in entries {
-            let path = entry.map_err(failed_to("read the folder", &folder))?.path();
-            if !is_part(table, &path) && !is_hidden(&path) {
-                found.push(path);
-            }
-        }
-    }
-    found.sort();
-    Ok(found.into_iter().map(|path| DatasetError::Stray { path }).collect())
 }

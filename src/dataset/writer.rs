@@ -17,12 +17,11 @@ use super::info::{DatasetInfo, RowRecord};
 use super::journal::{self, JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock, Place};
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
-use super::rebuild::{Known, known};
+use super::rebuild::{Known, known, strays};
 use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
 use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
-use super::verify::strays;
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);

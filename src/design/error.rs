@@ -1,5 +1,8 @@
 //! Why a design cannot be built.
 
+/// Most rows of a design: a millisecond each would take a day.
+pub const MOST_ROWS: usize = 100_000_000;
+
 /// Why a design cannot be built. `factor` is the factor's index.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DesignError {
@@ -87,8 +90,10 @@ pub enum DesignError {
     /// A design of several rows without factors, or the other way round.
     #[error("{0}")]
     Factors(&'static str),
-    /// The number of rows does not fit a machine word.
-    #[error("the design has too many rows to count: reduce the levels")]
+    /// More than [`MOST_ROWS`] rows.
+    #[error(
+        "the design has more than {MOST_ROWS} rows, the most: take fewer rows, levels or points, or several studies"
+    )]
     TooManyRows,
     /// The rank correlations cannot be had.
     #[error("{0}")]

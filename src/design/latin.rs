@@ -4,7 +4,7 @@ use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::Distribution;
-use super::error::DesignError;
+use super::error::{DesignError, MOST_ROWS};
 use super::factor::Factor;
 use super::orthogonal::{Field, bose};
 use super::permutation::{Permutation, hash};
@@ -14,7 +14,7 @@ use super::table::{Builder, OPTIMISER_STREAM, Table};
 /// Most rows of an optimised hypercube: its effort and memory grow with their square.
 const MAX_OPTIMISED_ROWS: usize = 3000;
 /// Most entries (rows times factors) of a hypercube that is kept as a table.
-const MAX_TABLE_ENTRIES: usize = 1 << 28;
+const MAX_TABLE_ENTRIES: usize = 100_000_000;
 
 /// A Latin hypercube ready to give rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,6 +65,9 @@ impl Latin {
         if spec.rows == 0 {
             return Err(DesignError::NoRows);
         }
+        if spec.rows > MOST_ROWS {
+            return Err(DesignError::TooManyRows);
+        }
         let stages = [spec.grown_from.as_slice(), &[spec.rows]].concat();
         if stages.first() == Some(&0) || stages.windows(2).any(|pair| pair[0] >= pair[1]) {
             let message = format!("{:?} and then {} rows do not ascend from 1", spec.grown_from, spec.rows);
@@ -114,7 +117,12 @@ impl Latin {
             return Ok(self);
         }
         if spec.rows.saturating_mul(self.open.columns()) > MAX_TABLE_ENTRIES {
-            return Err(DesignError::TooManyRows);
+            let message = format!(
+                "{} rows of {} factors are too many for a hypercube that is kept in memory (at most {MAX_TABLE_ENTRIES} values)",
+                spec.rows,
+                self.open.columns()
+            );
+            return Err(DesignError::setting("rows", message));
         }
         let table = Builder { latin: &self.open, conditions, correlation }.build()?;
         Ok(Self { form: Form::Table(table), ..self })

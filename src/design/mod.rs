@@ -37,7 +37,7 @@ use selection::Selection;
 pub use constraint::{Constraints, Met};
 pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
-pub use error::DesignError;
+pub use error::{DesignError, MOST_ROWS};
 pub use factor::Factor;
 pub use kind::{Aliases, Axial, Kind};
 pub use quality::{

@@ -6,6 +6,7 @@ use std::path::Path;
 use csv::{Reader, ReaderBuilder, StringRecord, Trim};
 
 use super::error::{FileFault, StructureError};
+use crate::files::{self, Limit};
 
 /// A table as text, with what is needed to name a fault.
 pub(super) struct Table {
@@ -17,7 +18,7 @@ pub(super) struct Table {
 }
 
 pub(super) fn read_text(path: &Path) -> Result<String, StructureError> {
-    std::fs::read_to_string(path)
+    files::read_text(path, Limit::POINTS)
         .map_err(|error| StructureError::Read { file: path.display().to_string(), reason: error.to_string() })
 }
 

@@ -17,6 +17,7 @@ use super::resolve::rows::SceneReader;
 use super::resolve::scene::Issue;
 use super::resolve::structure::StructureSettings;
 use super::schema::study_schema;
+use crate::files::{self, Limit};
 use crate::quantity::Value;
 use crate::scene::Scene;
 
@@ -49,8 +50,8 @@ impl Study {
     /// # Errors
     /// [`StudyError::Read`] if the study cannot be read, [`StudyError::Invalid`] with all faults found.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+        let text = files::read_text(path, Limit::TOML)
+            .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
         let directory = path.parent().unwrap_or(Path::new(""));
         Self::parse(&text, directory, &path.display().to_string())
     }

@@ -2,15 +2,23 @@
 
 /// Least share of letters that a name has in common with the one meant.
 const ALIKE: f64 = 0.5;
+/// Longest name that is compared: the effort is the product of both lengths.
+const LONGEST: usize = 200;
 
-/// The known name that was most likely meant by `wanted`; `None` where none is near.
+/// The known name that was most likely meant by `wanted`; `None` where none is near, and for names of more than 200
+/// bytes.
 ///
 /// The one with the least edits (insertions, deletions, exchanges, swaps of neighbours; Damerau 1964) over the longer of both
 /// names, small and capital letters alike; the first in the alphabet of several.
 pub fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let wanted = wanted.to_lowercase();
     let alike = |name: &str| strsim::normalized_damerau_levenshtein(&wanted, &name.to_lowercase());
-    let all = known.into_iter().map(|name| (alike(name), name)).filter(|(share, _)| *share >= ALIKE);
+    let short = |name: &str| name.len().max(wanted.len()) <= LONGEST;
+    let all = known
+        .into_iter()
+        .filter(|name| short(name))
+        .map(|name| (alike(name), name))
+        .filter(|(share, _)| *share >= ALIKE);
     all.max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(a.1))).map(|(_, name)| name.to_owned())
 }
 

@@ -1,3 +1,5 @@
 //! What hostile or careless files must not do: order a terminal about, take memory or time that nothing justifies, end in a panic.
 
+mod bounds;
+mod fuzz;
 mod terminal;

@@ -16,7 +16,7 @@ use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::distribution::{Distribution, Level};
-use super::error::DesignError;
+use super::error::{DesignError, MOST_ROWS};
 use super::factor::Factor;
 use super::latin::Latin;
 use super::permutation::{hash, uniform};
@@ -25,6 +25,9 @@ use super::strata::LatinHypercube;
 
 pub use factorial::Axial;
 pub use fraction::Aliases;
+
+/// Most rows that a number in the study alone puts into memory.
+const MOST_STATED_ROWS: usize = 1_000_000;
 
 /// How the rows are chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,10 +165,12 @@ impl Plan {
             }
             Kind::CentralComposite { axial, centres } => {
                 numbers_only(factors)?;
+                bounded("centre_points", *centres as u64)?;
                 shares(central_composite(count, *axial, *centres)?)
             }
             Kind::BoxBehnken { centres } => {
                 numbers_only(factors)?;
+                bounded("centre_points", *centres as u64)?;
                 shares(box_behnken(count, *centres)?)
             }
             Kind::LatinHypercube(spec) => (spec.rows, Generator::Latin(Latin::new(spec, factors, seed, correlation)?)),
@@ -173,7 +178,9 @@ impl Plan {
             Kind::Halton { rows, scramble } => (*rows, Generator::Halton(Halton::new(count, scramble.then_some(seed)))),
             Kind::Random { rows } => (*rows, Generator::Random(seed)),
             Kind::OneAtATime => {
-                let plan = OneAtATime::new(&at_a_time(factors)?);
+                let levels = at_a_time(factors)?;
+                bounded("kind", levels.iter().fold(0, |rows: u64, (count, ..)| rows.saturating_add(*count)))?;
+                let plan = OneAtATime::new(&levels);
                 (plan.rows(), Generator::OneAtATime(plan))
             }
             Kind::Morris { trajectories, levels } => {
@@ -196,6 +203,9 @@ impl Plan {
         };
         if rows == 0 {
             return Err(DesignError::NoRows);
+        }
+        if rows > MOST_ROWS {
+            return Err(DesignError::TooManyRows);
         }
         Ok(Self { generator, rows, factors: count })
     }
@@ -291,6 +301,17 @@ fn grid_row(levels: &[u64], index: u64) -> Vec<Coordinate> {
 fn combinations(levels: &[u64]) -> Result<usize, DesignError> {
     let product = levels.iter().try_fold(1_u64, |rows, levels| rows.checked_mul(*levels));
     product.and_then(|rows| usize::try_from(rows).ok()).ok_or(DesignError::TooManyRows)
+}
+
+/// Rows that are kept in memory although no file lists them.
+fn bounded(key: &'static str, rows: u64) -> Result<(), DesignError> {
+    if rows <= MOST_STATED_ROWS as u64 {
+        return Ok(());
+    }
+    Err(DesignError::setting(
+        key,
+        format!("{rows} rows of this kind are too many, expected {MOST_STATED_ROWS} at most"),
+    ))
 }
 
 fn blocks(count: usize, block: usize) -> Result<usize, DesignError> {

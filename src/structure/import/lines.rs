@@ -5,11 +5,22 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
+use crate::files::{self, Limit};
 use crate::structure::error::{FileFault, StructureError};
+
+/// Longest line; no format has longer ones.
+const LONGEST_LINE: u64 = 1_000_000;
+/// Most characters of a message that quotes a line.
+const LONGEST_REASON: usize = 1000;
+/// A packed file unpacks to so many bytes whatever its size, and to so many times its size beyond: exported matrices have a tenth.
+const FREE_UNPACKED: u64 = 16_000_000;
+const MOST_UNPACKED: u64 = 100;
+/// Most lines without a word in a row.
+const MOST_SKIPPED: usize = 1_000_000;
 
 /// The bytes of a file.
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, StructureError> {
-    std::fs::read(path)
+    files::read(path, Limit::MATRIX)
         .map_err(|error| StructureError::Read { file: path.display().to_string(), reason: error.to_string() })
 }
 
@@ -20,7 +31,28 @@ pub(super) fn is_packed(bytes: &[u8]) -> bool {
 
 /// Bytes as they are, or unpacked where they are gzip.
 pub(super) fn unpacked(bytes: &[u8]) -> Box<dyn Read + '_> {
-    if is_packed(bytes) { Box::new(MultiGzDecoder::new(bytes)) } else { Box::new(bytes) }
+    if !is_packed(bytes) {
+        return Box::new(bytes);
+    }
+    let left = FREE_UNPACKED.max(MOST_UNPACKED.saturating_mul(bytes.len() as u64));
+    Box::new(Unpacked { reader: MultiGzDecoder::new(bytes), left })
+}
+
+/// Unpacks no more than the packed bytes justify.
+struct Unpacked<R> {
+    reader: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Unpacked<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.reader.read(buffer)?;
+        self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
+            let message = format!("it unpacks to more than {MOST_UNPACKED} times its size, which no matrix does");
+            std::io::Error::new(std::io::ErrorKind::FileTooLarge, message)
+        })?;
+        Ok(read)
+    }
 }
 
 /// Line reader that knows its file and line number.
@@ -44,7 +76,12 @@ impl<'a> Lines<'a> {
     }
 
     pub fn fault_at(&self, line: usize, reason: impl Into<String>) -> StructureError {
-        FileFault { file: self.file.to_owned(), line, reason: reason.into() }.into()
+        let mut reason = reason.into();
+        if let Some((end, _)) = reason.char_indices().nth(LONGEST_REASON) {
+            reason.truncate(end);
+            reason += "...";
+        }
+        FileFault { file: self.file.to_owned(), line, reason }.into()
     }
 
     /// The next line, or `false` at the end of the file. Text is UTF-8, with or without a byte-order mark, or Latin-1 (as
@@ -53,7 +90,7 @@ impl<'a> Lines<'a> {
         self.raw.clear();
         self.text.clear();
         self.number += 1;
-        let read = self.reader.read_until(b'\n', &mut self.raw);
+        let read = self.reader.by_ref().take(LONGEST_LINE + 1).read_until(b'\n', &mut self.raw);
         let read = read.map_err(|error| self.fault(format!("the file is cut short or damaged ({error})")))?;
         let marks: &[&[u8]] = if self.number == 1 { &[b"\xff\xfe", b"\xfe\xff"] } else { &[] };
         if marks.iter().any(|mark| self.raw.starts_with(mark)) {
@@ -62,6 +99,9 @@ impl<'a> Lines<'a> {
         let binary = |byte: &u8| *byte < b' ' && !matches!(*byte, b'\t' | b'\n' | b'\r' | 0x0c | 0x1a);
         if let Some(byte) = self.raw.iter().find(|byte| binary(byte)) {
             return Err(self.fault(format!("not text: a byte {byte} (is this another format?)")));
+        }
+        if read as u64 > LONGEST_LINE {
+            return Err(self.fault("a line of more than a million characters (is this another format?)"));
         }
         match std::str::from_utf8(&self.raw) {
             Ok(text) => self.text.push_str(text),
@@ -76,10 +116,16 @@ impl<'a> Lines<'a> {
 
     /// Moves to the next line that is not empty and does not begin with one of the comment marks; `false` at the end.
     pub fn advance_past(&mut self, comments: &[&str]) -> Result<bool, StructureError> {
+        let before = self.number;
         while self.advance()? {
             let text = self.text.trim();
             if !text.is_empty() && !comments.iter().any(|mark| text.starts_with(mark)) {
                 return Ok(true);
+            }
+            if self.number - before > MOST_SKIPPED {
+                return Err(
+                    self.fault("more than a million empty lines or comments in a row (is this another format?)")
+                );
             }
         }
         Ok(false)

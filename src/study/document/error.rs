@@ -4,6 +4,11 @@ use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
 
+/// Most faults of a file that are told of.
+pub(super) const MOST_FAULTS: usize = 20;
+/// Most characters of a line that are shown, about the fault, and of a key.
+const SHOWN: usize = 160;
+
 /// Why a study cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
@@ -86,21 +91,21 @@ impl Place {
         Self { file: file.to_string(), line: None, column: None, source_line: String::new(), width: 1 }
     }
 
-    /// A byte range of a text; a range over several lines is cut at the end of its first.
-    pub(in crate::study) fn in_text(file: &str, text: &str, span: Range<usize>) -> Self {
+    /// A byte range of a text whose lines begin at `begins`; a range over several lines is cut at the end of its first.
+    pub(in crate::study) fn in_text(file: &str, (text, begins): (&str, &[usize]), span: Range<usize>) -> Self {
         let at = |offset: usize| {
             let bounded = offset.min(text.len());
             (0..=bounded).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
         };
         let (start, end) = (at(span.start), at(span.end.max(span.start)));
-        let before = text.get(..start).unwrap_or("");
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        let number = begins.partition_point(|begin| *begin <= start).max(1);
+        let line_start = begins.get(number - 1).copied().unwrap_or(0);
         let line = text.get(line_start..).unwrap_or("").lines().next().unwrap_or("");
-        let column = before.get(line_start..).unwrap_or("").chars().count() + 1;
+        let column = text.get(line_start..start).unwrap_or("").chars().count() + 1;
         let covered = text.get(start..end).unwrap_or("").lines().next().unwrap_or("");
         Self {
             file: file.to_string(),
-            line: Some(before.matches('\n').count() + 1),
+            line: Some(number),
             column: Some(column),
             source_line: line.to_string(),
             width: covered.chars().count().max(1),
@@ -146,18 +151,22 @@ impl fmt::Display for Problem {
             write!(formatter, ":{line}:{column}")?;
         }
         write!(formatter, ": ")?;
-        if !self.key.is_empty() {
-            write!(formatter, "`{}`: ", self.key)?;
+        match self.key.char_indices().nth(SHOWN) {
+            _ if self.key.is_empty() => {}
+            None => write!(formatter, "`{}`: ", self.key)?,
+            Some((end, _)) => write!(formatter, "`{}...`: ", &self.key[..end])?,
         }
         write!(formatter, "{}", self.message)?;
         if let (Some(line), Some(column)) = (self.place.line, self.place.column) {
             let number = line.to_string();
             let margin = " ".repeat(number.len());
+            let left_out = (column - 1).saturating_sub(SHOWN / 2);
+            let shown: String = self.place.source_line.chars().skip(left_out).take(SHOWN).collect();
+            let before = column - 1 - left_out;
             // Tabs are kept so that the caret stays below its column.
-            let indent: String =
-                self.place.source_line.chars().take(column - 1).map(|c| if c == '\t' { c } else { ' ' }).collect();
-            let carets = "^".repeat(self.place.width);
-            write!(formatter, "\n {margin} |\n {number} | {}\n {margin} | {indent}{carets}", self.place.source_line)?;
+            let indent: String = shown.chars().take(before).map(|c| if c == '\t' { c } else { ' ' }).collect();
+            let carets = "^".repeat(self.place.width.min(SHOWN - before));
+            write!(formatter, "\n {margin} |\n {number} | {shown}\n {margin} | {indent}{carets}")?;
         }
         if let Some(expected) = &self.expected {
             write!(formatter, "\n  expected: {expected}")?;
@@ -177,6 +186,9 @@ impl fmt::Display for Listing<'_> {
         for (index, problem) in self.0.iter().enumerate() {
             let separator = if index == 0 { "" } else { "\n\n" };
             write!(formatter, "{separator}{problem}")?;
+        }
+        if self.0.len() >= MOST_FAULTS {
+            write!(formatter, "\n\n(the first {MOST_FAULTS} faults; there may be more)")?;
         }
         Ok(())
     }

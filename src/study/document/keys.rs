@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 use toml::Value;
 
-use super::error::Problem;
+use super::error::{MOST_FAULTS, Problem};
 use super::path;
 use super::tree::{Content, Document, Node};
 use crate::words::nearest;
@@ -200,6 +200,7 @@ pub(in crate::study) fn check(
 ) -> Vec<Problem> {
     let mut walk = Walk { document, provided, problems: Vec::new() };
     walk.node(&document.root, shape, &mut Vec::new());
+    walk.problems.truncate(MOST_FAULTS);
     walk.problems
 }
 
@@ -211,6 +212,9 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn node(&mut self, node: &Node, shape: &Shape, at: &mut Vec<String>) {
+        if self.problems.len() >= MOST_FAULTS {
+            return;
+        }
         match (shape, &node.content) {
             (Shape::Table { keys, required }, Content::Table(entries)) => {
                 for (key, child) in entries {
@@ -274,6 +278,9 @@ impl Walk<'_> {
 
     fn unknown(&mut self, node: &Node, keys: &[(String, Shape)], at: &[String]) {
         let names = || keys.iter().map(|(name, _)| name.as_str());
+        if self.problems.len() >= MOST_FAULTS {
+            return;
+        }
         let nearest = at.last().and_then(|key| nearest(key, names()));
         let place = self.document.place(node.key.clone());
         let problem = Problem::new(place, path::join(at), "unknown key");

@@ -5,7 +5,7 @@ use std::ops::Range;
 use indexmap::IndexMap;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Place, Problem};
+use super::error::{MOST_FAULTS, Place, Problem};
 
 /// Text of a TOML file and its tree.
 #[derive(Debug, Clone)]
@@ -14,6 +14,8 @@ pub(in crate::study) struct Document {
     pub name: String,
     /// The text as read.
     pub text: String,
+    /// Where its lines begin.
+    begins: Vec<usize>,
     /// The top-level table.
     pub root: Node,
 }
@@ -38,11 +40,13 @@ impl Document {
     pub fn parse(name: &str, text: &str) -> Result<Self, Vec<Problem>> {
         // A byte order mark is legal at the start of a file and would shift the columns.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let begins: Vec<usize> = [0].into_iter().chain(text.match_indices('\n').map(|(end, _)| end + 1)).collect();
         let (table, errors) = DeTable::parse_recoverable(text);
         let mut problems: Vec<Problem> = errors
             .iter()
+            .take(MOST_FAULTS)
             .map(|error| {
-                let place = error.span().map(|span| Place::in_text(name, text, span));
+                let place = error.span().map(|span| Place::in_text(name, (text, &begins), span));
                 Problem::new(place.unwrap_or_else(|| Place::in_file(name)), "", error.message())
             })
             .collect();
@@ -52,12 +56,14 @@ impl Document {
         let mut document = Self {
             name: name.to_string(),
             text: text.to_string(),
+            begins,
             root: Node { content: Content::Table(IndexMap::new()), key: span.clone(), span },
         };
         if problems.is_empty() {
             let content = document.table(table.get_ref(), &mut problems);
             document.root.content = content;
         }
+        problems.truncate(MOST_FAULTS);
         if problems.is_empty() { Ok(document) } else { Err(problems) }
     }
 
@@ -105,7 +111,7 @@ impl Document {
 
     /// Place of a byte range.
     pub fn place(&self, span: Range<usize>) -> Place {
-        Place::in_text(&self.name, &self.text, span)
+        Place::in_text(&self.name, (&self.text, &self.begins), span)
     }
 
     /// Node at a path, or the deepest one above it, and how many segments were found.

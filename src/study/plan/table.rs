@@ -14,6 +14,7 @@ use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderB
 
 use super::factors::FactorInfo;
 use crate::design::{Distribution, Level};
+use crate::files::{self, Limit};
 use crate::quantity::{Kind, Value};
 
 /// A row of the file: where it is, for messages, and a cell per factor.
@@ -24,6 +25,9 @@ struct Row {
 
 /// What begins the name of a factor's column in files that decore writes.
 pub(in crate::study) const PREFIX: &str = "factor_";
+
+/// Most rows of a Parquet table: they are kept in memory.
+const MOST_TABLE_ROWS: usize = 10_000_000;
 
 /// Reads the factors' columns; columns of other names are left alone.
 pub(in crate::study) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
@@ -101,7 +105,8 @@ fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> 
 
 fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
     let fault = |error: csv::Error| format!("cannot read {}: {error}", file.display());
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(file).map_err(fault)?;
+    let bytes = files::read(file, Limit::ROWS).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
     let header: Vec<String> = reader.headers().map_err(fault)?.iter().map(str::to_string).collect();
     // Some programs begin a file with a byte order mark.
     let plain = |column: &String| column.trim_start_matches('\u{feff}').to_string();
@@ -123,7 +128,13 @@ fn read_parquet(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let reader = ParquetRecordBatchReaderBuilder::try_new_with_options(opened, options);
     let mut rows: Vec<Row> = Vec::new();
-    for batch in reader.and_then(|builder| builder.build()).map_err(|error| fault(&error))? {
+    let reader = reader.map_err(|error| fault(&error))?;
+    // Packed, a column of a single value takes no bytes for its rows.
+    let stated = reader.metadata().file_metadata().num_rows();
+    if usize::try_from(stated).map_or(true, |rows| rows > MOST_TABLE_ROWS) {
+        return Err(fault(&format!("it states {stated} rows, expected at most {MOST_TABLE_ROWS}")));
+    }
+    for batch in reader.build().map_err(|error| fault(&error))? {
         let batch = batch.map_err(|error| fault(&error))?;
         let header: Vec<String> = batch.schema().fields().iter().map(|field| field.name().clone()).collect();
         let column = |factor: &&str| place(file, factor, &header).map(|place| Arc::clone(batch.column(place)));

@@ -5,6 +5,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use super::layers::{Conflict, lay};
+use crate::files::{self, Limit};
 use crate::hammer::HammerParameters;
 use crate::study::document::error::{Place, Problem};
 use crate::study::document::keys::{self, Shape};
@@ -40,7 +41,7 @@ impl Library {
             return Ok(());
         }
         let full = directory.join(file);
-        let text = std::fs::read_to_string(&full).map_err(|error| {
+        let text = files::read_text(&full, Limit::TOML).map_err(|error| {
             let message = format!("cannot read the hammer file {}: {error}", full.display());
             vec![Problem::new(place, key, message).expected("a hammer file (TOML), its path relative to the study")]
         })?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::placement::Rail;
 use super::preset::Preset;
+use crate::files::{self, Limit};
 use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
 use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
@@ -88,7 +89,8 @@ pub struct StructureSettings {
 /// # Errors
 /// [`StudyError::Read`] if the file cannot be read, [`StudyError::Invalid`] with all faults found.
 pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyError> {
-    let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
+    let text =
+        files::read_text(path, Limit::TOML).map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
     let name = path.display().to_string();
     let document = Document::parse(&name, &text).map_err(|problems| StudyError::Invalid { problems })?;
     let root = document.root.table();

@@ -1,0 +1,59 @@
+//! Files of others, read up to the size that their kind may have: a wrong name (a device, some other program's results) costs
+//! neither memory nor time.
+
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+
+/// Most bytes of what is no regular file (a pipe, a device) and so tells no size before.
+const MOST_STREAMED: u64 = 64_000_000;
+
+/// A kind of file and the most bytes that it may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limit {
+    /// What it is, for messages.
+    pub kind: &'static str,
+    /// The most bytes.
+    pub bytes: u64,
+}
+
+impl Limit {
+    /// Studies, hammers and structures in TOML.
+    pub const TOML: Self = Self { kind: "a study, hammer or structure file", bytes: 4_000_000 };
+    /// Tables of interface points and modes.
+    pub const POINTS: Self = Self { kind: "a table of points or modes", bytes: 64_000_000 };
+    /// Tables of a design's rows.
+    pub const ROWS: Self = Self { kind: "a table of rows", bytes: 256_000_000 };
+    /// Matrices and what belongs to them.
+    pub const MATRIX: Self = Self { kind: "a matrix file", bytes: 64_000_000_000 };
+    /// What a dataset says of itself.
+    pub const DATASET: Self = Self { kind: "a file about a dataset", bytes: 256_000_000 };
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// The system's; [`ErrorKind::FileTooLarge`] beyond the limit, with its figure.
+pub fn read(path: &Path, limit: Limit) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let known = file.metadata()?;
+    let most = if known.is_file() { limit.bytes } else { limit.bytes.min(MOST_STREAMED) };
+    let mut bytes = Vec::new();
+    if known.len() <= most {
+        file.take(most + 1).read_to_end(&mut bytes)?;
+    }
+    if known.len() > most || bytes.len() as u64 > most {
+        let message = format!("it has more than {} MB, the most for {}", most / 1_000_000, limit.kind);
+        return Err(io::Error::new(ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
+
+/// The text of a file in UTF-8.
+///
+/// # Errors
+/// As [`read`]; [`ErrorKind::InvalidData`] where it is no UTF-8.
+pub fn read_text(path: &Path, limit: Limit) -> io::Result<String> {
+    String::from_utf8(read(path, limit)?)
+        .map_err(|_| io::Error::new(ErrorKind::InvalidData, "stream did not contain valid UTF-8"))
+}
