@@ -65,15 +65,15 @@ fn blows_name_their_hammer_and_casting() {
     reader
         .visit(TableName::Blows, &names, |cells| {
             count += 1;
-            last = cells.iter().map(|cell| format!("{cell:?}")).collect();
+            last = cells.iter().flatten().map(|value| value.owned()).collect();
         })
         .expect("read");
     let done = (0..ROWS).filter(|row| row % 7 != 3).count();
     assert_eq!(count, 3 * done);
     // Row 149 is done (149 = 7 * 21 + 2).
-    let expected =
-        ["Count(149)", "Text(\"right-hand\")", "Text(\"1st\")", "Count(6)", "Text(\"periodic\")", "Real(149.0)"];
-    assert_eq!(last, expected);
+    let text = |text: &str| Value::Text(text.to_owned());
+    let (row, number, work) = (Value::Count(149), Value::Count(6), Value::Real(149.0));
+    assert_eq!(last, [row, text("right-hand"), text("1st"), number, text("periodic"), work]);
 }
 
 #[test]
