@@ -1,15 +1,15 @@
 //! No output is one of the inputs: what a command reads, it does not overwrite.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
+use crate::files::{self, Limit};
 
 /// Refuses outputs that are the study or a file that it or one of the overrides `path=value` names, by whatever path; a folder
 /// for outputs (it ends an `--export`) must not hold one of them.
 pub(super) fn refuse_inputs(study: &Path, overrides: &[String], outputs: &[Option<&PathBuf>]) -> Result<(), Failure> {
     // Whoever reads the study says what is wrong with it.
-    let text = fs::read_to_string(study).unwrap_or_default();
+    let text = files::read_text(study, Limit::TOML).unwrap_or_default();
     let mut names = vec![study.to_owned()];
     let folder = study.parent().unwrap_or(Path::new(""));
     let mut words = Vec::new();

@@ -1,6 +1,6 @@
 //! Files that are either whole or not there.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -30,9 +30,18 @@ impl StagedFile {
         // A suffix that no glob for `*.parquet` matches, should somebody look into the staging folder.
         name.push(".partial");
         let staged = staging.join(name);
-        let mut file = File::create(&staged).map_err(failed_to("create", &staged))?;
-        file.write_all(bytes).map_err(failed_to("write", &staged))?;
-        file.sync_all().map_err(failed_to("sync", &staged))?;
+        // What lies there under this name was left by a killed process or planted: a link is removed, not followed.
+        match fs::remove_file(&staged) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed_to("remove", &staged)(error)),
+            _ => {}
+        }
+        let created = OpenOptions::new().write(true).create_new(true).open(&staged);
+        let mut file = created.map_err(failed_to("create", &staged))?;
+        let written = file.write_all(bytes).and_then(|()| file.sync_all());
+        written.map_err(|error| {
+            drop(fs::remove_file(&staged));
+            failed_to("write", &staged)(error)
+        })?;
         #[cfg(test)]
         {
             note(&staged, || Event::Contents(staged.clone(), bytes.to_vec()));
@@ -46,7 +55,10 @@ impl StagedFile {
     /// # Errors
     /// The system's.
     pub fn put_in_place(self) -> Result<(), DatasetError> {
-        fs::rename(&self.staged, &self.target).map_err(failed_to("rename into place", &self.target))?;
+        fs::rename(&self.staged, &self.target).map_err(|error| {
+            drop(fs::remove_file(&self.staged));
+            failed_to("rename into place", &self.target)(error)
+        })?;
         #[cfg(test)]
         note(&self.target, || Event::Rename(self.staged.clone(), self.target.clone()));
         Ok(())

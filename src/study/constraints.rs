@@ -13,6 +13,7 @@ use crate::expression::{Scope, Value};
 use crate::hammer::choked_flow;
 use crate::quantity;
 use crate::scene::{HammerUnit, Scene};
+use crate::words::nearest;
 
 /// The design of a study with its rows chosen by its constraints; `points`: the machine's interface points, for constraints on
 /// geometry.
@@ -118,7 +119,11 @@ impl Scope for RowScope<'_> {
             return as_value(&value, name);
         }
         let value = path::get(&self.study.scenes.template, &at);
-        let value = value.ok_or_else(|| format!("`{name}` is no factor, and no value that the study gives"))?;
+        let value = value.ok_or_else(|| {
+            let known = plan.factors.iter().map(|factor| factor.name.as_str());
+            let hint = nearest(name, known).map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
+            format!("`{name}` is no factor, and no value that the study gives{hint}")
+        })?;
         as_value(value, name)
     }
 

@@ -2,4 +2,5 @@
 
 mod bounds;
 mod fuzz;
+mod links;
 mod terminal;

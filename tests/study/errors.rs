@@ -39,6 +39,17 @@ fn syntax_errors_have_their_place() {
 }
 
 #[test]
+fn likely_slips_are_named() {
+    holds(&fault("supply_bar = 5.0", "supply_bar = 5,0"), 7, 15, "", "expected: a point in a number, as in 5.0");
+    let kind = |text: &str| fault("kind = \"latin_hypercube\"", &format!("kind = \"{text}\""));
+    holds(&kind("lhs"), 14, 8, "design.kind", "did you mean `latin_hypercube`?");
+    holds(&kind("ccd"), 14, 8, "design.kind", "did you mean `central_composite`?");
+    assert_eq!(kind("xyz").nearest, None);
+    let constraint = fault("rows = 4", "rows = 4\nconstraints = [\"presure > 4\"]");
+    holds(&constraint, 16, 15, "design.constraints", "did you mean `pressure`?");
+}
+
+#[test]
 fn unknown_keys_are_found_everywhere_at_once() {
     let text = GOOD.replace("title", "titel").replace("point", "pint").replace("rows", "row");
     let found = faults(&text);

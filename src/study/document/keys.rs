@@ -251,7 +251,7 @@ impl Walk<'_> {
                 if let Err(message) = shape.accepts(&node.value()) {
                     let nearest = match (shape, &node.content) {
                         (Shape::Choice(choices), Content::Leaf(Value::String(text))) => {
-                            nearest(text, choices.iter().map(String::as_str))
+                            nearest(text, choices.iter().map(String::as_str)).or_else(|| abbreviated(text, choices))
                         }
                         _ => None,
                     };
@@ -297,6 +297,13 @@ impl Walk<'_> {
         }
         at.pop();
     }
+}
+
+/// The choice whose words begin with the letters that a short text begins with: `lhs` is a Latin hypercube (sampling).
+fn abbreviated(text: &str, choices: &[String]) -> Option<String> {
+    let initials = |choice: &str| choice.split('_').filter_map(|word| word.chars().next()).collect::<String>();
+    let stands = |choice: &&String| choice.contains('_') && text.to_lowercase().starts_with(&initials(choice));
+    choices.iter().filter(|_| text.len() <= 4).find(stands).cloned()
 }
 
 /// Why a path leads nowhere.

@@ -47,7 +47,13 @@ impl Document {
             .take(MOST_FAULTS)
             .map(|error| {
                 let place = error.span().map(|span| Place::in_text(name, (text, &begins), span));
-                Problem::new(place.unwrap_or_else(|| Place::in_file(name)), "", error.message())
+                let problem = Problem::new(place.unwrap_or_else(|| Place::in_file(name)), "", error.message());
+                match error.span().filter(|span| is_decimal_comma(text, span.start)) {
+                    Some(_) => {
+                        problem.expected("a point in a number, as in 5.0: a comma separates the entries of a list")
+                    }
+                    None => problem,
+                }
             })
             .collect();
         // After its first fault the rest of a line says little.
@@ -137,6 +143,12 @@ impl Document {
         }
         self.place(node.key.clone())
     }
+}
+
+/// Whether a comma stands between two digits.
+fn is_decimal_comma(text: &str, at: usize) -> bool {
+    let digit = |at: Option<usize>| at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit);
+    text.as_bytes().get(at) == Some(&b',') && digit(at.checked_sub(1)) && digit(at.checked_add(1))
 }
 
 impl Node {

@@ -1,0 +1,47 @@
+//! Files that are written appear whole, follow no planted link, and leave nothing beside them.
+#![cfg(unix)]
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+/// Writes the rows of a shipped design, as signals are written too.
+fn write_table(target: &Path) -> Output {
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+    command.arg("design").arg(study).args(["--set", "design.rows=5", "--output"]).arg(target);
+    command.output().expect("decore runs")
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("folder").map(|entry| entry.expect("entry").file_name());
+    let mut names: Vec<String> = entries.map(|name| name.to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_planted_link_is_not_followed() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let (table, victim) = (scratch.path().join("rows.parquet"), scratch.path().join("victim"));
+    fs::write(&victim, "mine").expect("written");
+    symlink(&victim, scratch.path().join("rows.parquet.partial")).expect("link");
+    let output = write_table(&table);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(fs::read_to_string(&victim).expect("there"), "mine");
+    assert_eq!(names(scratch.path()), ["rows.parquet", "victim"]);
+    assert!(fs::symlink_metadata(&table).expect("there").is_file());
+}
+
+#[test]
+fn a_folder_in_the_place_of_a_table_leaves_nothing_beside_it() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let table = scratch.path().join("rows.parquet");
+    fs::create_dir(&table).expect("folder");
+    let output = write_table(&table);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(names(scratch.path()), ["rows.parquet"]);
+}
