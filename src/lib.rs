@@ -26,27 +26,29 @@
 //! expression :
 //! files      :
 //! guide      :
-//! integrate  :
 //! linalg     :
 //! parameter  :
 //! plot       :
+//! quantity   :
 //! words      :
 //! contact    : parameter
 //! workpiece  : parameter
 //! hammer     : contact parameter
+//! integrate  : quantity
 //! structure  : files linalg plot words
 //! scene      : hammer integrate parameter workpiece
-//! study      : contact design expression files hammer parameter scene structure words workpiece
+//! study      : contact design expression files hammer parameter quantity scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece
-//! metrics    : hammer integrate scene system
-//! run        : integrate metrics scene system
-//! accuracy   : metrics plot run scene system
-//! dataset    : metrics run words
-//! report     : dataset
-//! engine     : dataset design metrics run scene structure study system
-//! cli        : accuracy dataset design engine files guide metrics plot report run scene structure study system
+//! metrics    : hammer integrate quantity scene system
+//! run        : integrate metrics quantity scene system
+//! accuracy   : integrate metrics plot quantity run scene system
+//! dataset    : integrate metrics quantity run words
+//! report     : dataset metrics quantity run
+//! engine     : dataset design integrate metrics quantity run scene structure study system
+//! cli        : accuracy dataset design engine files guide integrate metrics plot quantity report run scene structure study system
 //! ```
 //!
+//! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
 //! - [`parameter`]: parameters declared once, with unit, default, range and source.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
@@ -84,6 +86,7 @@ pub mod integrate;
 pub mod linalg;
 pub mod metrics;
 pub mod plot;
+pub mod quantity;
 pub mod report;
 pub mod run;
 pub mod scene;

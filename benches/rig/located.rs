@@ -247,7 +247,7 @@ pub fn text(text: &mut String, rig: &Rig) {
             "| {} | {switches} | {} | {} | {} |",
             case.name,
             work.steps,
-            work.rejected,
+            work.rejected_steps,
             cells(&errors(&found, &exact))
         );
     }

@@ -95,14 +95,14 @@ fn measurements(experiment: &Experiment<'_>, reference: &RunMetrics, tell: &mut 
             let ms_per_simulated_s = 1e3 * outcome.wall_time_s / outcome.time_reached_s;
             match measurements.get_mut(index) {
                 Some(known) if turn > 0 => known.ms_per_simulated_s = known.ms_per_simulated_s.min(ms_per_simulated_s),
-                _ => measurements.push(measurement(setting, outcome, (ms_per_simulated_s, reference))),
+                _ => measurements.push(measurement(setting, outcome, ms_per_simulated_s, reference)),
             }
         }
     }
     measurements
 }
 
-fn measurement(setting: &Setting, outcome: RowOutcome, (ms, reference): (f64, &RunMetrics)) -> Measurement {
+fn measurement(setting: &Setting, outcome: RowOutcome, ms: f64, reference: &RunMetrics) -> Measurement {
     let errors = match &outcome.metrics {
         Some(metrics) => differences(metrics, reference),
         None => vec![f64::INFINITY; outputs().len()],
@@ -114,7 +114,7 @@ fn measurement(setting: &Setting, outcome: RowOutcome, (ms, reference): (f64, &R
         modes: outcome.modes,
         states: outcome.states,
         counters: outcome.counters,
-        energy_residual: outcome.metrics.map_or(f64::NAN, |metrics| metrics.totals.energy_residual),
+        totals: outcome.metrics.map(|metrics| metrics.totals),
         errors,
     }
 }

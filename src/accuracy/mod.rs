@@ -9,7 +9,9 @@ mod outputs;
 mod plot;
 mod text;
 
-use crate::run::{RowStatus, SolverCounters};
+use crate::integrate::Counters;
+use crate::metrics::RunTotals;
+use crate::run::RowStatus;
 use crate::scene::{Guide, Method, ModeTreatment, PRESETS, Preset, SolverSettings};
 
 pub use measure::{AccuracyError, Experiment, measure};
@@ -99,9 +101,9 @@ pub struct Measurement {
     /// States integrated.
     pub states: usize,
     /// Work done.
-    pub counters: SolverCounters,
-    /// Energy residual.
-    pub energy_residual: f64,
+    pub counters: Counters,
+    /// Outputs of the run as a whole; `None` unless it reached its end.
+    pub totals: Option<RunTotals>,
     /// Relative error of each output against the reference; NaN where neither has it, infinite where one lacks it.
     pub errors: Vec<f64>,
 }

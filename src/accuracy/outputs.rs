@@ -1,10 +1,15 @@
 //! Outputs of a run as a flat list of numbers, and their relative differences.
 
-use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, QuantityKind, QuantityValue, RunMetrics};
+use crate::metrics::{CastingMetrics, HammerMetrics, RunMetrics};
+use crate::quantity::{Cell, Kind, Quantity};
 
 /// The outputs by which settings are compared in texts and plots.
-pub const MAIN_OUTPUTS: [&str; 4] =
-    ["first_impact_energy_j", "periodic_energy_mean_j", "hit_frequency_hz", "peak_velocity_m_s"];
+pub const MAIN_OUTPUTS: [&str; 4] = [
+    HammerMetrics::first_impact_energy_j.name,
+    HammerMetrics::periodic_energy_mean_j.name,
+    HammerMetrics::hit_frequency_hz.name,
+    CastingMetrics::peak_velocity_m_s.name,
+];
 
 /// An output: its error is the largest over the hammers or castings.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,7 +47,7 @@ pub fn main_differences(found: &RunMetrics, reference: &RunMetrics) -> [f64; MAI
 
 /// The quantities that are numbers.
 fn numbers<T>(quantities: &'static [Quantity<T>]) -> impl Iterator<Item = &'static Quantity<T>> {
-    quantities.iter().filter(|quantity| quantity.kind != QuantityKind::Text)
+    quantities.iter().filter(|quantity| quantity.kind != Kind::Text)
 }
 
 fn quantities<T>(quantities: &'static [Quantity<T>], found: &[T], reference: &[T]) -> Vec<f64> {
@@ -54,8 +59,8 @@ fn quantities<T>(quantities: &'static [Quantity<T>], found: &[T], reference: &[T
     numbers(quantities).map(largest).collect()
 }
 
-fn difference(found: Option<QuantityValue<'_>>, reference: Option<QuantityValue<'_>>) -> f64 {
-    match (found.and_then(QuantityValue::number), reference.and_then(QuantityValue::number)) {
+fn difference(found: Cell<'_>, reference: Cell<'_>) -> f64 {
+    match (found.and_then(|value| value.number()), reference.and_then(|value| value.number())) {
         (None, None) => f64::NAN,
         (Some(a), Some(b)) if a == b => 0.0,
         (Some(a), Some(b)) if b != 0.0 => ((a - b) / b).abs(),

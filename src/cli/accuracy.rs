@@ -6,9 +6,13 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::text::{check_row, say, tell};
-use crate::accuracy::{Accuracy, Experiment, Setting, fixed_steps, ladder, measure, plot, text};
+use crate::accuracy::{Accuracy, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::{Engine, RowScene, Rows};
+use crate::integrate::Counters;
+use crate::metrics::RunTotals;
+use crate::quantity::quantities;
+use crate::run::RowStatus;
 use crate::scene::{Guide, ModeTreatment};
 use crate::study::StructureSource;
 use crate::system::InterfaceModes;
@@ -101,90 +105,83 @@ fn write(folder: &Path, engine: &Engine, (result, words): (&Accuracy, &str)) -> 
     std::fs::write(&path, svg).map_err(failed(&path))
 }
 
-/// The table: a row per setting, then the floors.
-fn columns(result: &Accuracy) -> Vec<TableColumn> {
-    let measurements = &result.measurements;
-    let column = |name: &str, unit: &str, description: &str, values: TableValues| TableColumn {
-        name: name.to_owned(),
-        unit: unit.to_owned(),
-        description: description.to_owned(),
-        values,
-    };
-    let floors: Vec<(&str, &Vec<f64>)> = [
-        Some(("error of the reference", &result.reference_error)),
-        Some(("sensitivity of the scene", &result.sensitivity)),
-        result.truncation.as_ref().map(|(_, errors)| ("modes left out", errors)),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    let text = |value: &dyn Fn(&Setting) -> String, floor: &dyn Fn(&str) -> String| {
-        let settings = measurements.iter().map(|measurement| value(&measurement.setting));
-        TableValues::Text(settings.chain(floors.iter().map(|(name, _)| floor(name))).collect())
-    };
-    let real = |value: &dyn Fn(&crate::accuracy::Measurement) -> f64| {
-        TableValues::Real(measurements.iter().map(value).chain(floors.iter().map(|_| f64::NAN)).collect())
-    };
-    let none = |_: &str| String::new();
-    let mut columns = vec![
-        column(
-            "setting",
-            "",
-            "Family of settings, or what limits all of them.",
-            text(&|s| s.family.clone(), &str::to_owned),
-        ),
-        column(
-            "preset",
-            "",
-            "Fidelity preset that the setting is.",
-            text(&|s| s.preset.unwrap_or_default().to_owned(), &none),
-        ),
-        column("method", "", "Method of integration.", text(&|s| method(s), &none)),
-        column("guide", "", "Model of the housing guide.", text(&|s| guide(s.solver.guide).to_owned(), &none)),
-        column(
-            "modes_treatment",
-            "",
-            "How modes are integrated.",
-            text(&|s| treatment(s.solver.modes).to_owned(), &none),
-        ),
-        column("status", "", "How the run ended.", {
-            let settings = measurements.iter().map(|measurement| measurement.status.text().to_owned());
-            TableValues::Text(settings.chain(floors.iter().map(|_| String::new())).collect())
-        }),
-        column(
-            "tolerance",
-            "1",
-            "Error tolerance of a step; NaN at a fixed step.",
-            real(&|m| if fixed(&m.setting) { f64::NAN } else { m.setting.solver.tolerance }),
-        ),
-        column(
-            "step_s",
-            "s",
-            "Length of a fixed step; NaN under error control.",
-            real(&|m| if fixed(&m.setting) { m.setting.solver.step_s } else { f64::NAN }),
-        ),
-        column("ms_per_simulated_s", "ms/s", "Wall time of the fastest run.", real(&|m| m.ms_per_simulated_s)),
-        column("modes", "1", "Modes of the structure.", real(&|m| m.modes as f64)),
-        column("states", "1", "States integrated.", real(&|m| m.states as f64)),
-        column("steps", "1", "Accepted steps.", real(&|m| m.counters.steps as f64)),
-        column("rejected_steps", "1", "Rejected steps.", real(&|m| m.counters.rejected_steps as f64)),
-        column("rhs_evaluations", "1", "Right-hand sides.", real(&|m| m.counters.rhs_evaluations as f64)),
-        column("factorisations", "1", "Factorisations of a matrix.", real(&|m| m.counters.factorisations as f64)),
-        column(
-            "located_events",
-            "1",
-            "Contacts met or left; located unless the method notices them at the ends of steps.",
-            real(&|m| m.counters.located_events as f64),
-        ),
-        column("energy_residual", "1", "Energy residual of the run.", real(&|m| m.energy_residual)),
-    ];
-    for (index, output) in result.outputs.iter().enumerate() {
-        let errors =
-            measurements.iter().map(|measurement| &measurement.errors).chain(floors.iter().map(|floor| floor.1));
-        let values = errors.map(|errors| errors.get(index).copied().unwrap_or(f64::NAN)).collect();
-        let description = format!("Largest relative error. {}", output.description);
-        columns.push(column(&format!("error_{}", output.name), "1", &description, TableValues::Real(values)));
+quantities! {
+    /// A row of the table, before its errors.
+    #[derive(Default)]
+    pub struct TableRow {
+        /// Family of settings, or what limits all of them.
+        pub setting: String => "",
+        /// Fidelity preset that the setting is.
+        pub preset: Option<String> => "",
+        /// Method of integration.
+        pub method: Option<String> => "",
+        /// Model of the housing guide.
+        pub guide: Option<String> => "",
+        /// How modes are integrated.
+        pub modes_treatment: Option<String> => "",
+        /// How the run ended.
+        pub status: Option<RowStatus> => "",
+        /// Error tolerance of a step; NaN at a fixed step.
+        pub tolerance: Option<f64> => "1",
+        /// Length of a fixed step; NaN under error control.
+        pub step_s: Option<f64> => "s",
+        /// Wall time of the fastest run.
+        pub ms_per_simulated_s: Option<f64> => "ms/s",
+        /// Modes of the structure.
+        pub modes: Option<usize> => "1",
+        /// States integrated.
+        pub states: Option<usize> => "1",
     }
+}
+
+impl TableRow {
+    fn of(measurement: &Measurement) -> Self {
+        let setting = &measurement.setting;
+        let solver = setting.solver;
+        Self {
+            setting: setting.family.clone(),
+            preset: setting.preset.map(str::to_owned),
+            method: Some(method(setting)),
+            guide: Some(guide(solver.guide).to_owned()),
+            modes_treatment: Some(treatment(solver.modes).to_owned()),
+            status: Some(measurement.status),
+            tolerance: (!fixed(setting)).then_some(solver.tolerance),
+            step_s: fixed(setting).then_some(solver.step_s),
+            ms_per_simulated_s: Some(measurement.ms_per_simulated_s),
+            modes: Some(measurement.modes),
+            states: Some(measurement.states),
+        }
+    }
+}
+
+/// The table: a row per setting, then what limits all of them.
+fn columns(result: &Accuracy) -> Vec<TableColumn> {
+    let limit = |name: &str| TableRow { setting: name.to_owned(), ..TableRow::default() };
+    let mut rows: Vec<TableRow> = result.measurements.iter().map(TableRow::of).collect();
+    let mut errors: Vec<&Vec<f64>> = result.measurements.iter().map(|measurement| &measurement.errors).collect();
+    for (name, limiting) in [
+        ("error of the reference", Some(&result.reference_error)),
+        ("sensitivity of the scene", Some(&result.sensitivity)),
+        ("modes left out", result.truncation.as_ref().map(|(_, errors)| errors)),
+    ] {
+        rows.extend(limiting.map(|_| limit(name)));
+        errors.extend(limiting);
+    }
+    let runs = || (0..rows.len()).map(|row| result.measurements.get(row));
+    let mut columns: Vec<TableColumn> =
+        TableRow::QUANTITIES.iter().map(|quantity| TableColumn::new(quantity, rows.iter().map(Some))).collect();
+    // Every setting is run once.
+    let counted = Counters::QUANTITIES.iter().filter(|quantity| quantity.name != Counters::retries.name);
+    let counters = || runs().map(|run| run.map(|run| &run.counters));
+    columns.extend(counted.map(|quantity| TableColumn::new(quantity, counters())));
+    let totals = runs().map(|run| run.and_then(|run| run.totals.as_ref()));
+    columns.push(TableColumn::new(&RunTotals::energy_residual, totals));
+    columns.extend(result.outputs.iter().enumerate().map(|(index, output)| TableColumn {
+        name: format!("error_{}", output.name),
+        unit: "1".to_owned(),
+        description: format!("Largest relative error. {}", output.description),
+        values: TableValues::Real(errors.iter().map(|of| of.get(index).copied().unwrap_or(f64::NAN)).collect()),
+    }));
     columns
 }
 

@@ -8,9 +8,10 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::outputs::refuse_inputs;
 use super::text::{plural, say};
-use crate::dataset::{DatasetInfo, Factor, FactorKind, TableColumn, TableValues, write_table};
+use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
 use crate::engine::{checked, dataset_info};
-use crate::study::{CheckedStudy, FactorValue, Study};
+use crate::quantity::{Kind, Value};
+use crate::study::{CheckedStudy, Study};
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -48,22 +49,18 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
 
 /// The index of the row, then the factors, derived ones included.
 fn columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
-    let rows: Vec<Vec<FactorValue>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
+    let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
     let index = TableColumn {
-        name: "row".to_owned(),
-        unit: "1".to_owned(),
-        description: "Index of the row in the design, from 0.".to_owned(),
+        name: RowRecord::row.name.to_owned(),
+        unit: RowRecord::row.unit.to_owned(),
+        description: RowRecord::row.description(),
         values: TableValues::Integer((0..rows.len() as i64).collect()),
     };
     let factor = |(place, factor): (usize, &Factor)| {
         let cells = || rows.iter().filter_map(move |row| row.get(place));
-        let number = |value: &FactorValue| match value {
-            FactorValue::Real(value) => *value,
-            FactorValue::Integer(value) => *value as f64,
-            FactorValue::Text(_) => f64::NAN,
-        };
-        let whole = |value: &FactorValue| match value {
-            FactorValue::Integer(value) => Some(*value),
+        let number = |value: &Value| value.number().unwrap_or(f64::NAN);
+        let whole = |value: &Value| match value {
+            Value::Integer(value) => Some(*value),
             _ => None,
         };
         TableColumn {
@@ -71,9 +68,9 @@ fn columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
             unit: factor.unit.clone(),
             description: factor.description.clone(),
             values: match factor.kind {
-                FactorKind::Real => TableValues::Real(cells().map(number).collect()),
-                FactorKind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
-                FactorKind::Text => TableValues::Text(cells().map(ToString::to_string).collect()),
+                Kind::Real | Kind::Count => TableValues::Real(cells().map(number).collect()),
+                Kind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
+                Kind::Text => TableValues::Text(cells().map(ToString::to_string).collect()),
             },
         }
     };

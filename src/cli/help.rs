@@ -7,7 +7,8 @@ use clap::{Args, Command};
 use super::exit::{Exit, Failure};
 use super::text::say;
 use crate::guide::TOPICS;
-use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, RunTotals};
+use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
+use crate::quantity::Quantity;
 
 #[derive(Debug, Args)]
 pub(super) struct HelpArguments {

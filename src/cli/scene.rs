@@ -12,9 +12,9 @@ use super::scene_plot::{Picture, scene_plot};
 use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
-use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, QuantityValue, RunMetrics, RunTotals, ScatterOf};
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
+use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
-use crate::study::FactorValue;
 
 /// Interval in s at which a plot reads the signals.
 const PLOT_INTERVAL_S: f64 = 2e-5;
@@ -121,7 +121,7 @@ fn readable(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     }
     for (factor, value) in study.factors().iter().zip(engine.checked().row_values(row)) {
         let value = match value {
-            FactorValue::Real(value) => six_digits(value),
+            Value::Real(value) => six_digits(value),
             other => other.to_string(),
         };
         let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
@@ -154,32 +154,28 @@ fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
     let scatter = metrics.scatter.as_ref();
     for (h, (name, hammer)) in study.hammer_names().iter().zip(&metrics.hammers).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.hammers.get(h));
-        section(text, (&format!("hammer {name}"), HammerMetrics::QUANTITIES), hammer, scatter);
+        let _ = writeln!(text, "\nhammer {name}");
+        section(text, HammerMetrics::QUANTITIES, hammer, scatter);
     }
     for (c, (name, casting)) in study.casting_names().iter().zip(&metrics.castings).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.castings.get(c));
-        section(text, (&format!("casting {name}"), CastingMetrics::QUANTITIES), casting, scatter);
+        let _ = writeln!(text, "\ncasting {name}");
+        section(text, CastingMetrics::QUANTITIES, casting, scatter);
     }
     let twins = scatter.map_or(String::new(), |scatter| format!(" (+- over the row and {} twins)", scatter.twins_done));
     let totals = scatter.map(|scatter| &scatter.totals);
-    section(text, (&format!("run{twins}"), RunTotals::QUANTITIES), &metrics.totals, totals);
+    let _ = writeln!(text, "\nrun{twins}");
+    section(text, RunTotals::QUANTITIES, &metrics.totals, totals);
     blows(text, study.hammer_names().as_slice(), metrics);
     let _ = writeln!(text);
 }
 
-fn section<T>(
-    text: &mut String,
-    (title, quantities): (&str, &[Quantity<T>]),
-    metrics: &T,
-    scatter: Option<&ScatterOf>,
-) {
-    let _ = writeln!(text, "\n{title}");
+fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatter: Option<&ScatterOf>) {
     for quantity in quantities {
         let (value, unit) = match (quantity.value)(metrics) {
             None => ("-".to_owned(), "1"),
-            Some(QuantityValue::Real(value)) => (six_digits(value), quantity.unit),
-            Some(QuantityValue::Count(value)) => (value.to_string(), quantity.unit),
-            Some(QuantityValue::Text(value)) => (value.to_owned(), quantity.unit),
+            Some(Value::Real(value)) => (six_digits(value), quantity.unit),
+            Some(other) => (other.to_string(), quantity.unit),
         };
         let unit = if unit == "1" { "" } else { unit };
         let moved = scatter.and_then(|scatter| scatter.get(quantity.name).copied().flatten());
@@ -189,35 +185,28 @@ fn section<T>(
     }
 }
 
+/// The blows as a table: the figures that have a heading.
 fn blows(text: &mut String, hammers: &[&str], metrics: &RunMetrics) {
-    let _ = writeln!(
-        text,
-        "\nblows\n  {:<14} {:>4} {:>6} {:<13} {:>10} {:>10} {:>10} {:>11} {:>12} {:>11}",
-        "hammer",
-        "no.",
-        "stroke",
-        "kind",
-        "start s",
-        "energy J",
-        "work J",
-        "impulse N s",
-        "peak force N",
-        "casting m/s"
-    );
-    for blow in &metrics.blows {
-        let _ = writeln!(
-            text,
-            "  {:<14} {:>4} {:>6} {:<13} {:>10.6} {:>10.4} {:>10.4} {:>11.4} {:>12.1} {:>11.4}",
-            hammers.get(blow.hammer).copied().unwrap_or(""),
-            blow.number,
-            blow.stroke,
-            blow.kind.text().replace('_', " "),
-            blow.start_time_s,
-            blow.energy_j,
-            blow.work_j,
-            blow.impulse_n_s,
-            blow.peak_force_n,
-            blow.casting_peak_velocity_m_s
-        );
+    let headed = Blow::QUANTITIES.iter().filter_map(|figure| Some((figure, figure.heading?)));
+    let figures: Vec<(&Quantity<Blow>, String)> =
+        headed.map(|(figure, heading)| (figure, format!("{heading} {}", figure.unit))).collect();
+    let width = |heading: &str| heading.len().max(10);
+    let _ = write!(text, "\nblows\n  {:<14} {:>4} {:>6} {:<13}", "hammer", "no.", "stroke", "kind");
+    for (_, heading) in &figures {
+        let _ = write!(text, " {heading:>0$}", width(heading));
     }
+    for blow in &metrics.blows {
+        let (hammer, kind) = (hammers.get(blow.hammer).copied().unwrap_or(""), blow.kind.text().replace('_', " "));
+        let _ = write!(text, "\n  {hammer:<14} {:>4} {:>6} {kind:<13}", blow.number, blow.stroke);
+        for (figure, heading) in &figures {
+            let value = (figure.value)(blow).and_then(|value| value.number()).unwrap_or(f64::NAN);
+            let decimals = match figure.unit {
+                "s" => 6,
+                "N" => 1,
+                _ => 4,
+            };
+            let _ = write!(text, " {value:>0$.decimals$}", width(heading));
+        }
+    }
+    let _ = writeln!(text);
 }

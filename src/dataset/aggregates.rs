@@ -1,172 +1,101 @@
 //! Outputs over all hammers and castings of a run: what a placement is judged by.
 
-use crate::metrics::{HammerMetrics, RunMetrics};
+use crate::metrics::{HammerMetrics, Percussion, RunMetrics};
+use crate::quantity::quantities;
 
-use super::columns::{Cell, ColumnKind};
-
-/// An output over all hammers or castings.
-pub struct Aggregate {
-    /// Name of the column.
-    pub name: &'static str,
-    /// Unit.
-    pub unit: &'static str,
-    /// What it is, in words.
-    pub description: &'static str,
-    /// Type.
-    pub kind: ColumnKind,
-    /// Computes it.
-    pub value: fn(&RunMetrics) -> Cell<'static>,
+quantities! {
+    /// Outputs over all hammers or castings.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Aggregates {
+        /// Number of hammers with a first impact whose window lies within the simulation.
+        pub hammers_striking: usize => "1",
+        /// Number of hammers whose percussion strikes to the end (periodic, aperiodic or unsettled). The others count
+        /// nothing in sums, and means leave out those without a value.
+        pub hammers_percussing: usize => "1",
+        /// The least sound percussion of the hammers, in the order none, blank, stalled, unsettled, aperiodic, periodic.
+        pub least_percussion: Option<Percussion> => "",
+        /// Number of blows of all hammers, impacts of strokes, settling and blank blows included.
+        pub total_blow_count: usize => "1",
+        /// Work delivered to the castings within the windows of all blows of all hammers; what lies between blows is
+        /// missing.
+        pub delivered_work_in_windows_j: f64 => "J",
+        /// Sum of the hammers' first-impact energies (hammers that did not strike count nothing).
+        pub total_first_impact_energy_j: f64 => "J",
+        /// Mean first-impact energy of the hammers that struck.
+        pub mean_first_impact_energy_j: Option<f64> => "J",
+        /// Least first-impact energy of the hammers that struck.
+        pub min_first_impact_energy_j: Option<f64> => "J",
+        /// Largest first-impact energy of the hammers that struck.
+        pub max_first_impact_energy_j: Option<f64> => "J",
+        /// Sum of the work that the hammers' first impacts delivered to the castings.
+        pub total_first_impact_work_j: f64 => "J",
+        /// Mean over the hammers that have one of their mean energy of a periodic blow.
+        pub mean_periodic_energy_j: Option<f64> => "J",
+        /// Mean hit frequency of the hammers that have one.
+        pub mean_hit_frequency_hz: Option<f64> => "Hz",
+        /// Sum over the hammers of mean energy of a periodic blow times hit frequency.
+        pub total_periodic_power_w: f64 => "W",
+        /// Sum over the hammers of mean work delivered by a periodic blow times hit frequency.
+        pub total_periodic_work_rate_w: f64 => "W",
+        /// Largest chisel-casting force of all first impacts.
+        pub max_first_impact_peak_force_n: Option<f64> => "N",
+        /// Largest absolute heave velocity of all castings.
+        pub max_casting_peak_velocity_m_s: Option<f64> => "m/s",
+        /// Largest absolute velocity of the points of all castings that are struck, held or measured, rotations included.
+        pub max_casting_point_velocity_m_s: Option<f64> => "m/s",
+        /// Largest of the mounts' root-mean-square velocities after the first impacts, their transients included.
+        pub max_arm_rms_hammering_m_s: Option<f64> => "m/s",
+        /// Largest of the mounts' root-mean-square velocities while hammers strike periodically: the lasting load on the
+        /// machine.
+        pub max_arm_rms_steady_m_s: Option<f64> => "m/s",
+        /// Air drawn by all hammers over the run, in standard litres.
+        pub total_air_used_nl: f64 => "NL",
+        /// Work delivered to the castings over the whole run per standard litre of air drawn.
+        pub work_per_air_j_per_nl: Option<f64> => "J/NL",
+    }
 }
 
-/// A floating-point aggregate.
-const fn real(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    value: fn(&RunMetrics) -> Cell<'static>,
-) -> Aggregate {
-    Aggregate { name, unit, description, kind: ColumnKind::Real, value }
-}
-
-/// All aggregates, in the order of the columns.
-pub const AGGREGATES: &[Aggregate] = &[
-    Aggregate {
-        name: "hammers_striking",
-        unit: "1",
-        description: "Number of hammers with a first impact whose window lies within the simulation.",
-        kind: ColumnKind::Count,
-        value: |m| Cell::Count(values(m, |h| h.first_impact_energy_j).count() as u64),
-    },
-    Aggregate {
-        name: "hammers_percussing",
-        unit: "1",
-        description: "Number of hammers whose percussion strikes to the end (periodic, aperiodic or unsettled). The others count \
-                      nothing in sums, and means leave out those without a value.",
-        kind: ColumnKind::Count,
-        value: |m| Cell::Count(m.hammers.iter().filter(|hammer| hammer.percussion.strikes()).count() as u64),
-    },
-    Aggregate {
-        name: "least_percussion",
-        unit: "",
-        description: "The least sound percussion of the hammers, in the order none, blank, stalled, unsettled, aperiodic, periodic.",
-        kind: ColumnKind::Text,
-        value: |m| m.hammers.iter().map(|h| h.percussion).min().map_or(Cell::Null, |least| Cell::Text(least.text())),
-    },
-    Aggregate {
-        name: "total_blow_count",
-        unit: "1",
-        description: "Number of blows of all hammers, impacts of strokes, settling and blank blows included.",
-        kind: ColumnKind::Count,
-        value: |m| Cell::Count(m.blows.len() as u64),
-    },
-    real(
-        "delivered_work_in_windows_j",
-        "J",
-        "Work delivered to the castings within the windows of all blows of all hammers; what lies between blows is missing.",
-        |m| Cell::Real(m.blows.iter().map(|blow| blow.work_j).fold(0.0, |sum, x| sum + x)),
-    ),
-    real(
-        "total_first_impact_energy_j",
-        "J",
-        "Sum of the hammers' first-impact energies (hammers that did not strike count nothing).",
-        |m| sum(values(m, |h| h.first_impact_energy_j)),
-    ),
-    real("mean_first_impact_energy_j", "J", "Mean first-impact energy of the hammers that struck.", |m| {
-        mean(values(m, |h| h.first_impact_energy_j))
-    }),
-    real("min_first_impact_energy_j", "J", "Least first-impact energy of the hammers that struck.", |m| {
-        extreme(values(m, |h| h.first_impact_energy_j), f64::min)
-    }),
-    real("max_first_impact_energy_j", "J", "Largest first-impact energy of the hammers that struck.", |m| {
-        extreme(values(m, |h| h.first_impact_energy_j), f64::max)
-    }),
-    real(
-        "total_first_impact_work_j",
-        "J",
-        "Sum of the work that the hammers' first impacts delivered to the castings.",
-        |m| sum(values(m, |h| h.first_impact_work_j)),
-    ),
-    real(
-        "mean_periodic_energy_j",
-        "J",
-        "Mean over the hammers that have one of their mean energy of a periodic blow.",
-        |m| mean(values(m, |h| h.periodic_energy_mean_j)),
-    ),
-    real("mean_hit_frequency_hz", "Hz", "Mean hit frequency of the hammers that have one.", |m| {
-        mean(values(m, |h| h.hit_frequency_hz))
-    }),
-    real(
-        "total_periodic_power_w",
-        "W",
-        "Sum over the hammers of mean energy of a periodic blow times hit frequency.",
-        |m| sum(values(m, |h| Some(h.periodic_energy_mean_j? * h.hit_frequency_hz?))),
-    ),
-    real(
-        "total_periodic_work_rate_w",
-        "W",
-        "Sum over the hammers of mean work delivered by a periodic blow times hit frequency.",
-        |m| sum(values(m, |h| Some(h.periodic_work_mean_j? * h.hit_frequency_hz?))),
-    ),
-    real("max_first_impact_peak_force_n", "N", "Largest chisel-casting force of all first impacts.", |m| {
-        extreme(values(m, |h| h.first_impact_peak_force_n), f64::max)
-    }),
-    real("max_casting_peak_velocity_m_s", "m/s", "Largest absolute heave velocity of all castings.", |m| {
-        extreme(m.castings.iter().map(|c| c.peak_velocity_m_s), f64::max)
-    }),
-    real(
-        "max_casting_point_velocity_m_s",
-        "m/s",
-        "Largest absolute velocity of the points of all castings that are struck, held or measured, rotations included.",
-        |m| extreme(m.castings.iter().map(|c| c.peak_point_velocity_m_s), f64::max),
-    ),
-    real(
-        "max_arm_rms_hammering_m_s",
-        "m/s",
-        "Largest of the mounts' root-mean-square velocities after the first impacts, their transients included.",
-        |m| extreme(values(m, |h| h.arm_rms_hammering_m_s), f64::max),
-    ),
-    real(
-        "max_arm_rms_steady_m_s",
-        "m/s",
-        "Largest of the mounts' root-mean-square velocities while hammers strike periodically: the lasting load on the machine.",
-        |m| extreme(values(m, |h| h.arm_rms_steady_m_s), f64::max),
-    ),
-    real("total_air_used_nl", "NL", "Air drawn by all hammers over the run, in standard litres.", |m| {
-        Cell::Real(air(m))
-    }),
-    real(
-        "work_per_air_j_per_nl",
-        "J/NL",
-        "Work delivered to the castings over the whole run per standard litre of air drawn.",
-        |m| {
-            let air = air(m);
-            if air > 0.0 { Cell::Real(m.totals.delivered_work_j / air) } else { Cell::Null }
-        },
-    ),
-];
-
-fn air(metrics: &RunMetrics) -> f64 {
-    metrics.hammers.iter().map(|hammer| hammer.air_used_nl).fold(0.0, |sum, x| sum + x)
-}
-
-/// The hammers' values of a quantity, without those that have none.
-fn values(metrics: &RunMetrics, value: fn(&HammerMetrics) -> Option<f64>) -> impl Iterator<Item = f64> {
-    metrics.hammers.iter().filter_map(value)
+impl Aggregates {
+    /// Those of a run.
+    pub fn of(run: &RunMetrics) -> Self {
+        let hammers = |value: fn(&HammerMetrics) -> Option<f64>| run.hammers.iter().filter_map(value);
+        let castings = || run.castings.iter();
+        let energies = || hammers(|h| h.first_impact_energy_j);
+        let air = sum(run.hammers.iter().map(|h| h.air_used_nl));
+        Self {
+            hammers_striking: energies().count(),
+            hammers_percussing: run.hammers.iter().filter(|h| h.percussion.strikes()).count(),
+            least_percussion: run.hammers.iter().map(|h| h.percussion).min(),
+            total_blow_count: run.blows.len(),
+            delivered_work_in_windows_j: sum(run.blows.iter().map(|blow| blow.work_j)),
+            total_first_impact_energy_j: sum(energies()),
+            mean_first_impact_energy_j: mean(energies()),
+            min_first_impact_energy_j: energies().reduce(f64::min),
+            max_first_impact_energy_j: energies().reduce(f64::max),
+            total_first_impact_work_j: sum(hammers(|h| h.first_impact_work_j)),
+            mean_periodic_energy_j: mean(hammers(|h| h.periodic_energy_mean_j)),
+            mean_hit_frequency_hz: mean(hammers(|h| h.hit_frequency_hz)),
+            total_periodic_power_w: sum(hammers(|h| Some(h.periodic_energy_mean_j? * h.hit_frequency_hz?))),
+            total_periodic_work_rate_w: sum(hammers(|h| Some(h.periodic_work_mean_j? * h.hit_frequency_hz?))),
+            max_first_impact_peak_force_n: hammers(|h| h.first_impact_peak_force_n).reduce(f64::max),
+            max_casting_peak_velocity_m_s: castings().map(|c| c.peak_velocity_m_s).reduce(f64::max),
+            max_casting_point_velocity_m_s: castings().map(|c| c.peak_point_velocity_m_s).reduce(f64::max),
+            max_arm_rms_hammering_m_s: hammers(|h| h.arm_rms_hammering_m_s).reduce(f64::max),
+            max_arm_rms_steady_m_s: hammers(|h| h.arm_rms_steady_m_s).reduce(f64::max),
+            total_air_used_nl: air,
+            work_per_air_j_per_nl: (air > 0.0).then(|| run.totals.delivered_work_j / air),
+        }
+    }
 }
 
 /// Zero where no hammer has a value: a hammer that does nothing adds nothing.
-fn sum(values: impl Iterator<Item = f64>) -> Cell<'static> {
+fn sum(values: impl Iterator<Item = f64>) -> f64 {
     // `Iterator::sum` starts from -0.0, which would be the sum of nothing.
-    Cell::Real(values.fold(0.0, |sum, x| sum + x))
+    values.fold(0.0, |sum, x| sum + x)
 }
 
-/// Null where no hammer has a value.
-fn mean(values: impl Iterator<Item = f64>) -> Cell<'static> {
+/// `None` where no hammer has a value.
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (count, sum) = values.fold((0_u64, 0.0), |(count, sum), x| (count + 1, sum + x));
-    if count == 0 { Cell::Null } else { Cell::Real(sum / count as f64) }
-}
-
-/// Null where there is no value.
-fn extreme(values: impl Iterator<Item = f64>, choose: fn(f64, f64) -> f64) -> Cell<'static> {
-    values.reduce(choose).map_or(Cell::Null, Cell::Real)
+    (count > 0).then(|| sum / count as f64)
 }

@@ -1,20 +1,18 @@
-//! The one table of columns: name, type, unit, description and getter of everything that a dataset holds.
+//! The columns of all tables: name, type, unit, description and getter follow from the declarations of the quantities.
 //!
-//! The writer, the reader, the data dictionary and the documents derive from what is listed here.
+//! The writer, the reader and the data dictionary derive from what is put together here.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::metrics::{
-    Blow, CastingMetrics, HammerMetrics, Quantity, QuantityKind, QuantityValue, RunMetrics, RunTotals, Scatter,
-    ScatterOf,
-};
-use crate::run::RowStatus;
-
-use super::aggregates::AGGREGATES;
-use super::info::{FactorKind, FactorValue};
-use super::{DatasetError, DatasetInfo, RowRecord};
+use super::aggregates::Aggregates;
+use super::error::DatasetError;
+use super::info::{DatasetInfo, RowRecord};
+use crate::integrate::Counters;
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
+use crate::quantity::{Cell, Kind, Quantity, Value};
+use crate::run::RowOutcome;
 
 /// The tables of a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -40,20 +38,6 @@ impl TableName {
             Self::Timings => "timings",
         }
     }
-}
-
-/// Type of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ColumnKind {
-    /// 64-bit floating point.
-    Real,
-    /// 64-bit unsigned.
-    Count,
-    /// 64-bit signed.
-    Integer,
-    /// UTF-8.
-    Text,
 }
 
 /// What a column is about.
@@ -87,7 +71,7 @@ pub struct ColumnDescription {
     pub name: String,
     /// Type.
     #[serde(rename = "type")]
-    pub kind: ColumnKind,
+    pub kind: Kind,
     /// Unit; `1` for numbers without one, empty for text.
     pub unit: String,
     /// What it is, in words.
@@ -101,103 +85,56 @@ pub struct ColumnDescription {
     pub quantity: String,
 }
 
-/// One value of a table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Cell<'a> {
-    /// Not available.
-    Null,
-    /// Of a [`ColumnKind::Real`] column.
-    Real(f64),
-    /// Of a [`ColumnKind::Count`] column.
-    Count(u64),
-    /// Of a [`ColumnKind::Integer`] column.
-    Integer(i64),
-    /// Of a [`ColumnKind::Text`] column.
-    Text(&'a str),
+/// What a row of a table is made from.
+pub struct Source<'a> {
+    info: &'a DatasetInfo,
+    record: &'a RowRecord,
+    aggregates: Option<Aggregates>,
+    /// The blow, for the table of blows.
+    pub blow: Option<&'a Blow>,
 }
 
-impl Cell<'_> {
-    /// The value as a floating-point number; `None` for nulls and text.
-    pub fn number(self) -> Option<f64> {
-        match self {
-            Self::Real(value) => Some(value),
-            Self::Count(value) => Some(value as f64),
-            Self::Integer(value) => Some(value as f64),
-            Self::Null | Self::Text(_) => None,
-        }
+impl<'a> Source<'a> {
+    /// A row of `runs` or `timings`.
+    pub fn new(info: &'a DatasetInfo, record: &'a RowRecord) -> Self {
+        Self { info, record, aggregates: record.outcome.metrics.as_ref().map(Aggregates::of), blow: None }
+    }
+
+    fn outcome(&self) -> &RowOutcome {
+        &self.record.outcome
+    }
+
+    fn metrics(&self) -> Option<&RunMetrics> {
+        self.outcome().metrics.as_ref()
+    }
+
+    fn scatter(&self) -> Option<&Scatter> {
+        self.metrics()?.scatter.as_ref()
     }
 }
 
-impl<'a> From<Option<QuantityValue<'a>>> for Cell<'a> {
-    fn from(value: Option<QuantityValue<'a>>) -> Self {
-        match value {
-            None => Self::Null,
-            Some(QuantityValue::Real(value)) => Self::Real(value),
-            Some(QuantityValue::Count(value)) => Self::Count(value),
-            Some(QuantityValue::Text(text)) => Self::Text(text),
-        }
-    }
-}
-
-impl From<QuantityKind> for ColumnKind {
-    fn from(kind: QuantityKind) -> Self {
-        match kind {
-            QuantityKind::Real => Self::Real,
-            QuantityKind::Count => Self::Count,
-            QuantityKind::Text => Self::Text,
-        }
-    }
-}
-
-impl<'a> From<&'a FactorValue> for Cell<'a> {
-    fn from(value: &'a FactorValue) -> Self {
-        match value {
-            FactorValue::Real(value) => Self::Real(*value),
-            FactorValue::Integer(value) => Self::Integer(*value),
-            FactorValue::Text(value) => Self::Text(value),
-        }
-    }
-}
-
-type Getter<T> = Box<dyn for<'a> Fn(&'a DatasetInfo, &'a T) -> Cell<'a> + Send + Sync>;
-
-/// A column of a table whose rows are made from items of type `T`.
-pub struct Column<T> {
+/// A column of a table.
+pub struct Column {
     /// Everything but the getter.
     pub description: ColumnDescription,
-    get: Getter<T>,
+    get: Box<dyn for<'s> Fn(&'s Source<'_>) -> Cell<'s> + Send + Sync>,
 }
 
-impl<T> Column<T> {
-    fn new(
-        description: ColumnDescription,
-        get: impl for<'a> Fn(&'a DatasetInfo, &'a T) -> Cell<'a> + Send + Sync + 'static,
-    ) -> Self {
-        Self { description, get: Box::new(get) }
+impl Column {
+    /// The column's value for one row of its table.
+    pub fn cell<'s>(&self, source: &'s Source<'_>) -> Cell<'s> {
+        (self.get)(source)
     }
-
-    /// The column's value for one item.
-    pub fn cell<'a>(&self, info: &'a DatasetInfo, item: &'a T) -> Cell<'a> {
-        (self.get)(info, item)
-    }
-}
-
-/// A blow as the table of blows takes it.
-pub struct BlowRecord {
-    /// Index of the row in the design.
-    pub row: u64,
-    /// The blow.
-    pub blow: Blow,
 }
 
 /// The columns of all tables of one dataset.
 pub struct Columns {
     /// Of `runs`.
-    pub runs: Vec<Column<RowRecord>>,
+    pub runs: Vec<Column>,
     /// Of `blows`.
-    pub blows: Vec<Column<BlowRecord>>,
+    pub blows: Vec<Column>,
     /// Of `timings`.
-    pub timings: Vec<Column<RowRecord>>,
+    pub timings: Vec<Column>,
 }
 
 impl Columns {
@@ -214,15 +151,17 @@ impl Columns {
     }
 
     /// The columns of a table, in order.
-    pub fn describe(&self, table: TableName) -> Vec<ColumnDescription> {
-        fn descriptions<T>(columns: &[Column<T>]) -> Vec<ColumnDescription> {
-            columns.iter().map(|column| column.description.clone()).collect()
-        }
+    pub fn of(&self, table: TableName) -> &[Column] {
         match table {
-            TableName::Runs => descriptions(&self.runs),
-            TableName::Blows => descriptions(&self.blows),
-            TableName::Timings => descriptions(&self.timings),
+            TableName::Runs => &self.runs,
+            TableName::Blows => &self.blows,
+            TableName::Timings => &self.timings,
         }
+    }
+
+    /// The columns of a table without their getters, in order.
+    pub fn describe(&self, table: TableName) -> Vec<ColumnDescription> {
+        self.of(table).iter().map(|column| column.description.clone()).collect()
     }
 }
 
@@ -254,265 +193,199 @@ pub fn identifier(name: &str, prefix_before_digit: &str) -> String {
     if safe.starts_with(|c: char| c.is_ascii_alphabetic()) { safe } else { format!("{prefix_before_digit}_{safe}") }
 }
 
-/// A description without subject.
-fn describe(group: ColumnGroup, kind: ColumnKind, (name, unit): (&str, &str), description: &str) -> ColumnDescription {
-    ColumnDescription {
-        name: name.to_owned(),
-        kind,
-        unit: unit.to_owned(),
-        description: description.to_owned(),
-        group,
-        subject: None,
-        quantity: name.to_owned(),
+/// What columns are about.
+struct About<'a> {
+    group: ColumnGroup,
+    /// The hammer or casting: what it is and its name.
+    subject: Option<(&'static str, &'a str)>,
+    /// What comes before the quantity in a column's name.
+    prefix: String,
+}
+
+impl<'a> About<'a> {
+    /// Columns that are about no single hammer or casting.
+    fn all(group: ColumnGroup) -> Self {
+        Self { group, subject: None, prefix: String::new() }
+    }
+
+    /// Columns `<subject>_<quantity>` of a hammer or a casting.
+    fn one(group: ColumnGroup, what: &'static str, name: &'a str) -> Self {
+        Self {
+            group,
+            subject: Some((what, name)),
+            prefix: format!("{}_", identifier(name, &what.to_ascii_lowercase())),
+        }
+    }
+
+    fn describe(&self, quantity: &str, kind: Kind, unit: &str, text: &str) -> ColumnDescription {
+        let name = format!("{}{quantity}", self.prefix);
+        let described = self.subject.map(|(what, name)| format!("{what} `{name}`: {text}"));
+        ColumnDescription {
+            kind,
+            unit: unit.to_owned(),
+            group: self.group,
+            subject: self.subject.map(|(_, name)| name.to_owned()),
+            quantity: if self.subject.is_some() { quantity.to_owned() } else { name.clone() },
+            description: described.unwrap_or_else(|| text.to_owned()),
+            name,
+        }
+    }
+
+    /// Columns of quantities; `part` finds what has the values.
+    fn columns<T: 'static>(
+        &self,
+        quantities: &[Quantity<T>],
+        part: impl for<'s> Fn(&'s Source<'_>) -> Option<&'s T> + Copy + Send + Sync + 'static,
+    ) -> impl Iterator<Item = Column> {
+        quantities.iter().map(move |quantity| {
+            let get = quantity.value;
+            Column {
+                description: self.describe(quantity.name, quantity.kind, quantity.unit, &quantity.description()),
+                get: Box::new(move |source| part(source).and_then(get)),
+            }
+        })
+    }
+
+    /// Columns of the scatter of the main quantities, `<quantity>_scatter`.
+    fn scatter<T: 'static>(
+        &self,
+        quantities: &[Quantity<T>],
+        part: impl Fn(&Scatter) -> Option<&ScatterOf> + Copy + Send + Sync + 'static,
+    ) -> impl Iterator<Item = Column> {
+        quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
+            let (name, column) = (quantity.name, format!("{}_scatter", quantity.name));
+            let text = format!("Scatter (half the range over the row and its twins) of {name}.");
+            Column {
+                description: self.describe(&column, Kind::Real, quantity.unit, &text),
+                get: Box::new(move |source| part(source.scatter()?)?.get(name).copied()?.map(Value::Real)),
+            }
+        })
     }
 }
 
-fn run_columns(info: &DatasetInfo) -> Vec<Column<RowRecord>> {
-    let mut columns = row_columns();
-    columns.extend(factor_columns(info));
-    columns.extend(AGGREGATES.iter().map(|aggregate| {
-        let description =
-            describe(ColumnGroup::Aggregate, aggregate.kind, (aggregate.name, aggregate.unit), aggregate.description);
-        Column::new(description, move |_, record: &RowRecord| {
-            (record.outcome.metrics.as_ref()).map_or(Cell::Null, aggregate.value)
-        })
-    }));
+fn run_columns(info: &DatasetInfo) -> Vec<Column> {
     let twins = info.twins > 0;
-    for (index, hammer) in info.hammers.iter().enumerate() {
-        let of = |column| subject_column(column, (ColumnGroup::Hammer, hammer));
-        columns.extend(quantity_columns(HammerMetrics::QUANTITIES, &of, move |m| m.hammers.get(index)));
+    let [row, aggregate, run, solver] =
+        [ColumnGroup::Row, ColumnGroup::Aggregate, ColumnGroup::Run, ColumnGroup::Solver].map(About::all);
+    let mut columns = row_column();
+    let ending = [RowOutcome::status, RowOutcome::reason, RowOutcome::time_reached_s];
+    columns.extend(row.columns(&ending, |source| Some(source.outcome())));
+    columns.extend(factor_columns(info));
+    columns.extend(aggregate.columns(Aggregates::QUANTITIES, |source| source.aggregates.as_ref()));
+    for (index, name) in info.hammers.iter().enumerate() {
+        let hammer = About::one(ColumnGroup::Hammer, "Hammer", name);
+        columns.extend(hammer.columns(HammerMetrics::QUANTITIES, move |source| source.metrics()?.hammers.get(index)));
         if twins {
-            columns.extend(scatter_columns(HammerMetrics::QUANTITIES, &of, move |s| s.hammers.get(index)));
+            columns.extend(hammer.scatter(HammerMetrics::QUANTITIES, move |scatter| scatter.hammers.get(index)));
         }
     }
-    for (index, casting) in info.castings.iter().enumerate() {
-        let of = |column| subject_column(column, (ColumnGroup::Casting, casting));
-        columns.extend(quantity_columns(CastingMetrics::QUANTITIES, &of, move |m| m.castings.get(index)));
+    for (index, name) in info.castings.iter().enumerate() {
+        let casting = About::one(ColumnGroup::Casting, "Casting", name);
+        columns
+            .extend(casting.columns(CastingMetrics::QUANTITIES, move |source| source.metrics()?.castings.get(index)));
         if twins {
-            columns.extend(scatter_columns(CastingMetrics::QUANTITIES, &of, move |s| s.castings.get(index)));
+            columns.extend(casting.scatter(CastingMetrics::QUANTITIES, move |scatter| scatter.castings.get(index)));
         }
     }
-    let run = |column: ColumnDescription| ColumnDescription { group: ColumnGroup::Run, ..column };
-    columns.extend(quantity_columns(RunTotals::QUANTITIES, &run, |m| Some(&m.totals)));
+    columns.extend(run.columns(RunTotals::QUANTITIES, |source| Some(&source.metrics()?.totals)));
     if twins {
-        columns.extend(scatter_columns(RunTotals::QUANTITIES, &run, |s| Some(&s.totals)));
-        columns.push(twins_column());
+        columns.extend(run.scatter(RunTotals::QUANTITIES, |scatter| Some(&scatter.totals)));
+        columns.extend(run.columns(Scatter::QUANTITIES, |source| source.scatter()));
     }
-    columns.extend(solver_columns());
+    columns.extend(solver.columns(&[RowOutcome::modes, RowOutcome::states], |source| Some(source.outcome())));
+    let counted = About { prefix: "solver_".to_owned(), ..solver };
+    columns.extend(counted.columns(Counters::QUANTITIES, |source| Some(&source.outcome().counters)));
     columns
 }
 
-/// Columns of quantities; `of` makes their descriptions those of a hammer, a casting or the run, `part` finds the values.
-fn quantity_columns<T: 'static>(
-    quantities: &'static [Quantity<T>],
-    of: &dyn Fn(ColumnDescription) -> ColumnDescription,
-    part: impl Fn(&RunMetrics) -> Option<&T> + Copy + Send + Sync + 'static,
-) -> Vec<Column<RowRecord>> {
-    let column = |quantity: &'static Quantity<T>| {
-        let (kind, named) = (quantity.kind.into(), (quantity.name, quantity.unit));
-        let description = of(describe(ColumnGroup::Row, kind, named, &quantity.description()));
-        Column::new(description, move |_, record: &RowRecord| {
-            let part = record.outcome.metrics.as_ref().and_then(part);
-            part.and_then(quantity.value).into()
-        })
-    };
-    quantities.iter().map(column).collect()
+/// The index of the row, by which rows of all tables belong together.
+fn row_column() -> Vec<Column> {
+    About::all(ColumnGroup::Row).columns(RowRecord::QUANTITIES, |source| Some(source.record)).collect()
 }
 
-/// Columns of the scatter of the main quantities, `<quantity>_scatter`.
-fn scatter_columns<T: 'static>(
-    quantities: &'static [Quantity<T>],
-    of: &dyn Fn(ColumnDescription) -> ColumnDescription,
-    part: impl Fn(&Scatter) -> Option<&ScatterOf> + Copy + Send + Sync + 'static,
-) -> Vec<Column<RowRecord>> {
-    let column = |quantity: &'static Quantity<T>| {
-        let name = format!("{}_scatter", quantity.name);
-        let text = format!("Scatter (half the range over the row and its twins) of {}.", quantity.name);
-        let description = of(describe(ColumnGroup::Row, ColumnKind::Real, (&name, quantity.unit), &text));
-        Column::new(description, move |_, record: &RowRecord| {
-            let scatter = record.outcome.metrics.as_ref().and_then(|metrics| metrics.scatter.as_ref());
-            let value = scatter.and_then(part).and_then(|of| of.get(quantity.name).copied().flatten());
-            value.map_or(Cell::Null, Cell::Real)
-        })
-    };
-    quantities.iter().filter(|quantity| quantity.main).map(column).collect()
-}
-
-fn twins_column() -> Column<RowRecord> {
-    let text = "Twins of the row that were simulated to their end; the scatter is over these and the row itself.";
-    let description = describe(ColumnGroup::Run, ColumnKind::Count, ("twins_done", "1"), text);
-    Column::new(description, |_, record: &RowRecord| {
-        let scatter = record.outcome.metrics.as_ref().and_then(|metrics| metrics.scatter.as_ref());
-        scatter.map_or(Cell::Null, |scatter| Cell::Count(scatter.twins_done))
-    })
-}
-
-/// Description of a hammer's or a casting's output: `<subject>_<quantity>`.
-fn subject_column(column: ColumnDescription, (group, subject): (ColumnGroup, &str)) -> ColumnDescription {
-    let (prefix, word) = match group {
-        ColumnGroup::Casting => ("casting", "Casting"),
-        _ => ("hammer", "Hammer"),
-    };
-    ColumnDescription {
-        name: format!("{}_{}", identifier(subject, prefix), column.name),
-        description: format!("{word} `{subject}`: {}", column.description),
-        group,
-        subject: Some(subject.to_owned()),
-        ..column
-    }
-}
-
-fn row_columns() -> Vec<Column<RowRecord>> {
-    use ColumnGroup::Row;
-    vec![
-        Column::new(
-            describe(Row, ColumnKind::Count, ("row", "1"), "Index of the row in the design, from 0."),
-            |_, record: &RowRecord| Cell::Count(record.row),
-        ),
-        Column::new(
-            describe(
-                Row,
-                ColumnKind::Text,
-                ("status", ""),
-                &format!("How the row ended: {}.", RowStatus::ALL.map(RowStatus::text).join(", ")),
-            ),
-            |_, record: &RowRecord| Cell::Text(record.outcome.status.text()),
-        ),
-        Column::new(
-            describe(Row, ColumnKind::Text, ("reason", ""), "Why the row is not done, in words; empty if it is."),
-            |_, record: &RowRecord| Cell::Text(&record.outcome.reason),
-        ),
-        Column::new(
-            describe(Row, ColumnKind::Real, ("time_reached_s", "s"), "Simulated time reached."),
-            |_, record: &RowRecord| Cell::Real(record.outcome.time_reached_s),
-        ),
-    ]
-}
-
-fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column<RowRecord>> {
-    info.factors.iter().enumerate().map(|(index, factor)| {
-        let description = ColumnDescription {
+fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column> {
+    info.factors.iter().enumerate().map(|(index, factor)| Column {
+        description: ColumnDescription {
             name: format!("factor_{}", identifier(&factor.name, "n")),
-            kind: match factor.kind {
-                FactorKind::Real => ColumnKind::Real,
-                FactorKind::Integer => ColumnKind::Integer,
-                FactorKind::Text => ColumnKind::Text,
-            },
+            kind: factor.kind,
             unit: factor.unit.clone(),
             description: format!("Factor `{}`: {}", factor.name, factor.description),
             group: ColumnGroup::Factor,
             subject: Some(factor.name.clone()),
             quantity: "factor".to_owned(),
-        };
-        Column::new(description, move |_, record: &RowRecord| record.factors.get(index).map_or(Cell::Null, Cell::from))
+        },
+        get: Box::new(move |source| source.record.factors.get(index).map(Value::borrowed)),
     })
 }
 
-fn solver_columns() -> Vec<Column<RowRecord>> {
-    type Count = (&'static str, &'static str, fn(&RowRecord) -> u64);
-    let counts: [Count; 8] = [
-        ("modes", "Modes of the structure that were kept.", |r| r.outcome.modes as u64),
-        ("states", "States of the coupled system.", |r| r.outcome.states as u64),
-        ("solver_steps", "Accepted steps.", |r| r.outcome.counters.steps),
-        ("solver_rejected_steps", "Rejected steps.", |r| r.outcome.counters.rejected_steps),
-        ("solver_rhs_evaluations", "Right-hand sides evaluated.", |r| r.outcome.counters.rhs_evaluations),
-        ("solver_located_events", "Contact onsets and releases.", |r| r.outcome.counters.located_events),
-        ("solver_factorisations", "Factorisations of a matrix (implicit methods).", |r| {
-            r.outcome.counters.factorisations
-        }),
-        (
-            "solver_retries",
-            "Times the run was repeated with a stricter tolerance; the other counters are of the last time.",
-            |r| r.outcome.counters.retries,
-        ),
-    ];
-    let column = |(name, text, value): Count| {
-        let description = describe(ColumnGroup::Solver, ColumnKind::Count, (name, "1"), text);
-        Column::new(description, move |_, record: &RowRecord| Cell::Count(value(record)))
+fn blow_columns() -> Vec<Column> {
+    type Names = fn(&DatasetInfo) -> &[String];
+    let about = About::all(ColumnGroup::Blow);
+    let named = |column: &str, text: &str, names: Names, index: fn(&Blow) -> usize| Column {
+        description: about.describe(column, Kind::Text, "", text),
+        get: Box::new(move |source| names(source.info).get(index(source.blow?)).map(|name| Value::Text(name.as_str()))),
     };
-    counts.into_iter().map(column).collect()
-}
-
-fn blow_columns() -> Vec<Column<BlowRecord>> {
-    let text = |name, text| describe(ColumnGroup::Blow, ColumnKind::Text, (name, ""), text);
-    let mut columns: Vec<Column<BlowRecord>> = vec![
-        Column::new(
-            describe(ColumnGroup::Row, ColumnKind::Count, ("row", "1"), "Index of the row in the design, from 0."),
-            |_, record: &BlowRecord| Cell::Count(record.row),
-        ),
-        Column::new(text("hammer", "Name of the hammer, as in the study."), |info, record: &BlowRecord| {
-            name_cell(info.hammers.get(record.blow.hammer))
-        }),
-        Column::new(text("casting", "Name of the casting struck, as in the study."), |info, record: &BlowRecord| {
-            name_cell(info.castings.get(record.blow.casting))
-        }),
-        Column::new(
-            describe(
-                ColumnGroup::Blow,
-                ColumnKind::Count,
-                ("number", "1"),
-                "Number of the blow for this hammer, from 0 (the first impact), blank ones included.",
-            ),
-            |_, record: &BlowRecord| Cell::Count(record.blow.number as u64),
-        ),
-        Column::new(
-            describe(
-                ColumnGroup::Blow,
-                ColumnKind::Count,
-                ("stroke", "1"),
-                "Stroke of the hammer that the blow belongs to, from 0; a stroke begins where the supply is switched on.",
-            ),
-            |_, record: &BlowRecord| Cell::Count(record.blow.stroke as u64),
-        ),
-        Column::new(
-            text("kind", "Kind of blow: first_impact, stroke_impact, settling, periodic or blank."),
-            |_, record: &BlowRecord| Cell::Text(record.blow.kind.text()),
-        ),
-    ];
-    columns.extend(blow_figures());
+    let mut columns = row_column();
+    columns.push(named("hammer", "Name of the hammer, as in the study.", |info| &info.hammers, |blow| blow.hammer));
+    columns.push(named(
+        "casting",
+        "Name of the casting struck, as in the study.",
+        |info| &info.castings,
+        |blow| blow.casting,
+    ));
+    columns.extend(about.columns(Blow::QUANTITIES, |source| source.blow));
     columns
 }
 
-fn name_cell(name: Option<&String>) -> Cell<'_> {
-    name.map_or(Cell::Null, |name| Cell::Text(name))
+fn timing_columns() -> Vec<Column> {
+    let mut columns = row_column();
+    let about = About::all(ColumnGroup::Solver);
+    columns.extend(about.columns(&[RowOutcome::wall_time_s], |source| Some(source.outcome())));
+    columns
 }
 
-fn blow_figures() -> impl Iterator<Item = Column<BlowRecord>> {
-    type Figure = (&'static str, &'static str, &'static str, fn(&Blow) -> f64);
-    let figures: [Figure; 7] = [
-        ("start_time_s", "s", "Start of the blow, from the start of the simulation.", |b| b.start_time_s),
-        ("energy_j", "J", "Kinetic energy of cylinder, spool, piston and chisel at the start.", |b| b.energy_j),
-        ("chisel_velocity_m_s", "m/s", "Chisel velocity at the start.", |b| b.chisel_velocity_m_s),
-        ("work_j", "J", "Work delivered to the casting within the blow's window.", |b| b.work_j),
-        ("impulse_n_s", "N s", "Impulse of the chisel-casting force within the blow's window.", |b| b.impulse_n_s),
-        ("peak_force_n", "N", "Largest chisel-casting force within the blow's window.", |b| b.peak_force_n),
-        (
-            "casting_peak_velocity_m_s",
-            "m/s",
-            "Largest absolute velocity of the casting at the strike point within the blow's window.",
-            |b| b.casting_peak_velocity_m_s,
-        ),
-    ];
-    figures.into_iter().map(|(name, unit, text, value)| {
-        let description = describe(ColumnGroup::Blow, ColumnKind::Real, (name, unit), text);
-        Column::new(description, move |_, record: &BlowRecord| Cell::Real(value(&record.blow)))
-    })
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::RowStatus;
 
-fn timing_columns() -> Vec<Column<RowRecord>> {
-    vec![
-        Column::new(
-            describe(ColumnGroup::Row, ColumnKind::Count, ("row", "1"), "Index of the row in the design, from 0."),
-            |_, record: &RowRecord| Cell::Count(record.row),
-        ),
-        Column::new(
-            describe(
-                ColumnGroup::Solver,
-                ColumnKind::Real,
-                ("wall_time_s", "s"),
-                "Wall time that the row took; depends on the machine and its load.",
-            ),
-            |_, record: &RowRecord| Cell::Real(record.outcome.wall_time_s),
-        ),
-    ]
+    #[test]
+    fn names_end_in_the_unit() {
+        let named = |name: &str| vec![name.to_owned()];
+        let info = DatasetInfo { hammers: named("left"), castings: named("part"), twins: 1, ..DatasetInfo::empty() };
+        let columns = Columns::new(&info).expect("unique");
+        for column in TableName::ALL.into_iter().flat_map(|table| columns.describe(table)) {
+            let ColumnDescription { name, unit, kind, description, .. } = column;
+            assert_eq!(unit.is_empty(), kind == Kind::Text, "{name}");
+            assert!(description.ends_with('.'), "{name}: {description}");
+            let suffix = match unit.as_str() {
+                "1" | "" => continue,
+                "s" => "_s",
+                "J" => "_j",
+                "N" => "_n",
+                "N s" => "_n_s",
+                "m/s" => "_m_s",
+                "Hz" => "_hz",
+                "NL" => "_nl",
+                "W" => "_w",
+                "J/NL" => "_j_per_nl",
+                other => panic!("unit {other} of {name} has no suffix here"),
+            };
+            assert!(name.trim_end_matches("_scatter").ends_with(suffix), "{name} [{unit}]");
+        }
+    }
+
+    /// What is declared of a row's end and not in a table would be lost.
+    #[test]
+    fn every_quantity_of_an_outcome_has_a_column() {
+        let columns = Columns::new(&DatasetInfo::empty()).expect("unique");
+        let names: Vec<String> =
+            TableName::ALL.into_iter().flat_map(|table| columns.describe(table)).map(|column| column.name).collect();
+        assert!(
+            RowOutcome::QUANTITIES.iter().all(|quantity| names.iter().any(|name| name == quantity.name)),
+            "{names:?}"
+        );
+        let text = RowOutcome::status.description();
+        assert!(RowStatus::ALL.iter().all(|status| text.contains(status.text())), "{text}");
+    }
 }

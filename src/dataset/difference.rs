@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::DatasetInfo;
+use super::info::DatasetInfo;
 
 /// Most differences that are listed one by one.
 const LISTED: usize = 12;

@@ -9,13 +9,15 @@ use std::path::Path;
 
 use super::columns::TableName;
 use super::durable::{failed_to, sync_folder};
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::journal::JOURNAL;
 use super::lock::Lock;
 use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME, find};
 use super::rebuild::known;
 use super::recovery::{BlockParts, Recovered, read_parts, recover};
 use super::store::{GROWING, columns_of, remove};
-use super::{DatasetError, DatasetInfo, DatasetWriter, Existing};
+use super::writer::{DatasetWriter, Existing};
 
 /// Says that the grown dataset is whole and replaces the one around it.
 const READY: &str = "ready";

@@ -4,19 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::quantity::{Kind, Value, quantities};
 use crate::run::RowOutcome;
-
-/// Type of a factor's values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FactorKind {
-    /// Floating-point numbers.
-    Real,
-    /// Whole numbers.
-    Integer,
-    /// Names (categories).
-    Text,
-}
 
 /// One factor of the design.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,34 +13,11 @@ pub struct Factor {
     /// Name as in the study.
     pub name: String,
     /// Type of its values.
-    pub kind: FactorKind,
+    pub kind: Kind,
     /// Unit of its values; `1` for numbers without one, empty for names.
     pub unit: String,
     /// What it is, in words: the paths of the study that it drives.
     pub description: String,
-}
-
-/// Value of a factor in one row.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum FactorValue {
-    /// A floating-point number.
-    Real(f64),
-    /// A whole number.
-    Integer(i64),
-    /// A name.
-    Text(String),
-}
-
-impl FactorValue {
-    /// The value's type.
-    pub fn kind(&self) -> FactorKind {
-        match self {
-            Self::Real(_) => FactorKind::Real,
-            Self::Integer(_) => FactorKind::Integer,
-            Self::Text(_) => FactorKind::Text,
-        }
-    }
 }
 
 /// All that a dataset must know of its study. Fixed for the whole dataset, kept in its manifest.
@@ -133,13 +99,15 @@ pub fn rows_per_part(rows: u64) -> u64 {
     (rows / 256).clamp(64, 4096).next_power_of_two()
 }
 
-/// One row as the dataset takes it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RowRecord {
-    /// Index of the row in the design.
-    pub row: u64,
-    /// Values of the factors, in the order of [`DatasetInfo::factors`].
-    pub factors: Vec<FactorValue>,
-    /// How it ended.
-    pub outcome: RowOutcome,
+quantities! {
+    /// One row as the dataset takes it.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct RowRecord {
+        /// Index of the row in the design, from 0.
+        pub row: u64 => "1",
+        /// Values of the factors, in the order of [`DatasetInfo::factors`].
+        pub factors: Vec<Value>,
+        /// How it ended.
+        pub outcome: RowOutcome,
+    }
 }

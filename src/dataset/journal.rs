@@ -13,8 +13,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use memmap2::{MmapMut, MmapOptions};
 
-use super::DatasetError;
 use super::durable::{failed_to, sync_folder};
+use super::error::DatasetError;
 use super::record::StoredRow;
 #[cfg(test)]
 use super::trace::{Event, note};
@@ -299,13 +299,13 @@ fn read_frame(bytes: &[u8]) -> Option<(StoredRow, &[u8])> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::columns::Cell;
     use super::super::record::RowWriter;
     use super::*;
+    use crate::quantity::Value;
 
     fn row(row: u64) -> StoredRow {
         let mut writer = RowWriter::new(row, row == 3);
-        writer.cell(Cell::Real(row as f64));
+        writer.cell(Some(Value::Real(row as f64)));
         writer.finish()
     }
 

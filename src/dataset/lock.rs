@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::DatasetError;
 use super::durable::failed_to;
+use super::error::DatasetError;
 
 /// Name of the lock's file in the dataset's folder.
 pub const LOCK_NAME: &str = ".lock";

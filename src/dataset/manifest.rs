@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::columns::TableName;
 use super::durable::failed_to;
-use super::{DatasetError, DatasetInfo};
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
 /// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum.

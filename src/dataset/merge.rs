@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use super::columns::TableName;
 use super::difference::differences;
+use super::error::DatasetError;
 use super::lock::Lock;
 use super::manifest::{Manifest, Part, RowSpan, find, gaps};
+use super::reader::DatasetReader;
 use super::reader::check_part;
 use super::recovery::{BlockParts, read_parts};
 use super::store::columns_of;
-use super::{DatasetError, DatasetReader, DatasetWriter, Existing};
+use super::writer::{DatasetWriter, Existing};
 
 /// What a merge gave.
 #[derive(Debug)]

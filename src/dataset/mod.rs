@@ -35,7 +35,7 @@
 //!
 //! # Columns
 //!
-//! [`Columns`] is the only list of columns. Units and descriptions are in every field's Arrow metadata (`unit`,
+//! [`Columns`] puts the columns together from the declarations of their quantities. Units and descriptions are in every field's Arrow metadata (`unit`,
 //! `description`); the study's text, hash, seed, the program's version and a data dictionary (JSON) are key-values of
 //! every file (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`).
 
@@ -65,10 +65,11 @@ mod trace;
 mod verify;
 mod writer;
 
-pub use columns::{BlowRecord, Cell, Column, ColumnDescription, ColumnGroup, ColumnKind, Columns, TableName};
+pub use aggregates::Aggregates;
+pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, TableName};
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
-pub use info::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
+pub use info::{DatasetInfo, Factor, RowRecord, rows_per_part};
 pub use lock::{Place, host_name};
 pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
 pub use merge::{Merged, merge};

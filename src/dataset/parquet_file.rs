@@ -18,9 +18,11 @@ use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
 use serde_json::json;
 
-use super::columns::{Cell, ColumnDescription, ColumnKind, TableName};
+use super::columns::{ColumnDescription, TableName};
 use super::durable::failed_to;
-use super::{DatasetError, DatasetInfo};
+use super::error::DatasetError;
+use super::info::DatasetInfo;
+use crate::quantity::{Cell, Kind, Value};
 
 /// Level of zstd: about the size of higher levels on such tables at a fraction of their time.
 const ZSTD_LEVEL: i32 = 3;
@@ -34,12 +36,12 @@ pub fn dictionary_json(table: TableName, columns: &[ColumnDescription]) -> Strin
     json!({ "table": table, "columns": columns }).to_string()
 }
 
-fn data_type(kind: ColumnKind) -> DataType {
+fn data_type(kind: Kind) -> DataType {
     match kind {
-        ColumnKind::Real => DataType::Float64,
-        ColumnKind::Count => DataType::UInt64,
-        ColumnKind::Integer => DataType::Int64,
-        ColumnKind::Text => DataType::Utf8,
+        Kind::Real => DataType::Float64,
+        Kind::Count => DataType::UInt64,
+        Kind::Integer => DataType::Int64,
+        Kind::Text => DataType::Utf8,
     }
 }
 
@@ -103,10 +105,10 @@ impl TableBuilder {
     /// An empty table.
     pub fn new(table: TableName, descriptions: Vec<ColumnDescription>) -> Self {
         let builder = |column: &ColumnDescription| match column.kind {
-            ColumnKind::Real => ColumnBuilder::Real(Float64Builder::new()),
-            ColumnKind::Count => ColumnBuilder::Count(UInt64Builder::new()),
-            ColumnKind::Integer => ColumnBuilder::Integer(Int64Builder::new()),
-            ColumnKind::Text => ColumnBuilder::Text(StringBuilder::new()),
+            Kind::Real => ColumnBuilder::Real(Float64Builder::new()),
+            Kind::Count => ColumnBuilder::Count(UInt64Builder::new()),
+            Kind::Integer => ColumnBuilder::Integer(Int64Builder::new()),
+            Kind::Text => ColumnBuilder::Text(StringBuilder::new()),
         };
         Self { table, columns: descriptions.iter().map(builder).collect(), descriptions }
     }
@@ -119,10 +121,10 @@ impl TableBuilder {
     /// Appends a cell to a column; a cell of another type than its column's becomes null.
     pub fn append(&mut self, index: usize, cell: Cell<'_>) {
         match (self.columns.get_mut(index), cell) {
-            (Some(ColumnBuilder::Real(builder)), Cell::Real(value)) => builder.append_value(value),
-            (Some(ColumnBuilder::Count(builder)), Cell::Count(value)) => builder.append_value(value),
-            (Some(ColumnBuilder::Integer(builder)), Cell::Integer(value)) => builder.append_value(value),
-            (Some(ColumnBuilder::Text(builder)), Cell::Text(value)) => builder.append_value(value),
+            (Some(ColumnBuilder::Real(builder)), Some(Value::Real(value))) => builder.append_value(value),
+            (Some(ColumnBuilder::Count(builder)), Some(Value::Count(value))) => builder.append_value(value),
+            (Some(ColumnBuilder::Integer(builder)), Some(Value::Integer(value))) => builder.append_value(value),
+            (Some(ColumnBuilder::Text(builder)), Some(Value::Text(value))) => builder.append_value(value),
             (Some(ColumnBuilder::Real(builder)), _) => builder.append_null(),
             (Some(ColumnBuilder::Count(builder)), _) => builder.append_null(),
             (Some(ColumnBuilder::Integer(builder)), _) => builder.append_null(),
@@ -251,14 +253,14 @@ fn visit_batch<'c>(
 }
 
 /// A value of an array whose type is the one of `kind`.
-fn cell<'a>(kind: ColumnKind, array: &'a ArrayRef, row: usize) -> Cell<'a> {
+fn cell<'a>(kind: Kind, array: &'a ArrayRef, row: usize) -> Cell<'a> {
     if array.is_null(row) {
-        return Cell::Null;
+        return None;
     }
-    match kind {
-        ColumnKind::Real => Cell::Real(array.as_primitive::<Float64Type>().value(row)),
-        ColumnKind::Count => Cell::Count(array.as_primitive::<UInt64Type>().value(row)),
-        ColumnKind::Integer => Cell::Integer(array.as_primitive::<Int64Type>().value(row)),
-        ColumnKind::Text => Cell::Text(array.as_string::<i32>().value(row)),
-    }
+    Some(match kind {
+        Kind::Real => Value::Real(array.as_primitive::<Float64Type>().value(row)),
+        Kind::Count => Value::Count(array.as_primitive::<UInt64Type>().value(row)),
+        Kind::Integer => Value::Integer(array.as_primitive::<Int64Type>().value(row)),
+        Kind::Text => Value::Text(array.as_string::<i32>().value(row)),
+    })
 }

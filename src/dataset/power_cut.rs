@@ -8,10 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::info::{DatasetInfo, RowRecord};
 use super::journal::JOURNAL;
 use super::trace::{Event, RECORD, note};
-use super::{DatasetInfo, DatasetWriter, Existing, RowRecord};
-use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
+use super::writer::{DatasetWriter, Existing};
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
 use crate::run::{RowOutcome, RowStatus};
 
 /// Bytes that a disk writes whole or not, unless it tears them.
@@ -148,20 +149,7 @@ fn info() -> DatasetInfo {
 }
 
 fn record(row: u64) -> RowRecord {
-    let blow = Blow {
-        hammer: 0,
-        casting: 0,
-        number: 0,
-        stroke: 0,
-        kind: BlowKind::FirstImpact,
-        start_time_s: 0.1,
-        energy_j: row as f64,
-        chisel_velocity_m_s: 4.0,
-        work_j: 6.0,
-        impulse_n_s: 3.0,
-        peak_force_n: 1e5,
-        casting_peak_velocity_m_s: 0.2,
-    };
+    let blow = Blow { start_time_s: 0.1, energy_j: row as f64, ..Blow::default() };
     let metrics = RunMetrics {
         hammers: vec![HammerMetrics::default()],
         castings: vec![CastingMetrics::default()],

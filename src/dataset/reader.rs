@@ -3,12 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::DatasetError;
-use super::columns::{Cell, ColumnDescription, Columns, TableName};
+use super::columns::{ColumnDescription, Columns, TableName};
 use super::durable::failed_to;
+use super::error::DatasetError;
 use super::manifest::{Manifest, Part, TimingsManifest};
 use super::parquet_file::visit_rows;
 use super::rebuild::{strays, timings_of_parts};
+use crate::quantity::Cell;
 
 /// A dataset as its manifests describe it at the time of opening; later parts are not seen.
 #[derive(Debug)]

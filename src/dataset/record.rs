@@ -3,12 +3,10 @@
 //! Every row goes through these bytes, whether it was just computed, comes from the journal of a killed run, or from a part
 //! that must be written anew: that is why all of them give the same files.
 
-use super::columns::{Cell, Column, Columns, TableName};
-use super::{DatasetInfo, RowRecord};
-use crate::run::RowStatus;
-
-/// Column of `runs` that holds the status.
-const STATUS_COLUMN: &str = "status";
+use super::columns::{Column, Columns, Source, TableName};
+use super::info::{DatasetInfo, RowRecord};
+use crate::quantity::{Cell, Value};
+use crate::run::{RowOutcome, RowStatus};
 
 /// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, and those of its blows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,12 +20,12 @@ impl StoredRow {
     /// The row of a record, whose blows are given in the table's form.
     pub fn new(info: &DatasetInfo, columns: &Columns, record: &RowRecord) -> Self {
         let mut writer = RowWriter::new(record.row, record.outcome.status != RowStatus::Done);
-        writer.cells(info, &columns.runs, record);
-        writer.cells(info, &columns.timings, record);
-        let blows = record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows);
-        for blow in blows {
-            let blow = super::columns::BlowRecord { row: record.row, blow: blow.clone() };
-            writer.cells(info, &columns.blows, &blow);
+        let mut source = Source::new(info, record);
+        writer.cells(&columns.runs, &source);
+        writer.cells(&columns.timings, &source);
+        for blow in record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows) {
+            source.blow = Some(blow);
+            writer.cells(&columns.blows, &source);
         }
         writer.finish()
     }
@@ -106,24 +104,22 @@ impl RowWriter {
         Self { row, failed, bytes }
     }
 
-    fn cells<T>(&mut self, info: &DatasetInfo, columns: &[Column<T>], item: &T) {
-        for column in columns {
-            self.cell(column.cell(info, item));
-        }
+    fn cells(&mut self, columns: &[Column], source: &Source<'_>) {
+        columns.iter().for_each(|column| self.cell(column.cell(source)));
     }
 
     /// Adds a cell; they come in the order runs, timings, blow by blow.
     pub fn cell(&mut self, cell: Cell<'_>) {
         let (tag, number) = match cell {
-            Cell::Null => return self.bytes.push(0),
-            Cell::Real(value) => (1, value.to_bits()),
-            Cell::Count(value) => (2, value),
-            Cell::Integer(value) => (3, value.cast_unsigned()),
-            Cell::Text(text) => (4, text.len() as u64),
+            None => return self.bytes.push(0),
+            Some(Value::Real(value)) => (1, value.to_bits()),
+            Some(Value::Count(value)) => (2, value),
+            Some(Value::Integer(value)) => (3, value.cast_unsigned()),
+            Some(Value::Text(text)) => (4, text.len() as u64),
         };
         self.bytes.push(tag);
         self.bytes.extend(number.to_le_bytes());
-        if let Cell::Text(text) = cell {
+        if let Some(Value::Text(text)) = cell {
             self.bytes.extend(text.as_bytes());
         }
     }
@@ -136,23 +132,23 @@ impl RowWriter {
 
 /// Whether the cells of a row of `runs` with these columns say that the row is not done.
 pub fn cells_say_failed(names: &[&str], cells: &[Cell<'_>]) -> bool {
-    let status = names.iter().zip(cells).find(|(name, _)| **name == STATUS_COLUMN);
-    status.is_none_or(|(_, cell)| *cell != Cell::Text(RowStatus::Done.text()))
+    let status = names.iter().zip(cells).find(|(name, _)| **name == RowOutcome::status.name);
+    status.is_none_or(|(_, cell)| *cell != Some(Value::Text(RowStatus::Done.text())))
 }
 
 fn read_cell<'a>(rest: &mut &'a [u8]) -> Option<Cell<'a>> {
     let tag = take_bytes(rest, 1)?.first().copied()?;
     if tag == 0 {
-        return Some(Cell::Null);
+        return Some(None);
     }
     let number = u64::from_le_bytes(take_bytes(rest, 8)?.try_into().ok()?);
-    Some(match tag {
-        1 => Cell::Real(f64::from_bits(number)),
-        2 => Cell::Count(number),
-        3 => Cell::Integer(number.cast_signed()),
-        4 => Cell::Text(std::str::from_utf8(take_bytes(rest, usize::try_from(number).ok()?)?).ok()?),
+    Some(Some(match tag {
+        1 => Value::Real(f64::from_bits(number)),
+        2 => Value::Count(number),
+        3 => Value::Integer(number.cast_signed()),
+        4 => Value::Text(std::str::from_utf8(take_bytes(rest, usize::try_from(number).ok()?)?).ok()?),
         _ => return None,
-    })
+    }))
 }
 
 fn take_bytes<'a>(rest: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
@@ -168,7 +164,9 @@ mod tests {
     #[test]
     fn cells_come_back_bit_by_bit() {
         let mut writer = RowWriter::new(7, true);
-        let cells = [Cell::Real(-0.1), Cell::Null, Cell::Text("Gußteil"), Cell::Integer(-3), Cell::Count(u64::MAX)];
+        let values = [Value::Real(-0.1), Value::Text("Gußteil"), Value::Integer(-3), Value::Count(u64::MAX)];
+        let [first, rest @ ..] = values.map(Some);
+        let cells: Vec<Cell<'_>> = [first, None].into_iter().chain(rest).collect();
         cells.iter().for_each(|cell| writer.cell(*cell));
         let stored = StoredRow::from_bytes(writer.finish().bytes().to_vec()).expect("a row");
         assert_eq!((stored.row(), stored.failed()), (7, true));
@@ -185,7 +183,7 @@ mod tests {
     #[test]
     fn bytes_cut_short_are_no_row() {
         let mut writer = RowWriter::new(1, false);
-        writer.cell(Cell::Text("long enough"));
+        writer.cell(Some(Value::Text("long enough")));
         let bytes = writer.finish().bytes().to_vec();
         let counts = ColumnCounts { runs: 1, timings: 0, blows: 1 };
         for length in 0..bytes.len() {

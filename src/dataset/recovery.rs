@@ -3,14 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::columns::{Cell, Columns, TableName};
+use super::columns::{Columns, TableName};
+use super::error::DatasetError;
+use super::journal;
 use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, find, part_file};
 use super::parquet_file::visit_rows;
 use super::reader::check_part;
 use super::rebuild::Known;
 use super::record::{RowWriter, StoredRow, cells_say_failed};
 use super::store::{Block, DAMAGED, remove, set_aside};
-use super::{DatasetError, journal};
+use crate::quantity::Value;
 
 /// What is there.
 pub struct Recovered {
@@ -195,8 +197,8 @@ pub fn read_parts(
         let Some(part) = part else {
             // In the order of the columns: the row's index, then what is lost.
             for (row, writer) in &mut rows {
-                writer.cell(Cell::Count(*row));
-                descriptions.iter().skip(1).for_each(|_| writer.cell(Cell::Null));
+                writer.cell(Some(Value::Count(*row)));
+                descriptions.iter().skip(1).for_each(|_| writer.cell(None));
             }
             continue;
         };
@@ -205,7 +207,7 @@ pub fn read_parts(
         let mut strays = 0;
         visit_rows(&path, &descriptions, &mut |cells| {
             let row = match cells.first() {
-                Some(Cell::Count(row)) => *row,
+                Some(Some(Value::Count(row))) => *row,
                 _ => return strays += 1,
             };
             if table == TableName::Runs {

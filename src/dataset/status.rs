@@ -7,9 +7,10 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 
 use super::durable::failed_to;
+use super::error::DatasetError;
+use super::journal;
 use super::lock::Lock;
 use super::manifest::Manifest;
-use super::{DatasetError, journal};
 
 /// Name of the status in the dataset's folder.
 pub const STATUS_NAME: &str = "status.json";

@@ -6,14 +6,16 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::columns::{Cell, Columns, TableName};
+use super::columns::{Columns, TableName};
 use super::durable::{StagedFile, failed_to, make_folder, sync_folder};
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::lock::Place;
 use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, find, part_file, to_sealed_json};
 use super::parquet_file::TableBuilder;
 use super::rebuild::BlockDescription;
 use super::record::{ColumnCounts, StoredRow};
-use super::{DatasetError, DatasetInfo};
+use crate::quantity::Value;
 
 /// Folder for files that are not yet in place, on the same file system as the tables.
 pub const STAGING: &str = ".staging";
@@ -120,8 +122,8 @@ impl Store {
         };
         let mut builder = self.builder(TableName::Timings);
         for row in manifest.rows_of(first_row).into_iter().flat_map(|span| span.first..span.end) {
-            builder.append(0, Cell::Count(row));
-            (1..self.columns.timings.len()).for_each(|index| builder.append(index, Cell::Null));
+            builder.append(0, Some(Value::Count(row)));
+            (1..self.columns.timings.len()).for_each(|index| builder.append(index, None));
         }
         let description = BlockDescription::new(manifest, runs, blows).to_text()?;
         let (part, file) = self.stage_part(builder, (first_row, runs.failed), Some(description))?;

@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 
-use super::columns::{ColumnDescription, ColumnGroup, ColumnKind, check_unique, identifier};
+use super::columns::{ColumnDescription, ColumnGroup, check_unique, identifier};
 use super::durable::StagedFile;
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::parquet_file::{encode_batch, properties, schema};
-use super::{DatasetError, DatasetInfo};
 use crate::metrics::Signal;
+use crate::quantity::{Kind, Quantity};
 
 /// A column of a table; all columns of a table have the same length.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +35,27 @@ pub enum TableValues {
     Integer(Vec<i64>),
     /// Texts.
     Text(Vec<String>),
+}
+
+impl TableColumn {
+    /// The column of a quantity, a row per item. Where there is no value it has NaN or an empty text.
+    pub fn new<'a, T: 'static>(quantity: &Quantity<T>, items: impl Iterator<Item = Option<&'a T>>) -> Self {
+        let cells = items.map(|item| item.and_then(quantity.value));
+        let values = match quantity.kind {
+            Kind::Text => {
+                TableValues::Text(cells.map(|cell| cell.map_or(String::new(), |text| text.to_string())).collect())
+            }
+            _ => {
+                TableValues::Real(cells.map(|cell| cell.and_then(|value| value.number()).unwrap_or(f64::NAN)).collect())
+            }
+        };
+        Self {
+            name: quantity.name.to_owned(),
+            unit: quantity.unit.to_owned(),
+            description: quantity.description(),
+            values,
+        }
+    }
 }
 
 /// Writes signals to `path`, one column per signal, one row per instant: see [`write_table`].
@@ -80,9 +103,9 @@ fn description(table: &str, column: &TableColumn) -> ColumnDescription {
     ColumnDescription {
         name: identifier(&column.name, table),
         kind: match column.values {
-            TableValues::Real(_) => ColumnKind::Real,
-            TableValues::Integer(_) => ColumnKind::Integer,
-            TableValues::Text(_) => ColumnKind::Text,
+            TableValues::Real(_) => Kind::Real,
+            TableValues::Integer(_) => Kind::Integer,
+            TableValues::Text(_) => Kind::Text,
         },
         unit: column.unit.clone(),
         description: column.description.clone(),

@@ -3,14 +3,16 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::columns::{Cell, Columns, TableName};
+use super::columns::{Columns, TableName};
+use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::journal;
 use super::lock::Lock;
 use super::manifest::{Manifest, Part, RowSpan, find, gaps};
 use super::parquet_file::{check_study, visit_rows};
 use super::reader::check_part;
 use super::rebuild::{known, strays};
-use super::{DatasetError, DatasetInfo};
+use crate::quantity::Value;
 
 /// What a verification found.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +83,7 @@ fn check_contents(
     visit_rows(&path, &descriptions, &mut |cells| {
         records += 1;
         match cells.first() {
-            Some(Cell::Count(row)) => _ = rows.insert(*row),
+            Some(Some(Value::Count(row))) => _ = rows.insert(*row),
             _ => others += 1,
         }
     })?;

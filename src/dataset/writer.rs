@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 use super::columns::{Columns, TableName};
 use super::difference::differences;
 use super::durable::{failed_to, make_folder};
+use super::error::DatasetError;
+use super::info::{DatasetInfo, RowRecord};
 use super::journal::{self, JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock, Place};
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
@@ -20,7 +22,6 @@ use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
 use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
-use super::{DatasetError, DatasetInfo, RowRecord};
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);

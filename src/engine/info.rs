@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::dataset::{DatasetInfo, Factor, FactorKind, FactorValue, RowRecord, rows_per_part};
+use crate::dataset::{DatasetInfo, Factor, RowRecord, rows_per_part};
 use crate::design::Quality;
+use crate::quantity::Kind;
 use crate::run::RowOutcome;
-use crate::study::{self, CheckedStudy};
+use crate::study::{CheckedStudy, FactorInfo};
 
 /// What the tables must know of a study, the files it is computed from and the settings outside it.
 pub fn dataset_info(
@@ -38,8 +39,7 @@ pub fn dataset_info(
 
 /// A row as the tables take it.
 pub(super) fn record(study: &CheckedStudy, row: u64, outcome: RowOutcome) -> RowRecord {
-    let factors = study.row_values(row as usize).into_iter().map(value).collect();
-    RowRecord { row, factors, outcome }
+    RowRecord { row, factors: study.row_values(row as usize), outcome }
 }
 
 /// Measures of the design as JSON; `null` without factors.
@@ -64,28 +64,16 @@ fn nine_digits(value: f64) -> serde_json::Value {
     format!("{value:.8e}").parse::<f64>().map_or(serde_json::Value::Null, Into::into)
 }
 
-fn factor(info: &study::FactorInfo) -> Factor {
-    let (kind, unit) = match info.kind {
-        study::FactorKind::Real => (FactorKind::Real, "1"),
-        study::FactorKind::Integer => (FactorKind::Integer, "1"),
-        study::FactorKind::Text => (FactorKind::Text, ""),
-    };
+fn factor(info: &FactorInfo) -> Factor {
+    let unit = if info.kind == Kind::Text { "" } else { "1" };
     Factor {
         name: info.name.clone(),
-        kind,
+        kind: info.kind,
         unit: info.unit.clone().unwrap_or_else(|| unit.to_owned()),
         description: match (&info.expression, info.paths.is_empty()) {
             (None, _) => format!("Factor of the design; drives {}.", info.paths.join(", ")),
             (Some(expression), true) => format!("Derived: {expression}."),
             (Some(expression), false) => format!("Derived: {expression}; drives {}.", info.paths.join(", ")),
         },
-    }
-}
-
-fn value(value: study::FactorValue) -> FactorValue {
-    match value {
-        study::FactorValue::Real(value) => FactorValue::Real(value),
-        study::FactorValue::Integer(value) => FactorValue::Integer(value),
-        study::FactorValue::Text(value) => FactorValue::Text(value),
     }
 }

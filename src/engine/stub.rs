@@ -8,8 +8,9 @@ use cpu_time::ThreadTime;
 use super::info::dataset_info;
 use super::prepared::Rows;
 use crate::dataset::DatasetInfo;
-use crate::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
-use crate::run::{RowOutcome, RowStatus, SolverCounters};
+use crate::integrate::Counters;
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
+use crate::run::{RowOutcome, RowStatus};
 use crate::study::CheckedStudy;
 
 /// One row in this many diverges.
@@ -69,13 +70,13 @@ impl Rows for StubRows {
             modes: 60,
             states: 136,
             metrics: (!diverged).then(|| self.metrics(row)),
-            counters: SolverCounters {
+            counters: Counters {
                 steps: 1000 + row % 997,
                 rejected_steps: row % 89,
                 rhs_evaluations: 7 * (1000 + row % 997),
                 located_events: 50,
-                factorisations: 0,
                 retries: u64::from(diverged),
+                ..Counters::default()
             },
             wall_time_s: own_time.as_secs_f64(),
         }
@@ -98,10 +99,6 @@ impl StubRows {
         };
         let blow = |index: usize| Blow {
             hammer: index,
-            casting: 0,
-            number: 0,
-            stroke: 0,
-            kind: BlowKind::FirstImpact,
             start_time_s: 0.1 + 0.01 * unit(row, index),
             energy_j: 60.0 + unit(row, index + 1),
             chisel_velocity_m_s: 4.0,
@@ -109,6 +106,7 @@ impl StubRows {
             impulse_n_s: 3.0,
             peak_force_n: 1e5 * unit(row, index + 5),
             casting_peak_velocity_m_s: unit(row, index + 6),
+            ..Blow::default()
         };
         let casting =
             CastingMetrics { peak_velocity_m_s: unit(row, 7), peak_velocity_time_s: 0.11, ..CastingMetrics::default() };

@@ -3,10 +3,11 @@
 use std::marker::PhantomData;
 use std::time::Instant;
 
+use crate::integrate::counters::Counters;
 use crate::integrate::locate::{Ends, Locator};
 use crate::integrate::observer::Observer;
 use crate::integrate::step::Step;
-use crate::integrate::stepper::{Counters, Plan, Settings, Stepper, Trial};
+use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
 use crate::integrate::system::{GuardSample, Switching};
 
 /// Steps between two looks at the clock.
@@ -110,7 +111,7 @@ impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
 
     /// Which budget is used up; the clock is looked at now and then.
     fn spent(&self, begin: Instant) -> Option<Stopped> {
-        let tried = self.counters.steps + self.counters.rejected;
+        let tried = self.counters.steps + self.counters.rejected_steps;
         if tried >= self.max_steps {
             return Some(Stopped::StepBudget);
         }
@@ -146,7 +147,7 @@ impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
         if error <= 1.0 {
             self.accept(system, observer, &plan, error);
         } else {
-            self.counters.rejected += 1;
+            self.counters.rejected_steps += 1;
             self.stepper.rejected(plan.h, error);
         }
         Ok(())
@@ -160,7 +161,7 @@ impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
             system.rhs(self.t, &self.y, rate);
             system.sample_guards(self.t, &self.y, rate, &mut self.samples);
             self.rate_known = true;
-            self.counters.rhs += 1;
+            self.counters.rhs_evaluations += 1;
         }
         let remaining = stop - self.t;
         let mut plan = self.stepper.plan(system, self.t, remaining);
@@ -189,7 +190,7 @@ impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
             self.locator.events_at_end(&ends)
         };
         if !self.locator.hits.is_empty() && !self.stepper.may_be_cut() {
-            self.counters.rejected += 1;
+            self.counters.rejected_steps += 1;
             return;
         }
         self.counters.steps += 1;
@@ -230,7 +231,7 @@ impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
             self.fresh[guard] = true;
             self.stepper.switched(guard);
             self.rate_known = false;
-            self.counters.events += 1;
+            self.counters.located_events += 1;
         }
     }
 }

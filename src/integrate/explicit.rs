@@ -74,7 +74,7 @@ impl Tsit5 {
         correction.correct(END, trial.y, done, out);
         system.rhs(trial.t + trial.h, out, rate);
         correction.observe(END, trial.y, out, trial.rates);
-        trial.counters.rhs += END as u64;
+        trial.counters.rhs_evaluations += END as u64;
     }
 
     /// Computes stage `K` (counted from 0).

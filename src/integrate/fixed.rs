@@ -84,7 +84,7 @@ impl<S: System, R: Rule> Stepper<S> for FixedStep<R> {
         }
         let (last, mean) = rates[y.len()..].split_at_mut(y.len());
         system.rhs(t + h, y_new, last);
-        counters.rhs += 1;
+        counters.rhs_evaluations += 1;
         for ((mean, new), old) in mean.iter_mut().zip(&*y_new).zip(y) {
             *mean = (new - old) / h;
         }

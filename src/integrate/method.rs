@@ -3,12 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::integrate::counters::Counters;
 use crate::integrate::driver::{Integrator, Stopped};
 use crate::integrate::exponential_control::ExponentialTsit5;
 use crate::integrate::fixed::FixedStep;
 use crate::integrate::observer::Observer;
 use crate::integrate::rk4::Rk4;
-use crate::integrate::stepper::{Counters, Settings, Stepper};
+use crate::integrate::stepper::{Settings, Stepper};
 use crate::integrate::system::{LinearPart, Switching};
 use crate::integrate::trapezoid::Trapezoid;
 

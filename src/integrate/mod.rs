@@ -14,6 +14,7 @@
 //! - `locate`, `driver`: events within a step, and the step loop
 //! - `method`: the methods by name
 
+mod counters;
 mod driver;
 mod explicit;
 mod exponential;
@@ -30,6 +31,7 @@ mod system;
 mod trapezoid;
 mod tsit5;
 
+pub use counters::Counters;
 pub use driver::{Integrator, Stopped};
 pub use explicit::Tsit5;
 pub use exponential_control::ExponentialTsit5;
@@ -38,6 +40,6 @@ pub use method::{End, Method, Span};
 pub use observer::Observer;
 pub use rk4::Rk4;
 pub use step::{Dense, Step};
-pub use stepper::{Counters, Plan, Settings, Stepper, Trial};
+pub use stepper::{Plan, Settings, Stepper, Trial};
 pub use system::{GuardSample, Integrals, LinearPart, StiffBlock, StiffMatrices, Switching, System};
 pub use trapezoid::Trapezoid;

@@ -1,5 +1,6 @@
 //! What the driver asks of a method: how long a step is to be, and the step.
 
+use crate::integrate::counters::Counters;
 use crate::integrate::step::Dense;
 use crate::integrate::system::{GuardSample, System};
 
@@ -20,21 +21,6 @@ pub struct Settings {
     pub max_steps: u64,
     /// Wall time in s after which the integration stops.
     pub max_wall_time_s: f64,
-}
-
-/// Work done.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Accepted steps.
-    pub steps: u64,
-    /// Rejected steps.
-    pub rejected: u64,
-    /// Right-hand sides.
-    pub rhs: u64,
-    /// Switches located.
-    pub events: u64,
-    /// Factorisations of a matrix.
-    pub factorisations: u64,
 }
 
 /// The next step as a method would have it.

@@ -1,8 +1,8 @@
 //! What is kept of one casting while it moves, and the outputs that follow from it.
 
+use super::outputs::CastingMetrics;
+use super::peak::{Probe, peak, reach};
 use crate::integrate::Step;
-use crate::metrics::CastingMetrics;
-use crate::metrics::peak::{peak, reach};
 use crate::system::{CastingSlot, Layout, MEASURING_POINT};
 
 /// The largest absolute velocity of one point.
@@ -32,7 +32,7 @@ impl PointPeak {
             return;
         }
         let speed = |_: f64, y: &[f64]| terms().map(|(index, c)| c * y[index]).sum::<f64>();
-        let (value, theta) = peak(step, step.theta_end, (support, scratch), speed);
+        let (value, theta) = peak(step, step.theta_end, Probe { support, scratch }, speed);
         if value > self.largest_m_s {
             (self.largest_m_s, self.time_s) = (value, step.time(theta));
         }

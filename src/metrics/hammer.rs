@@ -1,11 +1,12 @@
 //! What is kept of one hammer while it works, and the outputs that follow from it.
 
+use super::blow::{Blow, BlowKind, Recorded};
+use super::outputs::HammerMetrics;
+use super::peak::{Probe, peak, reach};
+use super::percussion::{judge, strokes};
+use super::statistics::{mean, standard_error, variance};
 use crate::hammer::body;
 use crate::integrate::{Step, Switching};
-use crate::metrics::peak::{peak, reach};
-use crate::metrics::percussion::{judge, strokes};
-use crate::metrics::statistics::{mean, standard_error, variance};
-use crate::metrics::{Blow, BlowKind, HammerMetrics};
 use crate::scene::OutputSettings;
 use crate::system::{Coupled, HammerQuadrature};
 
@@ -15,16 +16,6 @@ const STANDARD_PRESSURE_PA: f64 = 101_325.0;
 const STANDARD_TEMPERATURE_K: f64 = 293.15;
 /// Litres in a cubic metre.
 const LITRES_PER_M3: f64 = 1000.0;
-
-/// A blow whose window lies within the simulation, with what its hammer had done when it began.
-#[derive(Debug, Clone)]
-pub(super) struct Recorded {
-    pub blow: Blow,
-    /// Time in s that the gate had been open.
-    pub gated_s: f64,
-    /// Integral of the mount's squared velocity, m2/s.
-    pub arm_integral: f64,
-}
 
 /// A blow whose window is still open.
 struct Window {
@@ -127,10 +118,7 @@ impl HammerTrack {
             start_time_s: t,
             energy_j: model.impact_energy(self.hammer, y),
             chisel_velocity_m_s: y[model.layout().velocity(slot.points[body::CHISEL])],
-            work_j: 0.0,
-            impulse_n_s: 0.0,
-            peak_force_n: 0.0,
-            casting_peak_velocity_m_s: 0.0,
+            ..Blow::default()
         };
         let arm_integral = quadrature(HammerQuadrature::ArmVelocitySquared);
         self.window = Some(Window {
@@ -209,14 +197,14 @@ impl Window {
         let [largest_force, largest_speed] = strike_reach(system, blow.hammer, step);
         if system.is_closed(slot.strike) && largest_force > blow.peak_force_n {
             let force = |t: f64, y: &[f64]| system.contact_force(slot.strike, t, y);
-            let (value, _) = peak(step, theta, (support, scratch), force);
+            let (value, _) = peak(step, theta, Probe { support, scratch }, force);
             blow.peak_force_n = blow.peak_force_n.max(value);
         }
         if largest_speed > blow.casting_peak_velocity_m_s {
             let (row, chisel) =
                 (model.elements().contact_row(slot.strike), model.layout().velocity(slot.points[body::CHISEL]));
             let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
-            let (value, _) = peak(step, theta, (support, scratch), speed);
+            let (value, _) = peak(step, theta, Probe { support, scratch }, speed);
             blow.casting_peak_velocity_m_s = blow.casting_peak_velocity_m_s.max(value);
         }
     }

@@ -9,6 +9,14 @@ const RESOLUTION: f64 = 1e-5;
 /// Parts into which a step is cut to bracket its peak; a step spans less than half a period of any contact.
 const PARTS: usize = 4;
 
+/// Where a quantity is read within a step.
+pub(super) struct Probe<'a> {
+    /// Components of the state that it reads.
+    pub support: &'a [usize],
+    /// Of the state's length.
+    pub scratch: &'a mut [f64],
+}
+
 /// Practical bound of the absolute value that a sum of components with coefficients, less `offset`, takes within a step.
 pub(super) fn reach(step: &Step<'_>, terms: impl Iterator<Item = (usize, f64)> + Clone, offset: f64) -> f64 {
     let start = terms.clone().map(|(index, c)| c * step.start()[index]).sum::<f64>() - offset;
@@ -16,17 +24,15 @@ pub(super) fn reach(step: &Step<'_>, terms: impl Iterator<Item = (usize, f64)> +
 }
 
 /// Largest absolute value of `quantity`, a function of time and state, between the start of the step and `theta_end`, and the fraction where it is.
-///
-/// `support` lists the components that `quantity` reads; `y` is scratch of the state's length.
 pub(super) fn peak(
     step: &Step<'_>,
     theta_end: f64,
-    (support, y): (&[usize], &mut [f64]),
+    Probe { support, scratch }: Probe<'_>,
     quantity: impl Fn(f64, &[f64]) -> f64,
 ) -> (f64, f64) {
     let mut at = |theta: f64| {
-        step.components(support, theta, y);
-        quantity(step.time(theta), y).abs()
+        step.components(support, theta, scratch);
+        quantity(step.time(theta), scratch).abs()
     };
     let spacing = theta_end / PARTS as f64;
     let mut samples = [0.0; PARTS + 1];

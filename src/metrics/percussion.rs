@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::metrics::hammer::Recorded;
-use crate::metrics::{BlowKind, QuantityField, QuantityKind, QuantityValue};
+use super::blow::{BlowKind, Recorded};
+use crate::quantity::{Cell, Kind, QuantityField, Value};
 use crate::scene::OutputSettings;
 
 /// Kind of motion of a hammer's percussion, the least sound first.
@@ -53,9 +53,9 @@ impl Percussion {
 }
 
 impl QuantityField for Percussion {
-    const KIND: QuantityKind = QuantityKind::Text;
-    fn value(&self) -> Option<QuantityValue<'_>> {
-        Some(QuantityValue::Text(self.text()))
+    const KIND: Kind = Kind::Text;
+    fn value(&self) -> Cell<'_> {
+        Some(Value::Text(self.text()))
     }
 }
 
@@ -149,7 +149,7 @@ fn intervals(stroke: &[&Recorded]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::Blow;
+    use crate::metrics::blow::Blow;
 
     /// Blows every `interval(n)` seconds with energies `energy(n)`, all struck, the first five settling.
     fn series(count: usize, interval: impl Fn(usize) -> f64, energy: impl Fn(usize) -> f64) -> Vec<Recorded> {
@@ -163,20 +163,7 @@ mod tests {
     }
 
     fn recorded(kind: BlowKind, stroke: usize, (t, energy_j): (f64, f64)) -> Recorded {
-        let blow = Blow {
-            hammer: 0,
-            casting: 0,
-            number: 0,
-            stroke,
-            kind,
-            start_time_s: t,
-            energy_j,
-            chisel_velocity_m_s: 0.0,
-            work_j: 0.0,
-            impulse_n_s: 0.0,
-            peak_force_n: 0.0,
-            casting_peak_velocity_m_s: 0.0,
-        };
+        let blow = Blow { stroke, kind, start_time_s: t, energy_j, ..Blow::default() };
         Recorded { blow, gated_s: t, arm_integral: 0.0 }
     }
 

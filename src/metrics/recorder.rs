@@ -1,10 +1,10 @@
 //! Watches an integration and computes the outputs as it goes; no trajectory is stored.
 
+use super::audit::{Audit, chamber_residual};
+use super::casting::CastingTrack;
+use super::hammer::HammerTrack;
+use super::outputs::{RunMetrics, RunTotals};
 use crate::integrate::{Observer, Step};
-use crate::metrics::audit::{Audit, chamber_residual};
-use crate::metrics::casting::CastingTrack;
-use crate::metrics::hammer::HammerTrack;
-use crate::metrics::{RunMetrics, RunTotals};
 use crate::scene::Scene;
 use crate::system::{ContactKind, Coupled, CoupledModel};
 

@@ -1,27 +1,7 @@
 //! How far the main outputs of a run move under inputs that are the same for every purpose.
 
-use std::collections::BTreeMap;
-
-use serde::Serialize;
-
-use crate::metrics::{CastingMetrics, HammerMetrics, Quantity, RunMetrics, RunTotals};
-
-/// Scatter of the main outputs of one hammer, of one casting or of the run, by name; `None` where one of the runs lacks the
-/// output.
-pub type ScatterOf = BTreeMap<&'static str, Option<f64>>;
-
-/// Scatter of the main outputs over a run and its twins: half the range.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Scatter {
-    /// Twins that were simulated to their end.
-    pub twins_done: u64,
-    /// One entry per hammer.
-    pub hammers: Vec<ScatterOf>,
-    /// One entry per casting.
-    pub castings: Vec<ScatterOf>,
-    /// Of the run as a whole.
-    pub totals: ScatterOf,
-}
+use super::outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
+use crate::quantity::Quantity;
 
 impl Scatter {
     /// The scatter of `run` and its `twins`, all of the same scene.

@@ -3,9 +3,9 @@
 use std::cmp::Reverse;
 use std::fmt;
 
+use super::summary::{BestRow, Figure, Range, Report};
 use crate::dataset::TableName;
-
-use super::{BestRow, Figure, Range, Report, Value};
+use crate::quantity::Value;
 
 /// Number of different reasons that are shown.
 const REASONS: usize = 5;
@@ -105,10 +105,9 @@ impl Report {
 
 fn figure_text(figure: &Figure) -> String {
     let value = match &figure.value {
-        Value::None => "none".to_owned(),
-        Value::Text(text) => text.clone(),
-        Value::Whole(number) => with_unit(&number.to_string(), &figure.unit),
-        Value::Number(number) => with_unit(&significant(*number), &figure.unit),
+        None => "none".to_owned(),
+        Some(Value::Real(number)) => with_unit(&significant(*number), &figure.unit),
+        Some(other) => with_unit(&other.to_string(), &figure.unit),
     };
     format!("{} = {value}", figure.name)
 }

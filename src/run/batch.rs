@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use rayon::ThreadPoolBuilder;
 
-use super::{RowOutcome, RowStatus, SolverCounters};
+use super::outcome::{RowOutcome, RowStatus};
+use crate::integrate::Counters;
 
 /// Default of [`BatchSettings::window`].
 pub const DEFAULT_WINDOW: u64 = 1024;
@@ -322,7 +323,7 @@ fn run_row(task: &impl RowTask, row: u64) -> RowOutcome {
         modes: 0,
         states: 0,
         metrics: None,
-        counters: SolverCounters::default(),
+        counters: Counters::default(),
         wall_time_s: start.elapsed().as_secs_f64(),
     })
 }
@@ -367,7 +368,7 @@ mod tests {
             modes: 0,
             states: 0,
             metrics: None,
-            counters: SolverCounters::default(),
+            counters: Counters::default(),
             wall_time_s: 0.0,
         }
     }

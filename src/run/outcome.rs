@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use crate::integrate::Counters;
 use crate::metrics::RunMetrics;
+use crate::quantity::{Cell, Kind, QuantityField, Value, quantities};
 
 /// How a row ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -36,44 +38,34 @@ impl RowStatus {
     }
 }
 
-/// Work counters of one run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct SolverCounters {
-    /// Accepted steps.
-    pub steps: u64,
-    /// Rejected steps.
-    pub rejected_steps: u64,
-    /// Right-hand sides evaluated.
-    pub rhs_evaluations: u64,
-    /// Contact onsets and releases.
-    pub located_events: u64,
-    /// Factorisations of a matrix (implicit methods).
-    pub factorisations: u64,
-    /// Times the run was repeated with a stricter tolerance; the other counters are of the last time.
-    ///
-    /// Twins do not count.
-    pub retries: u64,
+impl QuantityField for RowStatus {
+    const KIND: Kind = Kind::Text;
+    fn value(&self) -> Cell<'_> {
+        Some(Value::Text(self.text()))
+    }
 }
 
-/// Result of one row.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RowOutcome {
-    /// How it ended.
-    pub status: RowStatus,
-    /// Why, in words; empty for `Done`.
-    pub reason: String,
-    /// Simulated time reached in s.
-    pub time_reached_s: f64,
-    /// Modes of the structure that were kept.
-    pub modes: usize,
-    /// States of the coupled system.
-    pub states: usize,
-    /// Outputs; `None` unless the row was simulated to its end.
-    pub metrics: Option<RunMetrics>,
-    /// Work counters.
-    pub counters: SolverCounters,
-    /// Wall time of the row in s (the only figure that depends on the machine).
-    pub wall_time_s: f64,
+quantities! {
+    /// Result of one row.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct RowOutcome {
+        /// How the row ended: done, audit_failed, invalid, diverged, budget_exhausted.
+        pub status: RowStatus => "",
+        /// Why the row is not done, in words; empty if it is.
+        pub reason: String => "",
+        /// Simulated time reached.
+        pub time_reached_s: f64 => "s",
+        /// Modes of the structure that were kept.
+        pub modes: usize => "1",
+        /// States of the coupled system.
+        pub states: usize => "1",
+        /// Outputs; `None` unless the row was simulated to its end.
+        pub metrics: Option<RunMetrics>,
+        /// Work counters.
+        pub counters: Counters,
+        /// Wall time that the row took; depends on the machine and its load.
+        pub wall_time_s: f64 => "s",
+    }
 }
 
 impl RowOutcome {
@@ -86,7 +78,7 @@ impl RowOutcome {
             modes: 0,
             states: 0,
             metrics: None,
-            counters: SolverCounters::default(),
+            counters: Counters::default(),
             wall_time_s: 0.0,
         }
     }

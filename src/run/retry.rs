@@ -1,8 +1,9 @@
 //! Runs a row that diverged, or whose audit fails, again with a stricter tolerance.
 
+use super::outcome::{RowOutcome, RowStatus};
+use super::row::{LEAST_TOLERANCE, run_row_observed};
+use super::twins::with_twins;
 use crate::integrate::Observer;
-use crate::run::twins::with_twins;
-use crate::run::{RowOutcome, RowStatus, run_row_observed};
 use crate::scene::Scene;
 use crate::system::{Coupled, CoupledModel, InterfaceModes};
 
@@ -10,8 +11,6 @@ use crate::system::{Coupled, CoupledModel, InterfaceModes};
 pub const DEFAULT_RETRIES: u32 = 1;
 /// Factor on the tolerance from one time to the next.
 pub const TIGHTENING: f64 = 0.01;
-/// Least tolerance: below it rounding decides.
-pub(super) const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// As [`crate::run::run_row`]; a row that diverges or fails its audit is run again with [`TIGHTENING`] times the tolerance, at most
 /// `retries` times, where the method has one. Then its twins are run, if the scene asks for them.

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
+use super::outcome::{RowOutcome, RowStatus};
 use crate::integrate::{End, Observer, Settings, Span, Stopped};
 use crate::metrics::{Recorder, RunTotals};
-use crate::run::{RowOutcome, RowStatus, SolverCounters};
 use crate::scene::{Scene, SolverSettings};
 use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
 
@@ -12,6 +12,9 @@ use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
 const FIRST_STEP_S: f64 = 1e-6;
 /// Longest step in s: well below the width of any window or the period of the percussion.
 const LONGEST_STEP_S: f64 = 1e-3;
+
+/// Least tolerance of a run: below it rounding decides.
+pub(super) const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// Residual of energies or of chambers above which the audit of a row fails. At the default tolerance energies close to 1e-5 and
 /// chambers to 1e-10; the latter to a few 1e-4 where an annulus at ambient pressure relaxes within a step for a minute, or steps
@@ -54,7 +57,7 @@ where
 {
     let mut system = Coupled::new(model);
     let mut observers = (Recorder::new(model, scene), extra);
-    let End { stopped, t, y, counters: work } = integrate(scene, &mut system, &mut observers);
+    let End { stopped, t, y, counters } = integrate(scene, &mut system, &mut observers);
     let (recorder, extra) = observers;
     let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, t, &y));
     let (status, reason) = match &metrics {
@@ -68,14 +71,7 @@ where
         modes: model.layout().modes,
         states: model.layout().states(),
         metrics,
-        counters: SolverCounters {
-            steps: work.steps,
-            rejected_steps: work.rejected,
-            rhs_evaluations: work.rhs,
-            located_events: work.events,
-            factorisations: work.factorisations,
-            retries: 0,
-        },
+        counters,
         wall_time_s: 0.0,
     };
     (outcome, extra)

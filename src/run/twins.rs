@@ -1,8 +1,8 @@
 //! Runs a row's twins: the same scene with inputs that are the same for every purpose, to see how far its outputs move.
 
+use super::outcome::RowOutcome;
+use super::row::{LEAST_TOLERANCE, run_row};
 use crate::metrics::{RunMetrics, Scatter};
-use crate::run::retry::LEAST_TOLERANCE;
-use crate::run::{RowOutcome, run_row};
 use crate::scene::{HammerUnit, Scene};
 use crate::system::InterfaceModes;
 

@@ -3,13 +3,13 @@
 use super::constraints::constrained;
 use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
-use super::file::FactorValue;
 use super::growth::frame_hash;
 use super::loaded::Study;
 use super::plan::factors::Source;
 use super::resolve::placement::PointTable;
 use super::resolve::scene::Issue;
 use crate::design::{Acceptance, Design, Level};
+use crate::quantity::Value;
 use crate::scene::Scene;
 
 /// Rows compared of designs that compute each row alone: those of one kind and seed do not start to differ later.
@@ -69,15 +69,15 @@ impl CheckedStudy {
     /// Values of the factors in a row, in the order of [`Study::factors`]; empty past the last row.
     ///
     /// A factor all of whose paths are overridden has the override's value.
-    pub fn row_values(&self, row: usize) -> Vec<FactorValue> {
+    pub fn row_values(&self, row: usize) -> Vec<Value> {
         let Some(levels) = self.design.row(row) else { return Vec::new() };
         let drawn = self.study.plan.values(&levels).0.into_iter().zip(&self.study.plan.paths);
         drawn
             .map(|(value, paths)| {
-                let overridden: Option<Vec<FactorValue>> = paths.iter().map(|at| self.study.overridden(at)).collect();
+                let overridden: Option<Vec<Value>> = paths.iter().map(|at| self.study.overridden(at)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
                 match (first, &value) {
-                    (Some(FactorValue::Integer(whole)), FactorValue::Real(_)) => FactorValue::Real(whole as f64),
+                    (Some(Value::Integer(whole)), Value::Real(_)) => Value::Real(whole as f64),
                     (Some(value), _) => value,
                     (None, _) => value,
                 }
@@ -127,9 +127,10 @@ impl CheckedStudy {
         for row in 0..compared.min(self.row_count()) {
             for value in self.row_values(row) {
                 match value {
-                    FactorValue::Real(value) => hasher.update(&value.to_bits().to_le_bytes()),
-                    FactorValue::Integer(value) => hasher.update(&value.to_le_bytes()),
-                    FactorValue::Text(text) => {
+                    Value::Real(value) => hasher.update(&value.to_bits().to_le_bytes()),
+                    Value::Integer(value) => hasher.update(&value.to_le_bytes()),
+                    Value::Count(value) => hasher.update(&value.to_le_bytes()),
+                    Value::Text(text) => {
                         hasher.update(&(text.len() as u64).to_le_bytes());
                         hasher.update(text.as_bytes())
                     }

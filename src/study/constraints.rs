@@ -4,7 +4,6 @@ use std::cell::OnceCell;
 
 use super::document::error::StudyError;
 use super::document::path;
-use super::file::FactorValue;
 use super::loaded::Study;
 use super::plan::factors::{Factors, Plan, Source, design_problem};
 use super::resolve::placement::PointTable;
@@ -12,6 +11,7 @@ use super::resolve::scene::Issue;
 use crate::design::{Constraints, Design, Level};
 use crate::expression::{Scope, Value};
 use crate::hammer::choked_flow;
+use crate::quantity;
 use crate::scene::{HammerUnit, Scene};
 use crate::words::nearest;
 
@@ -101,7 +101,7 @@ impl Plan {
 /// What an expression sees of a row.
 struct RowScope<'a> {
     study: &'a Study,
-    values: &'a [FactorValue],
+    values: &'a [quantity::Value],
     points: &'a PointTable,
     /// Worked out when first asked for.
     scene: OnceCell<Result<Scene, Vec<Issue>>>,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::design_kind::{DesignKind, DesignOptions, design_keys};
 use crate::design::{Axial, HypercubeKind};
 use crate::parameter::describe;
+use crate::quantity::Value;
 use crate::scene::{Environment, HammerUnit, OutputSettings, SolverEntry};
 use crate::structure::{Damping, MatrixFormat, Units};
 use crate::workpiece::{Casting, Fixture};
@@ -379,7 +380,7 @@ pub struct FactorEntry {
     pub levels: Option<u64>,
     /// Values to choose from: texts or numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub values: Option<Vec<FactorValue>>,
+    pub values: Option<Vec<Value>>,
     /// Distribution of a real number. Default `uniform` in the range (`scale = "log"`: in its logarithm).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distribution: Option<DistributionName>,
@@ -452,26 +453,4 @@ pub enum Scale {
     Linear,
     /// Uniform in the logarithm.
     Log,
-}
-
-/// Value of a factor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum FactorValue {
-    /// A whole number.
-    Integer(i64),
-    /// A real number.
-    Real(f64),
-    /// A text, e.g. the name of an interface point.
-    Text(String),
-}
-
-impl std::fmt::Display for FactorValue {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Integer(value) => write!(formatter, "{value}"),
-            Self::Real(value) => write!(formatter, "{value}"),
-            Self::Text(value) => write!(formatter, "{value}"),
-        }
-    }
 }

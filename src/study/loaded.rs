@@ -8,7 +8,7 @@ use super::document::overrides::{Override, SHARED_KEYS};
 use super::document::path;
 use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys, read_tree};
-use super::file::{DesignEntry, FactorValue, StudyFile};
+use super::file::{DesignEntry, StudyFile};
 use super::hash::hash;
 use super::plan::factors::{FactorInfo, Plan, to_toml};
 use super::resolve::library::Library;
@@ -18,6 +18,7 @@ use super::resolve::scene::Issue;
 use super::resolve::structure::StructureSettings;
 use super::schema::study_schema;
 use crate::files::{self, Limit};
+use crate::quantity::Value;
 use crate::scene::Scene;
 
 /// A text that some row has at a path.
@@ -186,7 +187,7 @@ impl Study {
     }
 
     /// Value of the last override of exactly this path.
-    pub(super) fn overridden(&self, at: &[String]) -> Option<FactorValue> {
+    pub(super) fn overridden(&self, at: &[String]) -> Option<Value> {
         let one = self.typed.overridden(|path| path == at)?;
         one.value.clone().try_into().ok()
     }
@@ -222,7 +223,7 @@ impl Study {
     }
 
     /// The scene of these values of the factors.
-    pub(super) fn scene_of(&self, values: &[FactorValue], points: &PointTable) -> Result<Scene, Vec<Issue>> {
+    pub(super) fn scene_of(&self, values: &[Value], points: &PointTable) -> Result<Scene, Vec<Issue>> {
         self.scenes.scene(self.plan.driven(values), points)
     }
 

@@ -30,11 +30,11 @@ pub use demand::InterfaceDemand;
 pub use design_kind::DesignKind;
 pub use document::error::{InvalidRow, Place, Problem, StudyError};
 pub use file::{
-    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FactorValue, FixtureEntry, HammerEntry,
-    Housings, LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StudyFile,
+    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FixtureEntry, HammerEntry, Housings,
+    LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StudyFile,
 };
 pub use loaded::Study;
-pub use plan::factors::{FactorInfo, FactorKind};
+pub use plan::factors::FactorInfo;
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use decore::dataset::{Cell, DatasetReader, TableName};
+use decore::dataset::{DatasetReader, TableName};
 use tempfile::TempDir;
 
 const DONE: i32 = 0;
@@ -51,13 +51,7 @@ fn column(folder: &Path, name: &str) -> Vec<String> {
     let reader = DatasetReader::open(folder).unwrap();
     reader
         .visit(TableName::Runs, &[name], |cells| {
-            values.push(match cells[0] {
-                Cell::Text(text) => text.to_owned(),
-                Cell::Real(value) => value.to_string(),
-                Cell::Count(value) => value.to_string(),
-                Cell::Integer(value) => value.to_string(),
-                Cell::Null => "null".to_owned(),
-            });
+            values.push(cells[0].map_or("null".to_owned(), |value| value.to_string()));
         })
         .unwrap();
     values

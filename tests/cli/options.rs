@@ -134,7 +134,7 @@ fn twins_have_columns_and_a_price() {
     let mut rows = 0;
     reader
         .visit(table, &names, |cells| {
-            let scatter: Vec<f64> = cells.iter().filter_map(|cell| cell.number()).collect();
+            let scatter: Vec<f64> = cells.iter().filter_map(|cell| cell.and_then(|value| value.number())).collect();
             assert!(scatter.len() == 3 && scatter.iter().all(|value| *value >= 0.0 && *value < 0.05), "{cells:?}");
             rows += 1;
         })

@@ -8,7 +8,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record};
-use decore::dataset::{Cell, DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify};
+use decore::dataset::{DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify};
+use decore::quantity::Value;
 use tempfile::TempDir;
 
 /// Variable that sets the number of corruptions of the campaign.
@@ -41,8 +42,8 @@ fn wall_times(folder: &Path) -> Vec<Option<f64>> {
     let mut found = Vec::new();
     reader
         .visit(TableName::Timings, &["row", "wall_time_s"], |cells| {
-            assert_eq!(cells[0], Cell::Count(found.len() as u64));
-            found.push(cells[1].number());
+            assert_eq!(cells[0], Some(Value::Count(found.len() as u64)));
+            found.push(cells[1].and_then(|value| value.number()));
         })
         .expect("read");
     found

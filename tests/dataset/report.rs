@@ -41,10 +41,25 @@ fn the_report_ranks_rows_and_names_the_tables() {
 fn equal_rows_are_ranked_by_index() {
     let (_scratch, folder) = dataset();
     let reader = DatasetReader::open(&folder).expect("opened");
-    let settings = ReportSettings { rank_by: "total_air_used_nl".to_owned(), best: 3 };
+    let settings = ReportSettings { rank_by: "total_air_used_nl".to_owned(), best: 3, ..ReportSettings::default() };
     let report = summarise(&reader, &settings).expect("summarised");
     let best: Vec<u64> = report.best.iter().map(|best| best.row).collect();
     assert_eq!(best, [0, 1, 2]);
+}
+
+/// Blows are not read for a report: only their checksums, on request, tell that they are damaged.
+#[test]
+fn checksums_are_compared_on_request() {
+    let (_scratch, folder) = dataset();
+    std::fs::write(folder.join("blows/blows-000000000064.parquet"), "no table").expect("written");
+    let reader = DatasetReader::open(&folder).expect("opened");
+    let damage = |checksums: bool| {
+        let settings = ReportSettings { checksums, ..ReportSettings::default() };
+        summarise(&reader, &settings).expect("summarised").damage
+    };
+    let (unasked, asked) = (damage(false), damage(true));
+    assert!(unasked.is_empty() && asked.len() == 1, "{asked:?}");
+    assert!(asked[0].contains("blows-000000000064.parquet"), "{asked:?}");
 }
 
 #[test]

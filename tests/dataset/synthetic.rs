@@ -5,15 +5,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use decore::dataset::{DatasetInfo, DatasetWriter, Existing, Factor, FactorKind, FactorValue, Manifest, RowRecord};
+use decore::dataset::{DatasetInfo, DatasetWriter, Existing, Factor, Manifest, RowRecord};
+use decore::integrate::Counters;
 use decore::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Percussion, RunMetrics, RunTotals};
-use decore::run::{BatchProgress, BatchSettings, RowOutcome, RowStatus, SolverCounters, run_batch};
+use decore::quantity::{Kind, Value};
+use decore::run::{BatchProgress, BatchSettings, RowOutcome, RowStatus, run_batch};
 use tempfile::TempDir;
 
 /// Rows of the synthetic study.
 pub const ROWS: u64 = 150;
 
-fn factor(name: &str, kind: FactorKind, unit: &str) -> Factor {
+fn factor(name: &str, kind: Kind, unit: &str) -> Factor {
     Factor { name: name.to_owned(), kind, unit: unit.to_owned(), description: format!("drives {name}") }
 }
 
@@ -33,9 +35,9 @@ pub fn info() -> DatasetInfo {
         rows: ROWS,
         rows_per_part: 64,
         factors: vec![
-            factor("hammer.left.supply_bar", FactorKind::Real, "bar"),
-            factor("modes", FactorKind::Integer, "1"),
-            factor("2nd mount", FactorKind::Text, ""),
+            factor("hammer.left.supply_bar", Kind::Real, "bar"),
+            factor("modes", Kind::Integer, "1"),
+            factor("2nd mount", Kind::Text, ""),
         ],
         twins: 0,
         hammers: vec!["left".to_owned(), "right-hand".to_owned()],
@@ -55,13 +57,13 @@ pub fn outcome(row: u64) -> RowOutcome {
         modes: 12,
         states: 70,
         metrics,
-        counters: SolverCounters {
+        counters: Counters {
             steps: 1000 + row,
             rejected_steps: row,
             rhs_evaluations: 7000 + row,
             located_events: 50,
-            factorisations: 0,
             retries: row % 2,
+            ..Counters::default()
         },
         wall_time_s: 0.25,
     }
@@ -87,8 +89,6 @@ fn metrics(row: u64) -> RunMetrics {
     let blow = |hammer, number, kind, work_j| Blow {
         hammer,
         number,
-        casting: 0,
-        stroke: 0,
         kind,
         start_time_s: 0.1 + number as f64 / 20.0,
         energy_j: energy,
@@ -97,6 +97,7 @@ fn metrics(row: u64) -> RunMetrics {
         impulse_n_s: 3.0,
         peak_force_n: 1e5,
         casting_peak_velocity_m_s: 0.2,
+        ..Blow::default()
     };
     RunMetrics {
         hammers: vec![hammer(true), hammer(!row.is_multiple_of(5))],
@@ -126,9 +127,9 @@ pub fn record(row: u64, outcome: RowOutcome) -> RowRecord {
     RowRecord {
         row,
         factors: vec![
-            FactorValue::Real(4.0 + row as f64 / 100.0),
-            FactorValue::Integer(row as i64 - 75),
-            FactorValue::Text(if row.is_multiple_of(2) { "beam_1" } else { "beam_2" }.to_owned()),
+            Value::Real(4.0 + row as f64 / 100.0),
+            Value::Integer(row as i64 - 75),
+            Value::Text(if row.is_multiple_of(2) { "beam_1" } else { "beam_2" }.to_owned()),
         ],
         outcome,
     }

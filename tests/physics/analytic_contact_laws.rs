@@ -257,7 +257,7 @@ fn analytic_bouncing_ball() {
         let run = observe(&mut Coupled::new(&model), &y0, settings(1e-8, 1e-3), end, &mut bounces);
         assert_eq!(run.stopped, Stopped::AtEnd);
         let times = &bounces.times;
-        println!("{law:?}: {} bounces up to {end} s, {} events", times.len(), run.counters.events);
+        println!("{law:?}: {} bounces up to {end} s, {} events", times.len(), run.counters.located_events);
         assert!(times.len() >= 20);
         for (n, onset) in (1..).zip(times) {
             // What the n contacts before take (4 to 10 us each) delays the bounce.
@@ -322,7 +322,7 @@ fn analytic_energy_under_every_law() {
             "{law:?}: residual {:.1e}, {} steps, {} events, {:?} J, {} blows",
             metrics.totals.energy_residual,
             counters.steps,
-            counters.events,
+            counters.located_events,
             metrics.hammers[0].first_impact_energy_j,
             metrics.blows.len()
         );
@@ -342,9 +342,9 @@ fn regress_resting_contacts_do_not_chatter() {
         scene.hammers[0].start_time_s = 10.0;
         let model = build(&scene, &modes).expect("sound");
         let run = simulate(&model, model.initial_state(), (1e-5, 1e-3), 0.5);
-        println!("{law:?}: {} events, {} steps", run.counters.events, run.counters.steps);
+        println!("{law:?}: {} events, {} steps", run.counters.located_events, run.counters.steps);
         assert_eq!(run.stopped, Stopped::AtEnd);
-        assert!(run.counters.events < 3000 && run.counters.steps < 200_000, "{law:?}: {:?}", run.counters);
+        assert!(run.counters.located_events < 3000 && run.counters.steps < 200_000, "{law:?}: {:?}", run.counters);
     }
 }
 

@@ -76,7 +76,10 @@ fn analytic_error_follows_the_tolerance() {
         let start = Manufactured.solution(0.0);
         let run = at_end(observe(&mut system, &start, settings(tolerance, 1.0), 20.0, &mut samples));
         let error = samples.points.iter().map(|(t, y)| distance(y, &Manufactured.solution(*t))).fold(0.0, f64::max);
-        println!("{tolerance:e}: {error:.2e} in {} steps, {} rejected", run.counters.steps, run.counters.rejected);
+        println!(
+            "{tolerance:e}: {error:.2e} in {} steps, {} rejected",
+            run.counters.steps, run.counters.rejected_steps
+        );
         errors.push((tolerance, error));
         steps.push((tolerance, run.counters.steps as f64));
     }
@@ -102,7 +105,7 @@ fn analytic_every_crossing_is_found_once() {
         println!("level {level}: {} crossings, worst time error {worst:.1e}", found.len());
         assert!(worst < 2e-8, "level {level}: {worst:e}");
     }
-    assert_eq!(run.counters.events as usize, run.events.len());
+    assert_eq!(run.counters.located_events as usize, run.events.len());
 }
 
 /// A level just below a peak within a step: the guard is negative at both ends, and what happens in between must not be
@@ -276,7 +279,7 @@ fn budgets_end_a_run() {
     let few = decore::integrate::Settings { max_steps: 10, ..settings(1e-8, 1.0) };
     let run_few = run(&mut Smooth(ORBIT), &start, few, 100.0);
     assert_eq!(run_few.stopped, Stopped::StepBudget);
-    assert_eq!(run_few.counters.steps + run_few.counters.rejected, 10);
+    assert_eq!(run_few.counters.steps + run_few.counters.rejected_steps, 10);
     assert!(run_few.t > 0.0 && run_few.t < 100.0);
     // The state is the one at the time reached.
     assert!(distance(&run_few.y, &ORBIT.solution(run_few.t)) < 1e-6);

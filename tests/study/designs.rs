@@ -9,8 +9,9 @@ use crate::station::{checked, rows as rows_of, station_points};
 use arrow_array::types::Int8Type;
 use arrow_array::{ArrayRef, DictionaryArray, Float32Array, Int16Array, RecordBatch};
 use decore::hammer::{HammerParameters, ValveParameters};
+use decore::quantity::Value;
 use decore::scene::Scene;
-use decore::study::{CheckedStudy, FactorValue, Study, StudyError};
+use decore::study::{CheckedStudy, Study, StudyError};
 use parquet::arrow::ArrowWriter;
 use tempfile::TempDir;
 
@@ -69,12 +70,8 @@ fn scenes(study: &CheckedStudy) -> Vec<Scene> {
     (0..study.row_count()).map(|row| study.scene(row).expect("a scene")).collect()
 }
 
-fn number(value: &FactorValue) -> f64 {
-    match value {
-        FactorValue::Real(value) => *value,
-        FactorValue::Integer(value) => *value as f64,
-        FactorValue::Text(text) => panic!("the text {text}"),
-    }
+fn number(value: &Value) -> f64 {
+    value.number().unwrap_or_else(|| panic!("the text {value}"))
 }
 
 /// Position of a hammer of a scene along the rail, which runs along y.
@@ -168,7 +165,7 @@ fn tables_come_from_csv_and_parquet() {
         for (row, (position, steps, guide)) in rows.iter().enumerate() {
             let values = study.row_values(row);
             assert!((number(&values[0]) - position).abs() < 1e-8, "{name}: {values:?}");
-            assert_eq!(values[1..], [FactorValue::Text((*guide).into()), FactorValue::Integer(i64::from(*steps))]);
+            assert_eq!(values[1..], [Value::Text((*guide).into()), Value::Integer(i64::from(*steps))]);
         }
     }
 }
@@ -474,7 +471,7 @@ fn a_written_design_is_read_back() {
     // A column of one value is that value; a range may stand beside a column.
     std::fs::write(folder.path().join("one.csv"), "position,steps,guide\n0.05,1000,tied\n0.05,1000,tied\n").unwrap();
     let one = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'one.csv'\n{spared}")).unwrap();
-    assert_eq!(rows_of(&one).row_values(1)[3], FactorValue::Integer(1000));
+    assert_eq!(rows_of(&one).row_values(1)[3], Value::Integer(1000));
     let fault = message(parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'none.csv'\n{spared}")));
     assert!(fault.contains("cannot read") && fault.contains("design.factor.position"), "{fault}");
 }

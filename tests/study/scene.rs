@@ -6,10 +6,9 @@ use std::process::Command;
 use crate::station::{checked, rows};
 use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
+use decore::quantity::{Kind, Value};
 use decore::scene::{Guide, HammerUnit};
-use decore::study::{
-    FactorKind, FactorValue, InterfaceDemand, Study, hammer_file, hammer_schema, study_schema, template,
-};
+use decore::study::{InterfaceDemand, Study, hammer_file, hammer_schema, study_schema, template};
 use decore::workpiece::Fixture;
 
 fn studies() -> PathBuf {
@@ -205,7 +204,7 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
     let study = shipped("placement.toml");
     let names: Vec<&str> = study.factors().iter().map(|factor| factor.name.as_str()).collect();
     assert_eq!(names, ["position", "pressure", "standoff", "fixture_stiffness"]);
-    assert!(study.factors().iter().all(|factor| factor.kind == FactorKind::Real));
+    assert!(study.factors().iter().all(|factor| factor.kind == Kind::Real));
     assert_eq!(study.factors()[1].unit.as_deref(), Some("bar"));
     assert_eq!(study.seed(), 1);
     let study = rows(&study);
@@ -215,7 +214,7 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
             .row_values(row)
             .iter()
             .map(|value| match value {
-                FactorValue::Real(value) => *value,
+                Value::Real(value) => *value,
                 other => panic!("{other:?}"),
             })
             .collect();
@@ -231,7 +230,7 @@ fn the_placement_study_is_a_latin_hypercube_of_scenes() {
 #[test]
 fn the_grid_runs_through_every_combination() {
     let study = shipped("pressure_grid.toml");
-    assert_eq!(study.factors()[0].kind, FactorKind::Text);
+    assert_eq!(study.factors()[0].kind, Kind::Text);
     assert_eq!(InterfaceDemand::of(&study).mounts, ["R3", "R5"]);
     let study = rows(&study);
     assert_eq!(study.row_count(), 8);
@@ -249,9 +248,9 @@ fn the_grid_runs_through_every_combination() {
 fn an_overridden_factor_shows_the_override() {
     let study = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4.25".into()]).unwrap();
     let study = rows(&study);
-    assert_eq!(study.row_values(5)[1], FactorValue::Real(4.25));
+    assert_eq!(study.row_values(5)[1], Value::Real(4.25));
     let whole = shipped("placement.toml").with_overrides(&["hammer.hammer.supply_bar=4".into()]).unwrap();
-    assert_eq!(rows(&whole).row_values(5)[1], FactorValue::Real(4.0));
+    assert_eq!(rows(&whole).row_values(5)[1], Value::Real(4.0));
     let scene = study.scene(5).unwrap();
     assert_eq!(scene.hammers[0].supply_pressure_pa, 101_325.0 + 425_000.0);
 }

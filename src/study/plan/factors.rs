@@ -2,16 +2,15 @@
 
 use std::path::Path;
 
-use toml::Value;
-
 use super::kinds;
 use crate::design::{Design, DesignError, Distribution, Factor, Level};
 use crate::expression::{self, Expression, Scope};
+use crate::quantity::{Kind, Value};
 use crate::study::document::error::Problem;
 use crate::study::document::keys::{Shape, shape_at};
 use crate::study::document::path;
 use crate::study::document::tree::Document;
-use crate::study::file::{DesignEntry, DistributionName, FactorEntry, FactorValue, LinkEntry, Scale};
+use crate::study::file::{DesignEntry, DistributionName, FactorEntry, LinkEntry, Scale};
 use crate::words::nearest;
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
@@ -20,24 +19,13 @@ const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs"
 /// The key among them that all rows share: it decides which columns there are.
 const TWINS_PATH: [&str; 2] = ["outputs", "twins"];
 
-/// Type of a factor's values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FactorKind {
-    /// Real numbers.
-    Real,
-    /// Whole numbers.
-    Integer,
-    /// Texts.
-    Text,
-}
-
 /// One factor of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FactorInfo {
     /// Name as in the study.
     pub name: String,
     /// Type of its values, hence of its column.
-    pub kind: FactorKind,
+    pub kind: Kind,
     /// Paths that it drives.
     pub paths: Vec<String>,
     /// Its unit, if the study names one.
@@ -45,7 +33,7 @@ pub struct FactorInfo {
     /// What it varies over; categories stand for `values`. `None` for a derived factor.
     pub distribution: Option<Distribution>,
     /// The values that it chooses from; empty for a range.
-    pub values: Vec<FactorValue>,
+    pub values: Vec<Value>,
     /// The expression that gives a derived factor its value.
     pub expression: Option<String>,
 }
@@ -76,14 +64,14 @@ impl FactorInfo {
     }
 
     /// The value of a level.
-    pub(in crate::study) fn value(&self, level: Level) -> FactorValue {
+    pub(in crate::study) fn value(&self, level: Level) -> Value {
         match level {
-            Level::Real(value) => FactorValue::Real(value),
-            Level::Integer(value) => FactorValue::Integer(value),
+            Level::Real(value) => Value::Real(value),
+            Level::Integer(value) => Value::Integer(value),
             Level::Category(index) => match (self.values.get(index), self.kind) {
-                (Some(FactorValue::Integer(value)), FactorKind::Real) => FactorValue::Real(*value as f64),
+                (Some(Value::Integer(value)), Kind::Real) => Value::Real(*value as f64),
                 (Some(value), _) => value.clone(),
-                (None, _) => FactorValue::Text(String::new()),
+                (None, _) => Value::Text(String::new()),
             },
         }
     }
@@ -102,21 +90,20 @@ impl FactorInfo {
 }
 
 /// A factor's value as TOML.
-pub(in crate::study) fn to_toml(value: &FactorValue) -> Value {
+pub(in crate::study) fn to_toml(value: &Value) -> toml::Value {
     match value {
-        FactorValue::Integer(number) => Value::Integer(*number),
-        FactorValue::Real(number) => Value::Float(*number),
-        FactorValue::Text(text) => Value::String(text.clone()),
+        Value::Integer(number) => toml::Value::Integer(*number),
+        Value::Real(number) => toml::Value::Float(*number),
+        Value::Count(number) => toml::Value::Integer(number.cast_signed()),
+        Value::Text(text) => toml::Value::String(text.clone()),
     }
 }
 
 /// The value of a parameter linked to a factor, as TOML.
-fn linked(value: &FactorValue, link: Link) -> Value {
-    match value {
-        _ if link == Link::SAME => to_toml(value),
-        FactorValue::Integer(number) => Value::Float(link.factor * *number as f64 + link.offset),
-        FactorValue::Real(number) => Value::Float(link.factor * number + link.offset),
-        FactorValue::Text(_) => to_toml(value),
+fn linked(value: &Value, link: Link) -> toml::Value {
+    match value.number() {
+        Some(number) if link != Link::SAME => toml::Value::Float(link.factor * number + link.offset),
+        _ => to_toml(value),
     }
 }
 
@@ -160,17 +147,14 @@ pub(in crate::study) struct Plan {
 /// Values of the factors so far, as names of an expression.
 pub(in crate::study) struct Factors<'a> {
     pub names: &'a [FactorInfo],
-    pub values: &'a [FactorValue],
+    pub values: &'a [Value],
 }
 
 impl Factors<'_> {
     pub fn get(&self, name: &str) -> Option<expression::Value> {
         let pair = self.names.iter().zip(self.values).find(|(info, _)| info.name == name);
-        pair.map(|(_, value)| match value {
-            FactorValue::Integer(number) => expression::Value::Number(*number as f64),
-            FactorValue::Real(number) => expression::Value::Number(*number),
-            FactorValue::Text(text) => expression::Value::Text(text.clone()),
-        })
+        let text = |value: &Value| expression::Value::Text(value.to_string());
+        pair.map(|(_, value)| value.number().map_or_else(|| text(value), expression::Value::Number))
     }
 }
 
@@ -201,7 +185,7 @@ impl Plan {
     }
 
     /// The paths that factors drive, with what they have for these values of the factors.
-    pub fn driven(&self, values: &[FactorValue]) -> Vec<(&[String], Value)> {
+    pub fn driven(&self, values: &[Value]) -> Vec<(&[String], toml::Value)> {
         let mut driven = Vec::new();
         for ((paths, links), value) in self.paths.iter().zip(&self.links).zip(values) {
             driven.extend(paths.iter().zip(links).map(|(at, link)| (at.as_slice(), linked(value, *link))));
@@ -238,7 +222,7 @@ impl Plan {
             };
             factors.push(FactorInfo {
                 name: name.clone(),
-                kind: distribution.as_ref().map_or(FactorKind::Real, |distribution| kind_of(distribution, &values)),
+                kind: distribution.as_ref().map_or(Kind::Real, |distribution| kind_of(distribution, &values)),
                 paths: driven.iter().map(|driven| path::join(driven)).collect(),
                 unit: factor.unit.clone(),
                 distribution,
@@ -278,7 +262,7 @@ impl Plan {
     /// Values of all factors, in the study's order, for the levels of the drawn ones.
     ///
     /// A derived factor whose expression has no value is not a number; the error says why.
-    pub fn values(&self, levels: &[Level]) -> (Vec<FactorValue>, Option<String>) {
+    pub fn values(&self, levels: &[Level]) -> (Vec<Value>, Option<String>) {
         let mut values = Vec::with_capacity(self.factors.len());
         let mut fault = None;
         for (factor, source) in self.factors.iter().zip(&self.sources) {
@@ -291,7 +275,7 @@ impl Plan {
                         Ok(other) => Err(format!("expected a number, found {other}")),
                         Err(message) => Err(message),
                     };
-                    FactorValue::Real(number.unwrap_or_else(|message| {
+                    Value::Real(number.unwrap_or_else(|message| {
                         fault = Some(format!("factor `{}`: {message}", factor.name));
                         f64::NAN
                     }))
@@ -303,7 +287,7 @@ impl Plan {
     }
 
     /// Values of all factors in a row; empty past the last row.
-    pub fn row(&self, row: usize) -> Vec<FactorValue> {
+    pub fn row(&self, row: usize) -> Vec<Value> {
         self.design.row(row).map_or(Vec::new(), |levels| self.values(&levels).0)
     }
 }
@@ -312,19 +296,19 @@ fn clamp_count(count: u64) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)
 }
 
-fn kind_of(distribution: &Distribution, values: &[FactorValue]) -> FactorKind {
+fn kind_of(distribution: &Distribution, values: &[Value]) -> Kind {
     match distribution {
-        Distribution::Integer { .. } | Distribution::LogInteger { .. } => FactorKind::Integer,
+        Distribution::Integer { .. } | Distribution::LogInteger { .. } => Kind::Integer,
         Distribution::Categories { .. } => {
-            if values.iter().any(|value| matches!(value, FactorValue::Text(_))) {
-                FactorKind::Text
-            } else if values.iter().all(|value| matches!(value, FactorValue::Integer(_))) {
-                FactorKind::Integer
+            if values.iter().any(|value| matches!(value, Value::Text(_))) {
+                Kind::Text
+            } else if values.iter().all(|value| matches!(value, Value::Integer(_))) {
+                Kind::Integer
             } else {
-                FactorKind::Real
+                Kind::Real
             }
         }
-        _ => FactorKind::Real,
+        _ => Kind::Real,
     }
 }
 
@@ -395,7 +379,7 @@ impl Reader<'_> {
         }
     }
 
-    fn values(&mut self, name: &str, factor: &FactorEntry) -> Vec<FactorValue> {
+    fn values(&mut self, name: &str, factor: &FactorEntry) -> Vec<Value> {
         let values = factor.values.clone().unwrap_or_default();
         for (index, value) in values.iter().enumerate() {
             if values.iter().take(index).any(|other| same(other, value)) {
@@ -403,7 +387,7 @@ impl Reader<'_> {
                 self.problem(&at, format!("the value {value} is given twice"));
             }
         }
-        let texts = values.iter().filter(|value| matches!(value, FactorValue::Text(_))).count();
+        let texts = values.iter().filter(|value| matches!(value, Value::Text(_))).count();
         if texts > 0 && texts < values.len() {
             let at = self.at(name, &["values"]);
             self.problem(&at, "mixes texts and numbers");
@@ -415,7 +399,7 @@ impl Reader<'_> {
         &mut self,
         name: &str,
         factor: &FactorEntry,
-        values: &[FactorValue],
+        values: &[Value],
         taken: &[Vec<Vec<String>>],
     ) -> (Vec<Vec<String>>, Vec<Link>) {
         let linked = factor
@@ -440,7 +424,7 @@ impl Reader<'_> {
             }
         };
         texts.extend(linked);
-        let texts_only = values.iter().any(|value| matches!(value, FactorValue::Text(_)));
+        let texts_only = values.iter().any(|value| matches!(value, Value::Text(_)));
         let (mut driven, mut links): (Vec<Vec<String>>, Vec<Link>) = Default::default();
         for (at, text, link) in texts {
             if texts_only && link != Link::SAME {
@@ -492,7 +476,7 @@ impl Reader<'_> {
     }
 
     /// Holds the factor's values to the type of a parameter that it drives.
-    fn fits(&mut self, name: &str, factor: &FactorEntry, values: &[FactorValue], segments: &[String]) {
+    fn fits(&mut self, name: &str, factor: &FactorEntry, values: &[Value], segments: &[String]) {
         let Ok(shape) = shape_at(self.shape, self.tree, segments) else {
             return;
         };
@@ -501,9 +485,7 @@ impl Reader<'_> {
             if let Err(message) = shape.accepts(&to_toml(value)) {
                 let at = self.at(name, &["values", &index.to_string()]);
                 let nearest = match (shape, value) {
-                    (Shape::Choice(choices), FactorValue::Text(text)) => {
-                        nearest(text, choices.iter().map(String::as_str))
-                    }
+                    (Shape::Choice(choices), Value::Text(text)) => nearest(text, choices.iter().map(String::as_str)),
                     _ => None,
                 };
                 let problem = self.problem(&at, format!("{message}, but drives `{driven}`"));
@@ -512,7 +494,8 @@ impl Reader<'_> {
             }
         }
         let Some([low, _]) = factor.range else { return };
-        let probe = if factor.integer == Some(true) { Value::Integer(low as i64) } else { Value::Float(low) };
+        let probe =
+            if factor.integer == Some(true) { toml::Value::Integer(low as i64) } else { toml::Value::Float(low) };
         if low.is_finite()
             && let Err(message) = shape.accepts(&probe)
         {
@@ -522,7 +505,7 @@ impl Reader<'_> {
         }
     }
 
-    fn distribution(&mut self, name: &str, factor: &FactorEntry, values: &[FactorValue]) -> Distribution {
+    fn distribution(&mut self, name: &str, factor: &FactorEntry, values: &[Value]) -> Distribution {
         let fallback = Distribution::Categories { count: values.len().max(1) };
         if let Some(distribution) = self.shaped(name, factor) {
             return distribution;
@@ -651,11 +634,9 @@ pub(in crate::study) fn design_problem(document: &Document, error: &DesignError,
     Problem::new(document.locate(&at), path::join(&at), error.to_string())
 }
 
-fn same(a: &FactorValue, b: &FactorValue) -> bool {
+fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
-        (FactorValue::Integer(a), FactorValue::Real(b)) | (FactorValue::Real(b), FactorValue::Integer(a)) => {
-            *a as f64 == *b
-        }
+        (Value::Integer(a), Value::Real(b)) | (Value::Real(b), Value::Integer(a)) => *a as f64 == *b,
         _ => a == b,
     }
 }

@@ -12,10 +12,10 @@ use arrow_array::{Array, ArrayRef};
 use arrow_schema::DataType;
 use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
 
-use super::factors::{FactorInfo, FactorKind};
+use super::factors::FactorInfo;
 use crate::design::{Distribution, Level};
 use crate::files::{self, Limit};
-use crate::study::file::FactorValue;
+use crate::quantity::{Kind, Value};
 
 /// A row of the file: where it is, for messages, and a cell per factor.
 struct Row {
@@ -52,8 +52,8 @@ pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result
     let numbers: Option<Vec<f64>> =
         texts().map(|cell| cell.parse::<f64>().ok().filter(|number| number.is_finite())).collect();
     let Some(numbers) = numbers else {
-        let mut values: Vec<FactorValue> = Vec::new();
-        for value in texts().cloned().map(FactorValue::Text) {
+        let mut values: Vec<Value> = Vec::new();
+        for value in texts().cloned().map(Value::Text) {
             if !values.contains(&value) {
                 values.push(value);
             }
@@ -65,13 +65,13 @@ pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result
     if low < high {
         return Ok(Span::Range([low, high]));
     }
-    Ok(Span::Values(vec![if integer { FactorValue::Integer(low as i64) } else { FactorValue::Real(low) }]))
+    Ok(Span::Values(vec![if integer { Value::Integer(low as i64) } else { Value::Real(low) }]))
 }
 
 /// What the cells of a column span.
 pub(in crate::study) enum Span {
     Range([f64; 2]),
-    Values(Vec<FactorValue>),
+    Values(Vec<Value>),
 }
 
 /// The cells of these factors, row by row; at least one row.
@@ -177,11 +177,10 @@ fn cell(column: &ArrayRef, row: usize) -> Option<String> {
 }
 
 fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
-    if factor.kind == FactorKind::Text || !factor.values.is_empty() {
-        let same = |value: &FactorValue| match value {
-            FactorValue::Text(text) => text == cell,
-            FactorValue::Integer(number) => cell.parse::<f64>().is_ok_and(|cell| cell == *number as f64),
-            FactorValue::Real(number) => cell.parse::<f64>().is_ok_and(|cell| cell == *number),
+    if factor.kind == Kind::Text || !factor.values.is_empty() {
+        let same = |value: &Value| match value {
+            Value::Text(text) => text == cell,
+            number => cell.parse::<f64>().is_ok_and(|cell| number.number() == Some(cell)),
         };
         let place = factor.values.iter().position(same);
         return place.map(Level::Category).ok_or_else(|| format!("`{cell}` is none of {}", factor.domain()));

@@ -1,0 +1,24 @@
+//! What an integration counts.
+
+use serde::Serialize;
+
+use crate::quantity::quantities;
+
+quantities! {
+    /// Work done.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+    pub struct Counters {
+        /// Accepted steps.
+        pub steps: u64 => "1",
+        /// Rejected steps.
+        pub rejected_steps: u64 => "1",
+        /// Right-hand sides evaluated.
+        pub rhs_evaluations: u64 => "1",
+        /// Contact onsets and releases.
+        pub located_events: u64 => "1",
+        /// Factorisations of a matrix (implicit methods).
+        pub factorisations: u64 => "1",
+        /// Times the run was repeated with a stricter tolerance; the other counters are of the last time.
+        pub retries: u64 => "1",
+    }
+}

@@ -1,0 +1,88 @@
+//! One blow of a hammer, and what is remembered of it while its run goes on.
+
+use serde::Serialize;
+
+use crate::quantity::{Cell, Kind, QuantityField, Value, quantities};
+
+quantities! {
+    /// What one blow did.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    pub struct Blow {
+        /// Index of the hammer.
+        pub hammer: usize,
+        /// Index of the casting struck.
+        pub casting: usize,
+        /// Number of the blow for this hammer, from 0 (the first impact), blank ones included.
+        pub number: usize => "1",
+        /// Stroke of the hammer that the blow belongs to, from 0; a stroke begins where the supply is switched on.
+        pub stroke: usize => "1",
+        /// Kind of blow: first_impact, stroke_impact, settling, periodic or blank.
+        pub kind: BlowKind => "",
+        /// Start of the blow, from the start of the simulation.
+        pub start_time_s: f64 => "s" ("start"),
+        /// Kinetic energy of cylinder, spool, piston and chisel at the start.
+        pub energy_j: f64 => "J" ("energy"),
+        /// Chisel velocity at the start.
+        pub chisel_velocity_m_s: f64 => "m/s",
+        /// Work delivered to the casting within the blow's window.
+        pub work_j: f64 => "J" ("work"),
+        /// Impulse of the chisel-casting force within the blow's window.
+        pub impulse_n_s: f64 => "N s" ("impulse"),
+        /// Largest chisel-casting force within the blow's window.
+        pub peak_force_n: f64 => "N" ("peak force"),
+        /// Largest absolute velocity of the casting at the strike point within the blow's window.
+        pub casting_peak_velocity_m_s: f64 => "m/s" ("casting"),
+    }
+}
+
+/// Kind of a blow.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BlowKind {
+    /// The cylinder's single impact of the first stroke.
+    #[default]
+    FirstImpact,
+    /// The same of a later stroke.
+    StrokeImpact,
+    /// One of the first struck blows of a stroke's percussion.
+    Settling,
+    /// One of the struck blows after these.
+    Periodic,
+    /// A blow of the percussion that does not reach the casting.
+    Blank,
+}
+
+impl BlowKind {
+    /// The kind in tables, texts and JSON.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::FirstImpact => "first_impact",
+            Self::StrokeImpact => "stroke_impact",
+            Self::Settling => "settling",
+            Self::Periodic => "periodic",
+            Self::Blank => "blank",
+        }
+    }
+
+    /// Whether it is a blow of the percussion.
+    pub fn is_percussion(self) -> bool {
+        !matches!(self, Self::FirstImpact | Self::StrokeImpact)
+    }
+}
+
+impl QuantityField for BlowKind {
+    const KIND: Kind = Kind::Text;
+    fn value(&self) -> Cell<'_> {
+        Some(Value::Text(self.text()))
+    }
+}
+
+/// A blow whose window lies within the simulation, with what its hammer had done when it began.
+#[derive(Debug, Clone)]
+pub(super) struct Recorded {
+    pub blow: Blow,
+    /// Time in s that the gate had been open.
+    pub gated_s: f64,
+    /// Integral of the mount's squared velocity, m2/s.
+    pub arm_integral: f64,
+}

@@ -1,0 +1,182 @@
+//! The outputs of a run: declared here, computed by the recorder and its parts.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::blow::Blow;
+use super::percussion::Percussion;
+use crate::quantity::quantities;
+
+quantities! {
+    /// Outputs of one hammer. `None`: the event did not happen (or not often enough).
+    ///
+    /// "Periodic" figures are over the periodic blows: those that reach the casting, without the first of each stroke.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    pub struct HammerMetrics {
+        /// Start of the first impact (the first contact with the casting in the first stroke).
+        pub first_impact_time_s: Option<f64> => "s" main,
+        /// Kinetic energy of cylinder, spool, piston and chisel at the start of the first impact.
+        pub first_impact_energy_j: Option<f64> => "J" main,
+        /// Chisel velocity at the start of the first impact.
+        pub first_impact_chisel_velocity_m_s: Option<f64> => "m/s" main,
+        /// Work delivered to the casting within the first impact's window.
+        pub first_impact_work_j: Option<f64> => "J" main,
+        /// Impulse of the chisel-casting force within the first impact's window.
+        pub first_impact_impulse_n_s: Option<f64> => "N s" main,
+        /// Largest chisel-casting force within the first impact's window.
+        pub first_impact_peak_force_n: Option<f64> => "N" main,
+        /// Largest absolute velocity of the casting at the strike point within the first impact's window.
+        pub first_impact_casting_peak_velocity_m_s: Option<f64> => "m/s" main,
+        /// Number of strokes: times the supply was switched on.
+        pub stroke_count: u64 => "1",
+        /// Number of blows of the percussion that reached the casting, settling ones included.
+        pub struck_blow_count: u64 => "1",
+        /// Number of blows of the percussion that did not reach the casting.
+        pub blank_blow_count: u64 => "1",
+        /// Number of periodic blows; those that settle do not count.
+        pub periodic_blows: u64 => "1",
+        /// What the percussion is: periodic, aperiodic, unsettled, stalled, blank or none.
+        pub percussion: Percussion => "",
+        /// Period of a periodic percussion, in blows.
+        pub percussion_period: Option<u64> => "1",
+        /// Mean impact energy of the periodic blows.
+        pub periodic_energy_mean_j: Option<f64> => "J" main,
+        /// Standard error of the mean impact energy, from the series of blows with its autocorrelation.
+        pub periodic_energy_mean_error_j: Option<f64> => "J",
+        /// Standard deviation of the impact energy of the periodic blows.
+        pub periodic_energy_std_j: Option<f64> => "J",
+        /// Periodic blows less one over the time from the first to the last, both summed over the strokes.
+        pub hit_frequency_hz: Option<f64> => "Hz" main,
+        /// Mean work that a periodic blow delivers to the casting within its window.
+        pub periodic_work_mean_j: Option<f64> => "J" main,
+        /// Standard error of that mean work.
+        pub periodic_work_mean_error_j: Option<f64> => "J",
+        /// Mean impulse of the chisel-casting force within a periodic blow's window.
+        pub periodic_impulse_mean_n_s: Option<f64> => "N s" main,
+        /// Standard error of that mean impulse.
+        pub periodic_impulse_mean_error_n_s: Option<f64> => "N s",
+        /// Mean of the periodic blows' largest chisel-casting force.
+        pub periodic_peak_force_mean_n: Option<f64> => "N" main,
+        /// Standard error of that mean force.
+        pub periodic_peak_force_mean_error_n: Option<f64> => "N",
+        /// Mean of the periodic blows' largest absolute velocity of the casting at the strike point.
+        pub periodic_casting_peak_velocity_mean_m_s: Option<f64> => "m/s" main,
+        /// Standard error of that mean velocity.
+        pub periodic_casting_peak_velocity_mean_error_m_s: Option<f64> => "m/s",
+        /// Work delivered to the casting over the whole run: the integral of force times the casting's velocity.
+        pub delivered_work_j: f64 => "J" main,
+        /// Impulse of the chisel-casting force over the whole run.
+        pub delivered_impulse_n_s: f64 => "N s" main,
+        /// Root mean square of the mount's velocity along the hammer, before the hammer's first impact.
+        pub arm_rms_extension_m_s: Option<f64> => "m/s" main,
+        /// Root mean square of the mount's velocity along the hammer from the first impact to the end of the run; the
+        /// transient of the impact is part of it, so it falls with the duration.
+        pub arm_rms_hammering_m_s: Option<f64> => "m/s" main,
+        /// Root mean square of the mount's velocity along the hammer from the first to the last periodic blow of each stroke.
+        pub arm_rms_steady_m_s: Option<f64> => "m/s" main,
+        /// Number of chisel-casting contacts (maximal intervals of positive force).
+        pub contact_count: u64 => "1",
+        /// Air drawn from the supply over the run, in standard litres (101325 Pa, 293.15 K).
+        pub air_used_nl: f64 => "NL",
+    }
+}
+
+quantities! {
+    /// Outputs of one casting.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    pub struct CastingMetrics {
+        /// Largest absolute heave velocity.
+        pub peak_velocity_m_s: f64 => "m/s" main,
+        /// Time at which the largest absolute heave velocity occurred.
+        pub peak_velocity_time_s: f64 => "s",
+        /// Largest absolute velocity of the points struck, held or measured, along the strike; rotations are part of it.
+        pub peak_point_velocity_m_s: f64 => "m/s" main,
+        /// Time at which the largest absolute velocity of a point occurred.
+        pub peak_point_velocity_time_s: f64 => "s",
+        /// Which point that was: hammer.NAME for its strike point, fixture.NAME, or measuring_point.
+        pub peak_point: String => "",
+        /// Largest absolute velocity at the casting's measuring point, where one is chosen.
+        pub measuring_point_peak_velocity_m_s: Option<f64> => "m/s",
+    }
+}
+
+quantities! {
+    /// Outputs of the run as a whole.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    pub struct RunTotals {
+        /// Work delivered to the castings over the whole run by all hammers: the integral of force times velocity.
+        pub delivered_work_j: f64 => "J" main,
+        /// Impulse of the chisel-casting forces over the whole run, all hammers.
+        pub delivered_impulse_n_s: f64 => "N s" main,
+        /// Audit of the run: (work put in by gas and gravity - stored - dissipated) / work put in, the latter at least 1 J.
+        pub energy_residual: f64 => "1",
+        /// Audit of the chambers, the largest over them: what the energy of its gas misses by its own equation, over the
+        /// expansion work that passed, the latter at least 1 J.
+        pub chamber_residual: f64 => "1",
+    }
+}
+
+/// All outputs of one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunMetrics {
+    /// One entry per hammer.
+    pub hammers: Vec<HammerMetrics>,
+    /// One entry per casting.
+    pub castings: Vec<CastingMetrics>,
+    /// Every blow whose window lies within the simulation, by time of start, then hammer.
+    pub blows: Vec<Blow>,
+    /// Of the run as a whole.
+    #[serde(flatten)]
+    pub totals: RunTotals,
+    /// Scatter of the main outputs over the run's twins; `None` without twins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scatter: Option<Scatter>,
+}
+
+/// Scatter of the main outputs of one hammer, of one casting or of the run, by name; `None` where one of the runs lacks the
+/// output.
+pub type ScatterOf = BTreeMap<&'static str, Option<f64>>;
+
+quantities! {
+    /// Scatter of the main outputs over a run and its twins: half the range.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct Scatter {
+        /// Twins of the row that were simulated to their end; the scatter is over these and the row itself.
+        pub twins_done: u64 => "1",
+        /// One entry per hammer.
+        pub hammers: Vec<ScatterOf>,
+        /// One entry per casting.
+        pub castings: Vec<ScatterOf>,
+        /// Of the run as a whole.
+        pub totals: ScatterOf,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::{Kind, Value};
+
+    #[test]
+    fn getters_read_their_own_field() {
+        let metrics = HammerMetrics { hit_frequency_hz: Some(22.0), contact_count: 7, ..HammerMetrics::default() };
+        for quantity in HammerMetrics::QUANTITIES {
+            let value = (quantity.value)(&metrics);
+            match (quantity.name, quantity.kind) {
+                ("hit_frequency_hz", _) => assert_eq!(value, Some(Value::Real(22.0))),
+                ("contact_count", _) => assert_eq!(value, Some(Value::Count(7))),
+                ("percussion", _) => assert_eq!(value, Some(Value::Text("none"))),
+                ("air_used_nl" | "delivered_work_j" | "delivered_impulse_n_s", _) => {
+                    assert_eq!(value, Some(Value::Real(0.0)));
+                }
+                ("percussion_period", _) => assert_eq!(value, None),
+                (_, Kind::Count) => assert_eq!(value, Some(Value::Count(0))),
+                _ => assert_eq!((value, quantity.kind), (None, Kind::Real), "{}", quantity.name),
+            }
+            assert!(quantity.description().ends_with('.'), "{}", quantity.name);
+        }
+        let main: Vec<&str> = CastingMetrics::QUANTITIES.iter().filter(|q| q.main).map(|q| q.name).collect();
+        assert_eq!(main, ["peak_velocity_m_s", "peak_point_velocity_m_s"]);
+    }
+}

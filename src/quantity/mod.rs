@@ -1,0 +1,11 @@
+//! Values with their kinds and units, and output quantities declared once: what every table, JSON file and text is made of.
+//!
+//! - [`Value`], [`Kind`]: a value from the study to the report, and its type; [`Cell`]: one where there may be none
+//! - [`Quantity`]: name, unit, description and getter of an output, made by `quantities!` from the field that holds it
+
+mod declare;
+mod value;
+
+pub use declare::{Quantity, QuantityField};
+pub(crate) use declare::{first, quantities};
+pub use value::{Cell, Kind, Value};

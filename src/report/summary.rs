@@ -1,0 +1,319 @@
+//! What a report says, gathered in one pass over the dataset.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use crate::dataset::{Aggregates, ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
+use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
+use crate::quantity::{Cell, Value};
+use crate::run::{RowOutcome, RowStatus};
+
+/// Column by which rows are ranked unless another is asked for: the work delivered to the castings over the whole run.
+pub const DEFAULT_RANKING: &str = RunTotals::delivered_work_j.name;
+
+/// Figures shown beside the ranking for the best rows.
+const BESIDE: [&str; 8] = [
+    DEFAULT_RANKING,
+    Aggregates::total_first_impact_work_j.name,
+    Aggregates::total_first_impact_energy_j.name,
+    Aggregates::mean_periodic_energy_j.name,
+    Aggregates::mean_hit_frequency_hz.name,
+    Aggregates::least_percussion.name,
+    Aggregates::max_casting_point_velocity_m_s.name,
+    Aggregates::total_air_used_nl.name,
+];
+/// Outputs of single hammers and castings whose ranges over all hammers or castings are shown, with their titles.
+const SUBJECT_RANGES: [(&str, &str); 10] = [
+    (HammerMetrics::first_impact_energy_j.name, "first-impact energy of a hammer"),
+    (HammerMetrics::first_impact_work_j.name, "work of a first impact on the casting"),
+    (HammerMetrics::first_impact_casting_peak_velocity_m_s.name, "casting velocity at a first impact"),
+    (HammerMetrics::periodic_energy_mean_j.name, "energy of a periodic blow"),
+    (HammerMetrics::periodic_work_mean_j.name, "work of a periodic blow on the casting"),
+    (HammerMetrics::hit_frequency_hz.name, "hit frequency of a hammer"),
+    (HammerMetrics::periodic_energy_mean_error_j.name, "standard error of that energy"),
+    (HammerMetrics::arm_rms_steady_m_s.name, "arm velocity, steady hammering (RMS)"),
+    (CastingMetrics::peak_velocity_m_s.name, "peak velocity of a casting (heave)"),
+    (CastingMetrics::peak_point_velocity_m_s.name, "peak velocity of a casting's points"),
+];
+/// Outputs of whole rows whose ranges over the rows are shown, with their titles.
+const ROW_RANGES: [(&str, &str); 4] = [
+    (RunTotals::delivered_work_j.name, "work delivered in a row"),
+    (Aggregates::total_periodic_power_w.name, "impact power of a row"),
+    (Aggregates::total_air_used_nl.name, "air used in a row"),
+    (Aggregates::work_per_air_j_per_nl.name, "work per air in a row"),
+];
+/// Columns that every report reads, before those that depend on the study.
+const ALWAYS: [&str; 5] = [
+    RowRecord::row.name,
+    RowOutcome::status.name,
+    RowOutcome::reason.name,
+    Aggregates::least_percussion.name,
+    RunTotals::energy_residual.name,
+];
+/// Different reasons that are told apart: they may carry figures of their row.
+const MOST_REASONS: usize = 100;
+
+/// What to report.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReportSettings {
+    /// Column of `runs` by which rows are ranked, largest first. Default [`DEFAULT_RANKING`].
+    pub rank_by: String,
+    /// Number of best rows. Default 5.
+    pub best: usize,
+    /// Whether all files are compared with their checksums, for which they are read a second time. Default: no.
+    pub checksums: bool,
+}
+
+impl Default for ReportSettings {
+    fn default() -> Self {
+        Self { rank_by: DEFAULT_RANKING.to_owned(), best: 5, checksums: false }
+    }
+}
+
+/// A value as text, with its column's name and unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Name of the column; of a factor, its name in the study.
+    pub name: String,
+    /// Value; `None`: not available.
+    pub value: Option<Value>,
+    /// Unit.
+    pub unit: String,
+}
+
+/// One of the best rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BestRow {
+    /// Index of the row in the design.
+    pub row: u64,
+    /// Value of the ranking column.
+    pub rank: f64,
+    /// Other outputs of the row.
+    pub outputs: Vec<Figure>,
+    /// Factors of the row.
+    pub factors: Vec<Figure>,
+}
+
+/// Range of an output over the rows that are done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Range {
+    /// What it is.
+    pub title: String,
+    /// Unit.
+    pub unit: String,
+    /// Number of values.
+    pub count: u64,
+    /// Least value.
+    pub min: f64,
+    /// Mean value.
+    pub mean: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+/// Summary of a dataset; its `Display` is the text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// The dataset's folder.
+    pub folder: PathBuf,
+    /// Name of the study.
+    pub study_name: String,
+    /// Hash of the study.
+    pub study_hash: String,
+    /// Seed of the design.
+    pub seed: u64,
+    /// Version of the program that wrote the dataset.
+    pub program_version: String,
+    /// Rows of the design.
+    pub rows: u64,
+    /// Number of rows by status.
+    pub statuses: BTreeMap<String, u64>,
+    /// Number of rows that are done by the least sound percussion of their hammers.
+    pub percussions: BTreeMap<String, u64>,
+    /// Number of rows by reason, of the rows that are not done.
+    pub reasons: BTreeMap<String, u64>,
+    /// Number of blows.
+    pub blows: u64,
+    /// Column of the ranking.
+    pub ranking: ColumnDescription,
+    /// Best rows, best first; equal rows by index.
+    pub best: Vec<BestRow>,
+    /// Ranges of outputs.
+    pub ranges: Vec<Range>,
+    /// Row with the largest absolute energy residual, and that residual.
+    pub worst_residual: Option<(u64, f64)>,
+    /// Damaged files, in words, if checksums were asked for.
+    pub damage: Vec<String>,
+}
+
+/// Reads a dataset and summarises it. Memory is bounded, whatever the number of rows.
+///
+/// # Errors
+/// [`DatasetError::UnknownColumn`] or [`DatasetError::NotANumber`] if rows cannot be ranked by the column asked for;
+/// those of reading. Damaged files that can still be read are no error: they are named in the report.
+pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Report, DatasetError> {
+    let ranking = reader.column(TableName::Runs, &settings.rank_by)?.clone();
+    if ranking.unit.is_empty() {
+        return Err(DatasetError::NotANumber { table: TableName::Runs.folder(), column: ranking.name });
+    }
+    let study = &reader.manifest().study;
+    let mut report = Report {
+        folder: reader.folder().to_owned(),
+        study_name: study.study_name.clone(),
+        study_hash: study.study_hash.clone(),
+        seed: study.seed,
+        program_version: study.program_version.clone(),
+        rows: study.rows,
+        statuses: BTreeMap::new(),
+        percussions: BTreeMap::new(),
+        reasons: BTreeMap::new(),
+        blows: reader.parts(TableName::Blows).iter().map(|part| part.records).sum(),
+        ranking,
+        best: Vec::new(),
+        ranges: Vec::new(),
+        worst_residual: None,
+        damage: Vec::new(),
+    };
+    if settings.checksums {
+        report.damage = reader.damage().iter().map(ToString::to_string).collect();
+    }
+    let mut gatherer = Gatherer::new(reader.columns(TableName::Runs), settings, report);
+    reader.visit(TableName::Runs, &gatherer.names(), |cells| gatherer.row(cells))?;
+    Ok(gatherer.finish())
+}
+
+/// Gathers a report row by row.
+struct Gatherer<'a> {
+    settings: &'a ReportSettings,
+    report: Report,
+    outputs: Vec<&'a ColumnDescription>,
+    factors: Vec<&'a ColumnDescription>,
+    /// Columns that go into ranges, each with its range's place.
+    ranged: Vec<(usize, &'a ColumnDescription)>,
+}
+
+impl<'a> Gatherer<'a> {
+    fn new(columns: &'a [ColumnDescription], settings: &'a ReportSettings, mut report: Report) -> Self {
+        let named = |name: &str| columns.iter().find(|column| column.name == name);
+        let of_subjects = |quantity: &str| {
+            let is_subject = |column: &ColumnDescription| {
+                matches!(column.group, ColumnGroup::Hammer | ColumnGroup::Casting) && column.quantity == quantity
+            };
+            columns.iter().filter(|column| is_subject(column)).collect::<Vec<_>>()
+        };
+        let subjects = SUBJECT_RANGES.iter().map(|(quantity, title)| (of_subjects(quantity), title));
+        let rows = ROW_RANGES.iter().map(|(name, title)| (named(name).into_iter().collect(), title));
+        let mut ranged = Vec::new();
+        for (place, (members, title)) in subjects.chain(rows).enumerate() {
+            let unit = members.first().map(|column| column.unit.clone()).unwrap_or_default();
+            report.ranges.push(Range::empty((*title).to_owned(), unit));
+            ranged.extend(members.into_iter().map(|column| (place, column)));
+        }
+        Self {
+            outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
+            factors: columns.iter().filter(|column| column.group == ColumnGroup::Factor).collect(),
+            settings,
+            report,
+            ranged,
+        }
+    }
+
+    /// Names of the columns, in the order in which [`Gatherer::row`] takes them.
+    fn names(&self) -> Vec<&'a str> {
+        let ranged = self.ranged.iter().map(|(_, column)| *column);
+        let columns = self.outputs.iter().copied().chain(self.factors.iter().copied()).chain(ranged);
+        let fixed = ALWAYS.into_iter().chain([self.settings.rank_by.as_str()]);
+        fixed.chain(columns.map(|column| column.name.as_str())).collect()
+    }
+
+    fn row(&mut self, cells: &[Cell<'_>]) {
+        let [Some(Value::Count(row)), Some(Value::Text(status)), reason, percussion, residual, rank, others @ ..] =
+            cells
+        else {
+            return;
+        };
+        *self.report.statuses.entry((*status).to_owned()).or_default() += 1;
+        if let Some(Value::Text(reason)) = reason.filter(|reason| *reason != Value::Text("")) {
+            self.count_reason(reason);
+        }
+        if let Some(Value::Real(residual)) = residual {
+            self.judge_residual(*row, *residual);
+        }
+        if *status != RowStatus::Done.text() {
+            return;
+        }
+        if let Some(Value::Text(percussion)) = percussion {
+            *self.report.percussions.entry((*percussion).to_owned()).or_default() += 1;
+        }
+        let (beside, ranged) = others.split_at((self.outputs.len() + self.factors.len()).min(others.len()));
+        if let Some(rank) = rank.and_then(|rank| rank.number()).filter(|rank| !rank.is_nan()) {
+            self.rank(*row, rank, beside);
+        }
+        for ((place, _), cell) in self.ranged.iter().zip(ranged) {
+            if let (Some(range), Some(value)) =
+                (self.report.ranges.get_mut(*place), cell.and_then(|cell| cell.number()))
+            {
+                range.add(value);
+            }
+        }
+    }
+
+    /// Only so many different reasons are told apart, the others share an entry.
+    fn count_reason(&mut self, reason: &str) {
+        let reasons = &mut self.report.reasons;
+        let known = reasons.len() < MOST_REASONS || reasons.contains_key(reason);
+        let key = if known { reason } else { "other reasons (see column `reason`)" };
+        *reasons.entry(key.to_owned()).or_default() += 1;
+    }
+
+    fn judge_residual(&mut self, row: u64, residual: f64) {
+        // A residual that is no number counts as the worst.
+        let size = |value: f64| if value.is_nan() { f64::INFINITY } else { value.abs() };
+        if self.report.worst_residual.is_none_or(|(_, worst)| size(residual) > size(worst)) {
+            self.report.worst_residual = Some((row, residual));
+        }
+    }
+
+    fn rank(&mut self, row: u64, rank: f64, beside: &[Cell<'_>]) {
+        let best = &mut self.report.best;
+        // Rows come in order: behind its equals, a later row stays behind.
+        let place = best.partition_point(|other| other.rank >= rank);
+        if place < self.settings.best {
+            let (outputs, factors) = beside.split_at(self.outputs.len().min(beside.len()));
+            let (outputs, factors) = (figures(&self.outputs, outputs), figures(&self.factors, factors));
+            best.insert(place, BestRow { row, rank, outputs, factors });
+            best.truncate(self.settings.best);
+        }
+    }
+
+    /// The report; outputs without any value have no range.
+    fn finish(mut self) -> Report {
+        self.report.ranges.retain(|range| range.count > 0);
+        self.report
+    }
+}
+
+fn figures(columns: &[&ColumnDescription], cells: &[Cell<'_>]) -> Vec<Figure> {
+    let figure = |(column, cell): (&&ColumnDescription, &Cell<'_>)| Figure {
+        name: match column.group {
+            ColumnGroup::Factor => column.subject.clone().unwrap_or_else(|| column.name.clone()),
+            _ => column.name.clone(),
+        },
+        value: cell.map(|value| value.owned()),
+        unit: column.unit.clone(),
+    };
+    columns.iter().zip(cells).map(figure).collect()
+}
+
+impl Range {
+    fn empty(title: String, unit: String) -> Self {
+        Self { title, unit, count: 0, min: f64::INFINITY, mean: 0.0, max: f64::NEG_INFINITY }
+    }
+
+    fn add(&mut self, value: f64) {
+        self.count += 1;
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+        self.mean += (value - self.mean) / self.count as f64;
+    }
+}
