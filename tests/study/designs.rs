@@ -383,8 +383,8 @@ fn check_tells_the_quality_of_a_design_and_draws_it() {
     }
     let svg = std::fs::read_to_string(&picture).expect("a picture");
     // A panel per pair of factors, a point per row in those off the diagonal.
-    assert_eq!(svg.matches("stroke=\"#999\"").count(), 16);
-    assert_eq!(svg.matches("h0").count(), 12 * 32);
+    assert_eq!(svg.matches("fill=\"none\" stroke=\"#969696\"").count(), 16);
+    assert_eq!(svg.matches("<circle").count(), 12 * 32);
     let impossible = std::fs::read_to_string(&file).expect("study").replace(">= 0.1", ">= 3.0");
     std::fs::write(&file, impossible).expect("written");
     let output = decore(&["check"], &file);
