@@ -14,7 +14,7 @@
 //! ```
 //!
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
-//! modes, and [`study::Study::scene`] one of the study and the row's index.
+//! modes, and [`study::CheckedStudy::scene`] one of the study and the row's index.
 //!
 //! # Who may import whom
 //!
