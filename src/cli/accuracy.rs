@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::exit::{Exit, Failure};
+use super::exit::{Exit, Failure, write_file};
 use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
@@ -92,17 +92,10 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<In
 }
 
 fn write(folder: &Path, engine: &Engine, (result, words): (&Accuracy, &str)) -> Result<(), Failure> {
-    let failed = |path: &Path| {
-        let path = path.display().to_string();
-        move |source| Failure::Write { path, source }
-    };
-    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    std::fs::create_dir_all(folder).map_err(|source| Failure::Write { path: folder.display().to_string(), source })?;
     write_table(&folder.join("accuracy.parquet"), &engine.info(), ("accuracy", &columns(result)))?;
-    let path = folder.join("accuracy.txt");
-    std::fs::write(&path, words).map_err(failed(&path))?;
-    let svg = plot(result).map_err(Failure::Plot)?;
-    let path = folder.join("accuracy.svg");
-    std::fs::write(&path, svg).map_err(failed(&path))
+    write_file(&folder.join("accuracy.txt"), words)?;
+    write_file(&folder.join("accuracy.svg"), plot(result)?)
 }
 
 quantities! {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::exit::{Exit, Failure};
+use super::exit::{Exit, Failure, write_file};
 use super::outputs::refuse_inputs;
 use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
@@ -141,8 +141,7 @@ fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
         shares: rows.iter().filter_map(|row| row.get(index)).map(|level| distribution.share(*level)).collect(),
     };
     let panels: Vec<Factor> = drawn.enumerate().map(panel).collect();
-    let path = file.display().to_string();
-    std::fs::write(file, scatter_matrix(&panels)?).map_err(|source| Failure::Write { path, source })?;
+    write_file(file, scatter_matrix(&panels)?)?;
     say(&format_args!("scatter        {}", file.display()));
     Ok(())
 }

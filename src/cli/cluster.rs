@@ -11,7 +11,7 @@ use std::process::Command;
 
 use clap::Args;
 
-use super::exit::{Exit, Failure};
+use super::exit::{Exit, Failure, write_file};
 use super::run::default_folder;
 use super::shard::Shard;
 use super::text::say;
@@ -175,8 +175,7 @@ impl Plan {
     }
 
     fn write_file(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failure> {
-        let path = self.folder.join(name);
-        fs::write(&path, content).map_err(|source| Failure::Write { path: path.display().to_string(), source })
+        write_file(&self.folder.join(name), content)
     }
 
     fn shards(&self) -> PathBuf {

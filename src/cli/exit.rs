@@ -1,5 +1,6 @@
 //! Exit codes and the errors behind them.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::dataset::DatasetError;
@@ -69,4 +70,9 @@ impl Failure {
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
         }
     }
+}
+
+/// Writes a file.
+pub(super) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    std::fs::write(path, content).map_err(|source| Failure::Write { path: path.display().to_string(), source })
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::exit::{Exit, Failure};
+use super::exit::{Exit, Failure, write_file};
 use super::outputs::refuse_inputs;
 use super::scene_plot::{Picture, scene_plot};
 use super::text::{check_row, say, six_digits, tell};
@@ -81,8 +81,7 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, F
         let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
         let title = format!("{}, row {}", study.title(), arguments.row);
         let picture = Picture { title, hammers: study.hammer_names(), signals: &signals, blows };
-        std::fs::write(path, scene_plot(&picture)?)
-            .map_err(|source| Failure::Write { path: path.display().to_string(), source })?;
+        write_file(path, scene_plot(&picture)?)?;
         tell(&format_args!("the plot is in {}", path.display()));
     }
     Ok(outcome)

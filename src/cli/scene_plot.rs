@@ -1,6 +1,6 @@
 //! The picture of a row: motions, casting, work and machine over time.
 
-use crate::metrics::{Blow, Signal};
+use crate::metrics::{Blow, HammerSignals, Signal};
 use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels, thinned};
 
 /// Size in pixels: its width, and the height of a panel.
@@ -9,10 +9,13 @@ const SIZE: (u32, u32) = (1200, 230);
 const COLUMNS: usize = 900;
 /// Curves of each hammer, panel by panel: signal, what the legend says of it.
 const PANELS: [Panel; 4] = [
-    Panel { axis: "position (m)", curves: &[("extension_m", "cylinder"), ("piston_m", "piston in it")] },
-    Panel { axis: "casting (m/s)", curves: &[("casting_velocity_m_s", "casting at the strike")] },
-    Panel { axis: "work done (J)", curves: &[("delivered_work_j", "work on the casting")] },
-    Panel { axis: "machine (m/s)", curves: &[("arm_velocity_m_s", "mount")] },
+    Panel {
+        axis: "position (m)",
+        curves: &[(HammerSignals::extension_m.name, "cylinder"), (HammerSignals::piston_m.name, "piston in it")],
+    },
+    Panel { axis: "casting (m/s)", curves: &[(HammerSignals::casting_velocity_m_s.name, "casting at the strike")] },
+    Panel { axis: "work done (J)", curves: &[(HammerSignals::delivered_work_j.name, "work on the casting")] },
+    Panel { axis: "machine (m/s)", curves: &[(HammerSignals::arm_velocity_m_s.name, "mount")] },
 ];
 /// The panel that shows blows.
 const BLOWS: usize = 1;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::exit::{Exit, Failure};
+use super::exit::{Exit, Failure, write_file};
 use super::outputs::refuse_inputs;
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
@@ -84,8 +84,7 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     let report = assess(&model, &QualitySettings { reduction, cutoff_hz: settings.cutoff_hz, damping_ratio })?;
     if let Some(path) = &arguments.html {
         let title = format!("Reduction of {}", arguments.file.display());
-        std::fs::write(path, quality_page(&report, &title)?)
-            .map_err(|source| Failure::Write { path: path.display().to_string(), source })?;
+        write_file(path, quality_page(&report, &title)?)?;
     }
     if arguments.json {
         say(&serde_json::to_string_pretty(&report).map_err(|error| Failure::Argument(error.to_string()))?);

@@ -22,4 +22,4 @@ pub use blow::{Blow, BlowKind};
 pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 pub use percussion::Percussion;
 pub use recorder::Recorder;
-pub use signals::{Signal, SignalRecorder};
+pub use signals::{HammerSignals, Signal, SignalRecorder};
