@@ -256,7 +256,9 @@ impl<'a> About<'a> {
             let (name, column) = (quantity.name, format!("{}_scatter", quantity.name));
             let (of, unit) = match quantity.kind {
                 Kind::Text => ("share of the row and its twins with another value", "1"),
-                Kind::Real | Kind::Count | Kind::Integer => ("half the range over the row and its twins", quantity.unit),
+                Kind::Real | Kind::Count | Kind::Integer => {
+                    ("half the range over the row and its twins", quantity.unit)
+                }
             };
             let text = format!("Scatter ({of}) of {name}.");
             Column {
