@@ -50,7 +50,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     for factor in study.factors() {
         let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
         say(&format_args!("  factor       {}: {}{unit}", factor.name, factor.domain()))?;
-        for path in &factor.paths {
+        for path in factor.paths() {
             say(&format_args!("    drives     {path}"))?;
         }
     }
@@ -107,7 +107,7 @@ fn describe_design(checked: &CheckedStudy) -> Result<(), Failure> {
 
 /// What a two-level fraction confuses: its generators, how many words have which length, effects of one or two factors.
 fn describe_aliases(study: &Study, aliases: &Aliases) -> Result<(), Failure> {
-    let drawn = study.factors().iter().filter(|factor| factor.distribution.is_some());
+    let drawn = study.factors().iter().filter(|factor| factor.distribution().is_some());
     let names: Vec<&str> = drawn.map(|factor| factor.name.as_str()).collect();
     let product = |effect: &[usize]| effect.iter().map(|factor| names[*factor]).collect::<Vec<_>>().join("*");
     for (factor, others) in &aliases.generators {
@@ -134,7 +134,7 @@ fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
     let study = checked.study();
     let design = checked.design();
     let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
-    let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution.as_ref()?)));
+    let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution()?)));
     let panel = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Factor {
         name: factor.name.clone(),
         domain: format!("{} {}", factor.domain(), factor.unit.as_deref().unwrap_or_default()).trim_end().to_owned(),

@@ -5,9 +5,9 @@ use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
 use super::growth::frame_hash;
 use super::loaded::Study;
-use super::plan::factors::Source;
+use super::plan::factor::Source;
+use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
-use super::resolve::scene::Issue;
 use crate::design::{Acceptance, Design, Level};
 use crate::quantity::Value;
 use crate::scene::Scene;
@@ -71,10 +71,11 @@ impl CheckedStudy {
     /// A factor all of whose paths are overridden has the override's value.
     pub fn row_values(&self, row: usize) -> Vec<Value> {
         let Some(levels) = self.design.row(row) else { return Vec::new() };
-        let drawn = self.study.plan.values(&levels).0.into_iter().zip(&self.study.plan.paths);
-        drawn
-            .map(|(value, paths)| {
-                let overridden: Option<Vec<Value>> = paths.iter().map(|at| self.study.overridden(at)).collect();
+        let values = self.study.plan.values(&levels).0.into_iter().zip(self.study.factors());
+        values
+            .map(|(value, factor)| {
+                let overridden: Option<Vec<Value>> =
+                    factor.drives.iter().map(|driven| self.study.overridden(&driven.path)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
                 match (first, &value) {
                     (Some(Value::Integer(whole)), Value::Real(_)) => Value::Real(whole as f64),
@@ -146,8 +147,8 @@ fn faults(study: &Study, points: &PointTable) -> Vec<Problem> {
     let mut problems = check_names(study, points);
     let first = study.plan.design.row(0).unwrap_or_default();
     collect_issues(study, (&first, points), &mut problems);
-    for (source, factor) in study.plan.sources.iter().zip(&study.plan.factors) {
-        let Source::Drawn(index) = *source else { continue };
+    for factor in study.factors() {
+        let Source::Drawn { index, .. } = factor.source else { continue };
         for extreme in factor.extremes() {
             let mut levels = first.clone();
             if let Some(level) = levels.get_mut(index) {
