@@ -53,9 +53,9 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     check_row(&engine, arguments.row)?;
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {
-        say(&json_text(&engine, arguments.row, &outcome));
+        say(&json_text(&engine, arguments.row, &outcome))?;
     } else {
-        say(&readable(&engine, arguments.row, &outcome).trim_end());
+        say(&readable(&engine, arguments.row, &outcome).trim_end())?;
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
