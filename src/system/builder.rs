@@ -439,7 +439,7 @@ fn gas(environment: &Environment) -> Gas {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings};
+    use crate::scene::{Guide, ModeTreatment, Mount, OutputSettings, SolverSettings};
     use crate::workpiece::{Casting, Fixture};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
@@ -461,6 +461,7 @@ mod tests {
             ..HammerUnit::default()
         };
         let solver = SolverSettings {
+            guide: Guide::Spring,
             modes: ModeTreatment::Integrated,
             max_steps: 10,
             max_wall_time_s: 1.0,

@@ -68,7 +68,7 @@ const SCENES: [(&str, usize, &[&str]); 12] = [
     ("paper_rig.toml", 0, &["hammer.hammer.supply_bar=6", "hammer.hammer.standoff_m=0.06"]),
     ("paper_rig.toml", 0, &["hammer.hammer.standoff_m=0.1"]),
     ("paper_rig.toml", 0, &["casting.part.mass_kg=1"]),
-    ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.stiffness_n_per_m=5e7"]),
+    ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.stiffness_n_per_m=1e8"]),
     ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.stiffness_n_per_m=1.2e9"]),
     ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.law=hertz"]),
     ("paper_rig.toml", 0, &["hammer.hammer.parameters.guide.stiffness_n_per_m=1e8"]),
