@@ -10,6 +10,7 @@ use super::columns::TableName;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
+use super::rerun::Rerun;
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
 /// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum.
@@ -60,6 +61,9 @@ pub struct Manifest {
     pub done: Vec<RowSpan>,
     /// What the dataset is of.
     pub study: DatasetInfo,
+    /// Rows that were to be run with other budgets than the study's, the last ones last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reruns: Vec<Rerun>,
     /// Parts of the table of runs, by first row.
     pub runs: Vec<Part>,
     /// Parts of the table of blows, by first row.
@@ -106,6 +110,7 @@ impl Manifest {
             rows_done: 0,
             done: Vec::new(),
             study,
+            reruns: Vec::new(),
             runs: Vec::new(),
             blows: Vec::new(),
         };

@@ -31,7 +31,7 @@
 //! Nothing that was computed is removed unless it is in place elsewhere or was to be replaced, and what is computed again is
 //! said. [`Existing::Resume`] checks every part against its checksum, moves damaged ones aside, and names the rows that are to
 //! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, so that lost manifests are
-//! made anew from the parts. Wall times are expendable: lost ones become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! made anew from the parts. Wall times are expendable: lost ones become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs chosen rows again. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
@@ -57,6 +57,7 @@ mod reader;
 mod rebuild;
 mod record;
 mod recovery;
+mod rerun;
 mod status;
 mod store;
 mod table_file;
@@ -75,6 +76,7 @@ pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
 pub use merge::{Merged, merge};
 pub use reader::DatasetReader;
 pub use record::StoredRow;
+pub use rerun::{Chosen, Rerun};
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
 pub use table_file::{TableColumn, TableValues, write_signals, write_table};
 pub use verify::{Verification, verify};

@@ -138,6 +138,12 @@ fn one_interrupt_finishes_the_running_rows_and_a_second_ends_at_once() {
     let ended = long.wait_with_output().expect("ended");
     assert_eq!(ended.status.code(), Some(5), "{}", errors(&ended));
     assert!(begin.elapsed() < Duration::from_secs(20));
+    assert!(errors(&ended).contains("stopped at once: rows that ended are kept"), "{}", errors(&ended));
+    assert_eq!(status(&folder)["state"], "stopped_at_once");
+    let mut command = decore();
+    command.arg("status").arg(&folder);
+    let words = String::from_utf8(expect_code(command, 0).stdout).expect("UTF-8");
+    assert!(words.contains("stopped at once by a second interrupt") && !words.contains("machine"), "{words}");
     expect_code(sweep(&folder, 1000, 0.0), ROWS_FAILED);
     assert_same(&whole, &folder);
 }
