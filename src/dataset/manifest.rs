@@ -13,8 +13,8 @@ use super::info::DatasetInfo;
 use super::rerun::Rerun;
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
-/// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum.
-pub const FORMAT_VERSION: u32 = 4;
+/// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries.
+pub const FORMAT_VERSION: u32 = 5;
 /// Name of the manifest in the dataset's folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
 /// Name of the timings' manifest in the dataset's folder.

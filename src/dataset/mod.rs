@@ -37,7 +37,8 @@
 //!
 //! [`Columns`] puts the columns together from the declarations of their quantities. Units and descriptions are in every field's Arrow metadata (`unit`,
 //! `description`); the study's text, hash, seed, the program's version and a data dictionary (JSON) are key-values of
-//! every file (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`).
+//! every file (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`), all but the last
+//! entries of the Arrow schema too. Texts of which there are few (status, kind, names) are dictionaries of Arrow.
 
 mod aggregates;
 mod columns;
