@@ -10,7 +10,6 @@ use super::columns::TableName;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::rerun::Rerun;
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
 /// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries.
@@ -27,6 +26,15 @@ pub struct RowSpan {
     pub first: u64,
     /// One past the last row.
     pub end: u64,
+}
+
+/// Rows that were to be run with other budgets than the study's.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rerun {
+    /// What was changed, a sentence each.
+    pub changed: Vec<String>,
+    /// The rows.
+    pub rows: Vec<RowSpan>,
 }
 
 /// One file of a table.

@@ -14,9 +14,8 @@ use super::difference::is_same_study;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::manifest::{FORMAT_VERSION, Manifest, Part, RowSpan, TimingsManifest, part_file, part_first_row};
+use super::manifest::{FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, part_file, part_first_row};
 use super::parquet_file::{read_block_text, visit_rows};
-use super::rerun::Rerun;
 
 /// What a part of the table of timings says of its block.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

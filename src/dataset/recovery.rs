@@ -11,7 +11,6 @@ use super::parquet_file::visit_rows;
 use super::reader::check_part;
 use super::rebuild::Known;
 use super::record::{RowWriter, StoredRow, cells_say_failed};
-use super::rerun::supersede;
 use super::store::{Block, DAMAGED, remove, set_aside};
 use crate::quantity::Value;
 
@@ -171,6 +170,15 @@ impl Recovered {
         }
         Ok(())
     }
+}
+
+/// Puts a row into its block in place of the one that is there, unless that one is done and the new one is not: what was
+/// computed is not given up for a budget.
+pub fn supersede(block: &mut Block, row: StoredRow) {
+    if row.failed() && block.get(&row.row()).is_some_and(|known| !known.failed()) {
+        return;
+    }
+    block.insert(row.row(), row);
 }
 
 /// Whether the manifest has all rows of a block that the dataset is to hold.

@@ -7,12 +7,9 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
 use super::columns::Columns;
 use super::error::DatasetError;
 use super::manifest::RowSpan;
-use super::record::StoredRow;
 use super::recovery::{Recovered, read_block};
 use super::store::Block;
 
@@ -23,15 +20,6 @@ pub enum Chosen {
     Failed,
     /// These, whether they are there or not: ascending, without overlap.
     Rows(Vec<RowSpan>),
-}
-
-/// Rows that were to be run with other budgets than the study's.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Rerun {
-    /// What was changed, a sentence each.
-    pub changed: Vec<String>,
-    /// The rows.
-    pub rows: Vec<RowSpan>,
 }
 
 impl Recovered {
@@ -68,13 +56,4 @@ impl Recovered {
             }
         })
     }
-}
-
-/// Puts a row into its block in place of the one that is there, unless that one is done and the new one is not: what was
-/// computed is not given up for a budget.
-pub fn supersede(block: &mut Block, row: StoredRow) {
-    if row.failed() && block.get(&row.row()).is_some_and(|known| !known.failed()) {
-        return;
-    }
-    block.insert(row.row(), row);
 }

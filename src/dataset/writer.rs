@@ -16,11 +16,11 @@ use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use super::journal::{self, JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock, Place};
-use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
+use super::manifest::{MANIFEST_NAME, Manifest, Rerun, RowSpan, TIMINGS_NAME, TimingsManifest};
 use super::rebuild::{Known, known, strays};
 use super::record::StoredRow;
-use super::recovery::{Recovered, recover, rows_left};
-use super::rerun::{Chosen, Rerun, supersede};
+use super::recovery::{Recovered, recover, rows_left, supersede};
+use super::rerun::Chosen;
 use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
 use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
 

@@ -70,7 +70,7 @@ fn counts_rows(at: &[String]) -> bool {
 /// Keys of a study that only say when a row is given up.
 const BUDGET_KEYS: [[&str; 2]; 2] = [["solver", "max_steps"], ["solver", "max_wall_time_s"]];
 
-/// See [`super::Study::budget_free_hash`].
+/// See [`super::CheckedStudy::budget_free_hash`].
 pub(super) fn budget_free_hash(study: &Study) -> String {
     let typed = StudyFile { title: None, ..study.file.clone() };
     let mut tree = serde_json::to_value(&typed).unwrap_or_default();

@@ -9,7 +9,6 @@ use super::document::path;
 use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys, read_tree};
 use super::file::{DesignEntry, StudyFile};
-use super::growth::budget_free_hash;
 use super::hash::hash;
 use super::plan::design::Plan;
 use super::plan::factor::{FactorInfo, Source, to_toml};
@@ -171,12 +170,6 @@ impl Study {
     /// their reader.
     pub fn hash(&self) -> &str {
         &self.hash
-    }
-
-    /// Hash (hex) as [`Study::hash`], but over all that is not a budget: `solver.max_steps` and `solver.max_wall_time_s`. Rows
-    /// that met no budget are the same in studies that have this one in common.
-    pub fn budget_free_hash(&self) -> String {
-        budget_free_hash(self)
     }
 
     /// Seed of the design.
