@@ -63,7 +63,8 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
         repeats: arguments.repeats,
     };
     let result = measure(&experiment, &mut |what| tell(&format_args!("running: {what}")));
-    let result = result.map_err(|error| Failure::Argument(error.to_string()))?;
+    let result = result
+        .map_err(|error| Failure::Argument(format!("{error} (is the scene one that `decore scene` can run?)")))?;
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
