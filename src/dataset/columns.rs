@@ -255,7 +255,7 @@ impl<'a> About<'a> {
         quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
             let (name, column) = (quantity.name, format!("{}_scatter", quantity.name));
             let (of, unit) = match quantity.kind {
-                Kind::Text => ("share of the row and its twins with another value", "1"),
+                Kind::Text | Kind::Category => ("share of the row and its twins with another value", "1"),
                 Kind::Real | Kind::Count | Kind::Integer => {
                     ("half the range over the row and its twins", quantity.unit)
                 }
