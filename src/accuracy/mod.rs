@@ -53,9 +53,8 @@ pub fn ladder(scene: &Scene) -> Vec<Setting> {
     let mut settings = Vec::new();
     for (family, guide, modes) in families {
         for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            let same = |preset: &&Preset| {
-                preset.tolerance == tolerance && scene.ties(preset.guide) == scene.ties(guide)
-            };
+            let same =
+                |preset: &&Preset| preset.tolerance == tolerance && scene.ties(preset.guide) == scene.ties(guide);
             let preset = PRESETS.iter().find(same).filter(|_| modes == ModeTreatment::Automatic);
             let solver = SolverSettings { tolerance, guide, modes, method: Method::Tsit5, ..scene.solver };
             settings.push(Setting { family: family.to_owned(), preset: preset.map(|preset| preset.name), solver });
