@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::text::{check_row, say, tell};
+use super::text::{check_row, say, tell, warn};
 use crate::accuracy::{Accuracy, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::{Engine, RowScene, Rows};
@@ -50,6 +50,7 @@ pub(super) struct AccuracyArguments {
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
+    warn(engine.checked());
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
     let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
     let all_modes = all_modes(arguments, &engine)?;

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::outputs::refuse_inputs;
-use super::text::{plural, say, threads};
+use super::text::{plural, say, threads, warn};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{Engine, RowScene, Rows};
@@ -45,6 +45,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
+    warn(checked);
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));
     say(&format_args!("design         {}, seed {}", plural(checked.row_count(), "row"), study.seed()));
     for factor in study.factors() {

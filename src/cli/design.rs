@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::outputs::refuse_inputs;
-use super::text::{plural, say};
+use super::text::{plural, say, warn};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
 use crate::engine::{checked, dataset_info};
 use crate::quantity::{Kind, Value};
@@ -34,6 +34,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
     }
     refuse_inputs(&arguments.study, &arguments.overrides, &[Some(file)])?;
     let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
+    warn(&study);
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {

@@ -76,6 +76,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     // Before the rows are run, not after.
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
     check_ranking(&rows.info(), &report.rank_by)?;
+    text::warn(rows.checked());
     let display = Display { folder: &folder, progress: OnceLock::new() };
     let settings = SweepSettings {
         threads: arguments.threads,

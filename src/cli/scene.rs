@@ -9,7 +9,7 @@ use serde_json::json;
 use super::exit::{Exit, Failure, write_file};
 use super::outputs::refuse_inputs;
 use super::scene_plot::{Picture, scene_plot};
-use super::text::{check_row, say, six_digits, tell};
+use super::text::{check_row, say, six_digits, tell, warn};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
@@ -51,6 +51,7 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.signals.as_ref(), arguments.plot.as_ref()])?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
+    warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {
         say(&json_text(&engine, arguments.row, &outcome));

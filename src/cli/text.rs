@@ -6,6 +6,7 @@ use std::io::Write;
 
 use super::exit::Failure;
 use crate::engine::{Engine, Rows};
+use crate::study::CheckedStudy;
 
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
@@ -72,6 +73,11 @@ pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Argument(format!("--row is {row}, but the study has the rows 0 to {last}")))
+}
+
+/// Tells what looks wrong with a study; it is run nevertheless.
+pub(super) fn warn(study: &CheckedStudy) {
+    study.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
 }
 
 /// `1 row`, `2 rows`.

@@ -3,12 +3,14 @@
 use super::constraints::constrained;
 use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
+use super::document::path;
 use super::growth::frame_hash;
 use super::loaded::Study;
 use super::plan::factors::Source;
 use super::resolve::placement::PointTable;
 use super::resolve::scene::Issue;
 use crate::design::{Acceptance, Design, Level};
+use crate::parameter::Fault;
 use crate::quantity::Value;
 use crate::scene::Scene;
 
@@ -23,6 +25,7 @@ pub struct CheckedStudy {
     study: Study,
     points: PointTable,
     design: Design,
+    warnings: Vec<Problem>,
 }
 
 impl CheckedStudy {
@@ -36,9 +39,16 @@ impl CheckedStudy {
     /// # Errors
     /// [`StudyError::Invalid`] with all faults found; if a constraint cannot be evaluated, or too few rows are left.
     pub fn new(study: Study, points: PointTable) -> Result<Self, StudyError> {
-        StudyError::from_problems(faults(&study, &points))?;
+        let Findings { faults, warnings } = look_at(&study, &points);
+        StudyError::from_problems(faults)?;
         let design = constrained(&study, &points)?;
-        Ok(Self { study, points, design })
+        Ok(Self { study, points, design, warnings })
+    }
+
+    /// What about the values is possible but unlikely, for instance a pressure in another unit: those of the first row, and of
+    /// each factor at its ends.
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
     }
 
     /// The study.
@@ -141,35 +151,72 @@ impl CheckedStudy {
     }
 }
 
-/// What is wrong with a study on a machine with these points; rows share their faults: one report per place and key.
-fn faults(study: &Study, points: &PointTable) -> Vec<Problem> {
-    let mut problems = check_names(study, points);
+/// What a look at some rows of a study found.
+struct Findings {
+    faults: Vec<Problem>,
+    warnings: Vec<Problem>,
+}
+
+/// What is wrong with a study on a machine with these points, and what looks wrong; rows share their faults: one report per
+/// place and key.
+fn look_at(study: &Study, points: &PointTable) -> Findings {
+    let mut findings = Findings { faults: check_names(study, points), warnings: Vec::new() };
     let first = study.plan.design.row(0).unwrap_or_default();
-    collect_issues(study, (&first, points), &mut problems);
-    for (source, factor) in study.plan.sources.iter().zip(&study.plan.factors) {
+    findings.look_at_row(study, points, &Looked { levels: &first, factor: None });
+    for (place, (source, factor)) in study.plan.sources.iter().zip(&study.plan.factors).enumerate() {
         let Source::Drawn(index) = *source else { continue };
         for extreme in factor.extremes() {
             let mut levels = first.clone();
             if let Some(level) = levels.get_mut(index) {
                 *level = extreme;
             }
-            collect_issues(study, (&levels, points), &mut problems);
+            findings.look_at_row(study, points, &Looked { levels: &levels, factor: Some(place) });
         }
     }
-    let mut seen = std::collections::BTreeSet::new();
-    problems.retain(|problem| {
-        let place = &problem.place;
-        seen.insert((place.file.clone(), place.line, place.column, problem.key.clone()))
-    });
-    problems
+    for problems in [&mut findings.faults, &mut findings.warnings] {
+        let mut seen = std::collections::BTreeSet::new();
+        problems.retain(|problem| {
+            let place = &problem.place;
+            seen.insert((place.file.clone(), place.line, place.column, problem.key.clone()))
+        });
+    }
+    findings
 }
 
-fn collect_issues(study: &Study, (levels, points): (&[Level], &PointTable), problems: &mut Vec<Problem>) {
-    let (values, fault) = study.plan.values(levels);
-    if let Some(message) = fault {
-        problems.push(study.problem(Issue::new("design.factor".to_string(), message)));
-        return;
+/// A row that is looked at.
+struct Looked<'a> {
+    levels: &'a [Level],
+    /// The factor that is at one of its ends, all others being as in the first row.
+    factor: Option<usize>,
+}
+
+impl Looked<'_> {
+    /// Whether a quantity is driven by a factor that is not at one of its ends here: what it is then, nobody typed.
+    fn is_between(&self, study: &Study, at: &[String]) -> bool {
+        let drives = |paths: &Vec<Vec<String>>| paths.iter().any(|path| path.starts_with(at) || at.starts_with(path));
+        let driver = study.plan.paths.iter().position(drives);
+        let drawn = |driver: &usize| matches!(study.plan.sources.get(*driver), Some(Source::Drawn(_)));
+        driver.filter(drawn).is_some_and(|driver| self.factor != Some(driver))
     }
-    let issues = study.scene_of(&values, points).err().unwrap_or_default();
-    problems.extend(issues.into_iter().filter(|issue| !issue.row_only).map(|issue| study.problem(issue)));
+}
+
+impl Findings {
+    fn look_at_row(&mut self, study: &Study, points: &PointTable, looked: &Looked<'_>) {
+        let (values, fault) = study.plan.values(looked.levels);
+        if let Some(message) = fault {
+            self.faults.push(study.problem(Issue::new("design.factor".to_string(), message)));
+            return;
+        }
+        match study.scene_of(&values, points) {
+            Ok(scene) => {
+                let typed = |path: &str| path::split(path).is_ok_and(|at| !looked.is_between(study, &at));
+                let remarks = scene.remarks().into_iter().filter(|remark| typed(&remark.path));
+                self.warnings.extend(remarks.map(|Fault { path, message }| study.problem(Issue::new(path, message))));
+            }
+            Err(issues) => {
+                let issues = issues.into_iter().filter(|issue| !issue.row_only);
+                self.faults.extend(issues.map(|issue| study.problem(issue)));
+            }
+        }
+    }
 }
