@@ -19,7 +19,7 @@
 //! # Who may import whom
 //!
 //! One way only; a test holds the `use crate::` lines to this table. A module not named on the right is not imported.
-//! Within a module the files import each other one way too; `tests/layout.rs` knows which modules do not yet hold to it.
+//! Within a module the files import each other one way too.
 //!
 //! ```text
 //! design     :

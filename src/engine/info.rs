@@ -70,10 +70,10 @@ fn factor(info: &FactorInfo) -> Factor {
         name: info.name.clone(),
         kind: info.kind,
         unit: info.unit.clone().unwrap_or_else(|| unit.to_owned()),
-        description: match (&info.expression, info.paths.is_empty()) {
-            (None, _) => format!("Factor of the design; drives {}.", info.paths.join(", ")),
-            (Some(expression), true) => format!("Derived: {expression}."),
-            (Some(expression), false) => format!("Derived: {expression}; drives {}.", info.paths.join(", ")),
+        description: match (info.expression(), info.paths().as_slice()) {
+            (None, paths) => format!("Factor of the design; drives {}.", paths.join(", ")),
+            (Some(expression), []) => format!("Derived: {expression}."),
+            (Some(expression), paths) => format!("Derived: {expression}; drives {}.", paths.join(", ")),
         },
     }
 }

@@ -6,9 +6,9 @@ use super::document::error::{InvalidRow, Problem, StudyError};
 use super::document::path;
 use super::growth::frame_hash;
 use super::loaded::Study;
-use super::plan::factors::Source;
+use super::plan::factor::{FactorInfo, Source};
+use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
-use super::resolve::scene::Issue;
 use crate::design::{Acceptance, Design, Level};
 use crate::parameter::Fault;
 use crate::quantity::Value;
@@ -81,10 +81,11 @@ impl CheckedStudy {
     /// A factor all of whose paths are overridden has the override's value.
     pub fn row_values(&self, row: usize) -> Vec<Value> {
         let Some(levels) = self.design.row(row) else { return Vec::new() };
-        let drawn = self.study.plan.values(&levels).0.into_iter().zip(&self.study.plan.paths);
-        drawn
-            .map(|(value, paths)| {
-                let overridden: Option<Vec<Value>> = paths.iter().map(|at| self.study.overridden(at)).collect();
+        let values = self.study.plan.values(&levels).0.into_iter().zip(self.study.factors());
+        values
+            .map(|(value, factor)| {
+                let overridden: Option<Vec<Value>> =
+                    factor.drives.iter().map(|driven| self.study.overridden(&driven.path)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
                 match (first, &value) {
                     (Some(Value::Integer(whole)), Value::Real(_)) => Value::Real(whole as f64),
@@ -163,14 +164,14 @@ fn look_at(study: &Study, points: &PointTable) -> Findings {
     let mut findings = Findings { faults: check_names(study, points), warnings: Vec::new() };
     let first = study.plan.design.row(0).unwrap_or_default();
     findings.look_at_row(study, points, &Looked { levels: &first, factor: None });
-    for (place, (source, factor)) in study.plan.sources.iter().zip(&study.plan.factors).enumerate() {
-        let Source::Drawn(index) = *source else { continue };
+    for factor in study.factors() {
+        let Source::Drawn { index, .. } = factor.source else { continue };
         for extreme in factor.extremes() {
             let mut levels = first.clone();
             if let Some(level) = levels.get_mut(index) {
                 *level = extreme;
             }
-            findings.look_at_row(study, points, &Looked { levels: &levels, factor: Some(place) });
+            findings.look_at_row(study, points, &Looked { levels: &levels, factor: Some(factor) });
         }
     }
     for problems in [&mut findings.faults, &mut findings.warnings] {
@@ -187,16 +188,15 @@ fn look_at(study: &Study, points: &PointTable) -> Findings {
 struct Looked<'a> {
     levels: &'a [Level],
     /// The factor that is at one of its ends, all others being as in the first row.
-    factor: Option<usize>,
+    factor: Option<&'a FactorInfo>,
 }
 
 impl Looked<'_> {
     /// Whether a quantity is driven by a factor that is not at one of its ends here: what it is then, nobody typed.
     fn is_between(&self, study: &Study, at: &[String]) -> bool {
-        let drives = |paths: &Vec<Vec<String>>| paths.iter().any(|path| path.starts_with(at) || at.starts_with(path));
-        let driver = study.plan.paths.iter().position(drives);
-        let drawn = |driver: &usize| matches!(study.plan.sources.get(*driver), Some(Source::Drawn(_)));
-        driver.filter(drawn).is_some_and(|driver| self.factor != Some(driver))
+        let driver = study.plan.driver(|path| path.starts_with(at) || at.starts_with(path));
+        let drawn = driver.filter(|factor| factor.distribution().is_some());
+        drawn.is_some_and(|driver| self.factor.is_none_or(|own| own.name != driver.name))
     }
 }
 

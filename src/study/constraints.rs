@@ -5,9 +5,10 @@ use std::cell::OnceCell;
 use super::document::error::StudyError;
 use super::document::path;
 use super::loaded::Study;
-use super::plan::factors::{Factors, Plan, Source, design_problem};
+use super::plan::design::{Constraint, Plan, design_problem};
+use super::plan::factor::{FactorInfo, Factors, Source};
+use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
-use super::resolve::scene::Issue;
 use crate::design::{Constraints, Design, Level};
 use crate::expression::{Scope, Value};
 use crate::hammer::choked_flow;
@@ -41,7 +42,7 @@ fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]
     }
     let row = RowScope { study, values: &values, points, scene: OnceCell::new() };
     let constraints = among.iter().filter_map(|index| study.plan.constraints.get(*index));
-    for (met, (text, expression)) in constraints.enumerate() {
+    for (met, Constraint { text, expression }) in constraints.enumerate() {
         let value = expression.evaluate(&row);
         if row.misses() {
             return Ok(met);
@@ -55,45 +56,44 @@ fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]
     }
     Ok(among.len())
 }
+
 impl Plan {
     /// The constraints, those that ask for geometry last: they cost more.
     fn cheapest_first(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.constraints.len()).collect();
-        order.sort_by_key(|index| self.constraints[*index].1.calls_scope());
+        order.sort_by_key(|index| self.constraints[*index].expression.calls_scope());
         order
     }
 
     /// The drawn factors that a constraint looks at; all of them where it asks for geometry. A row is none without the values of
     /// all derived factors, so what these look at counts too.
     fn looked_at(&self, constraint: usize) -> Vec<usize> {
-        let expression = &self.constraints[constraint].1;
+        let expression = &self.constraints[constraint].expression;
         if expression.calls_scope() {
             return (0..self.design.factors().len()).collect();
         }
         let named = expression.names().into_iter().filter_map(|name| {
             let at = path::split(name).unwrap_or_default();
-            let drives = |paths: &Vec<Vec<String>>| paths.contains(&at);
-            let factor = self.factors.iter().position(|factor| factor.name == name);
-            factor.or_else(|| self.paths.iter().position(drives))
+            let factor = self.factors.iter().find(|factor| factor.name == name);
+            factor.or_else(|| self.driver(|path| path == at))
         });
-        let derived = (0..self.sources.len()).filter(|index| matches!(self.sources[*index], Source::Derived(_)));
-        let mut used: Vec<usize> = named.chain(derived).flat_map(|index| self.drawn_for(index)).collect();
+        let derived = self.factors.iter().filter(|factor| matches!(factor.source, Source::Derived { .. }));
+        let mut used: Vec<usize> = named.chain(derived).flat_map(|factor| self.drawn_for(factor)).collect();
         used.sort_unstable();
         used.dedup();
         used
     }
 
     /// The drawn factors, by their index in the design, that give a factor its value.
-    fn drawn_for(&self, factor: usize) -> Vec<usize> {
-        match self.sources.get(factor) {
-            Some(Source::Drawn(index)) => vec![*index],
-            Some(Source::Derived(expression)) => {
-                let place = |name: &&str| self.factors.iter().position(|factor| factor.name == *name);
-                let before =
-                    expression.names().iter().filter_map(place).filter(|other| *other < factor).collect::<Vec<_>>();
-                before.into_iter().flat_map(|other| self.drawn_for(other)).collect()
+    fn drawn_for(&self, factor: &FactorInfo) -> Vec<usize> {
+        match &factor.source {
+            Source::Drawn { index, .. } => vec![*index],
+            // It names factors before it only.
+            Source::Derived { expression, .. } => {
+                let names = expression.names();
+                let before = self.factors.iter().filter(|other| names.contains(&other.name.as_str()));
+                before.flat_map(|other| self.drawn_for(other)).collect()
             }
-            None => Vec::new(),
         }
     }
 }

@@ -10,11 +10,13 @@ use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys, read_tree};
 use super::file::{DesignEntry, StudyFile};
 use super::hash::hash;
-use super::plan::factors::{FactorInfo, Plan, to_toml};
+use super::plan::design::Plan;
+use super::plan::factor::{FactorInfo, Source, to_toml};
+use super::plan::reader::Surroundings;
+use super::resolve::issue::Issue;
 use super::resolve::library::Library;
 use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
-use super::resolve::scene::Issue;
 use super::resolve::structure::StructureSettings;
 use super::schema::study_schema;
 use crate::files::{self, Limit};
@@ -99,8 +101,8 @@ impl Study {
         let design = tree.get("design").cloned().map(read_tree::<DesignEntry>);
         let design =
             design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
-        let plan = Plan::read(&design, (document, directory), &shape, &tree);
-        let plan = plan.map_err(StudyError::several)?;
+        let around = Surroundings { document, directory, shape: &shape, tree: &tree };
+        let plan = Plan::read(&design, &around).map_err(StudyError::several)?;
         plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
         let file: StudyFile =
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
@@ -199,7 +201,7 @@ impl Study {
 
     /// The constraints, as written.
     pub fn constraints(&self) -> Vec<&str> {
-        self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
+        self.plan.constraints.iter().map(|constraint| constraint.text.as_str()).collect()
     }
 
     /// Names of the hammers, in order.
@@ -230,9 +232,7 @@ impl Study {
     /// All texts that some row can have at a path.
     pub(super) fn candidates(&self, at: &[String]) -> Vec<Candidate> {
         let overridden = self.typed.overridden(|path| path == at);
-        let driver = self.plan.paths.iter().position(|paths| paths.iter().any(|path| path == at));
-        let factor = driver.and_then(|index| self.plan.factors.get(index));
-        match (overridden, factor) {
+        match (overridden, self.plan.driver(|path| path == at)) {
             (Some(one), _) => {
                 let text = one.value.as_str().map(str::to_string);
                 text.into_iter().map(|value| Candidate { value, place: one.place(), at: at.to_vec() }).collect()
@@ -273,14 +273,11 @@ impl Study {
         if let Some(one) = self.typed.overridden(|path| path.starts_with(at) || at.starts_with(path)) {
             return one.place();
         }
-        let drives = |paths: &Vec<Vec<String>>| paths.iter().any(|path| path.starts_with(at) || at.starts_with(path));
-        if let Some(index) = self.plan.paths.iter().position(drives)
-            && let Some(factor) = self.plan.factors.get(index)
-        {
-            let key = match (&factor.expression, factor.values.is_empty()) {
-                (Some(_), _) => "expression",
-                (None, true) => "range",
-                (None, false) => "values",
+        if let Some(factor) = self.plan.driver(|path| path.starts_with(at) || at.starts_with(path)) {
+            let key = match (&factor.source, factor.values.is_empty()) {
+                (Source::Derived { .. }, _) => "expression",
+                (Source::Drawn { .. }, true) => "range",
+                (Source::Drawn { .. }, false) => "values",
             };
             let section = ["design", "factor", factor.name.as_str(), key].map(str::to_string);
             return self.typed.document.locate(&section);

@@ -34,7 +34,7 @@ pub use file::{
     LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StudyFile,
 };
 pub use loaded::Study;
-pub use plan::factors::FactorInfo;
+pub use plan::factor::FactorInfo;
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};

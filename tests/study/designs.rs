@@ -88,7 +88,7 @@ fn one_factor_drives_several_paths_with_factor_and_offset() {
          link = [{ path = 'hammer.right.supply_bar', factor = 0.5, offset = 1.0 },\n\
          { path = 'hammer.right.standoff_m', factor = 0.01 }]",
     );
-    assert_eq!(study.study().factors()[0].paths.len(), 3);
+    assert_eq!(study.study().factors()[0].paths().len(), 3);
     for (row, scene) in scenes(&study).iter().enumerate() {
         let pressure = number(&study.row_values(row)[0]);
         let gauge = |hammer: usize| (scene.hammers[hammer].supply_pressure_pa - 101_325.0) / 1e5;

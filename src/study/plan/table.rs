@@ -12,7 +12,7 @@ use arrow_array::{Array, ArrayRef};
 use arrow_schema::DataType;
 use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
 
-use super::factors::FactorInfo;
+use super::factor::FactorInfo;
 use crate::design::{Distribution, Level};
 use crate::files::{self, Limit};
 use crate::quantity::{Kind, Value};
@@ -24,13 +24,13 @@ struct Row {
 }
 
 /// What begins the name of a factor's column in files that decore writes.
-pub(in crate::study) const PREFIX: &str = "factor_";
+pub(super) const PREFIX: &str = "factor_";
 
 /// Most rows of a Parquet table: they are kept in memory.
 const MOST_TABLE_ROWS: usize = 10_000_000;
 
 /// Reads the factors' columns; columns of other names are left alone.
-pub(in crate::study) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
+pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
     let name = file.display();
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
     let rows = cells(file, &names)?;
@@ -46,7 +46,7 @@ pub(in crate::study) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec
 
 /// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
 /// values typed as whole numbers.
-pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
+pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
     let column = cells(file, &[factor])?;
     let texts = || column.iter().filter_map(|row| row.cells.first());
     let numbers: Option<Vec<f64>> =
@@ -69,7 +69,7 @@ pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result
 }
 
 /// What the cells of a column span.
-pub(in crate::study) enum Span {
+pub(super) enum Span {
     Range([f64; 2]),
     Values(Vec<Value>),
 }
@@ -185,7 +185,8 @@ fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
         let place = factor.values.iter().position(same);
         return place.map(Level::Category).ok_or_else(|| format!("`{cell}` is none of {}", factor.domain()));
     }
-    if let Some(Distribution::Integer { low, high } | Distribution::LogInteger { low, high }) = factor.distribution {
+    if let Some(&(Distribution::Integer { low, high } | Distribution::LogInteger { low, high })) = factor.distribution()
+    {
         let number = cell.parse::<f64>().ok().filter(|number| number.fract() == 0.0);
         let number = number.filter(|number| (low as f64..=high as f64).contains(number));
         return number
@@ -194,8 +195,8 @@ fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
     }
     let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
     let number = number.ok_or_else(|| format!("`{cell}` is no number"))?;
-    let unbounded = matches!(factor.distribution, Some(Distribution::Normal { .. }));
-    match factor.distribution.as_ref().and_then(Distribution::range).filter(|_| !unbounded) {
+    let unbounded = matches!(factor.distribution(), Some(Distribution::Normal { .. }));
+    match factor.distribution().and_then(Distribution::range).filter(|_| !unbounded) {
         Some((low, high)) if !(low..=high).contains(&number) => {
             Err(format!("{number} lies outside the factor's range, {low} to {high}"))
         }

@@ -1,6 +1,7 @@
 //! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
 
 use super::geometry;
+use super::issue::Issue;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use crate::scene::{
@@ -9,23 +10,6 @@ use crate::scene::{
 use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, StudyFile};
 use crate::words::nearest;
 use crate::workpiece::{Casting, Fixture};
-
-/// Something that keeps a study from being a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::study) struct Issue {
-    /// Path of the offending quantity.
-    pub path: String,
-    pub message: String,
-    pub nearest: Option<String>,
-    /// Whether only this row is at fault (a hammer beside its casting), not the study.
-    pub row_only: bool,
-}
-
-impl Issue {
-    pub fn new(path: String, message: impl Into<String>) -> Self {
-        Self { path, message: message.into(), nearest: None, row_only: false }
-    }
-}
 
 /// What rows share.
 pub(in crate::study) struct Context<'a> {
