@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
+use super::inputs::expect_study;
 use super::outputs::refuse_inputs;
 use super::text::{plural, say, threads, warn};
 use crate::dataset::{Columns, TableName};
@@ -41,6 +42,7 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
+    expect_study(&arguments.study)?;
     refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     let columns = Columns::new(&engine.info())?;

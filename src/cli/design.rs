@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::inputs::expect_study;
 use super::outputs::refuse_inputs;
 use super::text::{plural, say, warn};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
@@ -26,6 +27,7 @@ pub(super) struct DesignArguments {
 }
 
 pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
+    expect_study(&arguments.study)?;
     let file = &arguments.output;
     let is = |name: &str| file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(name));
     if !is("parquet") && !is("csv") {

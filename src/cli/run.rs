@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::inputs::expect_study;
 use super::outputs::refuse_inputs;
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::shard::Shard;
@@ -63,6 +64,7 @@ pub(super) struct RunArguments {
 }
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
+    expect_study(&arguments.study)?;
     stop_on_interrupt();
     refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
+use super::inputs::expect_study;
 use super::outputs::refuse_inputs;
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
@@ -61,6 +62,7 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
 }
 
 pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure> {
+    expect_study(&arguments.file)?;
     let outputs = [arguments.html.as_ref(), arguments.to.as_ref()];
     refuse_inputs(&arguments.file, &arguments.overrides, &outputs)?;
     let (settings, interface) = settings(arguments)?;

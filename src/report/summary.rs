@@ -182,6 +182,28 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
     Ok(gatherer.finish())
 }
 
+/// Titles and units of the outputs whose ranges are shown, and the columns of each with its place among them.
+pub(super) fn ranged_columns(
+    columns: &[ColumnDescription],
+) -> (Vec<(String, String)>, Vec<(usize, &ColumnDescription)>) {
+    let named = |name: &str| columns.iter().find(|column| column.name == name);
+    let of_subjects = |quantity: &str| {
+        let is_subject = |column: &ColumnDescription| {
+            matches!(column.group, ColumnGroup::Hammer | ColumnGroup::Casting) && column.quantity == quantity
+        };
+        columns.iter().filter(|column| is_subject(column)).collect::<Vec<_>>()
+    };
+    let subjects = SUBJECT_RANGES.iter().map(|(quantity, title)| (of_subjects(quantity), title));
+    let rows = ROW_RANGES.iter().map(|(name, title)| (named(name).into_iter().collect(), title));
+    let (mut titles, mut ranged) = (Vec::new(), Vec::new());
+    for (place, (members, title)) in subjects.chain(rows).enumerate() {
+        let unit = members.first().map(|column| column.unit.clone()).unwrap_or_default();
+        titles.push(((*title).to_owned(), unit));
+        ranged.extend(members.into_iter().map(|column| (place, column)));
+    }
+    (titles, ranged)
+}
+
 /// Gathers a report row by row.
 struct Gatherer<'a> {
     settings: &'a ReportSettings,
@@ -195,20 +217,8 @@ struct Gatherer<'a> {
 impl<'a> Gatherer<'a> {
     fn new(columns: &'a [ColumnDescription], settings: &'a ReportSettings, mut report: Report) -> Self {
         let named = |name: &str| columns.iter().find(|column| column.name == name);
-        let of_subjects = |quantity: &str| {
-            let is_subject = |column: &ColumnDescription| {
-                matches!(column.group, ColumnGroup::Hammer | ColumnGroup::Casting) && column.quantity == quantity
-            };
-            columns.iter().filter(|column| is_subject(column)).collect::<Vec<_>>()
-        };
-        let subjects = SUBJECT_RANGES.iter().map(|(quantity, title)| (of_subjects(quantity), title));
-        let rows = ROW_RANGES.iter().map(|(name, title)| (named(name).into_iter().collect(), title));
-        let mut ranged = Vec::new();
-        for (place, (members, title)) in subjects.chain(rows).enumerate() {
-            let unit = members.first().map(|column| column.unit.clone()).unwrap_or_default();
-            report.ranges.push(Range::empty((*title).to_owned(), unit));
-            ranged.extend(members.into_iter().map(|column| (place, column)));
-        }
+        let (titles, ranged) = ranged_columns(columns);
+        report.ranges.extend(titles.into_iter().map(|(title, unit)| Range::empty(title, unit)));
         Self {
             outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
             factors: columns.iter().filter(|column| column.group == ColumnGroup::Factor).collect(),

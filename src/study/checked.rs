@@ -1,6 +1,6 @@
 //! A study held to its machine: every name known, its constraints applied, its rows what they stay.
 
-use super::constraints::constrained;
+use super::constraints::{constrained, unknown_names};
 use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
 use super::document::path;
@@ -162,6 +162,7 @@ struct Findings {
 /// place and key.
 fn look_at(study: &Study, points: &PointTable) -> Findings {
     let mut findings = Findings { faults: check_names(study, points), warnings: Vec::new() };
+    findings.faults.extend(unknown_names(study));
     let first = study.plan.design.row(0).unwrap_or_default();
     findings.look_at_row(study, points, &Looked { levels: &first, factor: None });
     for factor in study.factors() {
