@@ -66,7 +66,7 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
         return fault(format!("{shown} is a file, where the folder of a dataset is expected; {hint}"));
     }
     let parent = path.parent().filter(|folder| folder.join(MANIFEST).is_file());
-    if let Some(parent) = parent.filter(|_| path.is_dir()) {
+    if let Some(parent) = parent.filter(|_| path.is_dir() && !path.join(MANIFEST).is_file()) {
         return fault(format!("{shown} is a part of the dataset {0}: give {0}", parent.display()));
     }
     if !path.exists() {

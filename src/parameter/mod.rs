@@ -21,5 +21,5 @@ pub use document::{document, lines};
 pub use entry::{Choice, Kind, Parameter, Parameters};
 pub(crate) use entry::{describe, path};
 pub(crate) use range::range;
-pub use range::{Fault, Numbers, Range};
+pub use range::{Fault, Numbers, Range, short};
 pub use usual::Usual;
