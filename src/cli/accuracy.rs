@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_study;
 use super::progress::clock;
 use super::text::{check_row, say, tell, warn};
 use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
@@ -51,7 +50,6 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    expect_study(&arguments.study)?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
     warn(engine.checked());
@@ -69,7 +67,8 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     };
     let started = Instant::now();
     let result = measure(&experiment, &mut |begun| tell(&running(begun, started.elapsed())));
-    let result = result.map_err(|error| Failure::Argument(error.to_string()))?;
+    let result = result
+        .map_err(|error| Failure::Argument(format!("{error} (is the scene one that `decore scene` can run?)")))?;
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);

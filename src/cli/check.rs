@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_study;
-use super::outputs::refuse_inputs;
+use super::outputs::load_study;
 use super::text::{plural, say, threads, warn};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
@@ -42,9 +41,7 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    expect_study(&arguments.study)?;
-    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let engine = Engine::new(load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
     warn(checked);
@@ -144,7 +141,7 @@ fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
         shares: rows.iter().filter_map(|row| row.get(index)).map(|level| distribution.share(*level)).collect(),
     };
     let panels: Vec<Factor> = drawn.enumerate().map(panel).collect();
-    write_file(file, scatter_matrix(&panels)?)?;
+    write_file(file, scatter_matrix(study.title(), &panels)?)?;
     say(&format_args!("scatter        {}", file.display()))?;
     Ok(())
 }

@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::inputs::expect_study;
-use super::outputs::refuse_inputs;
+use super::outputs::load_study;
 use super::text::{plural, say, warn};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
 use crate::engine::{checked, dataset_info};
 use crate::quantity::{Kind, Value};
-use crate::study::{CheckedStudy, Study};
+use crate::study::CheckedStudy;
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -27,15 +26,13 @@ pub(super) struct DesignArguments {
 }
 
 pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
-    expect_study(&arguments.study)?;
     let file = &arguments.output;
     let is = |name: &str| file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(name));
     if !is("parquet") && !is("csv") {
         let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
         return Err(Failure::Argument(message));
     }
-    refuse_inputs(&arguments.study, &arguments.overrides, &[Some(file)])?;
-    let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
+    let study = checked(load_study(&arguments.study, &arguments.overrides, &[Some(file)])?)?;
     warn(&study);
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);

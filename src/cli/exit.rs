@@ -43,7 +43,7 @@ impl From<Exit> for ExitCode {
 pub(super) enum Failure {
     #[error("{0}")]
     Study(#[from] StudyError),
-    #[error("{0}")]
+    #[error("{error}{advice}", error = .0, advice = advice(.0))]
     Engine(#[from] EngineError),
     #[error("failed to prepare the machine: {0}")]
     Structure(#[from] StructureError),
@@ -57,6 +57,16 @@ pub(super) enum Failure {
     Write { path: String, source: std::io::Error },
     #[error("failed to write to standard output: {0} (what was to be printed is not whole)")]
     Print(std::io::Error),
+}
+
+/// What the command line can do about a failure of the library.
+fn advice(error: &EngineError) -> &'static str {
+    match error {
+        EngineError::Dataset(DatasetError::Exists { .. } | DatasetError::Changed { .. }) => {
+            " (`--output` names another folder, `--replace` replaces)"
+        }
+        _ => "",
+    }
 }
 
 impl Failure {

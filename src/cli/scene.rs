@@ -7,8 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_study;
-use super::outputs::refuse_inputs;
+use super::outputs::load_study;
 use super::scene_plot::{Picture, scene_plot};
 use super::text::{check_row, say, six_digits, tell, warn};
 use crate::dataset::write_signals;
@@ -45,13 +44,12 @@ pub(super) struct SceneArguments {
 }
 
 pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
-    expect_study(&arguments.study)?;
     let interval = arguments.signal_interval_s;
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
-    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.signals.as_ref(), arguments.plot.as_ref()])?;
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
+    let engine = Engine::new(load_study(&arguments.study, &arguments.overrides, &outputs)?)?;
     check_row(&engine, arguments.row)?;
     warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;

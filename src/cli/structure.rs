@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_study;
-use super::outputs::refuse_inputs;
+use super::outputs::{load_study, refuse_inputs};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
 use crate::engine::{Engine, RowScene, Rows, reduction_settings};
@@ -15,7 +14,7 @@ use crate::structure::{
     CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess, quality_page, write_model,
 };
-use crate::study::{InterfaceDemand, StructureSettings, StructureSource, Study, load_structure};
+use crate::study::{InterfaceDemand, StructureSettings, StructureSource, load_structure};
 
 /// Frequencies in the first lines of the report.
 const LOWEST: usize = 6;
@@ -62,9 +61,6 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
 }
 
 pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure> {
-    expect_study(&arguments.file)?;
-    let outputs = [arguments.html.as_ref(), arguments.to.as_ref()];
-    refuse_inputs(&arguments.file, &arguments.overrides, &outputs)?;
     let (settings, interface) = settings(arguments)?;
     let model = match &settings.source {
         StructureSource::Station => FeModel::station()?,
@@ -138,13 +134,16 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
 
 /// Settings of the structure, and what a study needs of it.
 fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
+    let outputs = [arguments.html.as_ref(), arguments.to.as_ref()];
     if let Some(settings) = load_structure(&arguments.file)? {
         if !arguments.overrides.is_empty() {
             return Err(Failure::Argument("--set needs a study; this file has the table [structure] alone".to_owned()));
         }
+        let files = settings.source.files().into_iter().map(|(_, path)| path.to_path_buf());
+        refuse_inputs(&files.chain([arguments.file.clone()]).collect::<Vec<_>>(), &outputs)?;
         return Ok((settings, None));
     }
-    let study = Study::load(&arguments.file)?.with_overrides(&arguments.overrides)?;
+    let study = load_study(&arguments.file, &arguments.overrides, &outputs)?;
     let reduction = reduction_settings(study.structure(), &InterfaceDemand::of(&study));
     Ok((study.structure().clone(), Some(reduction)))
 }

@@ -1,9 +1,13 @@
 //! Files of others, read up to the size that their kind may have: a wrong name (a device, some other program's results) costs
 //! neither memory nor time.
 
+mod shield;
+
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
+
+pub use shield::shielded;
 
 /// Most bytes of what is no regular file (a pipe, a device) and so tells no size before.
 const MOST_STREAMED: u64 = 64_000_000;
