@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
+use super::inputs::expect_study;
 use super::progress::clock;
 use super::text::{check_row, say, tell, warn};
 use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
@@ -50,6 +51,7 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
+    expect_study(&arguments.study)?;
     let engine = Engine::load(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
     warn(engine.checked());

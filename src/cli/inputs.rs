@@ -1,14 +1,18 @@
 //! What was given in place of a study or a dataset, and what to do about it.
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
-use super::run::default_folder;
 use crate::words::nearest;
 
 /// File in the folder of every dataset.
 const MANIFEST: &str = "manifest.json";
+
+/// `out/<name of the study file>`.
+pub(super) fn default_folder(study: &Path) -> PathBuf {
+    Path::new("out").join(study.file_stem().unwrap_or(study.as_os_str()))
+}
 
 /// Refuses what cannot be a study, before anything is read.
 pub(super) fn expect_study(path: &Path) -> Result<(), Failure> {
@@ -80,6 +84,24 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
         return fault(format!("there is no dataset {shown}; {hint}"));
     }
     Ok(())
+}
+
+/// Refuses a file to write whose name says that it is of another kind; `flag`: what names it.
+pub(super) fn expect_ending(flag: &str, file: Option<&PathBuf>, ending: &str) -> Result<(), Failure> {
+    let Some(file) = file else { return Ok(()) };
+    let shown = file.display();
+    if file.is_dir() {
+        return Err(Failure::Argument(format!(
+            "{flag} {shown} is a folder: give the name of a file that ends in .{ending}"
+        )));
+    }
+    match file.extension().is_some_and(|kind| kind.eq_ignore_ascii_case(ending)) {
+        true => Ok(()),
+        false => Err(Failure::Argument(format!(
+            "{flag} {shown}: what is written is {}, so the name has to end in .{ending}",
+            ending.to_uppercase()
+        ))),
+    }
 }
 
 /// Names of what is in a folder, in order; none where it cannot be read.

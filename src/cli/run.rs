@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::inputs::default_folder;
 use super::outputs::load_study;
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::shard::Shard;
@@ -112,11 +113,6 @@ fn stub_rows(study: Study, arguments: &RunArguments, milliseconds: f64) -> Resul
     let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
     let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
     Ok(StubRows { study: checked(study)?, duration, busy: arguments.stub_busy })
-}
-
-/// `out/<name of the study file>`.
-pub(super) fn default_folder(study: &Path) -> PathBuf {
-    Path::new("out").join(study.file_stem().unwrap_or(study.as_os_str()))
 }
 
 /// The column that the summary ranks by must be there and hold numbers.

@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file};
+use super::inputs::expect_ending;
 use super::outputs::load_study;
 use super::scene_plot::{Picture, scene_plot};
 use super::text::{check_row, say, six_digits, tell, warn};
@@ -49,7 +50,10 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
     let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
-    let engine = Engine::new(load_study(&arguments.study, &arguments.overrides, &outputs)?)?;
+    let study = load_study(&arguments.study, &arguments.overrides, &outputs)?;
+    expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
+    expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
+    let engine = Engine::new(study)?;
     check_row(&engine, arguments.row)?;
     warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;
