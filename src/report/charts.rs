@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::summary::{ReportSettings, ranged_columns};
+use super::summary::{Ranged, ReportSettings, ranged};
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
@@ -158,7 +158,7 @@ impl Charts {
     /// Those of reading, and an unknown ranking.
     pub fn of(reader: &DatasetReader, settings: &ReportSettings) -> Result<Self, DatasetError> {
         let all = reader.columns(TableName::Runs);
-        let (titles, outputs) = ranged_columns(all);
+        let Ranged { titles, columns: outputs } = ranged(all);
         let factors: Vec<_> =
             all.iter().filter(|column| column.group == ColumnGroup::Factor && !column.unit.is_empty()).collect();
         let columns = Columns { ranked: reader.column(TableName::Runs, &settings.rank_by)?, factors, outputs };

@@ -182,10 +182,16 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
     Ok(gatherer.finish())
 }
 
-/// Titles and units of the outputs whose ranges are shown, and the columns of each with its place among them.
-pub(super) fn ranged_columns(
-    columns: &[ColumnDescription],
-) -> (Vec<(String, String)>, Vec<(usize, &ColumnDescription)>) {
+/// The outputs whose ranges are shown.
+pub(super) struct Ranged<'a> {
+    /// Title and unit of each.
+    pub titles: Vec<(String, String)>,
+    /// The columns that go into them, each with its output's place.
+    pub columns: Vec<(usize, &'a ColumnDescription)>,
+}
+
+/// The outputs whose ranges are shown, of those that the table has.
+pub(super) fn ranged(columns: &[ColumnDescription]) -> Ranged<'_> {
     let named = |name: &str| columns.iter().find(|column| column.name == name);
     let of_subjects = |quantity: &str| {
         let is_subject = |column: &ColumnDescription| {
@@ -195,13 +201,13 @@ pub(super) fn ranged_columns(
     };
     let subjects = SUBJECT_RANGES.iter().map(|(quantity, title)| (of_subjects(quantity), title));
     let rows = ROW_RANGES.iter().map(|(name, title)| (named(name).into_iter().collect(), title));
-    let (mut titles, mut ranged) = (Vec::new(), Vec::new());
+    let mut ranged = Ranged { titles: Vec::new(), columns: Vec::new() };
     for (place, (members, title)) in subjects.chain(rows).enumerate() {
         let unit = members.first().map(|column| column.unit.clone()).unwrap_or_default();
-        titles.push(((*title).to_owned(), unit));
-        ranged.extend(members.into_iter().map(|column| (place, column)));
+        ranged.titles.push(((*title).to_owned(), unit));
+        ranged.columns.extend(members.into_iter().map(|column| (place, column)));
     }
-    (titles, ranged)
+    ranged
 }
 
 /// Gathers a report row by row.
@@ -217,7 +223,7 @@ struct Gatherer<'a> {
 impl<'a> Gatherer<'a> {
     fn new(columns: &'a [ColumnDescription], settings: &'a ReportSettings, mut report: Report) -> Self {
         let named = |name: &str| columns.iter().find(|column| column.name == name);
-        let (titles, ranged) = ranged_columns(columns);
+        let Ranged { titles, columns: ranged } = ranged(columns);
         report.ranges.extend(titles.into_iter().map(|(title, unit)| Range::empty(title, unit)));
         Self {
             outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
