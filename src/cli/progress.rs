@@ -326,7 +326,8 @@ mod tests {
             writeln!(self.0.clone(), "{text}")
         }
         fn write_str(&self, text: &str) -> io::Result<()> {
-            write!(self.0.clone(), "{text}")
+            // What is written at once is a line.
+            self.write_line(text)
         }
         fn clear_line(&self) -> io::Result<()> {
             Ok(())

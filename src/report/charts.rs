@@ -314,7 +314,7 @@ mod tests {
             moments.add(pair);
         }
         // Sums of squares 10 and 10, of products 8.
-        assert!((moments.correlation() - 0.8).abs() < 1e-15);
+        assert!((moments.correlation() - 0.8).abs() < 1e-12);
         assert_eq!(Moments::default().correlation(), 0.0);
     }
 }
