@@ -12,6 +12,7 @@ mod merge;
 mod outputs;
 mod progress;
 mod report;
+mod rows;
 mod run;
 mod scene;
 mod scene_plot;
