@@ -127,9 +127,10 @@ fn chosen_rows_are_run_again_and_nothing_else() {
     let list = format!("{},{}-{}", failed[1], failed[0], failed[0]);
     expect_code(sweep(&folder, 1_000_000, &["--rows", &list]), ROWS_FAILED);
     let (now, expected) = (cells(&folder, TableName::Runs), cells(&whole, TableName::Runs));
-    for row in 0..SIMULATED_ROWS as usize {
-        let chosen = failed[..2].contains(&row);
-        assert_eq!(now[row], if chosen { &expected } else { &before.0 }[row], "row {row}");
+    assert_eq!(now.len() as u64, SIMULATED_ROWS);
+    for (row, cells) in now.iter().enumerate() {
+        let wanted = if failed[..2].contains(&row) { &expected } else { &before.0 };
+        assert_eq!(*cells, wanted[row], "row {row}");
     }
     // The other part keeps its bytes.
     let other = |parts: &[(PathBuf, Vec<u8>)]| {
