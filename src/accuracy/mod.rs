@@ -14,7 +14,7 @@ use crate::metrics::RunTotals;
 use crate::run::RowStatus;
 use crate::scene::{Guide, Method, ModeTreatment, PRESETS, Preset, Scene, SolverSettings};
 
-pub use measure::{AccuracyError, Experiment, measure};
+pub use measure::{AccuracyError, Begun, Experiment, measure};
 pub use outputs::{MAIN_OUTPUTS, Output, main_differences};
 pub use plot::plot;
 pub use text::text;

@@ -12,7 +12,7 @@ use std::process::Command;
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::run::default_folder;
+use super::inputs::default_folder;
 use super::shard::Shard;
 use super::text::say;
 use crate::engine::Engine;

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::outputs::load_study;
-use super::text::{plural, say};
+use super::text::{plural, say, warn};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
 use crate::engine::{checked, dataset_info};
 use crate::quantity::{Kind, Value};
@@ -33,6 +33,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(message));
     }
     let study = checked(load_study(&arguments.study, &arguments.overrides, &[Some(file)])?)?;
+    warn(&study);
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {

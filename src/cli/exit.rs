@@ -1,5 +1,6 @@
 //! Exit codes and the errors behind them.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -52,7 +53,7 @@ pub(super) enum Failure {
     Plot(#[from] PlotError),
     #[error("{0}")]
     Argument(String),
-    #[error("failed to write {path}: {source} (check free space and permissions)")]
+    #[error("failed to write {path}: {source} ({})", remedy(path, source))]
     Write { path: String, source: std::io::Error },
     #[error("failed to write to standard output: {0} (what was to be printed is not whole)")]
     Print(std::io::Error),
@@ -81,6 +82,16 @@ impl Failure {
             Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
         }
+    }
+}
+
+/// What to do about a file that cannot be written.
+fn remedy(path: &str, source: &std::io::Error) -> String {
+    let folder = Path::new(path).parent().filter(|folder| !folder.as_os_str().is_empty());
+    match (source.kind(), folder) {
+        (ErrorKind::NotFound, Some(folder)) => format!("make the folder {} first", folder.display()),
+        (ErrorKind::IsADirectory, _) => "it is a folder: give the name of a file".to_owned(),
+        _ => "check free space and permissions".to_owned(),
     }
 }
 

@@ -7,9 +7,11 @@ mod design;
 mod exit;
 mod help;
 mod init;
+mod inputs;
 mod merge;
 mod outputs;
 mod progress;
+mod report;
 mod rows;
 mod run;
 mod scene;
@@ -66,6 +68,8 @@ enum Command {
     Status(status::StatusArguments),
     /// Read all files of datasets and say whether they are whole.
     Verify(verify::VerifyArguments),
+    /// Summarise a dataset: best rows, ranges, distributions.
+    Report(report::ReportArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -115,6 +119,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Accuracy(arguments) => accuracy::accuracy(&arguments),
         Command::Status(arguments) => status::status(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),

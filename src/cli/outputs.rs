@@ -3,10 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
+use super::inputs::expect_study;
 use crate::study::Study;
 
-/// The study of a command with the settings `path=value` over its own; refuses outputs that are a file which it reads.
+/// The study of a command with the settings `path=value` over its own; refuses what cannot be a study, and outputs that
+/// are a file which it reads.
 pub(super) fn load_study(study: &Path, overrides: &[String], outputs: &[Option<&PathBuf>]) -> Result<Study, Failure> {
+    expect_study(study)?;
     let study = Study::load(study)?.with_overrides(overrides)?;
     refuse_inputs(&study.files(), outputs)?;
     Ok(study)

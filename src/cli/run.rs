@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::inputs::default_folder;
 use super::outputs::load_study;
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
@@ -88,6 +89,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     // Before the rows are run, not after.
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
     check_ranking(&rows.info(), &report.rank_by)?;
+    text::warn(rows.checked());
     let again = chosen(arguments, rows.checked().row_count() as u64)?;
     let display = Display { folder: &folder, again: again.is_some(), progress: OnceLock::new() };
     let settings = SweepSettings {
@@ -140,11 +142,6 @@ fn stub_rows(study: Study, arguments: &RunArguments, milliseconds: f64) -> Resul
     let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
     let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
     Ok(StubRows { study: checked(study)?, duration, busy: arguments.stub_busy })
-}
-
-/// `out/<name of the study file>`.
-pub(super) fn default_folder(study: &Path) -> PathBuf {
-    Path::new("out").join(study.file_stem().unwrap_or(study.as_os_str()))
 }
 
 /// The column that the summary ranks by must be there and hold numbers.

@@ -7,9 +7,10 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file};
+use super::inputs::expect_ending;
 use super::outputs::load_study;
 use super::scene_plot::{Picture, scene_plot};
-use super::text::{check_row, say, six_digits, tell};
+use super::text::{check_row, say, six_digits, tell, warn};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
@@ -49,8 +50,12 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
     let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
-    let engine = Engine::new(load_study(&arguments.study, &arguments.overrides, &outputs)?)?;
+    let study = load_study(&arguments.study, &arguments.overrides, &outputs)?;
+    expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
+    expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
+    let engine = Engine::new(study)?;
     check_row(&engine, arguments.row)?;
+    warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {
         say(&json_text(&engine, arguments.row, &outcome))?;
@@ -87,6 +92,25 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, F
     Ok(outcome)
 }
 
+/// The outcome with names where it counts hammers and castings: those of the tables.
+fn named(outcome: &RowOutcome, [hammers, castings]: [&[&str]; 2]) -> serde_json::Value {
+    let mut value = json!(outcome);
+    let Some(metrics) = value.get_mut("metrics").filter(|metrics| metrics.is_object()) else { return value };
+    for (list, names) in [("hammers", hammers), ("castings", castings)] {
+        for of in [format!("/{list}"), format!("/scatter/{list}")] {
+            let entries = metrics.pointer_mut(&of).and_then(serde_json::Value::as_array_mut);
+            for (entry, name) in entries.into_iter().flatten().zip(names) {
+                entry["name"] = json!(name);
+            }
+        }
+    }
+    for blow in metrics["blows"].as_array_mut().into_iter().flatten() {
+        let hammer = blow["hammer"].as_u64().and_then(|index| hammers.get(usize::try_from(index).ok()?));
+        blow["hammer"] = json!(hammer);
+    }
+    value
+}
+
 fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     let study = engine.study();
     let factors: serde_json::Map<String, serde_json::Value> = study
@@ -103,7 +127,7 @@ fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
         "factors": factors,
         "hammers": study.hammer_names(),
         "castings": study.casting_names(),
-        "outcome": outcome,
+        "outcome": named(outcome, [&study.hammer_names(), &study.casting_names()]),
     });
     format!("{text:#}")
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure};
+use super::inputs::expect_dataset;
 use super::progress::clock;
 use super::text::say;
 use crate::dataset::{DatasetReader, SweepState, SweepStatus};
@@ -23,6 +24,7 @@ pub(super) struct StatusArguments {
 pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
     let mut found = Vec::with_capacity(arguments.datasets.len());
     for folder in &arguments.datasets {
+        expect_dataset(folder)?;
         let status = SweepStatus::read(folder)?;
         // The parts of a sweep that runs change while they are looked at.
         let damage = match status.state {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
+use super::inputs::expect_study;
 use super::outputs::{load_study, refuse_inputs};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
@@ -61,6 +62,7 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
 }
 
 pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure> {
+    expect_study(&arguments.file)?;
     let (settings, interface) = settings(arguments)?;
     let model = match &settings.source {
         StructureSource::Station => FeModel::station()?,

@@ -4,7 +4,8 @@
 ///
 /// An entry reads `/// text`, then `pub name: type = default, "unit", [range], "source";`, without a default
 /// `pub name: type, "unit", [range], "what holds without it";`. The unit of a plain number is `"1"`. Ranges: see
-/// [`Range`](super::Range); `[choice]` for a [`Choice`](super::Choice), `[group]` for parameters of their own.
+/// [`Range`](super::Range); `[choice]` for a [`Choice`](super::Choice), `[group]` for parameters of their own. Behind a range may
+/// stand between which numbers a value usually lies, `[> 0] usual [0.01, 5]`, see [`Usual`](super::Usual).
 ///
 /// A group that begins with `file` is a table of a file and read as it is. Data of a scene may begin with `own { .. }`, fields that
 /// are no parameters (names, places, lists). `pub struct Data from Table` also declares the table of a study that states the data:
@@ -24,7 +25,7 @@ macro_rules! parameters {
         $(
             $(#[doc = $text:tt])+
             $(#[serde($($serde:tt)+)])?
-            pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt, $source:tt;
+            pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt $(usual $usual:tt)?, $source:tt;
         )+
     }) => {
         $(#[$attribute])+
@@ -32,7 +33,7 @@ macro_rules! parameters {
             $($( $(#[$own_text])+ pub $own: $own_type, )+)?
             $(
                 $(#[doc = $text])+
-                #[doc = parameter_sentence!($range, $unit, $source $(, $default)?)]
+                #[doc = concat!(parameter_sentence!($range, $unit, $source $(, $default)?), parameter_usual!($unit $(, $usual)?))]
                 $(#[serde($($serde)+)])?
                 pub $field: $type,
             )+
@@ -51,13 +52,22 @@ macro_rules! parameters {
             const ENTRIES: &'static [$crate::parameter::Parameter] = &[$( $crate::parameter::Parameter {
                 name: stringify!($field),
                 text: &[$($text),+],
-                values: parameter_sentence!($range, $unit, $source $(, $default)?),
+                values: concat!(parameter_sentence!($range, $unit, $source $(, $default)?), parameter_usual!($unit $(, $usual)?)),
                 source: $source,
                 kind: $crate::parameter::kind!($range, $type),
             }, )+];
 
             fn check(&self, at: &str, faults: &mut Vec<$crate::parameter::Fault>) {
-                $( $crate::parameter::check!($range, &self.$field, format!("{at}.{}", stringify!($field)), faults); )+
+                $( $crate::parameter::check!($range, &self.$field, $crate::parameter::path(at, stringify!($field)), faults); )+
+            }
+
+            fn unusual(&self, at: &str, remarks: &mut Vec<$crate::parameter::Fault>) {
+                let path = |field| $crate::parameter::path(at, field);
+                $( $crate::parameter::unusual!(
+                    ($range, $unit $(, $usual)?), &self.$field, path(stringify!($field)), remarks
+                ); )+
+                // Where no entry has usual values.
+                let _ = (path, remarks);
             }
         }
     };
@@ -65,13 +75,13 @@ macro_rules! parameters {
         typed { $($typed:tt)+ }
         $(
             $(#[doc = $text:tt])+
-            pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt, $source:tt;
+            pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt $(usual $usual:tt)?, $source:tt;
         )+
     }) => {
         $crate::parameter::parameters! {
             $(#[$about])+
             #[derive(Debug, Clone, Copy, PartialEq)]
-            pub struct $name { $( $(#[doc = $text])+ pub $field: $type = $default, $unit, $range, $source; )+ }
+            pub struct $name { $( $(#[doc = $text])+ pub $field: $type = $default, $unit, $range $(usual $usual)?, $source; )+ }
         }
 
         $(#[$about])+
@@ -121,4 +131,16 @@ macro_rules! check {
     ($range:tt, $value:expr, $at:expr, $faults:expr) => { $crate::parameter::range!($range).check($value, &$at, $faults) };
 }
 
-pub(crate) use {check, default, kind, parameters};
+/// The look at an entry's usual values.
+#[rustfmt::skip]
+macro_rules! unusual {
+    (([group], $unit:tt), $value:expr, $at:expr, $remarks:expr) => {
+        $crate::parameter::Parameters::unusual($value, &$at, $remarks)
+    };
+    (($range:tt, $unit:tt), $value:expr, $at:expr, $remarks:expr) => {};
+    (($range:tt, $unit:tt, [$low:literal, $high:literal]), $value:expr, $at:expr, $remarks:expr) => {
+        $crate::parameter::Usual { low: $low as f64, high: $high as f64, unit: $unit }.look($value, &$at, $remarks)
+    };
+}
+
+pub(crate) use {check, default, kind, parameters, unusual};

@@ -11,6 +11,14 @@ pub trait Parameters {
 
     /// Holds every value to its range. `at`: path of the group, for the faults.
     fn check(&self, at: &str, faults: &mut Vec<Fault>);
+
+    /// Adds a remark for every value that is not between its usual ones: most likely it is stated in another unit.
+    fn unusual(&self, at: &str, remarks: &mut Vec<Fault>);
+}
+
+/// Path of a field; `at`: path of its group, empty for one that is in none.
+pub(crate) fn path(at: &str, field: &str) -> String {
+    if at.is_empty() { field.to_owned() } else { format!("{at}.{field}") }
 }
 
 /// A type of a few values, all of which are allowed: what has it needs no range.

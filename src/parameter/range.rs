@@ -33,7 +33,7 @@ impl Range {
     pub fn check(&self, value: &impl Numbers, at: &str, faults: &mut Vec<Fault>) {
         value.visit(&mut |number| {
             if !self.holds(number) {
-                let message = format!("is {number}, expected {}", self.words);
+                let message = format!("is {}, expected {}", short(number), self.words);
                 faults.push(Fault { path: at.to_owned(), message });
             }
         });
@@ -50,7 +50,17 @@ impl Range {
     }
 }
 
-/// A value outside its range.
+/// A number as people write it: with an exponent where it would be long.
+pub fn short(number: f64) -> String {
+    let size = number.abs();
+    if number == 0.0 || !number.is_finite() || (1e-4..1e7).contains(&size) {
+        format!("{number}")
+    } else {
+        format!("{number:e}")
+    }
+}
+
+/// A value outside its range, or not as usual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// Path of the parameter.

@@ -40,3 +40,11 @@ macro_rules! parameter_unit {
     ("1") => { "" };
     ($unit:tt) => { concat!(" in ", $unit) };
 }
+
+/// Between which numbers a value usually lies, as a sentence behind another.
+#[rustfmt::skip]
+macro_rules! parameter_usual {
+    ($unit:tt) => { "" };
+    ("1", [$low:literal, $high:literal]) => { concat!(" Usually ", $low, " to ", $high, ".") };
+    ($unit:tt, [$low:literal, $high:literal]) => { concat!(" Usually ", $low, " to ", $high, " ", $unit, ".") };
+}

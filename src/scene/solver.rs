@@ -113,7 +113,7 @@ parameters! {
         /// Method of integration: the error-controlled default, or a fixed step for comparison.
         pub method: Method = Method::Tsit5, "", [choice], "`tsit5`";
         /// Step of methods with a fixed step.
-        pub step_s: f64 = 1e-5, "s", [> 0], "for comparison";
+        pub step_s: f64 = 1e-5, "s", [> 0] usual [1e-8, 1e-3], "for comparison";
         /// Whether methods with a fixed step locate contacts, supplies and gates instead of noticing them at the ends of steps.
         pub located: bool = false, "", [choice], "false";
         /// How modes are integrated: the results are the same to within the tolerance.

@@ -2,7 +2,7 @@
 
 use std::cell::OnceCell;
 
-use super::document::error::StudyError;
+use super::document::error::{Problem, StudyError};
 use super::document::path;
 use super::loaded::Study;
 use super::plan::design::{Constraint, Plan, design_problem};
@@ -10,7 +10,7 @@ use super::plan::factor::{FactorInfo, Factors, Source};
 use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
 use crate::design::{Constraints, Design, Level};
-use crate::expression::{Scope, Value};
+use crate::expression::{Role, Scope, Value, Word};
 use crate::hammer::choked_flow;
 use crate::quantity;
 use crate::scene::{HammerUnit, Scene};
@@ -55,6 +55,58 @@ fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]
         }
     }
     Ok(among.len())
+}
+
+/// Functions of hammers that constraints can call.
+const FUNCTIONS: [&str; 8] =
+    ["mount_x", "mount_y", "mount_z", "strike_x", "strike_y", "strike_margin", "air_flow", "distance"];
+
+/// Names in constraints that nothing has, each with its own place and the nearest name.
+pub(super) fn unknown_names(study: &Study) -> Vec<Problem> {
+    let document = &study.typed.document;
+    let mut problems = Vec::new();
+    for (index, Constraint { text, expression }) in study.plan.constraints.iter().enumerate() {
+        let at = ["design", "constraints", &index.to_string()].map(str::to_string);
+        for word in expression.words() {
+            let Some(Unknown { message, nearest }) = unknown(study, word) else { continue };
+            let place = document.locate_part(&at, (text, word.column), &word.text);
+            problems.push(Problem::new(place, path::join(&at), message).nearest(nearest));
+        }
+    }
+    problems
+}
+
+/// A name that nothing has.
+struct Unknown {
+    message: String,
+    nearest: Option<String>,
+}
+
+fn unknown(study: &Study, word: &Word) -> Option<Unknown> {
+    let name = word.text.as_str();
+    let listed = |known: Vec<&str>, what: &str| {
+        let message = format!("there is no {what} `{name}`; there is: {}", known.join(", "));
+        (!known.contains(&name)).then(|| Unknown { message, nearest: nearest(name, known) })
+    };
+    match word.role {
+        Role::Text => None,
+        Role::Function => listed(FUNCTIONS.to_vec(), "function"),
+        Role::Argument => listed(study.hammer_names(), "hammer"),
+        Role::Value => {
+            let at = path::split(name).unwrap_or_default();
+            let factors = || study.factors().iter().map(|factor| factor.name.as_str());
+            let driven = || study.factors().iter().flat_map(FactorInfo::paths);
+            let given = path::get(&study.scenes.template, &at).is_some() || driven().any(|path| path == name);
+            if given || factors().any(|factor| factor == name) {
+                return None;
+            }
+            let (driven, mut leaves) = (driven().collect::<Vec<_>>(), Vec::new());
+            path::leaves(&study.scenes.template, &mut Vec::new(), &mut leaves);
+            let known = factors().chain(driven.iter().chain(&leaves).map(String::as_str));
+            let message = format!("`{name}` is no factor, and no value that the study gives");
+            Some(Unknown { message, nearest: nearest(name, known) })
+        }
+    }
 }
 
 impl Plan {
@@ -119,11 +171,7 @@ impl Scope for RowScope<'_> {
             return as_value(&value, name);
         }
         let value = path::get(&self.study.scenes.template, &at);
-        let value = value.ok_or_else(|| {
-            let known = plan.factors.iter().map(|factor| factor.name.as_str());
-            let hint = nearest(name, known).map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
-            format!("`{name}` is no factor, and no value that the study gives{hint}")
-        })?;
+        let value = value.ok_or_else(|| format!("`{name}` is no factor, and no value that the study gives"))?;
         as_value(value, name)
     }
 
@@ -142,9 +190,9 @@ impl Scope for RowScope<'_> {
             ("strike_margin", [hammer]) => self.margin(hammer),
             ("air_flow", [hammer]) => self.air_flow(hammer),
             _ => Err(format!(
-                "there is no function `{function}` of {} hammers; there are mount_x, mount_y, mount_z, strike_x, \
-                 strike_y, strike_margin, air_flow (of one) and distance (of two)",
-                arguments.len()
+                "`{function}` takes no {} hammers: `distance` takes two, the others ({}) one",
+                arguments.len(),
+                FUNCTIONS[..7].join(", ")
             )),
         }
     }

@@ -8,18 +8,19 @@ use super::design_kind::{DesignKind, DesignOptions, design_keys};
 use crate::design::{Axial, HypercubeKind};
 use crate::parameter::describe;
 use crate::quantity::Value;
-use crate::scene::{Environment, HammerUnit, OutputSettings, SolverEntry};
+use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverEntry, Supply};
 use crate::structure::{Damping, MatrixFormat, Units};
 use crate::workpiece::{Casting, Fixture};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = describe::<Scene>)]
 pub struct StudyFile {
     /// Title for tables and reports. Default: the file's name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// Simulated time in s. Default 1.5.
+    /// As in [`Scene`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// The machine.
@@ -187,7 +188,7 @@ pub enum Housings {
 /// One hammer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(transform = describe::<HammerUnit>)]
+#[schemars(transform = describe::<HammerUnit>, transform = describe::<Supply>)]
 pub struct HammerEntry {
     /// Hammer file (TOML), relative to the study. Default: the built-in hammer.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -204,7 +205,7 @@ pub struct HammerEntry {
     /// Casting that the hammer strikes. Default: the only one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub casting: Option<String>,
-    /// Supply pressure above ambient in bar (gauge). Default 5.
+    /// As in [`Supply`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub supply_bar: Option<f64>,
     /// As in [`HammerUnit`].

@@ -245,6 +245,7 @@ fn add_hammer(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &Sce
     let kind = ContactKind::ChiselCasting;
     let strike = elements.contact(row, Contact { hammer: h, kind, law, offset_m: gap });
     HammerSlot {
+        name: unit.name.clone(),
         model,
         points,
         mount: h,

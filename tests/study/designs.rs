@@ -331,7 +331,7 @@ fn constraints_that_contradict_each_other_are_an_error_and_no_hang() {
     for (constraint, words) in [
         ("a + b", "expected a comparison"),
         ("a > c", "`c` is no factor"),
-        ("distance(left, rght) > 0", "there is no hammer `rght`; the study has: left, right"),
+        ("distance(left, rght) > 0", "there is no hammer `rght`; there is: left, right"),
         ("clearance(left) > 0", "there is no function `clearance`"),
     ] {
         let design = format!("[design]\nkind = 'random'\nrows = 9\nconstraints = ['{constraint}']\n{POSITIONS}");

@@ -2,6 +2,7 @@
 
 use crate::design::{Distribution, Level};
 use crate::expression::{self, Expression, Scope};
+use crate::parameter::short;
 use crate::quantity::{Kind, Value};
 use crate::study::document::path;
 
@@ -79,19 +80,25 @@ impl FactorInfo {
 
     /// What it varies over, in words: a range, a distribution, its values or its expression.
     pub fn domain(&self) -> String {
+        let span = |low: f64, high: f64| format!("{} to {}", short(low), short(high));
+        let about = |mean: f64, std_dev: f64| format!("normal, {} +- {}", short(mean), short(std_dev));
         match self.distribution() {
             None => format!("= {}", self.expression().unwrap_or_default()),
-            Some(Distribution::Uniform { low, high }) => format!("{low} to {high}"),
-            Some(Distribution::LogUniform { low, high }) => format!("{low} to {high} (logarithmic)"),
-            Some(Distribution::Normal { mean, std_dev }) => format!("normal, {mean} +- {std_dev}"),
+            Some(Distribution::Uniform { low, high }) => span(*low, *high),
+            Some(Distribution::LogUniform { low, high }) => format!("{} (logarithmic)", span(*low, *high)),
+            Some(Distribution::Normal { mean, std_dev }) => about(*mean, *std_dev),
             Some(Distribution::TruncatedNormal { mean, std_dev, low, high }) => {
-                format!("{low} to {high} (normal, {mean} +- {std_dev}, cut)")
+                format!("{} ({}, cut)", span(*low, *high), about(*mean, *std_dev))
             }
-            Some(Distribution::Triangular { low, mode, high }) => format!("{low} to {high} (triangular about {mode})"),
-            Some(Distribution::Beta { alpha, beta, low, high }) => format!("{low} to {high} (beta {alpha}, {beta})"),
+            Some(Distribution::Triangular { low, mode, high }) => {
+                format!("{} (triangular about {})", span(*low, *high), short(*mode))
+            }
+            Some(Distribution::Beta { alpha, beta, low, high }) => {
+                format!("{} (beta {alpha}, {beta})", span(*low, *high))
+            }
             Some(Distribution::Empirical { sorted }) => {
                 let end = |end: Option<&f64>| end.copied().unwrap_or_default();
-                format!("{} to {} ({} observations)", end(sorted.first()), end(sorted.last()), sorted.len())
+                format!("{} ({} observations)", span(end(sorted.first()), end(sorted.last())), sorted.len())
             }
             Some(Distribution::Integer { low, high }) => format!("{low} to {high} (whole numbers)"),
             Some(Distribution::LogInteger { low, high }) => format!("{low} to {high} (whole numbers, logarithmic)"),
