@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::text::{check_row, say, tell};
+use super::text::{check_row, ready, say, tell};
 use crate::accuracy::{Accuracy, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::{Engine, RowScene, Rows};
@@ -48,7 +48,7 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let engine = ready(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
     let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
@@ -86,7 +86,7 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<In
     if engine.study().structure().mode_tolerance.is_some() {
         overrides.push("structure.mode_tolerance=0".to_owned());
     }
-    let all = Engine::load(&arguments.study, &overrides)?;
+    let all = ready(&arguments.study, &overrides)?;
     let scene = all.scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
     Ok(Some(scene.modes))
 }

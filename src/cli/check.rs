@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::outputs::refuse_inputs;
-use super::text::{plural, say, threads};
+use super::text::{plural, ready, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{Engine, RowScene, Rows};
@@ -42,7 +42,7 @@ pub(super) struct CheckArguments {
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let engine = ready(&arguments.study, &arguments.overrides)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));

@@ -14,8 +14,7 @@ use clap::Args;
 use super::exit::{Exit, Failure, write_file};
 use super::run::default_folder;
 use super::shard::Shard;
-use super::text::say;
-use crate::engine::Engine;
+use super::text::{ready, say};
 use crate::study::Study;
 
 /// Runs one shard, again if it was killed.
@@ -147,7 +146,7 @@ impl Plan {
         let run = run_command(&program, arguments)?;
         match arguments.stub_row_ms {
             Some(_) => Study::load(&arguments.study)?.with_overrides(&arguments.overrides).map(|_| ())?,
-            None => Engine::load(&arguments.study, &arguments.overrides).map(|_| ())?,
+            None => ready(&arguments.study, &arguments.overrides).map(|_| ())?,
         }
         for folder in [self.folder.clone(), self.folder.join("logs"), self.shards()] {
             let failed = |source| Failure::Write { path: folder.display().to_string(), source };

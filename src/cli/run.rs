@@ -11,9 +11,9 @@ use super::exit::{Exit, Failure};
 use super::outputs::refuse_inputs;
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::shard::Shard;
-use super::text::{self, say, tell};
+use super::text::{self, ready, say, tell};
 use crate::dataset::{Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, TableName};
-use crate::engine::{Engine, Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
+use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
 use crate::report::{ReportSettings, summarise};
 use crate::run::DEFAULT_RETRIES;
 use crate::study::Study;
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {
         Some(milliseconds) => Box::new(stub_rows(arguments, milliseconds)?),
-        None => Box::new(Engine::load(&arguments.study, &arguments.overrides)?.with_retries(arguments.retries)),
+        None => Box::new(ready(&arguments.study, &arguments.overrides)?.with_retries(arguments.retries)),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let whole = default_folder(&arguments.study);

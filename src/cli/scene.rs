@@ -9,7 +9,7 @@ use serde_json::json;
 use super::exit::{Exit, Failure, write_file};
 use super::outputs::refuse_inputs;
 use super::scene_plot::{Picture, scene_plot};
-use super::text::{check_row, say, six_digits, tell};
+use super::text::{check_row, ready, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
@@ -49,7 +49,7 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
     refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.signals.as_ref(), arguments.plot.as_ref()])?;
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let engine = ready(&arguments.study, &arguments.overrides)?;
     check_row(&engine, arguments.row)?;
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {

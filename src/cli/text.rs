@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::{Display, Write as _};
 use std::io::Write;
+use std::path::Path;
 
 use super::exit::Failure;
 use crate::engine::{Engine, Rows};
@@ -54,6 +55,13 @@ fn cut(line: &str) -> Cow<'_, str> {
             Cow::Owned(format!("{shown}... ({} more characters)", rest.chars().count()))
         }
     }
+}
+
+/// A study made ready to run, with a word about what was not as expected.
+pub(super) fn ready(study: &Path, overrides: &[String]) -> Result<Engine, Failure> {
+    let engine = Engine::load(study, overrides)?;
+    engine.notes().for_each(|note| tell(&format_args!("note: {note}")));
+    Ok(engine)
 }
 
 /// Most threads that can be asked for; many more would starve the machine before any row is run.

@@ -20,7 +20,7 @@ use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsMan
 use super::rebuild::{Known, known, strays};
 use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left};
-use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
+use super::status::{self, STATUS_NAME};
 use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
@@ -125,6 +125,7 @@ impl DatasetWriter {
             }
         };
         remove(&folder.join(STAGING))?;
+        status::remove_staged(folder)?;
         let journal = folder.join(JOURNAL);
         make_folder(&journal)?;
         Self::start(folder, columns, recovered, lock)
@@ -430,8 +431,8 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
         let entry = entry.map_err(failed_to("read the folder", folder))?;
         let name = entry.file_name();
         let is_table = TableName::ALL.iter().any(|table| name == table.folder());
-        let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
-        let is_ours = ours.iter().any(|ours| name == *ours);
+        let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
+        let is_ours = ours.iter().any(|ours| name == *ours) || status::is_staged(Path::new(&name));
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
         let may_stay = is_ours || (is_table && is_empty(&entry.path()));
         if !may_stay {
