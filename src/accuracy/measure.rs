@@ -29,7 +29,7 @@ pub struct Experiment<'a> {
 
 /// Why there is nothing to compare with.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the {run} did not end: {reason} (is the scene one that `decore scene` can run?)")]
+#[error("the {run} did not end: {reason}")]
 pub struct AccuracyError {
     /// Which of the runs.
     pub run: &'static str,

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::text::{check_row, ready, say, tell};
+use super::outputs::{load_study, ready};
+use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::{Engine, RowScene, Rows};
@@ -48,7 +49,7 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    let engine = ready(&arguments.study, &arguments.overrides)?;
+    let engine = ready(load_study(&arguments.study, &arguments.overrides, &[])?)?;
     check_row(&engine, arguments.row)?;
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
     let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
@@ -63,13 +64,14 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
         repeats: arguments.repeats,
     };
     let result = measure(&experiment, &mut |what| tell(&format_args!("running: {what}")));
-    let result = result.map_err(|error| Failure::Argument(error.to_string()))?;
+    let result = result
+        .map_err(|error| Failure::Argument(format!("{error} (is the scene one that `decore scene` can run?)")))?;
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
     write(&folder, &engine, (&result, &words))?;
-    say(&words);
-    say(&format_args!("Table, text and plot are in {}", folder.display()));
+    say(&words)?;
+    say(&format_args!("Table, text and plot are in {}", folder.display()))?;
     Ok(Exit::Done)
 }
 
@@ -86,7 +88,7 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<In
     if engine.study().structure().mode_tolerance.is_some() {
         overrides.push("structure.mode_tolerance=0".to_owned());
     }
-    let all = ready(&arguments.study, &overrides)?;
+    let all = ready(load_study(&arguments.study, &overrides, &[])?)?;
     let scene = all.scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
     Ok(Some(scene.modes))
 }

@@ -42,7 +42,7 @@ impl From<Exit> for ExitCode {
 pub(super) enum Failure {
     #[error("{0}")]
     Study(#[from] StudyError),
-    #[error("{0}")]
+    #[error("{error}{advice}", error = .0, advice = advice(.0))]
     Engine(#[from] EngineError),
     #[error("failed to prepare the machine: {0}")]
     Structure(#[from] StructureError),
@@ -54,6 +54,18 @@ pub(super) enum Failure {
     Argument(String),
     #[error("failed to write {path}: {source} (check free space and permissions)")]
     Write { path: String, source: std::io::Error },
+    #[error("failed to write to standard output: {0} (what was to be printed is not whole)")]
+    Print(std::io::Error),
+}
+
+/// What the command line can do about a failure of the library.
+fn advice(error: &EngineError) -> &'static str {
+    match error {
+        EngineError::Dataset(DatasetError::Exists { .. } | DatasetError::Changed { .. }) => {
+            " (`--output` names another folder, `--replace` replaces)"
+        }
+        _ => "",
+    }
 }
 
 impl Failure {
@@ -66,7 +78,7 @@ impl Failure {
                 _ => Exit::NotWritten,
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
-            Self::Plot(_) => Exit::NotWritten,
+            Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
         }
     }

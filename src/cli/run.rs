@@ -8,10 +8,10 @@ use std::time::Duration;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::outputs::refuse_inputs;
+use super::outputs::{load_study, ready};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::shard::Shard;
-use super::text::{self, ready, say, tell};
+use super::text::{self, say, tell};
 use crate::dataset::{Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, TableName};
 use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
 use crate::report::{ReportSettings, summarise};
@@ -64,10 +64,10 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
-    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
+    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {
-        Some(milliseconds) => Box::new(stub_rows(arguments, milliseconds)?),
-        None => Box::new(ready(&arguments.study, &arguments.overrides)?.with_retries(arguments.retries)),
+        Some(milliseconds) => Box::new(stub_rows(study, arguments, milliseconds)?),
+        None => Box::new(ready(study)?.with_retries(arguments.retries)),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let whole = default_folder(&arguments.study);
@@ -89,10 +89,15 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     let status = sweep(rows.as_ref(), &folder, &settings)?;
     if !status.message.is_empty() {
         let (message, done) = (&status.message, status.rows_done);
-        tell(&format_args!("{message}: {done} of {} rows are in {}", status.rows, folder.display()));
+        let advice = match status.state {
+            SweepState::TooManyFailed => " (`decore status` shows the last ones; a larger --max-failed goes on)",
+            SweepState::Interrupted => "; the same command goes on",
+            _ => "",
+        };
+        tell(&format_args!("{message}{advice}: {done} of {} rows are in {}", status.rows, folder.display()));
     }
     let reader = DatasetReader::open(&folder)?;
-    say(&summarise(&reader, &report)?.to_string().trim_end());
+    say(&summarise(&reader, &report)?.to_string().trim_end())?;
     Ok(match status.state {
         SweepState::TooManyFailed => Exit::TooManyFailed,
         SweepState::Interrupted => Exit::Interrupted,
@@ -102,11 +107,10 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
 }
 
 /// Rows of the built-in test scene that take `milliseconds` each, computing or sleeping.
-fn stub_rows(arguments: &RunArguments, milliseconds: f64) -> Result<StubRows, Failure> {
+fn stub_rows(study: Study, arguments: &RunArguments, milliseconds: f64) -> Result<StubRows, Failure> {
     let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
     let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
-    let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
-    Ok(StubRows { study, duration, busy: arguments.stub_busy })
+    Ok(StubRows { study: checked(study)?, duration, busy: arguments.stub_busy })
 }
 
 /// `out/<name of the study file>`.

@@ -7,13 +7,13 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file};
-use super::outputs::refuse_inputs;
+use super::outputs::{load_study, ready};
 use super::scene_plot::{Picture, scene_plot};
-use super::text::{check_row, ready, say, six_digits, tell};
+use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
-use crate::quantity::{Quantity, Value};
+use crate::quantity::{Kind, Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
 
 /// Interval in s at which a plot reads the signals.
@@ -48,14 +48,14 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
-    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.signals.as_ref(), arguments.plot.as_ref()])?;
-    let engine = ready(&arguments.study, &arguments.overrides)?;
+    let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
+    let engine = ready(load_study(&arguments.study, &arguments.overrides, &outputs)?)?;
     check_row(&engine, arguments.row)?;
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {
-        say(&json_text(&engine, arguments.row, &outcome));
+        say(&json_text(&engine, arguments.row, &outcome))?;
     } else {
-        say(&readable(&engine, arguments.row, &outcome).trim_end());
+        say(&readable(&engine, arguments.row, &outcome).trim_end())?;
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
@@ -178,7 +178,11 @@ fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatte
         };
         let unit = if unit == "1" { "" } else { unit };
         let moved = scatter.and_then(|scatter| scatter.get(quantity.name).copied().flatten());
-        let moved = moved.map_or(String::new(), |moved| format!("  +- {moved:.1e}"));
+        let moved = match (quantity.kind, moved) {
+            (_, None) => String::new(),
+            (Kind::Text, Some(share)) => format!("  another kind in {:.0} %", 100.0 * share),
+            (_, Some(moved)) => format!("  +- {moved:.1e}"),
+        };
         let line = format!("  {:<46} {value:>12} {unit:<4}{moved}", quantity.name);
         let _ = writeln!(text, "{}", line.trim_end());
     }

@@ -154,15 +154,9 @@ fn ending(
     let (state, message) = match (summary, most_failed) {
         (Err(error), _) => (SweepState::NotWritten, error.to_string()),
         (Ok(summary), Some(most)) if summary.stopped && failed > most => {
-            let message = format!(
-                "stopped: {failed} rows are not done, more than --max-failed {most} allows (`decore status` shows the \
-                 last ones); a larger limit goes on"
-            );
-            (SweepState::TooManyFailed, message)
+            (SweepState::TooManyFailed, format!("stopped: {failed} rows are not done, more than the {most} allowed"))
         }
-        (Ok(summary), _) if summary.stopped => {
-            (SweepState::Interrupted, "interrupted; the same command goes on".to_owned())
-        }
+        (Ok(summary), _) if summary.stopped => (SweepState::Interrupted, "interrupted".to_owned()),
         (Ok(_), _) => (SweepState::Complete, String::new()),
     };
     monitor.status(state, message)

@@ -1,6 +1,6 @@
 //! A study as loaded: read, with all that it names, but not yet held to a machine.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::document::error::{Place, Problem, StudyError};
 use super::document::keys::Shape;
@@ -46,6 +46,10 @@ pub struct Study {
     hash: String,
 }
 
+fn document(name: &str, text: &str) -> Result<Document, StudyError> {
+    Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })
+}
+
 impl Study {
     /// Reads a study file and the hammer files that it names.
     ///
@@ -54,8 +58,9 @@ impl Study {
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         let text = files::read_text(path, Limit::TOML)
             .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
-        let directory = path.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, directory, &path.display().to_string())
+        let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let document = document(&path.display().to_string(), &text)?;
+        Self::build(Typed { document, file: Some(path.to_path_buf()), directory, overrides: Vec::new() })
     }
 
     /// Reads a study from a text. `directory`: where relative file names start; `name`: the file's name in messages.
@@ -63,8 +68,8 @@ impl Study {
     /// # Errors
     /// [`StudyError::Invalid`] with all faults found.
     pub fn parse(text: &str, directory: &Path, name: &str) -> Result<Self, StudyError> {
-        let document = Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })?;
-        Self::build(Typed { document, directory: directory.to_path_buf(), overrides: Vec::new() })
+        let (document, directory) = (document(name, text)?, directory.to_path_buf());
+        Self::build(Typed { document, file: None, directory, overrides: Vec::new() })
     }
 
     /// The study with further values set, each `path=value`, over the file's and the factors' values.
@@ -152,6 +157,15 @@ impl Study {
     /// Name of the file, as in messages.
     pub fn name(&self) -> &str {
         &self.typed.document.name
+    }
+
+    /// All files that the study reads, as paths to open: its own, hammer files, tables of rows, those of its machines.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let hammers = self.scenes.library.files().map(|name| self.typed.directory.join(name));
+        let rows = self.plan.files.iter().map(|file| self.typed.directory.join(&file.name));
+        let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
+        let machines = machines.flat_map(|settings| settings.source.files()).map(|(_, path)| path.to_path_buf());
+        self.typed.file.iter().cloned().chain(hammers).chain(rows).chain(machines).collect()
     }
 
     /// The text of the study file.

@@ -209,7 +209,7 @@ fn too_many_failed_rows_stop_the_sweep() {
         command
     };
     let text = errors(&expect_code(limited("1"), 6));
-    assert!(text.contains("2 rows are not done, more than --max-failed 1"), "{text}");
+    assert!(text.contains("2 rows are not done, more than the 1 allowed (`decore status`"), "{text}");
     let stopped = status(&folder);
     assert_eq!((stopped["state"].as_str(), stopped["rows_failed"].as_u64()), (Some("too_many_failed"), Some(2)));
     assert!(stopped["rows_done"].as_u64() < Some(2000), "{stopped}");

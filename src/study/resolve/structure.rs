@@ -48,18 +48,25 @@ pub struct MatrixSource {
     pub cache: bool,
 }
 
-impl MatrixSource {
-    /// Every file with its key in the study.
-    pub fn keyed_files(&self) -> Vec<(&'static str, &Path)> {
-        let files = &self.files;
-        let mut keyed: Vec<(&'static str, &Path)> = vec![
-            ("stiffness_file", &files.stiffness.path),
-            ("mass_file", &files.mass.path),
-            ("points_file", &files.points),
-        ];
-        keyed.extend(files.damping.iter().map(|matrix| ("damping_file", matrix.path.as_path())));
-        keyed.extend(files.dofs.iter().map(|path| ("dof_file", path.as_path())));
-        keyed
+impl StructureSource {
+    /// Every file that it reads, with its key in the study.
+    pub fn files(&self) -> Vec<(&'static str, &Path)> {
+        match self {
+            Self::Station => Vec::new(),
+            Self::ModalTable { table, points } => vec![("modal_file", table), ("points_file", points)],
+            Self::Matrices(source) => {
+                let files = &source.files;
+                let damping = files.damping.as_ref().map(|matrix| matrix.path.as_path());
+                let all = [
+                    ("stiffness_file", Some(files.stiffness.path.as_path())),
+                    ("mass_file", Some(&files.mass.path)),
+                    ("points_file", Some(&files.points)),
+                    ("damping_file", damping),
+                    ("dof_file", files.dofs.as_deref()),
+                ];
+                all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
+            }
+        }
     }
 }
 
