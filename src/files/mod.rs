@@ -1,12 +1,14 @@
 //! Files are read up to the size that their kind may have: a wrong name (a device, some other program's results) costs
 //! neither memory nor time. They are written under a passing name, until they are whole: [`Staged`].
 
+mod shield;
 mod staged;
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
+pub use shield::shielded;
 pub use staged::{Staged, is_passing_name};
 
 /// Most bytes of what is no regular file (a pipe, a device) and so tells no size before.

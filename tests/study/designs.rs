@@ -170,6 +170,39 @@ fn tables_come_from_csv_and_parquet() {
     }
 }
 
+/// A design whose rows are a file of `tests/data/tables`.
+fn shipped_table(name: &str) -> Result<Study, StudyError> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables");
+    parse(&folder, &format!("[design]\nkind = 'table'\nfile = '{name}.parquet'\n{TABLE}"))
+}
+
+#[test]
+fn tables_of_other_programs_are_read_however_they_are_packed() {
+    let packed = ["none", "snappy", "gzip", "zstd", "lz4"].map(|name| format!("pyarrow_{name}"));
+    for name in packed.iter().map(String::as_str).chain(["pandas", "polars", "duckdb"]) {
+        let study = shipped_table(name).map(|study| rows_of(&study)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let rows: Vec<Vec<String>> =
+            (0..3).map(|row| study.row_values(row).iter().map(ToString::to_string).collect()).collect();
+        assert_eq!(rows, [["0.05", "tied", "1000"], ["-0.1", "spring", "1500"], ["0.0625", "tied", "2000"]], "{name}");
+    }
+    let brotli = message(shipped_table("pyarrow_brotli"));
+    assert!(brotli.contains("is packed with BROTLI") && brotli.contains("snappy, gzip, zstd, lz4"), "{brotli}");
+}
+
+/// Each of these ended the decoder by a panic, or took 700 MB.
+#[test]
+fn damaged_tables_are_refused_with_words() {
+    for number in 1..=3 {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables");
+        let fuzzed = std::fs::read_to_string(folder.join("../fuzz/kinds.toml")).expect("study");
+        let (before, after) = fuzzed.split_once("[design]").expect("design");
+        let (_, factors) = after.split_once("[design.factor.x]").expect("factors");
+        let table = format!("[design]\nkind = 'table'\nfile = 'damaged_{number}.parquet'\n[design.factor.x]{factors}");
+        let text = message(Study::parse(&format!("{before}{table}"), &folder, "test.toml"));
+        assert!(text.contains(&format!("damaged_{number}.parquet: ")) && text.contains("cannot read"), "{text}");
+    }
+}
+
 #[test]
 fn faults_of_tables_name_file_line_and_column() {
     let folder = TempDir::new().expect("scratch folder");

@@ -1,18 +1,9 @@
 //! Rows of a design given by the user: a CSV or Parquet file with a column per factor, named like it or `factor_` and its name.
 
-use std::fs::File;
 use std::path::Path;
-use std::sync::Arc;
-
-use arrow_array::cast::AsArray;
-use arrow_array::types::{
-    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
-};
-use arrow_array::{Array, ArrayRef};
-use arrow_schema::DataType;
-use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
 
 use super::factor::FactorInfo;
+use super::parquet;
 use crate::design::{Distribution, Level};
 use crate::files::{self, Limit};
 use crate::quantity::{Kind, Value};
@@ -25,9 +16,6 @@ struct Row {
 
 /// What begins the name of a factor's column in files that decore writes.
 pub(super) const PREFIX: &str = "factor_";
-
-/// Most rows of a Parquet table: they are kept in memory.
-const MOST_TABLE_ROWS: usize = 10_000_000;
 
 /// Reads the factors' columns; columns of other names are left alone.
 pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
@@ -76,8 +64,13 @@ pub(super) enum Span {
 
 /// The cells of these factors, row by row; at least one row.
 fn cells(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
-    let parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let rows = if parquet { read_parquet(file, factors)? } else { read_csv(file, factors)? };
+    let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let rows = if is_parquet {
+        let rows = parquet::read(file, factors, &|factor, header| place(file, factor, header))?;
+        rows.into_iter().enumerate().map(|(row, cells)| Row { place: format!("row {row}"), cells }).collect()
+    } else {
+        read_csv(file, factors)?
+    };
     if rows.is_empty() {
         return Err(format!("{} has no rows", file.display()));
     }
@@ -119,61 +112,6 @@ fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
         Ok(Row { place: format!("line {line}"), cells })
     };
     reader.records().map(row).collect()
-}
-
-fn read_parquet(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
-    let fault = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", file.display());
-    let opened = File::open(file).map_err(|error| fault(&error))?;
-    // As the file has them: what its writer had in memory (dictionaries, views of texts) does not matter.
-    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
-    let reader = ParquetRecordBatchReaderBuilder::try_new_with_options(opened, options);
-    let mut rows: Vec<Row> = Vec::new();
-    let reader = reader.map_err(|error| fault(&error))?;
-    // Packed, a column of a single value takes no bytes for its rows.
-    let stated = reader.metadata().file_metadata().num_rows();
-    if usize::try_from(stated).map_or(true, |rows| rows > MOST_TABLE_ROWS) {
-        return Err(fault(&format!("it states {stated} rows, expected at most {MOST_TABLE_ROWS}")));
-    }
-    for batch in reader.build().map_err(|error| fault(&error))? {
-        let batch = batch.map_err(|error| fault(&error))?;
-        let header: Vec<String> = batch.schema().fields().iter().map(|field| field.name().clone()).collect();
-        let column = |factor: &&str| place(file, factor, &header).map(|place| Arc::clone(batch.column(place)));
-        let columns = factors.iter().map(column).collect::<Result<Vec<ArrayRef>, String>>()?;
-        let before = rows.len();
-        for row in 0..batch.num_rows() {
-            let place = format!("row {}", before + row);
-            let cells = columns.iter().zip(factors).map(|(column, factor)| {
-                cell(column, row).ok_or_else(|| {
-                    let kind = column.data_type();
-                    format!("{}, {place}, column `{factor}`: no number or text ({kind})", file.display())
-                })
-            });
-            let cells = cells.collect::<Result<Vec<String>, String>>()?;
-            rows.push(Row { place, cells });
-        }
-    }
-    Ok(rows)
-}
-
-/// A cell as text; numbers in the shortest form that reads back the same.
-fn cell(column: &ArrayRef, row: usize) -> Option<String> {
-    if column.is_null(row) {
-        return None;
-    }
-    match column.data_type() {
-        DataType::Float64 => Some(column.as_primitive::<Float64Type>().value(row).to_string()),
-        DataType::Float32 => Some(column.as_primitive::<Float32Type>().value(row).to_string()),
-        DataType::Int64 => Some(column.as_primitive::<Int64Type>().value(row).to_string()),
-        DataType::Int32 => Some(column.as_primitive::<Int32Type>().value(row).to_string()),
-        DataType::Int16 => Some(column.as_primitive::<Int16Type>().value(row).to_string()),
-        DataType::Int8 => Some(column.as_primitive::<Int8Type>().value(row).to_string()),
-        DataType::UInt64 => Some(column.as_primitive::<UInt64Type>().value(row).to_string()),
-        DataType::UInt32 => Some(column.as_primitive::<UInt32Type>().value(row).to_string()),
-        DataType::UInt16 => Some(column.as_primitive::<UInt16Type>().value(row).to_string()),
-        DataType::UInt8 => Some(column.as_primitive::<UInt8Type>().value(row).to_string()),
-        DataType::Utf8 => Some(column.as_string::<i32>().value(row).to_string()),
-        _ => None,
-    }
 }
 
 fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
