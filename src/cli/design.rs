@@ -69,7 +69,7 @@ fn columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
             values: match factor.kind {
                 Kind::Real | Kind::Count => TableValues::Real(cells().map(number).collect()),
                 Kind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
-                Kind::Text => TableValues::Text(cells().map(ToString::to_string).collect()),
+                Kind::Text | Kind::Category => TableValues::Text(cells().map(ToString::to_string).collect()),
             },
         }
     };

@@ -10,6 +10,7 @@ mod init;
 mod merge;
 mod outputs;
 mod progress;
+mod rows;
 mod run;
 mod scene;
 mod scene_plot;

@@ -13,7 +13,7 @@ use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
-use crate::quantity::{Kind, Quantity, Value};
+use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
 
 /// Interval in s at which a plot reads the signals.
@@ -180,7 +180,7 @@ fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatte
         let moved = scatter.and_then(|scatter| scatter.get(quantity.name).copied().flatten());
         let moved = match (quantity.kind, moved) {
             (_, None) => String::new(),
-            (Kind::Text, Some(share)) => format!("  another kind in {:.0} %", 100.0 * share),
+            (kind, Some(share)) if kind.is_text() => format!("  another kind in {:.0} %", 100.0 * share),
             (_, Some(moved)) => format!("  +- {moved:.1e}"),
         };
         let line = format!("  {:<46} {value:>12} {unit:<4}{moved}", quantity.name);

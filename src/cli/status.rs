@@ -57,10 +57,14 @@ fn text(folder: &Path, status: &SweepStatus) -> String {
         SweepState::Running => format!("running (process {} on {})", status.process, status.host),
         SweepState::Complete => "complete".to_owned(),
         SweepState::Interrupted => "interrupted; the same command goes on".to_owned(),
+        SweepState::StoppedAtOnce => {
+            "stopped at once by a second interrupt: rows that ended are kept, those that ran are not; the same command goes on"
+                .to_owned()
+        }
         SweepState::TooManyFailed => "stopped, too many rows failed".to_owned(),
         SweepState::NotWritten => format!("stopped, results could not be written: {}", status.message),
         SweepState::Lost => {
-            "not running: killed, stopped at once, or its machine went down; the same command goes on".to_owned()
+            "not running: killed, or its machine went down; the same command goes on".to_owned()
         }
     };
     let percent = 100.0 * status.rows_done as f64 / status.rows.max(1) as f64;

@@ -69,7 +69,8 @@ pub fn grow(
         notes: std::mem::take(&mut recovered.notes),
     };
     let growing = folder.join(GROWING);
-    copy_rows(folder, recovered, DatasetWriter::create(&growing, info, Existing::Refuse)?)?;
+    let reruns = recovered.manifest.reruns.clone();
+    copy_rows(folder, recovered, DatasetWriter::copy(&growing, info, reruns, Existing::Refuse)?)?;
     let ready = growing.join(READY);
     File::create(&ready).and_then(|file| file.sync_all()).map_err(failed_to("create", &ready))?;
     sync_folder(&growing)?;

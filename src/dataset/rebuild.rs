@@ -15,7 +15,7 @@ use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::manifest::{
-    FORMAT_VERSION, Manifest, Part, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
+    FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
 };
 use super::parquet_file::{read_block_text, visit_rows};
 
@@ -24,6 +24,8 @@ use super::parquet_file::{read_block_text, visit_rows};
 pub struct BlockDescription {
     format_version: u32,
     study: DatasetInfo,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    reruns: Vec<Rerun>,
     range: RowSpan,
     done: Vec<RowSpan>,
     runs: Part,
@@ -48,6 +50,7 @@ impl BlockDescription {
         Self {
             format_version: FORMAT_VERSION,
             study: manifest.study.clone(),
+            reruns: manifest.reruns.clone(),
             range: manifest.range,
             done: manifest.rows_of(runs.first_row),
             runs: runs.clone(),
@@ -109,6 +112,11 @@ fn manifest_of_parts(folder: &Path) -> Result<Option<Manifest>, DatasetError> {
         let manifest = manifest.get_or_insert_with(|| Manifest::new(block.study.clone(), block.range));
         if manifest.range != block.range || !is_same_study(&manifest.study, &block.study) {
             return Ok(None);
+        }
+        for rerun in block.reruns {
+            if !manifest.reruns.contains(&rerun) {
+                manifest.reruns.push(rerun);
+            }
         }
         manifest.put_block(block.done.iter().flat_map(|span| span.first..span.end), block.runs, block.blows);
     }

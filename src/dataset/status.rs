@@ -27,6 +27,8 @@ pub enum SweepState {
     Complete,
     /// Stopped by a signal; the same command goes on.
     Interrupted,
+    /// Stopped at once by a second signal: rows that ended are there, those that ran are not; the same command goes on.
+    StoppedAtOnce,
     /// Stopped because more rows failed than were allowed.
     TooManyFailed,
     /// Results could not be written.
@@ -101,6 +103,19 @@ impl SweepStatus {
         staged.and_then(Staged::put_in_place).map_err(failed_to("write", &target))
     }
 
+    /// Notes that the sweep that writes the dataset is stopped at once, for a process that ends without any more words.
+    ///
+    /// # Errors
+    /// The system's; there is no status before the first row is run.
+    pub fn note_stop(dataset: &Path) -> Result<(), DatasetError> {
+        let path = dataset.join(STATUS_NAME);
+        let text = fs::read(&path).map_err(failed_to("read", &path))?;
+        let last: Self =
+            serde_json::from_slice(&text).map_err(|source| DatasetError::Manifest { path: path.clone(), source })?;
+        let message = "stopped at once".to_owned();
+        Self { state: SweepState::StoppedAtOnce, message, updated_unix_s: Self::now_unix_s(), ..last }.write(dataset)
+    }
+
     /// The status as JSON.
     ///
     /// # Errors
@@ -126,12 +141,14 @@ impl SweepStatus {
         }
         // Rows of a block that has a part may be in the journal too.
         let (rows, failed) = journal::count(dataset, &|row| !manifest.has(row))?;
-        if rows > 0 || status.state == SweepState::Running {
+        if rows > 0 || matches!(status.state, SweepState::Running | SweepState::StoppedAtOnce) {
             status.rows_done = manifest.rows_done + rows;
             status.rows_failed = manifest.rows_failed() + failed;
         }
         if status.state == SweepState::Running {
-            status.state = if manifest.complete { SweepState::Complete } else { SweepState::Lost };
+            // Rows of a full block are in the journal too while they are run again.
+            let waiting = journal::count(dataset, &|_| true)?.0;
+            status.state = if manifest.complete && waiting == 0 { SweepState::Complete } else { SweepState::Lost };
         }
         Ok(status)
     }

@@ -21,6 +21,7 @@ pub fn dataset_info(
         study_text: study.text().to_owned(),
         study_hash: study.hash().to_owned(),
         frame_hash: checked.frame_hash(),
+        budget_free_hash: checked.budget_free_hash(),
         rows_hash: checked.rows_hash(checked.row_count()),
         overrides: study.overrides(),
         inputs,

@@ -48,7 +48,7 @@ fn over<'r, T>(
         values.filter(|values| values.len() > 1)
     };
     let scatter = |quantity: &Quantity<T>| match quantity.kind {
-        Kind::Text => share_of_others(&values(quantity)?),
+        Kind::Text | Kind::Category => share_of_others(&values(quantity)?),
         Kind::Real | Kind::Count | Kind::Integer => half_range(&values(quantity)?),
     };
     quantities.iter().filter(|quantity| quantity.main).map(|q| (q.name, scatter(q))).collect()

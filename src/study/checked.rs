@@ -3,7 +3,7 @@
 use super::constraints::constrained;
 use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
-use super::growth::frame_hash;
+use super::growth::{budget_free_hash, frame_hash};
 use super::loaded::Study;
 use super::plan::factor::Source;
 use super::resolve::issue::Issue;
@@ -117,6 +117,12 @@ impl CheckedStudy {
     /// table of rows.
     pub fn frame_hash(&self) -> String {
         frame_hash(&self.study)
+    }
+
+    /// Hash (hex) as [`Study::hash`], but over all that is not a budget: `solver.max_steps` and `solver.max_wall_time_s`. Rows
+    /// that met no budget are the same in studies that have this one in common.
+    pub fn budget_free_hash(&self) -> String {
+        budget_free_hash(&self.study)
     }
 
     /// Hash (hex) of the factors' values in the first `rows` rows, by which two studies of one frame are compared.

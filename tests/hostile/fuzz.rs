@@ -390,7 +390,8 @@ fn attempt(target: &Target, folder: &Path, bytes: &[u8], tally: &mut Tally) {
     };
     let (result, time, mut peak) = weighed();
     if peak > MOST_BYTES {
-        // A thread's scale misses what other threads free of its memory, which depends on how they share the work.
+        // What a package sets aside once for a thread is there the second time: gemm's buffer, a gigabyte of addresses on a machine
+        // with large caches, hardly any of which is ever touched.
         peak = (0..3).map(|_| weighed().2).fold(peak, i64::min);
     }
     tally.inputs += 1;
