@@ -109,7 +109,7 @@ impl SweepStatus {
     /// The system's; there is no status before the first row is run.
     pub fn note_stop(dataset: &Path) -> Result<(), DatasetError> {
         let path = dataset.join(STATUS_NAME);
-        let text = fs::read(&path).map_err(failed_to("read", &path))?;
+        let text = read(&path, Limit::STATUS).map_err(failed_to("read", &path))?;
         let last: Self =
             serde_json::from_slice(&text).map_err(|source| DatasetError::Manifest { path: path.clone(), source })?;
         let message = "stopped at once".to_owned();
