@@ -42,7 +42,7 @@
 //! metrics    : hammer integrate quantity scene system
 //! run        : integrate metrics quantity scene system
 //! accuracy   : integrate metrics plot quantity run scene system
-//! dataset    : integrate metrics quantity run words
+//! dataset    : files integrate metrics quantity run words
 //! report     : dataset metrics quantity run
 //! engine     : dataset design integrate metrics quantity run scene structure study system
 //! cli        : accuracy dataset design engine guide integrate metrics plot quantity report run scene structure study system words

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_study;
+use super::outputs::{load_study, ready};
 use super::progress::clock;
 use super::text::{check_row, say, tell, warn};
 use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
@@ -51,8 +51,7 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    expect_study(&arguments.study)?;
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let engine = ready(load_study(&arguments.study, &arguments.overrides, &[])?)?;
     check_row(&engine, arguments.row)?;
     warn(engine.checked());
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
@@ -101,7 +100,7 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<In
     if engine.study().structure().mode_tolerance.is_some() {
         overrides.push("structure.mode_tolerance=0".to_owned());
     }
-    let all = Engine::load(&arguments.study, &overrides)?;
+    let all = ready(load_study(&arguments.study, &overrides, &[])?)?;
     let scene = all.scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
     Ok(Some(scene.modes))
 }

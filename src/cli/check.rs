@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_ending;
-use super::outputs::load_study;
+use super::outputs::{load_study, ready};
 use super::text::{plural, say, threads, warn};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
@@ -44,7 +44,7 @@ pub(super) struct CheckArguments {
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let study = load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
     expect_ending("--scatter", arguments.scatter.as_ref(), "svg")?;
-    let engine = Engine::new(study)?;
+    let engine = ready(study)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
     warn(checked);

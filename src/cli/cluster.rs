@@ -13,10 +13,9 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::default_folder;
+use super::outputs::{load_study, ready};
 use super::shard::Shard;
 use super::text::say;
-use crate::engine::Engine;
-use crate::study::Study;
 
 /// Runs one shard, again if it was killed.
 const TASK_SCRIPT: &str = include_str!("../assets/sweeps/task.sh");
@@ -145,9 +144,9 @@ impl Plan {
         let program = program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?;
         plain("this program", program.as_os_str())?;
         let run = run_command(&program, arguments)?;
-        match arguments.stub_row_ms {
-            Some(_) => Study::load(&arguments.study)?.with_overrides(&arguments.overrides).map(|_| ())?,
-            None => Engine::load(&arguments.study, &arguments.overrides).map(|_| ())?,
+        let study = load_study(&arguments.study, &arguments.overrides, &[])?;
+        if arguments.stub_row_ms.is_none() {
+            ready(study)?;
         }
         for folder in [self.folder.clone(), self.folder.join("logs"), self.shards()] {
             let failed = |source| Failure::Write { path: folder.display().to_string(), source };

@@ -1,9 +1,11 @@
-//! No output is one of the inputs: what a command reads, it does not overwrite.
+//! The study of a command, and its outputs: what a command reads, it does not overwrite.
 
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
 use super::inputs::expect_study;
+use super::text::tell;
+use crate::engine::Engine;
 use crate::study::Study;
 
 /// The study of a command with the settings `path=value` over its own; refuses what cannot be a study, and outputs that
@@ -13,6 +15,13 @@ pub(super) fn load_study(study: &Path, overrides: &[String], outputs: &[Option<&
     let study = Study::load(study)?.with_overrides(overrides)?;
     refuse_inputs(&study.files(), outputs)?;
     Ok(study)
+}
+
+/// A study made ready to run, with a word about what was not as expected.
+pub(super) fn ready(study: Study) -> Result<Engine, Failure> {
+    let engine = Engine::new(study)?;
+    engine.notes().for_each(|note| tell(&format_args!("note: {note}")));
+    Ok(engine)
 }
 
 /// Refuses outputs that are one of the inputs, by whatever path; a folder for outputs must not hold one of them.

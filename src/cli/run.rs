@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::default_folder;
-use super::outputs::load_study;
+use super::outputs::{load_study, ready};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
 use super::shard::Shard;
@@ -17,7 +17,7 @@ use super::text::{self, plural, say, tell};
 use crate::dataset::{
     Chosen, Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, SweepStatus, TableName,
 };
-use crate::engine::{Engine, Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
+use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
 use crate::report::{ReportSettings, summarise};
 use crate::run::DEFAULT_RETRIES;
 use crate::study::Study;
@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     let study = load_study(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {
         Some(milliseconds) => Box::new(stub_rows(study, arguments, milliseconds)?),
-        None => Box::new(Engine::new(study)?.with_retries(arguments.retries)),
+        None => Box::new(ready(study)?.with_retries(arguments.retries)),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let whole = default_folder(&arguments.study);

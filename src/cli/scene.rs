@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_ending;
-use super::outputs::load_study;
+use super::outputs::{load_study, ready};
 use super::scene_plot::{Picture, scene_plot};
 use super::text::{check_row, say, six_digits, tell, warn};
 use crate::dataset::write_signals;
@@ -53,7 +53,7 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     let study = load_study(&arguments.study, &arguments.overrides, &outputs)?;
     expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
     expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
-    let engine = Engine::new(study)?;
+    let engine = ready(study)?;
     check_row(&engine, arguments.row)?;
     warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;

@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_study;
-use super::outputs::{load_study, refuse_inputs};
+use super::outputs::{load_study, ready, refuse_inputs};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
-use crate::engine::{Engine, RowScene, Rows, reduction_settings};
+use crate::engine::{RowScene, Rows, reduction_settings};
 use crate::run::run_row;
 use crate::structure::{
     CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
@@ -109,7 +109,7 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
     const TOLERANCES: [f64; 5] = [1e-6, 1e-4, 1e-3, 1e-2, 1e-1];
     let mut overrides = arguments.overrides.clone();
     overrides.push("structure.mode_tolerance=0".to_owned());
-    let engine = Engine::load(&arguments.file, &overrides)?;
+    let engine = ready(load_study(&arguments.file, &overrides, &[])?)?;
     let Ok(RowScene { scene, modes }) = engine.scene(0) else { return Ok(()) };
     let band_hz = engine.study().structure().mode_band_hz;
     let reference = arguments.effects.then(|| run_row(&scene, &modes).metrics).flatten();

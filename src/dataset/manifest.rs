@@ -1,6 +1,5 @@
 //! The manifests of a dataset: what it is of, which rows it has, which parts with which checksums.
 
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use super::columns::TableName;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
+use crate::files::{Limit, read};
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
 /// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries.
@@ -289,8 +289,17 @@ pub fn to_json<T: Serialize>(manifest: &T, path: &Path) -> Result<Vec<u8>, Datas
     Ok(bytes)
 }
 
+/// Length and checksum of a part's file.
+///
+/// # Errors
+/// The system's.
+pub fn fingerprint(path: &Path) -> Result<(u64, String), DatasetError> {
+    let bytes = read(path, Limit::PART).map_err(failed_to("read", path))?;
+    Ok((bytes.len() as u64, blake3::hash(&bytes).to_hex().to_string()))
+}
+
 fn read_text(path: &Path, folder: &Path) -> Result<String, DatasetError> {
-    let bytes = fs::read(path).map_err(|source| match source.kind() {
+    let bytes = read(path, Limit::DATASET).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => DatasetError::Missing { path: folder.to_owned() },
         _ => failed_to("read", path)(source),
     })?;

@@ -14,7 +14,9 @@ use super::difference::is_same_study;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::manifest::{FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, part_file, part_first_row};
+use super::manifest::{
+    FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
+};
 use super::parquet_file::{read_block_text, visit_rows};
 
 /// What a part of the table of timings says of its block.
@@ -136,16 +138,8 @@ pub fn timings_of_parts(folder: &Path, manifest: &Manifest) -> Result<TimingsMan
             && visit_rows(&path, &columns, &mut |_| records += 1).is_ok()
             && records == runs.records;
         if whole {
-            let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
-            let blake3 = blake3::hash(&bytes).to_hex().to_string();
-            timings.put(Part {
-                file,
-                first_row: runs.first_row,
-                records,
-                failed: runs.failed,
-                bytes: bytes.len() as u64,
-                blake3,
-            });
+            let (bytes, blake3) = fingerprint(&path)?;
+            timings.put(Part { file, first_row: runs.first_row, records, failed: runs.failed, bytes, blake3 });
         }
     }
     Ok(timings)

@@ -11,12 +11,11 @@ use super::error::DatasetError;
 use super::journal;
 use super::lock::Lock;
 use super::manifest::Manifest;
+use super::store::remove;
+use crate::files::{Limit, Staged, is_passing_name, read};
 
 /// Name of the status in the dataset's folder.
 pub const STATUS_NAME: &str = "status.json";
-
-/// Its name until it is whole.
-pub const STAGED_STATUS_NAME: &str = ".status.json.partial";
 
 /// What a sweep is doing, or how it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,10 +98,9 @@ impl SweepStatus {
     /// # Errors
     /// The system's.
     pub fn write(&self, dataset: &Path) -> Result<(), DatasetError> {
-        let staged = dataset.join(STAGED_STATUS_NAME);
         let target = dataset.join(STATUS_NAME);
-        fs::write(&staged, self.to_json(&target)?).map_err(failed_to("write", &staged))?;
-        fs::rename(&staged, &target).map_err(failed_to("rename into place", &target))
+        let staged = Staged::write(dataset, &target, &self.to_json(&target)?);
+        staged.and_then(Staged::put_in_place).map_err(failed_to("write", &target))
     }
 
     /// Notes that the sweep that writes the dataset is stopped at once, for a process that ends without any more words.
@@ -111,7 +109,7 @@ impl SweepStatus {
     /// The system's; there is no status before the first row is run.
     pub fn note_stop(dataset: &Path) -> Result<(), DatasetError> {
         let path = dataset.join(STATUS_NAME);
-        let text = fs::read(&path).map_err(failed_to("read", &path))?;
+        let text = read(&path, Limit::STATUS).map_err(failed_to("read", &path))?;
         let last: Self =
             serde_json::from_slice(&text).map_err(|source| DatasetError::Manifest { path: path.clone(), source })?;
         let message = "stopped at once".to_owned();
@@ -134,7 +132,7 @@ impl SweepStatus {
         // Taken is looked at first: a sweep that ends in between is then reported by its last word.
         let running = Lock::is_taken(dataset);
         let manifest = Manifest::read(dataset)?;
-        let last = fs::read(dataset.join(STATUS_NAME)).ok();
+        let last = read(&dataset.join(STATUS_NAME), Limit::STATUS).ok();
         let last: Option<Self> = last.and_then(|text| serde_json::from_slice(&text).ok());
         let mut status = last.unwrap_or_else(|| Self::of_manifest(&manifest));
         if running {
@@ -176,4 +174,23 @@ impl SweepStatus {
             last_errors: Vec::new(),
         }
     }
+}
+
+/// Whether a file of a dataset's folder with this name is a status that is not yet in place.
+pub fn is_staged(name: &Path) -> bool {
+    is_passing_name(name, Path::new(STATUS_NAME))
+}
+
+/// Removes what a process left that was killed while it wrote a status; only with the dataset's lock.
+///
+/// # Errors
+/// The system's.
+pub fn remove_staged(dataset: &Path) -> Result<(), DatasetError> {
+    for entry in fs::read_dir(dataset).map_err(failed_to("read the folder", dataset))? {
+        let entry = entry.map_err(failed_to("read the folder", dataset))?;
+        if is_staged(Path::new(&entry.file_name())) {
+            remove(&entry.path())?;
+        }
+    }
+    Ok(())
 }

@@ -21,7 +21,7 @@ use super::rebuild::{Known, known, strays};
 use super::record::StoredRow;
 use super::recovery::{Recovered, recover, rows_left, supersede};
 use super::rerun::Chosen;
-use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
+use super::status::{self, STATUS_NAME};
 use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
@@ -183,6 +183,7 @@ impl DatasetWriter {
     }
 
     fn start(folder: &Path, columns: Arc<Columns>, recovered: Recovered, lock: Lock) -> Result<Self, DatasetError> {
+        status::remove_staged(folder)?;
         let untimed = recovered.untimed();
         let Recovered { manifest, timings, pending, only_in_parts, chosen, damaged, notes } = recovered;
         let missing = rows_left(&manifest, &pending);
@@ -502,8 +503,8 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
         let entry = entry.map_err(failed_to("read the folder", folder))?;
         let name = entry.file_name();
         let is_table = TableName::ALL.iter().any(|table| name == table.folder());
-        let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
-        let is_ours = ours.iter().any(|ours| name == *ours);
+        let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
+        let is_ours = ours.iter().any(|ours| name == *ours) || status::is_staged(Path::new(&name));
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
         let may_stay = is_ours || (is_table && is_empty(&entry.path()));
         if !may_stay {

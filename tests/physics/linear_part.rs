@@ -4,10 +4,9 @@
 use std::ops::Range;
 use std::path::Path;
 
+use crate::common::changed::settings;
 use decore::engine::{Engine, RowScene};
-use decore::integrate::{
-    ExponentialTsit5, Integrator, LinearPart, Settings, StiffBlock, StiffMatrices, Stopped, System,
-};
+use decore::integrate::{ExponentialTsit5, Integrator, LinearPart, StiffBlock, StiffMatrices, Stopped, System};
 use decore::system::{Coupled, CoupledModel, build};
 
 /// Stiffness of the return spring, N/m, the one that the matrices leave out: it is soft.
@@ -89,16 +88,7 @@ fn check_chambers(system: &mut Coupled<'_>, (t, y): (f64, &[f64]), relaxing: Ran
 fn matrices_are_the_slopes_of_the_rates() {
     let model = model();
     let mut system = Coupled::new(&model);
-    let settings = Settings {
-        tolerance: 1e-5,
-        first_step_s: 1e-6,
-        longest_step_s: 1e-3,
-        step_s: 1e-5,
-        located: false,
-        max_steps: 1_000_000,
-        max_wall_time_s: 600.0,
-    };
-    let mut integrator = Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings);
+    let mut integrator = Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5));
     let block = system.stiff_block().expect("tied, condensed and linear");
     let mut matrices = StiffMatrices::zeros(&block);
     let (mut states, mut relaxing) = (std::collections::BTreeSet::new(), 0);
