@@ -13,6 +13,11 @@ pub trait Parameters {
     fn check(&self, at: &str, faults: &mut Vec<Fault>);
 }
 
+/// Path of a key in a group; the group at the top of a file has an empty path.
+pub(crate) fn key(group: &str, name: &str) -> String {
+    if group.is_empty() { name.to_owned() } else { format!("{group}.{name}") }
+}
+
 /// A type of a few values, all of which are allowed: what has it needs no range.
 pub trait Choice {
     /// Nothing to check.

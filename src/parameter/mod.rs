@@ -17,7 +17,7 @@ mod range;
 
 pub(crate) use declare::{check, default, kind, parameters};
 pub use document::{document, lines};
-pub(crate) use entry::describe;
 pub use entry::{Choice, Kind, Parameter, Parameters};
+pub(crate) use entry::{describe, key};
 pub(crate) use range::range;
 pub use range::{Fault, Numbers, Range};

@@ -5,6 +5,6 @@ mod solver;
 mod validate;
 
 pub use crate::integrate::Method;
-pub use model::{Environment, HammerUnit, Mount, OutputSettings, Scene};
+pub use model::{Environment, HammerUnit, Mount, OutputSettings, Scene, Supply};
 pub use solver::{Fidelity, Guide, ModeTreatment, PRESETS, Preset, STANDARD, SolverEntry, SolverSettings};
 pub use validate::{SceneProblem, SceneProblemKind};

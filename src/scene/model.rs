@@ -1,5 +1,7 @@
 //! The scene and its parts.
 
+use serde::Serialize;
+
 use super::solver::SolverSettings;
 use crate::hammer::HammerParameters;
 use crate::parameter::parameters;
@@ -30,22 +32,46 @@ parameters! { file
 /// Where a hammer is mounted: a weighted set of interface points (one, or two neighbours of a rail).
 ///
 /// The same weights carry mass, force and motion, so the receptance stays symmetric.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Mount {
     /// Interface points and their weights; the weights sum to 1.
     pub points: Vec<(String, f64)>,
 }
 
 parameters! {
+    /// The supply of a hammer as a study states it.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    pub struct Supply {
+        /// Supply pressure above ambient (gauge).
+        pub supply_bar: f64 = 5.0, "bar", [>= 0], "the paper's rig";
+    }
+}
+
+impl Supply {
+    /// One bar in Pa.
+    const BAR_PA: f64 = 1e5;
+
+    /// The supply of a hammer at this pressure in Pa (absolute).
+    pub fn of_pressure(absolute_pa: f64, ambient_pa: f64) -> Self {
+        Self { supply_bar: (absolute_pa - ambient_pa) / Self::BAR_PA }
+    }
+
+    /// Its pressure in Pa (absolute).
+    pub fn pressure_pa(self, ambient_pa: f64) -> f64 {
+        ambient_pa + Self::BAR_PA * self.supply_bar
+    }
+}
+
+parameters! {
     /// One hammer of a scene.
-    #[derive(Debug, Clone, PartialEq)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct HammerUnit {
         own {
             /// Name as in the study.
             pub name: String,
             /// Its parameters, overrides applied.
             pub parameters: HammerParameters,
-            /// Supply pressure, absolute, in Pa; not below the ambient one.
+            /// Supply pressure, absolute, in Pa; see [`Supply`].
             pub supply_pressure_pa: f64,
             /// Its place on the machine.
             pub mount: Mount,
@@ -91,21 +117,25 @@ parameters! { file
     }
 }
 
-/// All that one run needs besides the reduced structure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
-    /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
-    pub machine: Option<usize>,
-    /// Gas, surroundings and gravity.
-    pub environment: Environment,
-    /// The hammers, in the study's order.
-    pub hammers: Vec<HammerUnit>,
-    /// The castings, in the study's order.
-    pub castings: Vec<Casting>,
-    /// Simulated time in s.
-    pub duration_s: f64,
-    /// Accuracy and effort.
-    pub solver: SolverSettings,
-    /// Windows and thresholds of the outputs.
-    pub outputs: OutputSettings,
+parameters! {
+    /// All that one run needs besides the reduced structure.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Scene {
+        own {
+            /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
+            pub machine: Option<usize>,
+            /// Gas, surroundings and gravity.
+            pub environment: Environment,
+            /// The hammers, in the study's order.
+            pub hammers: Vec<HammerUnit>,
+            /// The castings, in the study's order.
+            pub castings: Vec<Casting>,
+            /// Accuracy and effort.
+            pub solver: SolverSettings,
+            /// Windows and thresholds of the outputs.
+            pub outputs: OutputSettings,
+        }
+        /// Simulated time.
+        pub duration_s: f64 = 1.5, "s", [> 0], "the paper's rig";
+    }
 }

@@ -1,10 +1,10 @@
 //! Checks of a scene's values: every quantity finite and in its physical range, castings held, no hammer beside its casting.
 
 use crate::hammer::HammerParameters;
-use crate::parameter::{Fault, Parameters, Range, range};
+use crate::parameter::{Fault, Parameters};
 use crate::workpiece::{Casting, OFFSET_TOLERANCE_M, WorkpieceError};
 
-use super::model::{HammerUnit, Scene};
+use super::model::{HammerUnit, Scene, Supply};
 use super::solver::ModeTreatment;
 
 /// What kind of fault a problem is.
@@ -37,13 +37,6 @@ struct Checks {
 impl Checks {
     fn push(&mut self, kind: SceneProblemKind, path: String, message: String) {
         self.problems.push(SceneProblem { kind, path, message });
-    }
-
-    fn value(&mut self, path: String, value: f64, range: Range) {
-        if !range.holds(value) {
-            let message = format!("is {value}, expected {}", range.words);
-            self.push(SceneProblemKind::Value, path, message);
-        }
     }
 
     fn group(&mut self, prefix: &str, group: &impl Parameters) {
@@ -85,8 +78,7 @@ impl Scene {
 
     fn check_hammer(&self, checks: &mut Checks, hammer: &HammerUnit) {
         let prefix = format!("hammer.{}", hammer.name);
-        let over = hammer.supply_pressure_pa - self.environment.ambient_pressure_pa;
-        checks.value(format!("{prefix}.supply_bar"), over / 1e5, range!([>= 0]));
+        checks.group(&prefix, &Supply::of_pressure(hammer.supply_pressure_pa, self.environment.ambient_pressure_pa));
         checks.group(&prefix, hammer);
         let mut before = hammer.start_time_s;
         for (index, &time) in hammer.supply_switch_times_s.iter().enumerate() {
@@ -132,7 +124,7 @@ impl Scene {
     }
 
     fn check_settings(&self, checks: &mut Checks) {
-        checks.value("duration_s".to_string(), self.duration_s, range!([> 0]));
+        checks.group("", self);
         checks.group("solver", &self.solver);
         let whole = !self.solver.method.is_fixed() || self.solver.modes == ModeTreatment::Integrated;
         checks.rule(whole, "solver.modes".to_string(), "must be \"integrated\" for a method with a fixed step");

@@ -31,7 +31,7 @@ pub use design_kind::DesignKind;
 pub use document::error::{InvalidRow, Place, Problem, StudyError};
 pub use file::{
     CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FixtureEntry, HammerEntry, Housings,
-    LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StudyFile,
+    LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StructureParameters, StudyFile,
 };
 pub use loaded::Study;
 pub use plan::factor::FactorInfo;

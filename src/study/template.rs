@@ -5,10 +5,12 @@ use toml::Table;
 use toml::ser::Error;
 
 use super::document::keys::{Shape, shape_at};
+use super::file::{StructureEntry, StructureParameters};
 use super::schema::study_schema;
 use crate::contact::ContactLawName;
 use crate::parameter::{Kind, Parameter, Parameters, lines};
-use crate::scene::{Environment, OutputSettings, SolverEntry, SolverSettings};
+use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverEntry, SolverSettings, Supply};
+use crate::workpiece::Fixture;
 
 /// The part by hand. A line `#! key` stands for the parameters of the table with that key.
 const BY_HAND: &str = include_str!("template.toml");
@@ -21,6 +23,17 @@ pub fn template() -> Result<String, Error> {
     let shape = Shape::from_schema(&study_schema());
     let laws: Vec<String> = ContactLawName::ALL.iter().map(|law| format!("\"{}\"", law.name())).collect();
     let mut text = BY_HAND.replace("{laws}", &laws.join(", "));
+    let duration = Table::from_iter([("duration_s".to_owned(), Scene::default().duration_s.into())]);
+    complete::<Scene>(&mut text, "study", duration, &shape)?;
+    complete::<StructureParameters>(
+        &mut text,
+        "structure",
+        StructureEntry::from(StructureParameters::default()),
+        &shape,
+    )?;
+    complete::<Supply>(&mut text, "supply", Supply::default(), &shape)?;
+    complete::<HammerUnit>(&mut text, "hammer", HammerUnit::default(), &shape)?;
+    complete::<Fixture>(&mut text, "fixture", Fixture::default(), &shape)?;
     complete::<SolverSettings>(&mut text, "solver", SolverEntry::from(SolverSettings::default()), &shape)?;
     complete::<OutputSettings>(&mut text, "outputs", OutputSettings::default(), &shape)?;
     complete::<Environment>(&mut text, "environment", Environment::default(), &shape)?;

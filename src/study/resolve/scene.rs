@@ -4,17 +4,12 @@ use super::geometry;
 use super::issue::Issue;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
-use crate::scene::{HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings};
+use crate::scene::{
+    HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings, Supply,
+};
 use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, StudyFile};
 use crate::words::nearest;
 use crate::workpiece::{Casting, Fixture};
-
-/// Simulated time in s, unless the study says otherwise.
-const DURATION_S: f64 = 1.5;
-/// Supply pressure above ambient in bar.
-const SUPPLY_BAR: f64 = 5.0;
-/// One bar in Pa.
-const BAR_PA: f64 = 1e5;
 
 /// What rows share.
 pub(in crate::study) struct Context<'a> {
@@ -55,7 +50,7 @@ pub(in crate::study) fn resolve(file: &StudyFile, context: &Context<'_>) -> Resu
         environment: file.environment,
         hammers,
         castings,
-        duration_s: file.duration_s.unwrap_or(DURATION_S),
+        duration_s: file.duration_s.unwrap_or_else(|| Scene::default().duration_s),
         solver: solver(&file.solver),
         outputs: file.outputs,
     };
@@ -165,12 +160,12 @@ impl HammerResolver<'_> {
         };
         let centre = self.castings.get(casting).map_or([0.0; 2], |casting| casting.centre_m);
         let below = [placed.position[0] - centre[0], placed.position[1] - centre[1]];
-        let supply = BAR_PA * entry.supply_bar.unwrap_or(SUPPLY_BAR);
+        let supply = entry.supply_bar.map_or_else(Supply::default, |supply_bar| Supply { supply_bar });
         let default = HammerUnit::default();
         Some(HammerUnit {
             name: self.name.to_string(),
             parameters,
-            supply_pressure_pa: self.file.environment.ambient_pressure_pa + supply,
+            supply_pressure_pa: supply.pressure_pa(self.file.environment.ambient_pressure_pa),
             start_time_s: entry.start_time_s.unwrap_or(default.start_time_s),
             supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or(default.supply_switch_times_s),
             gate_delay_s: entry.gate_delay_s.unwrap_or(default.gate_delay_s),

@@ -4,22 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::placement::Rail;
 use crate::files::{self, Limit};
+use crate::parameter::{Fault, Parameters};
 use crate::scene::{Fidelity, Preset};
 use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
 use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
 use crate::study::document::tree::Document;
 use crate::study::document::typed::{check_keys, read_tree};
-use crate::study::file::{Housings, SourceName, StructureEntry, StructureFile};
+use crate::study::file::{Housings, SourceName, StructureEntry, StructureFile, StructureParameters};
 
-/// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
-const CUTOFF_HZ: f64 = 1000.0;
-/// Fixed-interface modes are kept up to this frequency in Hz.
-const FIXED_INTERFACE_CUTOFF_HZ: f64 = 3000.0;
-/// Band for which modes are selected, in Hz: half the period of a contact of chisel and casting is some 100 us.
-const MODE_BAND_HZ: f64 = 5000.0;
-/// Modal damping ratio.
-const DAMPING_RATIO: f64 = 0.02;
 /// The rail of the built-in station.
 const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);
 
@@ -128,22 +121,19 @@ impl StructureSettings {
         let mut reader = Reader { entry, document, directory, at, problems: Vec::new() };
         let source = reader.source();
         let preset = Preset::of(fidelity);
-        let mode_tolerance = reader.mode_tolerance(preset.mode_tolerance);
-        let basis_hz = match (&source, mode_tolerance) {
-            (StructureSource::Station, Some(_)) => preset.station_basis_hz,
-            _ => FIXED_INTERFACE_CUTOFF_HZ,
-        };
+        let mut base = StructureParameters { mode_tolerance: preset.mode_tolerance, ..StructureParameters::default() };
+        if reader.selects_modes() && source == StructureSource::Station {
+            base.fixed_interface_cutoff_hz = preset.station_basis_hz;
+        }
+        let numbers = entry.over(base);
+        reader.check(&numbers);
         let settings = Self {
             source,
-            cutoff_hz: reader.frequency("cutoff_hz", entry.cutoff_hz, CUTOFF_HZ),
-            mode_tolerance,
-            mode_band_hz: reader.frequency("mode_band_hz", entry.mode_band_hz, MODE_BAND_HZ),
-            fixed_interface_cutoff_hz: reader.frequency(
-                "fixed_interface_cutoff_hz",
-                entry.fixed_interface_cutoff_hz,
-                basis_hz,
-            ),
-            damping_ratio: reader.damping(),
+            cutoff_hz: numbers.cutoff_hz,
+            mode_tolerance: reader.selects_modes().then_some(numbers.mode_tolerance),
+            mode_band_hz: numbers.mode_band_hz,
+            fixed_interface_cutoff_hz: numbers.fixed_interface_cutoff_hz,
+            damping_ratio: numbers.damping_ratio,
             housings: entry.housings.unwrap_or_default(),
             rails: reader.rails(),
         };
@@ -166,16 +156,22 @@ impl Reader<'_> {
         self.problems.push(problem);
     }
 
-    /// The tolerance given, else the preset's unless the study says itself which modes count: by a cut-off, or by a list of
-    /// damping ratios, one per mode.
-    fn mode_tolerance(&mut self, preset: f64) -> Option<f64> {
+    /// Whether a tolerance says which modes count: one that is given, else the preset's unless the study says it itself, by a
+    /// cut-off or by a list of damping ratios, one per mode.
+    fn selects_modes(&self) -> bool {
         let listed = matches!(self.entry.damping_ratio, Some(Damping::PerMode(_)));
-        let silent = self.entry.cutoff_hz.is_none() && !listed;
-        let tolerance = self.entry.mode_tolerance.or(silent.then_some(preset))?;
-        if !(0.0..1.0).contains(&tolerance) {
-            self.problem(&["mode_tolerance"], format!("expected a number from 0 to below 1, found {tolerance}"));
+        self.entry.mode_tolerance.is_some() || (self.entry.cutoff_hz.is_none() && !listed)
+    }
+
+    fn check(&mut self, numbers: &StructureParameters) {
+        let mut faults = Vec::new();
+        numbers.check("", &mut faults);
+        for Fault { path, message } in faults {
+            self.problem(&[&path], message);
         }
-        Some(tolerance)
+        if matches!(&numbers.damping_ratio, Damping::PerMode(list) if list.is_empty()) {
+            self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
+        }
     }
 
     fn source(&mut self) -> StructureSource {
@@ -267,30 +263,6 @@ impl Reader<'_> {
             points: self.full(&entry.points_file),
         };
         MatrixSource { files, cache: entry.cache.unwrap_or(true) }
-    }
-
-    fn frequency(&mut self, key: &str, given: Option<f64>, default: f64) -> f64 {
-        let value = given.unwrap_or(default);
-        if value <= 0.0 {
-            self.problem(&[key], format!("is {value}, expected a positive number"));
-        }
-        value
-    }
-
-    fn damping(&mut self) -> Damping {
-        let ratio = self.entry.damping_ratio.clone().unwrap_or(Damping::Ratio(DAMPING_RATIO));
-        let sound = |ratio: &f64| (0.0..1.0).contains(ratio);
-        let bad = match &ratio {
-            Damping::Ratio(one) => (!sound(one)).then_some(*one),
-            Damping::PerMode(list) => list.iter().copied().find(|one| !sound(one)),
-        };
-        if let Some(bad) = bad {
-            self.problem(&["damping_ratio"], format!("is {bad}, expected 0 or more and below 1"));
-        }
-        if matches!(&ratio, Damping::PerMode(list) if list.is_empty()) {
-            self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
-        }
-        ratio
     }
 
     fn rails(&mut self) -> Vec<Rail> {
