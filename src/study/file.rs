@@ -4,8 +4,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::design_kind::{DesignKind, DesignOptions, design_keys};
-use crate::design::{Axial, HypercubeKind};
+use crate::design::{Axial, DesignKind, DesignOptions, HypercubeKind, design_keys};
 use crate::parameter::{describe, parameters};
 use crate::quantity::Value;
 use crate::scene::{Environment, HammerUnit, OutputSettings, STANDARD, Scene, SolverEntry, Supply};
@@ -286,13 +285,16 @@ pub struct FixtureEntry {
     pub damping_n_s_per_m: Option<f64>,
 }
 
-/// The sections that have [`design_keys`].
+/// The sections that have the keys of designs.
 macro_rules! design_entries {
     ($($(#[$note:meta])* $name:ident: $kind:ty,)*) => {
         /// The design of the runs.
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct DesignEntry {
+            /// Kind of design. Default `none`: one row.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub kind: Option<DesignKind>,
             $($(#[$note])* #[serde(skip_serializing_if = "Option::is_none")] pub $name: Option<$kind>,)*
             /// Seed of the design's random numbers. Default 0.
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -317,6 +319,9 @@ macro_rules! design_entries {
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct PartEntry {
+            /// Kind of design. Default `none`: one row.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub kind: Option<DesignKind>,
             $($(#[$note])* #[serde(skip_serializing_if = "Option::is_none")] pub $name: Option<$kind>,)*
             /// Names of the part's factors, in a product.
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -326,7 +331,7 @@ macro_rules! design_entries {
         impl DesignEntry {
             /// How the whole design's rows are chosen, as a part without factors of its own.
             pub fn as_part(&self) -> PartEntry {
-                PartEntry { $($name: self.$name.clone(),)* factors: None }
+                PartEntry { kind: self.kind, $($name: self.$name.clone(),)* factors: None }
             }
         }
 
