@@ -46,7 +46,7 @@ pub use kind::{
     OneAtATime, PlackettBurman, Product, ProductPart, Random, Saltelli, Single, Sobol, Table, Union,
 };
 pub(crate) use options::design_keys;
-pub use options::{Axial, DesignOptions, Needs};
+pub use options::{Axial, DesignKey, DesignOptions, Needs};
 pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,
     wrap_around_discrepancy,

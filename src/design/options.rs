@@ -17,45 +17,46 @@ pub enum Axial {
     Faces,
 }
 
-/// Hands the keys to a macro: one list for `[design]`, for the parts of a union or product, and for [`DesignOptions`].
+/// Hands the keys to a macro: one list for `[design]`, for the parts of a union or product, and for [`DesignOptions`]. A key has a
+/// text, a name, a type and a value to show (TOML).
 macro_rules! design_keys {
     ($then:ident) => {
         $then! {
             /// Number of rows (Latin hypercube, Sobol', Halton, random).
-            rows: u64,
+            rows: u64 = "20",
             /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false; true where the
             /// hypercube is optimised.
-            centred: bool,
+            centred: bool = "false",
             /// What a Latin hypercube is chosen for. Default `none`.
-            optimise: HypercubeKind,
+            optimise: HypercubeKind = "\"none\"",
             /// Numbers of rows that a Latin hypercube had before: its first rows are that design's.
-            grown_from: Vec<u64>,
+            grown_from: Vec<u64> = "[10]",
             /// Whether Sobol' or Halton points are scrambled. Default true.
-            scramble: bool,
+            scramble: bool = "true",
             /// Resolution of a fractional factorial, 3 to 8. Default 4.
-            resolution: u64,
+            resolution: u64 = "4",
             /// Where a central composite design has its axial points. Default `inscribed`.
-            axial: Axial,
+            axial: Axial = "\"inscribed\"",
             /// Number of centre points (central composite, Box-Behnken). Default 1.
-            centre_points: u64,
+            centre_points: u64 = "1",
             /// Number of Morris trajectories. Default 10.
-            trajectories: u64,
+            trajectories: u64 = "10",
             /// Levels of the Morris grid, even. Default 4.
-            morris_levels: u64,
+            morris_levels: u64 = "4",
             /// Number of base points of a Saltelli design; powers of two are best.
-            base_points: u64,
+            base_points: u64 = "64",
             /// Whether a Saltelli design serves second-order indices. Default false.
-            second_order: bool,
+            second_order: bool = "false",
             /// File with the rows of a table, CSV or Parquet, relative to the study: a column per factor, named like it or `factor_` and
             /// its name, as `decore design` writes them.
-            file: String,
+            file: String = "\"rows.csv\"",
         }
     };
 }
 pub(crate) use design_keys;
 
 macro_rules! design_options {
-    ($($(#[doc = $text:tt])+ $name:ident: $kind:ty,)*) => {
+    ($($(#[doc = $text:tt])+ $name:ident: $kind:ty = $shown:literal,)*) => {
         /// The keys of a design or a part as given.
         #[derive(Debug, Clone, Default)]
         pub struct DesignOptions {
@@ -63,6 +64,10 @@ macro_rules! design_options {
         }
 
         impl DesignOptions {
+            /// All keys, in the order of the file.
+            pub const KEYS: &'static [DesignKey] =
+                &[$(DesignKey { name: stringify!($name), text: &[$($text),+], shown: $shown }),*];
+
             /// Names of the keys that are given.
             pub fn given(&self) -> Vec<&'static str> {
                 let all = [$((stringify!($name), self.$name.is_some())),*];
@@ -73,6 +78,17 @@ macro_rules! design_options {
 }
 
 design_keys!(design_options);
+
+/// A key with which a study says how rows are chosen.
+#[derive(Debug, Clone, Copy)]
+pub struct DesignKey {
+    /// Its name.
+    pub name: &'static str,
+    /// Its text, line by line.
+    pub text: &'static [&'static str],
+    /// A value to show (TOML): the default where there is one.
+    pub shown: &'static str,
+}
 
 /// Centre points, where a study does not say how many: more would repeat a deterministic simulation.
 const CENTRE_POINTS: u64 = 1;

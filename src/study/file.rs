@@ -287,7 +287,7 @@ pub struct FixtureEntry {
 
 /// The sections that have the keys of designs.
 macro_rules! design_entries {
-    ($($(#[$note:meta])* $name:ident: $kind:ty,)*) => {
+    ($($(#[$note:meta])* $name:ident: $kind:ty = $shown:literal,)*) => {
         /// The design of the runs.
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
