@@ -21,6 +21,16 @@ const MOST_REMEMBERED: usize = 4096;
 /// Rounds over the columns before a proof is tried that there is no arrangement.
 const ROUNDS: usize = 8;
 
+/// A search for a path through rows.
+struct Search<'a> {
+    /// Where it begins.
+    first: usize,
+    /// Rows whose entries were looked at.
+    visited: &'a mut [bool],
+    /// Rows that keep their entries.
+    sound: &'a [bool],
+}
+
 impl Builder<'_, '_> {
     /// Moves entries of new rows within their columns until the constraints hold in all of them.
     pub fn repair(&mut self, table: &mut Table, frozen: usize, stream: &mut Stream) -> Result<(), DesignError> {
@@ -205,7 +215,8 @@ impl Search<'_, '_, '_> {
                 if sound[row] {
                     continue;
                 }
-                if let Some(path) = self.path(allowed, among, row, (&mut visited, sound))? {
+                let search = Search { first: row, visited: &mut visited, sound };
+                if let Some(path) = self.path(allowed, among, search)? {
                     grown = true;
                     self.shift(allowed, &path);
                     for row in path {
@@ -223,9 +234,9 @@ impl Search<'_, '_, '_> {
         &mut self,
         allowed: &mut Allowed,
         among: &[usize],
-        first: usize,
-        (visited, sound): (&mut [bool], &[bool]),
+        search: Search<'_>,
     ) -> Result<Option<Vec<usize>>, DesignError> {
+        let Search { first, visited, sound } = search;
         let count = sound.len();
         let mut reached = vec![(first, 0)];
         let mut next = 0;

@@ -45,7 +45,13 @@ pub fn template() -> Result<String, Error> {
 
 /// The line with the kind of design, and the keys of designs, commented out; `rows` is written by hand, for the kind shown needs it.
 fn design(shape: &Shape) -> Result<(String, String), Error> {
-    let entry = |name, text| Parameter { name, text, values: "", source: "", kind: Kind::Choice };
+    let entry = |name: &'static str, text: &'static [&'static str]| Parameter {
+        name,
+        text,
+        values: "",
+        source: "",
+        kind: Kind::Choice,
+    };
     let kind = [entry("kind", &["How the rows are chosen"])];
     let at = ["design", "kind"].map(str::to_owned);
     let kinds = |_: &Parameter| shape_at(shape, &Table::new(), &at).ok().map(Shape::words);

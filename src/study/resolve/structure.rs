@@ -104,21 +104,17 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
         StudyError::one(Problem::new(document.locate(&at), key, message))
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
-    StructureSettings::read(&file.structure, (&document, directory), (&["structure"], Fidelity::default()))
-        .map(Some)
-        .map_err(StudyError::several)
+    let table = MachineTable { entry: &file.structure, document: &document, directory, at: &["structure"] };
+    StructureSettings::read(table, Fidelity::default()).map(Some).map_err(StudyError::several)
 }
 
 impl StructureSettings {
     /// Fills in defaults and resolves paths against the study's directory.
     ///
-    /// `at`: where the table stands in the document; `fidelity`: the preset that selects modes where the table is silent.
-    pub(in crate::study) fn read(
-        entry: &StructureEntry,
-        (document, directory): (&Document, &Path),
-        (at, fidelity): (&[&str], Fidelity),
-    ) -> Result<Self, Vec<Problem>> {
-        let mut reader = Reader { entry, document, directory, at, problems: Vec::new() };
+    /// `fidelity`: the preset that selects modes where the table is silent.
+    pub(in crate::study) fn read(table: MachineTable<'_>, fidelity: Fidelity) -> Result<Self, Vec<Problem>> {
+        let entry = table.entry;
+        let mut reader = Reader { table, problems: Vec::new() };
         let source = reader.source();
         let preset = Preset::of(fidelity);
         let mut base = StructureParameters { mode_tolerance: preset.mode_tolerance, ..StructureParameters::default() };
@@ -141,26 +137,34 @@ impl StructureSettings {
     }
 }
 
+/// The table of a machine as typed.
+#[derive(Clone, Copy)]
+pub(in crate::study) struct MachineTable<'a> {
+    pub entry: &'a StructureEntry,
+    pub document: &'a Document,
+    /// Where relative file names start.
+    pub directory: &'a Path,
+    /// Where it stands in the document.
+    pub at: &'a [&'a str],
+}
+
 struct Reader<'a> {
-    entry: &'a StructureEntry,
-    document: &'a Document,
-    directory: &'a Path,
-    at: &'a [&'a str],
+    table: MachineTable<'a>,
     problems: Vec<Problem>,
 }
 
 impl Reader<'_> {
     fn problem(&mut self, keys: &[&str], message: impl Into<String>) {
-        let at: Vec<String> = self.at.iter().chain(keys).copied().map(str::to_string).collect();
-        let problem = Problem::new(self.document.locate(&at), crate::study::document::path::join(&at), message);
+        let at: Vec<String> = self.table.at.iter().chain(keys).copied().map(str::to_string).collect();
+        let problem = Problem::new(self.table.document.locate(&at), crate::study::document::path::join(&at), message);
         self.problems.push(problem);
     }
 
     /// Whether a tolerance says which modes count: one that is given, else the preset's unless the study says it itself, by a
     /// cut-off or by a list of damping ratios, one per mode.
     fn selects_modes(&self) -> bool {
-        let listed = matches!(self.entry.damping_ratio, Some(Damping::PerMode(_)));
-        self.entry.mode_tolerance.is_some() || (self.entry.cutoff_hz.is_none() && !listed)
+        let listed = matches!(self.table.entry.damping_ratio, Some(Damping::PerMode(_)));
+        self.table.entry.mode_tolerance.is_some() || (self.table.entry.cutoff_hz.is_none() && !listed)
     }
 
     fn check(&mut self, numbers: &StructureParameters) {
@@ -175,7 +179,7 @@ impl Reader<'_> {
     }
 
     fn source(&mut self) -> StructureSource {
-        let name = self.entry.source.unwrap_or_default();
+        let name = self.table.entry.source.unwrap_or_default();
         let (wanted, words): (&[&str], _) = match name {
             SourceName::Station => (&[], "station"),
             SourceName::Matrices => (&["stiffness_file", "mass_file", "points_file"], "matrices"),
@@ -183,12 +187,12 @@ impl Reader<'_> {
         };
         let optional: &[&str] = if name == SourceName::Matrices { &["damping_file", "dof_file"] } else { &[] };
         let given = [
-            ("stiffness_file", &self.entry.stiffness_file),
-            ("mass_file", &self.entry.mass_file),
-            ("damping_file", &self.entry.damping_file),
-            ("dof_file", &self.entry.dof_file),
-            ("modal_file", &self.entry.modal_file),
-            ("points_file", &self.entry.points_file),
+            ("stiffness_file", &self.table.entry.stiffness_file),
+            ("mass_file", &self.table.entry.mass_file),
+            ("damping_file", &self.table.entry.damping_file),
+            ("dof_file", &self.table.entry.dof_file),
+            ("modal_file", &self.table.entry.modal_file),
+            ("points_file", &self.table.entry.points_file),
         ];
         for (key, file) in given {
             match (wanted.contains(&key), file) {
@@ -196,8 +200,8 @@ impl Reader<'_> {
                 (false, Some(_)) if !optional.contains(&key) => {
                     self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
                 }
-                (_, Some(file)) if !self.directory.join(file).is_file() => {
-                    self.problem(&[key], format!("there is no file {}", self.directory.join(file).display()));
+                (_, Some(file)) if !self.table.directory.join(file).is_file() => {
+                    self.problem(&[key], format!("there is no file {}", self.table.directory.join(file).display()));
                 }
                 _ => {}
             }
@@ -209,18 +213,18 @@ impl Reader<'_> {
             SourceName::Station => StructureSource::Station,
             SourceName::Matrices => StructureSource::Matrices(Box::new(self.matrices())),
             SourceName::ModalTable => StructureSource::ModalTable {
-                table: self.full(&self.entry.modal_file),
-                points: self.full(&self.entry.points_file),
+                table: self.full(&self.table.entry.modal_file),
+                points: self.full(&self.table.entry.points_file),
             },
         }
     }
 
     fn full(&self, file: &Option<String>) -> PathBuf {
-        self.directory.join(file.as_deref().unwrap_or_default())
+        self.table.directory.join(file.as_deref().unwrap_or_default())
     }
 
     fn refuse_matrix_keys(&mut self, words: &str) {
-        let entry = self.entry;
+        let entry = self.table.entry;
         let given = [
             ("format", entry.format.is_some()),
             ("units", entry.units.is_some()),
@@ -236,7 +240,7 @@ impl Reader<'_> {
     }
 
     fn matrices(&mut self) -> MatrixSource {
-        let entry = self.entry;
+        let entry = self.table.entry;
         let stiffness = entry.stiffness_file.as_deref().unwrap_or_default();
         let format = entry.format.or_else(|| MatrixFormat::of_file(stiffness)).unwrap_or_else(|| {
             if !stiffness.is_empty() {
@@ -266,21 +270,26 @@ impl Reader<'_> {
     }
 
     fn rails(&mut self) -> Vec<Rail> {
-        if self.at.first() != Some(&"structure") {
-            if !self.entry.rails.is_empty() {
+        if self.table.at.first() != Some(&"structure") {
+            if !self.table.entry.rails.is_empty() {
                 self.problem(&["rails"], "rails belong to the table [structure]: all machines of a study share them");
             }
             return Vec::new();
         }
-        let mut rails: Vec<Rail> =
-            self.entry.rails.iter().map(|(name, points)| Rail { name: name.clone(), points: points.clone() }).collect();
+        let mut rails: Vec<Rail> = self
+            .table
+            .entry
+            .rails
+            .iter()
+            .map(|(name, points)| Rail { name: name.clone(), points: points.clone() })
+            .collect();
         let short: Vec<String> =
             rails.iter().filter(|rail| rail.points.len() < 2).map(|rail| rail.name.clone()).collect();
         for name in short {
             self.problem(&["rails", &name], "a rail needs at least two interface points");
         }
         let (name, points) = STATION_RAIL;
-        let station = self.entry.source.unwrap_or_default() == SourceName::Station;
+        let station = self.table.entry.source.unwrap_or_default() == SourceName::Station;
         if station && rails.iter().all(|rail| rail.name != name) {
             rails.insert(0, Rail { name: name.to_string(), points: points.map(str::to_string).to_vec() });
         }
