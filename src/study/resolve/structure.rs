@@ -171,7 +171,7 @@ impl Reader<'_> {
         let mut faults = Vec::new();
         numbers.check("", &mut faults);
         for Fault { path, message } in faults {
-            self.problem(&[&path], message);
+            self.problem(&[path.as_str()], message);
         }
         if matches!(&numbers.damping_ratio, Damping::PerMode(list) if list.is_empty()) {
             self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
