@@ -69,8 +69,8 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
     write(&folder, &engine, (&result, &words))?;
-    say(&words);
-    say(&format_args!("Table, text and plot are in {}", folder.display()));
+    say(&words)?;
+    say(&format_args!("Table, text and plot are in {}", folder.display()))?;
     Ok(Exit::Done)
 }
 

@@ -110,13 +110,13 @@ pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
             quoted(&plan.folder),
             quoted(Path::new(&task_log)),
             quoted(Path::new(&merge_log))
-        ));
+        ))?;
         return Ok(Exit::Done);
     }
     let id = plan.sbatch(&[&task_log, "array.sbatch"])?;
     let merge_id = plan.sbatch(&[&format!("--dependency=afterok:{id}"), &merge_log, "merge.sbatch"])?;
-    say(&format_args!("array {id}, merge {merge_id}; tables go to {}", plan.output.display()));
-    say(&format_args!("watch with: decore status {}/shard-*", quoted(&plan.shards())));
+    say(&format_args!("array {id}, merge {merge_id}; tables go to {}", plan.output.display()))?;
+    say(&format_args!("watch with: decore status {}/shard-*", quoted(&plan.shards())))?;
     Ok(Exit::Done)
 }
 
@@ -126,7 +126,7 @@ pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failur
     let ClusterArguments { tasks, threads, .. } = arguments.cluster;
     plan.write_file("sweep.json", format!("{:#}\n", serde_json::json!({ "tasks": tasks, "threads": threads })))?;
     plan.write_file("sweep_on_hyperqueue.py", HYPERQUEUE_SCRIPT)?;
-    say(&format_args!("run with:\n  python3 {} [--local]", quoted(&plan.folder.join("sweep_on_hyperqueue.py"))));
+    say(&format_args!("run with:\n  python3 {} [--local]", quoted(&plan.folder.join("sweep_on_hyperqueue.py"))))?;
     Ok(Exit::Done)
 }
 

@@ -42,7 +42,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         write_table(file, &info, ("design", &columns))?;
     }
     let (rows, factors) = (plural(study.row_count(), "row"), plural(info.factors.len(), "factor"));
-    say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()));
+    say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()))?;
     Ok(Exit::Done)
 }
 

@@ -54,6 +54,8 @@ pub(super) enum Failure {
     Argument(String),
     #[error("failed to write {path}: {source} (check free space and permissions)")]
     Write { path: String, source: std::io::Error },
+    #[error("failed to write to standard output: {0} (what was to be printed is not whole)")]
+    Print(std::io::Error),
 }
 
 /// What the command line can do about a failure of the library.
@@ -76,7 +78,7 @@ impl Failure {
                 _ => Exit::NotWritten,
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
-            Self::Plot(_) => Exit::NotWritten,
+            Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
         }
     }

@@ -26,6 +26,6 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
     let merged = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
     merged.notes.iter().for_each(|note| tell(note));
-    say(&summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?);
+    say(&summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?)?;
     Ok(if merged.manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
 }

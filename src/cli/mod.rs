@@ -25,12 +25,13 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 pub use exit::Exit;
+use exit::Failure;
 
 /// What the exit codes mean, as `--help` shows it.
 const EXIT_CODES: &str = "Exit codes:
   0  all rows are done
   2  the command line, the study or the machine is wrong; nothing was run or written
-  3  results could not be written; what is on disk is whole
+  3  results or what was to be printed could not be written; what is on disk is whole
   4  finished, but some rows are not done (invalid, diverged, budget exhausted); the table says why
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
@@ -79,7 +80,32 @@ enum Command {
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     signals::install();
-    let result = match Arguments::parse().command {
+    let result = match parse() {
+        Ok(Some(command)) => execute(command),
+        Ok(None) => Ok(Exit::Done),
+        Err(failure) => Err(failure),
+    };
+    match result {
+        Ok(exit) => exit.into(),
+        Err(failure) => {
+            text::tell(&format_args!("decore: {failure}"));
+            failure.exit().into()
+        }
+    }
+}
+
+/// The command that the command line asks for; `None` where it was for `--help` or `--version`, which are printed here. A
+/// command line that is wrong ends the process with [`Exit::BadInput`].
+fn parse() -> Result<Option<Command>, Failure> {
+    match Arguments::try_parse() {
+        Ok(arguments) => Ok(Some(arguments.command)),
+        Err(error) if error.use_stderr() => error.exit(),
+        Err(help) => text::printed(help.print()).map(|()| None),
+    }
+}
+
+fn execute(command: Command) -> Result<Exit, Failure> {
+    match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Design(arguments) => design::design(&arguments),
@@ -93,12 +119,5 @@ pub fn run() -> ExitCode {
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),
         Command::Init(arguments) => init::init(&arguments),
         Command::Help(arguments) => help::help(Arguments::command(), &arguments),
-    };
-    match result {
-        Ok(exit) => exit.into(),
-        Err(failure) => {
-            text::tell(&format_args!("decore: {failure}"));
-            failure.exit().into()
-        }
     }
 }

@@ -97,7 +97,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         tell(&format_args!("{message}{advice}: {done} of {} rows are in {}", status.rows, folder.display()));
     }
     let reader = DatasetReader::open(&folder)?;
-    say(&summarise(&reader, &report)?.to_string().trim_end());
+    say(&summarise(&reader, &report)?.to_string().trim_end())?;
     Ok(match status.state {
         SweepState::TooManyFailed => Exit::TooManyFailed,
         SweepState::Interrupted => Exit::Interrupted,

@@ -13,7 +13,7 @@ use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
-use crate::quantity::{Quantity, Value};
+use crate::quantity::{Kind, Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
 
 /// Interval in s at which a plot reads the signals.
@@ -53,9 +53,9 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     check_row(&engine, arguments.row)?;
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {
-        say(&json_text(&engine, arguments.row, &outcome));
+        say(&json_text(&engine, arguments.row, &outcome))?;
     } else {
-        say(&readable(&engine, arguments.row, &outcome).trim_end());
+        say(&readable(&engine, arguments.row, &outcome).trim_end())?;
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
@@ -178,7 +178,11 @@ fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatte
         };
         let unit = if unit == "1" { "" } else { unit };
         let moved = scatter.and_then(|scatter| scatter.get(quantity.name).copied().flatten());
-        let moved = moved.map_or(String::new(), |moved| format!("  +- {moved:.1e}"));
+        let moved = match (quantity.kind, moved) {
+            (_, None) => String::new(),
+            (Kind::Text, Some(share)) => format!("  another kind in {:.0} %", 100.0 * share),
+            (_, Some(moved)) => format!("  +- {moved:.1e}"),
+        };
         let line = format!("  {:<46} {value:>12} {unit:<4}{moved}", quantity.name);
         let _ = writeln!(text, "{}", line.trim_end());
     }

@@ -36,18 +36,18 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
             .iter()
             .map(|(folder, status, damage)| json!({ "dataset": folder, "status": status, "damage": damage }))
             .collect();
-        say(&format_args!("{:#}", json!(list)));
+        say(&format_args!("{:#}", json!(list)))?;
         return Ok(Exit::Done);
     }
     for (folder, status, damage) in &found {
-        say(&text(folder, status));
-        damage.iter().for_each(|line| say(&format_args!("  DAMAGED: {line}")));
-        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", folder.display()));
+        say(&text(folder, status))?;
+        damage.iter().try_for_each(|line| say(&format_args!("  DAMAGED: {line}")))?;
+        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", folder.display()))?;
     }
     if found.len() > 1 {
         let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|(_, status, _)| count(status)).sum::<u64>();
         let (done, rows, failed) = (sum(|s| s.rows_done), sum(|s| s.rows), sum(|s| s.rows_failed));
-        say(&format_args!("together: {done} of {rows} rows, {failed} failed"));
+        say(&format_args!("together: {done} of {rows} rows, {failed} failed"))?;
     }
     Ok(Exit::Done)
 }

@@ -85,17 +85,17 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
         write_file(path, quality_page(&report, &title)?)?;
     }
     if arguments.json {
-        say(&serde_json::to_string_pretty(&report).map_err(|error| Failure::Argument(error.to_string()))?);
+        say(&serde_json::to_string_pretty(&report).map_err(|error| Failure::Argument(error.to_string()))?)?;
     } else {
-        say(&readable(&report).trim_end());
+        say(&readable(&report).trim_end())?;
         if has_scene {
             selections(arguments)?;
         }
         if let Some(path) = &arguments.html {
-            say(&format_args!("\npage           {}", path.display()));
+            say(&format_args!("\npage           {}", path.display()))?;
         }
         if matches!(&settings.source, StructureSource::Matrices(source) if source.cache) {
-            say(&format_args!("cache          runs keep reductions in {CACHE_FOLDER} beside the stiffness file"));
+            say(&format_args!("cache          runs keep reductions in {CACHE_FOLDER} beside the stiffness file"))?;
         }
     }
     Ok(Exit::Done)
@@ -117,7 +117,7 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
         "\nmodes for the scene of row 0 out of all of the basis, housings added; error of receptances up to {band_hz} Hz over static \
          flexibility\n{:>9} {:>6} {:>5} {:>9} {:>10}{effects}",
         "tolerance", "kept", "of", "residual", "reached"
-    ));
+    ))?;
     for tolerance in TOLERANCES {
         let (selection, modes) = engine.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
         let (kept, available) = (selection.kept.len(), selection.available);
@@ -127,7 +127,7 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
             let changes = run_row(&scene, &modes).metrics.map(|metrics| main_differences(&metrics, reference));
             changes.iter().flatten().for_each(|change| line.push_str(&format!(" {change:>8.0e}")));
         }
-        say(&line);
+        say(&line)?;
     }
     Ok(())
 }
@@ -161,17 +161,17 @@ fn whole_interface(model: &FeModel, settings: &StructureSettings) -> Result<Redu
 
 fn export(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<Exit, Failure> {
     let files = write_model(model, format, folder)?;
-    say(&format_args!("stiffness      {}", files.stiffness.path.display()));
-    say(&format_args!("mass           {}", files.mass.path.display()));
+    say(&format_args!("stiffness      {}", files.stiffness.path.display()))?;
+    say(&format_args!("mass           {}", files.mass.path.display()))?;
     if let Some(damping) = &files.damping {
-        say(&format_args!("damping        {}", damping.path.display()));
+        say(&format_args!("damping        {}", damping.path.display()))?;
     }
     if let Some(dofs) = &files.dofs {
-        say(&format_args!("rows           {}", dofs.display()));
+        say(&format_args!("rows           {}", dofs.display()))?;
     }
-    say(&format_args!("points         {}", files.points.display()));
+    say(&format_args!("points         {}", files.points.display()))?;
     if let Some(loss) = format.loss() {
-        say(&format_args!("note           {loss}"));
+        say(&format_args!("note           {loss}"))?;
     }
     Ok(Exit::Done)
 }

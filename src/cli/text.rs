@@ -1,8 +1,8 @@
-//! Texts in and out: numbers for people, and output that a closed pipe does not turn into a panic.
+//! Texts in and out: numbers for people, and the one way in which commands print.
 
 use std::borrow::Cow;
 use std::fmt::{Display, Write as _};
-use std::io::Write;
+use std::io::{self, ErrorKind, Write};
 
 use super::exit::Failure;
 use crate::engine::{Engine, Rows};
@@ -10,17 +10,32 @@ use crate::engine::{Engine, Rows};
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
 
-/// Writes a line to standard output.
-pub(super) fn say(line: &dyn Display) {
-    // A reader that has gone (`decore scene ... | head`) wants no more.
-    let _ = writeln!(std::io::stdout(), "{}", printable(&line.to_string()));
+/// Writes a line to standard output: all that commands print passes here.
+///
+/// # Errors
+/// [`Failure::Print`]: a full disk and the like. A reader that has gone is none.
+pub(super) fn say(line: &dyn Display) -> Result<(), Failure> {
+    printed(writeln!(io::stdout(), "{}", printable(&line.to_string())))
+}
+
+/// What came of a text for standard output. A reader that has gone (`decore scene ... | head -1`) has enough: the command goes
+/// on without it and ends with its own code.
+///
+/// # Errors
+/// As [`say`].
+pub(super) fn printed(written: io::Result<()>) -> Result<(), Failure> {
+    // Part of a line may still be kept back.
+    match written.and_then(|()| io::stdout().flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Print(error)),
+        _ => Ok(()),
+    }
 }
 
 /// Writes a line to standard error, its lines cut at a length.
 pub(super) fn tell(line: &dyn Display) {
     let text = line.to_string();
     let lines: Vec<Cow<str>> = text.split('\n').map(cut).collect();
-    let _ = writeln!(std::io::stderr(), "{}", printable(&lines.join("\n")));
+    let _ = writeln!(io::stderr(), "{}", printable(&lines.join("\n")));
 }
 
 /// A text without what makes a terminal do more than show it: control characters but line breaks and tabs, and marks that

@@ -22,7 +22,7 @@ pub(super) fn verify(arguments: &VerifyArguments) -> Result<Exit, Failure> {
         if !found.faults.is_empty() {
             exit = Exit::NotWhole;
         }
-        say(&text(folder, &found));
+        say(&text(folder, &found))?;
     }
     Ok(exit)
 }

@@ -254,9 +254,15 @@ impl<'a> About<'a> {
     ) -> impl Iterator<Item = Column> {
         quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
             let (name, column) = (quantity.name, format!("{}_scatter", quantity.name));
-            let text = format!("Scatter (half the range over the row and its twins) of {name}.");
+            let (of, unit) = match quantity.kind {
+                Kind::Text => ("share of the row and its twins with another value", "1"),
+                Kind::Real | Kind::Count | Kind::Integer => {
+                    ("half the range over the row and its twins", quantity.unit)
+                }
+            };
+            let text = format!("Scatter ({of}) of {name}.");
             Column {
-                description: self.describe(&column, Kind::Real, quantity.unit, &text),
+                description: self.describe(&column, Kind::Real, unit, &text),
                 get: Box::new(move |source| part(source.scatter()?)?.get(name).copied()?.map(Value::Real)),
             }
         })

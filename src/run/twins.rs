@@ -2,7 +2,7 @@
 
 use super::outcome::RowOutcome;
 use super::row::{LEAST_TOLERANCE, run_row};
-use crate::metrics::{RunMetrics, Scatter};
+use crate::metrics::RunMetrics;
 use crate::scene::{HammerUnit, Scene};
 use crate::system::InterfaceModes;
 
@@ -48,13 +48,13 @@ pub fn perturbed(scene: &Scene, number: usize) -> Scene {
     moved
 }
 
-/// Adds to the outcome of a scene that was simulated to its end the scatter over its twins (`outputs.twins` of them, none by
-/// default). A twin that does not reach its end is left out and missing in the count; wall times add up.
+/// Takes the twins (`outputs.twins` of them, none by default) into the outcome of a scene that was simulated to its end: the
+/// scatter, and the kind of percussion that most show. A twin that does not reach its end is left out and missing in the count; wall times add up.
 pub(super) fn with_twins(scene: &Scene, modes: &InterfaceModes, mut outcome: RowOutcome) -> RowOutcome {
     let Some(metrics) = outcome.metrics.as_mut().filter(|_| scene.outputs.twins > 0) else { return outcome };
     let runs: Vec<RowOutcome> = (0..scene.outputs.twins).map(|number| run_row(&twin(scene, number), modes)).collect();
     outcome.wall_time_s += runs.iter().map(|run| run.wall_time_s).sum::<f64>();
     let twins: Vec<RunMetrics> = runs.into_iter().filter_map(|run| run.metrics).collect();
-    metrics.scatter = Some(Scatter::new(metrics, &twins));
+    metrics.take_twins(&twins);
     outcome
 }

@@ -2,4 +2,5 @@
 
 mod commands;
 mod options;
+mod printing;
 mod readme;
