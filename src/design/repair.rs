@@ -21,16 +21,6 @@ const MOST_REMEMBERED: usize = 4096;
 /// Rounds over the columns before a proof is tried that there is no arrangement.
 const ROUNDS: usize = 8;
 
-/// A search for a path through rows.
-struct Search<'a> {
-    /// Where it begins.
-    first: usize,
-    /// Rows whose entries were looked at.
-    visited: &'a mut [bool],
-    /// Rows that keep their entries.
-    sound: &'a [bool],
-}
-
 impl Builder<'_, '_> {
     /// Moves entries of new rows within their columns until the constraints hold in all of them.
     pub fn repair(&mut self, table: &mut Table, frozen: usize, stream: &mut Stream) -> Result<(), DesignError> {
@@ -138,6 +128,16 @@ struct Allowed {
     known: Vec<Option<bool>>,
 }
 
+/// Where a path through rows may lead.
+struct Walk<'a> {
+    /// Where it begins.
+    first: usize,
+    /// Rows whose entries were looked at.
+    visited: &'a mut [bool],
+    /// Rows that keep their entries.
+    sound: &'a [bool],
+}
+
 impl Search<'_, '_, '_> {
     fn fresh(&self) -> usize {
         self.table.rows() - self.frozen
@@ -215,8 +215,8 @@ impl Search<'_, '_, '_> {
                 if sound[row] {
                     continue;
                 }
-                let search = Search { first: row, visited: &mut visited, sound };
-                if let Some(path) = self.path(allowed, among, search)? {
+                let walk = Walk { first: row, visited: &mut visited, sound };
+                if let Some(path) = self.path(allowed, among, walk)? {
                     grown = true;
                     self.shift(allowed, &path);
                     for row in path {
@@ -234,9 +234,9 @@ impl Search<'_, '_, '_> {
         &mut self,
         allowed: &mut Allowed,
         among: &[usize],
-        search: Search<'_>,
+        walk: Walk<'_>,
     ) -> Result<Option<Vec<usize>>, DesignError> {
-        let Search { first, visited, sound } = search;
+        let Walk { first, visited, sound } = walk;
         let count = sound.len();
         let mut reached = vec![(first, 0)];
         let mut next = 0;
