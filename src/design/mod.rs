@@ -41,10 +41,7 @@ pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
 pub use error::{DesignError, MOST_ROWS};
 pub use factor::Factor;
-pub use kind::{
-    Aliases, BoxBehnken, CentralComposite, DesignKind, FractionalFactorial, FullFactorial, Halton, Kind, Morris,
-    OneAtATime, PlackettBurman, Product, ProductPart, Random, Saltelli, Single, Sobol, Table, Union,
-};
+pub use kind::*;
 pub(crate) use options::design_keys;
 pub use options::{Axial, DesignKey, DesignOptions, Needs};
 pub use quality::{
