@@ -45,7 +45,7 @@
 //! dataset    : integrate metrics quantity run words
 //! report     : dataset metrics quantity run
 //! engine     : dataset design integrate metrics quantity run scene structure study system
-//! cli        : accuracy dataset design engine files guide integrate metrics plot quantity report run scene structure study system
+//! cli        : accuracy dataset design engine guide integrate metrics plot quantity report run scene structure study system
 //! ```
 //!
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
