@@ -35,7 +35,7 @@
 //! workpiece  : parameter
 //! hammer     : contact parameter
 //! integrate  : quantity
-//! structure  : files linalg plot words
+//! structure  : files linalg parameter plot words
 //! scene      : hammer integrate parameter workpiece
 //! study      : contact design expression files hammer parameter quantity scene structure words workpiece
 //! system     : contact hammer integrate scene workpiece

@@ -9,7 +9,8 @@
 ///
 /// A group that begins with `file` is a table of a file and read as it is. Data of a scene may begin with `own { .. }`, fields that
 /// are no parameters (names, places, lists). `pub struct Data from Table` also declares the table of a study that states the data:
-/// each entry is optional there, and `typed { .. }` are further keys of the table.
+/// each entry is optional there, and `typed { .. }` are further keys of the table; what the data derive beyond `Debug`, `Clone` and
+/// `PartialEq` stands before them.
 macro_rules! parameters {
     (file $(#[$about:meta])+ pub struct $name:ident { $($entries:tt)+ }) => {
         $crate::parameter::parameters! {
@@ -58,11 +59,11 @@ macro_rules! parameters {
             }, )+];
 
             fn check(&self, at: &str, faults: &mut Vec<$crate::parameter::Fault>) {
-                $( $crate::parameter::check!($range, &self.$field, $crate::parameter::path(at, stringify!($field)), faults); )+
+                $( $crate::parameter::check!($range, &self.$field, $crate::parameter::key(at, stringify!($field)), faults); )+
             }
 
             fn unusual(&self, at: &str, remarks: &mut Vec<$crate::parameter::Fault>) {
-                let path = |field| $crate::parameter::path(at, field);
+                let path = |field| $crate::parameter::key(at, field);
                 $( $crate::parameter::unusual!(
                     ($range, $unit $(, $usual)?), &self.$field, path(stringify!($field)), remarks
                 ); )+
@@ -71,7 +72,7 @@ macro_rules! parameters {
             }
         }
     };
-    ($(#[$about:meta])+ pub struct $name:ident from $table:ident {
+    ($(#[doc = $about:tt])+ $(#[derive($($derived:ident),+)])? pub struct $name:ident from $table:ident {
         typed { $($typed:tt)+ }
         $(
             $(#[doc = $text:tt])+
@@ -79,13 +80,13 @@ macro_rules! parameters {
         )+
     }) => {
         $crate::parameter::parameters! {
-            $(#[$about])+
-            #[derive(Debug, Clone, Copy, PartialEq)]
+            $(#[doc = $about])+
+            #[derive(Debug, Clone, PartialEq $($(, $derived)+)?)]
             pub struct $name { $( $(#[doc = $text])+ pub $field: $type = $default, $unit, $range $(usual $usual)?, $source; )+ }
         }
 
-        $(#[$about])+
-        #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         #[schemars(transform = $crate::parameter::describe::<$name>)]
         pub struct $table {
@@ -102,7 +103,8 @@ macro_rules! parameters {
         impl $table {
             /// What the table states, the rest from `base`.
             pub fn over(&self, base: $name) -> $name {
-                $name { $($field: self.$field.unwrap_or(base.$field)),+ }
+                let typed = self.clone();
+                $name { $($field: typed.$field.unwrap_or(base.$field)),+ }
             }
         }
     };

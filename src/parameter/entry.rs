@@ -16,9 +16,9 @@ pub trait Parameters {
     fn unusual(&self, at: &str, remarks: &mut Vec<Fault>);
 }
 
-/// Path of a field; `at`: path of its group, empty for one that is in none.
-pub(crate) fn path(at: &str, field: &str) -> String {
-    if at.is_empty() { field.to_owned() } else { format!("{at}.{field}") }
+/// Path of a key in a group; the group at the top of a file has an empty path.
+pub(crate) fn key(group: &str, name: &str) -> String {
+    if group.is_empty() { name.to_owned() } else { format!("{group}.{name}") }
 }
 
 /// A type of a few values, all of which are allowed: what has it needs no range.

@@ -11,6 +11,7 @@ macro_rules! parameter_words {
     ([> $low:literal]) => { concat!("a number above ", $low) };
     ([>= $low:literal]) => { concat!($low, " or a number above") };
     ([> $low:literal, <= $high:literal]) => { concat!("a number above ", $low, " and not above ", $high) };
+    ([>= $low:literal, < $high:literal]) => { concat!("a number from ", $low, " to below ", $high) };
     ([$low:literal ..]) => { concat!("a whole number not below ", $low) };
     ([$low:literal ..= $high:literal]) => { concat!("a whole number from ", $low, " to ", $high) };
 }

@@ -9,10 +9,8 @@ use super::style::{COLORS, PlotError};
 /// Side of one panel in pixels, and the space between panels.
 const PANEL: i32 = 120;
 const GAP: i32 = 12;
-/// Space for names at the edges.
+/// Space for names at the edges, and for the title above.
 const MARGIN: i32 = 44;
-/// Space for the title above them.
-const TITLE: i32 = 24;
 /// Width of a letter of the title, about.
 const LETTER_WIDTH: i32 = 8;
 /// Space within a panel, so that points at the ends of a range stay inside.
@@ -42,11 +40,10 @@ pub fn scatter_matrix(title: &str, factors: &[Factor]) -> Result<String, PlotErr
     let width = side.max(2 * MARGIN + LETTER_WIDTH * title.chars().count() as i32) as u32;
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, (width, (TITLE + side) as u32)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (width, side as u32)).into_drawing_area();
         root.fill(&WHITE).map_err(PlotError::of)?;
         let style = TextStyle::from(("sans-serif", 15).into_font()).pos(Pos::new(HPos::Left, VPos::Center));
-        root.draw(&Text::new(title.to_owned(), (MARGIN, TITLE), style)).map_err(PlotError::of)?;
-        let (_, root) = root.split_vertically(TITLE);
+        root.draw(&Text::new(title.to_owned(), (MARGIN, MARGIN / 2), style)).map_err(PlotError::of)?;
         let start = |index: usize| MARGIN + index as i32 * (PANEL + GAP);
         for (row, vertical) in factors.iter().enumerate() {
             for (column, horizontal) in factors.iter().enumerate() {

@@ -1,5 +1,7 @@
 //! The scene and its parts.
 
+use serde::Serialize;
+
 use super::solver::{Guide, SolverSettings};
 use crate::hammer::HammerParameters;
 use crate::parameter::parameters;
@@ -30,7 +32,7 @@ parameters! { file
 /// Where a hammer is mounted: a weighted set of interface points (one, or two neighbours of a rail).
 ///
 /// The same weights carry mass, force and motion, so the receptance stays symmetric.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Mount {
     /// Interface points and their weights; the weights sum to 1.
     pub points: Vec<(String, f64)>,
@@ -38,7 +40,7 @@ pub struct Mount {
 
 parameters! {
     /// The supply of a hammer as a study states it: by its pressure above ambient.
-    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
     pub struct Supply {
         /// Supply pressure above ambient (gauge).
         pub supply_bar: f64 = 5.0, "bar", [>= 0] usual [0.5, 16], "the paper's rig";
@@ -62,14 +64,14 @@ impl Supply {
 
 parameters! {
     /// One hammer of a scene.
-    #[derive(Debug, Clone, PartialEq)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct HammerUnit {
         own {
             /// Name as in the study.
             pub name: String,
             /// Its parameters, overrides applied.
             pub parameters: HammerParameters,
-            /// Supply pressure, absolute, in Pa; not below the ambient one.
+            /// Supply pressure, absolute, in Pa; see [`Supply`].
             pub supply_pressure_pa: f64,
             /// Its place on the machine.
             pub mount: Mount,

@@ -8,7 +8,7 @@ use super::document::overrides::{Override, SHARED_KEYS};
 use super::document::path;
 use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys, read_tree};
-use super::file::{DesignEntry, StudyFile};
+use super::file::{DesignEntry, StructureEntry, StudyFile};
 use super::hash::hash;
 use super::plan::design::Plan;
 use super::plan::factor::{FactorInfo, Source, to_toml};
@@ -17,7 +17,7 @@ use super::resolve::issue::Issue;
 use super::resolve::library::Library;
 use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
-use super::resolve::structure::StructureSettings;
+use super::resolve::structure::{MachineTable, StructureSettings};
 use super::schema::study_schema;
 use crate::files::{self, Limit};
 use crate::quantity::Value;
@@ -113,7 +113,9 @@ impl Study {
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
         let fidelity = file.solver.fidelity.unwrap_or_default();
-        let read = |entry, at: &[&str]| StructureSettings::read(entry, (document, directory), (at, fidelity));
+        let read = |entry: &StructureEntry, at: &[&str]| {
+            StructureSettings::read(MachineTable { entry, document, directory, at }, fidelity)
+        };
         let structure = read(&file.structure, &["structure"]).map_err(StudyError::several)?;
         let further =
             file.structures.iter().map(|(name, entry)| Ok((name.clone(), read(entry, &["structures", name])?)));

@@ -1,10 +1,12 @@
 //! Castings and fixtures as data.
 
+use serde::Serialize;
+
 use crate::parameter::parameters;
 
 parameters! {
     /// Spring and damper between a point of a casting and a node of the structure.
-    #[derive(Debug, Clone, PartialEq)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct Fixture {
         own {
             /// Name as in the study.

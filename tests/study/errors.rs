@@ -143,7 +143,8 @@ fn quantities_must_lie_in_their_range() {
         "structure.cutoff_hz",
         "is -1, expected a positive number",
     );
-    holds(&fault("cutoff_hz = 300.0", "damping_ratio = 1.5"), 4, 17, "structure.damping_ratio", "below 1");
+    holds(&fault("cutoff_hz = 300.0", "damping_ratio = 1.5"), 4, 17, "structure.damping_ratio", "from 0 to below 1");
+    holds(&fault("cutoff_hz = 300.0", "mode_tolerance = 1.0"), 4, 18, "structure.mode_tolerance", "from 0 to below 1");
     let deep = fault("[casting.part]", "parameters.piston.bore_m = 0.0\n[casting.part]");
     holds(&deep, 8, 28, "hammer.left.parameters.piston.bore_m", "is 0, expected a positive number");
     let contact = fault("[casting.part]", "parameters.valve.stop.stiffness_n_per_m = -1\n[casting.part]");

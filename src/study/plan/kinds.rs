@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use super::factor::FactorInfo;
 use super::table::{self, Span};
-use crate::design::{DesignError, Kind};
-use crate::study::design_kind::{DesignKind, Made};
+use crate::design::{DesignError, DesignKind, Kind, Needs, Product, ProductPart, Table, Union};
 use crate::study::file::{CorrelationEntry, DesignEntry, FactorEntry, PartEntry};
 
 /// A key at fault.
@@ -72,14 +71,14 @@ impl<'a> KindReader<'a> {
 
     /// A union or product of the design's parts.
     fn parts(&self, product: bool) -> Result<Chosen, Vec<Fault>> {
-        let (mut kinds, mut files, mut faults) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut parts, mut files, mut faults) = (Vec::new(), Vec::new(), Vec::new());
         for (index, entry) in self.entry.part.iter().enumerate() {
             let at = ["design", "part", &index.to_string()].map(str::to_string).to_vec();
             let part = self.part_places(entry, &at, product).map(|places| self.part(entry, at, places));
             match part.and_then(|part| Ok((part.kind()?, part.places))) {
-                Ok((chosen, places)) => {
-                    kinds.push((chosen.kind, places));
-                    files.extend(chosen.files);
+                Ok((Chosen { kind, files: more }, factors)) => {
+                    parts.push(ProductPart { kind, factors });
+                    files.extend(more);
                 }
                 Err(more) => faults.extend(more),
             }
@@ -87,8 +86,10 @@ impl<'a> KindReader<'a> {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let union = || kinds.iter().map(|(kind, _)| kind.clone()).collect();
-        let kind = if product { Kind::Product(kinds) } else { Kind::Union(union()) };
+        let kind = match product {
+            true => Kind::Product(Product { parts }),
+            false => Kind::Union(Union { parts: parts.into_iter().map(|part| part.kind).collect() }),
+        };
         Ok(Chosen { kind, files })
     }
 
@@ -180,19 +181,18 @@ fn one(at: &[String], key: &str, message: &str) -> Vec<Fault> {
 
 impl Part<'_> {
     fn kind(&self) -> Result<Chosen, Vec<Fault>> {
-        let options = self.entry.options();
-        let (keys, make) = options.kind.unwrap_or_default().entry();
-        let stray = options.given().into_iter().filter(|key| !keys.contains(key));
+        let (kind, options) = (self.entry.kind.unwrap_or_default(), self.entry.options());
+        let stray = options.given().into_iter().filter(|key| !kind.keys().contains(key));
         let faults: Vec<Fault> =
             stray.flat_map(|key| one(&self.at, key, "belongs to other kinds of design than this one")).collect();
         if !faults.is_empty() {
             return Err(faults);
         }
-        match make(&options) {
-            Ok(Made::Kind(kind)) => Ok(Chosen { kind, files: Vec::new() }),
-            Ok(Made::Table) => self.table(),
-            Ok(Made::Union | Made::Product) => Err(one(&self.at, "kind", "a part cannot have parts itself")),
-            Err(key) => Err(one(&self.at, key, "missing key: this kind of design needs a number")),
+        match kind.of(&options) {
+            Ok(kind) => Ok(Chosen { kind, files: Vec::new() }),
+            Err(Needs::Rows) => self.table(),
+            Err(Needs::Parts) => Err(one(&self.at, "kind", "a part cannot have parts itself")),
+            Err(Needs::Number(key)) => Err(one(&self.at, key, "missing key: this kind of design needs a number")),
         }
     }
 
@@ -203,6 +203,6 @@ impl Part<'_> {
         };
         let rows = table::read(&self.directory.join(file), &self.factors).map_err(|message| fault(&message))?;
         let files = vec![RowFile { name: file.clone(), content: format!("{rows:?}") }];
-        Ok(Chosen { kind: Kind::Table(Arc::new(rows)), files })
+        Ok(Chosen { kind: Kind::Table(Table { rows: Arc::new(rows) }), files })
     }
 }
