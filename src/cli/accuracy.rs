@@ -54,7 +54,7 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
     let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
     let all_modes = all_modes(arguments, &engine)?;
-    let mut settings = ladder(&scene.solver);
+    let mut settings = ladder(&scene);
     settings.extend(fixed_steps(&scene.solver, !arguments.quick));
     let experiment = Experiment {
         scene: &scene,
@@ -192,6 +192,7 @@ fn method(setting: &Setting) -> String {
 
 fn guide(guide: Guide) -> &'static str {
     match guide {
+        Guide::Automatic => "automatic",
         Guide::Spring => "spring",
         Guide::Tied => "tied",
     }

@@ -1,6 +1,6 @@
 //! The scene and its parts.
 
-use super::solver::SolverSettings;
+use super::solver::{Guide, SolverSettings};
 use crate::hammer::HammerParameters;
 use crate::parameter::parameters;
 use crate::workpiece::Casting;
@@ -108,4 +108,15 @@ pub struct Scene {
     pub solver: SolverSettings,
     /// Windows and thresholds of the outputs.
     pub outputs: OutputSettings,
+}
+
+impl Scene {
+    /// Whether the hammers' guides are tied to their mounts, when `guide` is asked for.
+    pub fn ties(&self, guide: Guide) -> bool {
+        match guide {
+            Guide::Tied => true,
+            Guide::Spring => false,
+            Guide::Automatic => self.hammers.iter().all(|hammer| hammer.parameters.guide_is_rigid()),
+        }
+    }
 }

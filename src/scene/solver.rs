@@ -10,8 +10,10 @@ use crate::parameter::{Choice, parameters};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Guide {
-    /// A body of its own on its stiff spring (the model as published).
+    /// Tied if each hammer's guide is rigid beside its contacts (`HammerParameters::guide_is_rigid`), else on springs.
     #[default]
+    Automatic,
+    /// A body of its own on its stiff spring (the model as published).
     Spring,
     /// Tied rigidly to the mount: its mass moves with the mount's own motion.
     Tied,
@@ -65,13 +67,13 @@ pub struct Preset {
 }
 
 const DRAFT: Preset =
-    Preset { name: "draft", tolerance: 1e-4, guide: Guide::Tied, mode_tolerance: 1e-2, station_basis_hz: 6000.0 };
+    Preset { name: "draft", tolerance: 1e-4, guide: Guide::Automatic, mode_tolerance: 1e-2, station_basis_hz: 6000.0 };
 /// The preset of a study that names none.
 pub const STANDARD: Preset = Preset {
     name: "standard",
     tolerance: 1e-5,
-    guide: Guide::Spring,
-    mode_tolerance: 1e-2,
+    guide: Guide::Automatic,
+    mode_tolerance: 1e-3,
     station_basis_hz: 20_000.0,
 };
 const REFERENCE: Preset = Preset {

@@ -18,7 +18,7 @@ fn short_rig() -> Accuracy {
     all.damping_ratio.push(0.02);
     all.mounts[0].push(0.03);
     all.fixtures[0][0].push(0.08);
-    let mut settings = ladder(&scene.solver);
+    let mut settings = ladder(&scene);
     settings.extend(fixed_steps(&scene.solver, true));
     let experiment = Experiment { scene: &scene, modes: &modes, all_modes: Some(&all), settings, repeats: 1 };
     let mut told = Vec::new();

@@ -143,7 +143,7 @@ fn the_papers_rig_is_the_default_scene() {
     assert_eq!(casting.mass_kg, 0.517);
     assert_eq!(casting.fixtures[0].stiffness_n_per_m, 3e7);
     assert_eq!(casting.active_rotations(&scene.strike_points(0)), [false, false]);
-    assert_eq!((scene.solver.tolerance, scene.solver.guide), (1e-5, Guide::Spring));
+    assert_eq!((scene.solver.tolerance, scene.solver.guide), (1e-5, Guide::Automatic));
     // The same without the file: everything else is a default.
     let small = rows(&parse(SMALL)).scene(0).unwrap();
     assert_eq!(small.hammers[0].supply_pressure_pa, hammer.supply_pressure_pa);

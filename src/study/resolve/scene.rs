@@ -4,7 +4,9 @@ use super::geometry;
 use super::issue::Issue;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
-use crate::scene::{HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings};
+use crate::scene::{
+    Guide, HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings,
+};
 use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, StudyFile};
 use crate::words::nearest;
 use crate::workpiece::{Casting, Fixture};
@@ -91,7 +93,9 @@ fn solver(entry: &SolverEntry) -> SolverSettings {
     let preset = Preset::of(entry.fidelity.unwrap_or_default());
     let default = SolverSettings { tolerance: preset.tolerance, guide: preset.guide, ..SolverSettings::default() };
     let fixed = entry.method.is_some_and(Method::is_fixed);
-    entry.over(if fixed { SolverSettings { modes: ModeTreatment::Integrated, ..default } } else { default })
+    // Fixed steps are for comparison: the model as published.
+    let published = SolverSettings { guide: Guide::Spring, modes: ModeTreatment::Integrated, ..default };
+    entry.over(if fixed { published } else { default })
 }
 
 fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut Vec<Issue>) -> Casting {
