@@ -42,9 +42,8 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
     expect_ending("--scatter", arguments.scatter.as_ref(), "svg")?;
-    let engine = ready(study)?;
+    let engine = ready(load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
     warn(checked);

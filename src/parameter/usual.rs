@@ -42,7 +42,7 @@ fn others(unit: &str) -> &'static [Other] {
         "kg" => const { &[other("g", 1e-3), other("t", 1e3), other("mg", 1e-6)] },
         "kg m2" => const { &[other("kg mm2", 1e-6), other("kg cm2", 1e-4), other("g mm2", 1e-9)] },
         "s" => const { &[other("ms", 1e-3), other("us", 1e-6)] },
-        "bar" => const { &[other("Pa", 1e-5), other("kPa", 1e-2), other("MPa", 10.0), other("psi", 0.068_947_57)] },
+        "bar" => const { &[other("Pa", 1e-5), other("psi", 0.068_947_57), other("kPa", 1e-2), other("MPa", 10.0)] },
         "Pa" => const { &[other("bar", 1e5), other("hPa", 1e2), other("kPa", 1e3), other("MPa", 1e6)] },
         "N" => const { &[other("kN", 1e3)] },
         "N/m" => const { &[other("N/mm", 1e3), other("kN/mm", 1e6)] },

@@ -36,7 +36,7 @@ fn fifty_kills_leave_no_trace() {
     let scratch = TempDir::new().expect("scratch folder");
     let (undisturbed, killed) = (scratch.path().join("undisturbed"), scratch.path().join("killed"));
     let kills: u64 = std::env::var("DECORE_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(50);
-    let rows = 240 * kills;
+    let rows = 600 * kills;
     expect_code(sweep(&undisturbed, rows, 0.0), ROWS_FAILED);
     let mut done = 0;
     let mut kills_within = 0;
@@ -51,7 +51,7 @@ fn fifty_kills_leave_no_trace() {
         let now = rows_done(&killed);
         assert!(now >= done, "{now} rows after {done}: rows were lost");
         kills_within += u32::from(now > 0 && now < rows);
-        longest_ms = if now > done { longest_ms } else { (longest_ms * 5 / 4).min(3000) };
+        longest_ms = if now > done { 250 } else { (longest_ms * 2).min(4000) };
         done = now;
     }
     assert!(kills_within > 10 && done > 100, "{kills_within} kills within the sweep, {done} rows");

@@ -48,7 +48,7 @@ fn a_status_follows_no_planted_link_and_what_a_kill_left_of_one_goes() {
     }
     let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml");
     let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
-    let sets = ["--set", "design.rows=1", "--set", "simulation.duration_s=0.001", "--output"];
+    let sets = ["--set", "design.rows=1", "--set", "duration_s=0.001", "--output"];
     let output = command.arg("run").arg(study).args(sets).arg(&dataset).output().expect("decore runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(fs::read_to_string(&victim).expect("there"), "mine");
