@@ -42,8 +42,9 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
+    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
     expect_ending("--scatter", arguments.scatter.as_ref(), "svg")?;
-    let engine = ready(load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?)?;
+    let engine = ready(study)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
     warn(checked);

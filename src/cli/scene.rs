@@ -50,9 +50,10 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
     let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
+    let study = load_study(&arguments.study, &arguments.overrides, &outputs)?;
     expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
     expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
-    let engine = ready(load_study(&arguments.study, &arguments.overrides, &outputs)?)?;
+    let engine = ready(study)?;
     check_row(&engine, arguments.row)?;
     warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;

@@ -50,7 +50,7 @@ fn what_is_given_in_place_of_a_study_or_a_dataset_is_named() {
             vec!["scene", "paper_rig.toml", "--plot", "rig.png"],
             "what is written is SVG, so the name has to end in .svg",
         ),
-        (vec!["scene", "paper_rig.toml", "--signals", "hammers"], "--signals hammers is a folder"),
+        (vec!["scene", "paper_rig.toml", "--signals", "out"], "--signals out is a folder"),
         (vec!["scene", "paper_rig.toml", "--row", "1"], "--row is 1, but the study has row 0 only"),
         (vec!["scene", "paper_rig.toml", "--set", "hammer.hammer.supply_bar=5,0"], "a number, with a point as in 5.0"),
         (vec!["scene", "paper_rig.toml", "--set", "solver.fidelity=standart"], "did you mean `standard`?"),
