@@ -6,7 +6,7 @@ use super::quality::{MobilityCurve, ModePair, QualityReport};
 use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels};
 
 const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;color:#1c2430;margin:2rem auto;max-width:64rem;padding:0 1rem}\
-h1{font-size:1.5rem;margin-bottom:.2rem}h2{font-size:1.1rem;margin-top:2rem}p{max-width:46rem}\
+h1{font-size:1.5rem;margin-bottom:.2rem;overflow-wrap:anywhere}h2{font-size:1.1rem;margin-top:2rem}p{max-width:46rem}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e3e7ec}\
 th{font-weight:600;background:#f5f7f9}td:first-child,th:first-child{text-align:left}.scroll{overflow-x:auto}\
 .curves{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(30rem,100%),1fr));gap:.5rem}\
@@ -178,7 +178,7 @@ fn mobility(page: &mut String, report: &QualityReport) -> Result<(), PlotError> 
     }
     page.push_str("</div>\n");
     if !folded.is_empty() {
-        put(page, format_args!("<details><summary>{} more curves</summary>\n<div class=\"curves\">\n", folded.len()));
+        put(page, format_args!("<details><summary>further curves ({})</summary>\n<div class=\"curves\">\n", folded.len()));
         for curve in folded {
             page.push_str(&mobility_plot(curve, &report.frequency_hz)?);
         }
