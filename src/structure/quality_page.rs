@@ -178,7 +178,10 @@ fn mobility(page: &mut String, report: &QualityReport) -> Result<(), PlotError> 
     }
     page.push_str("</div>\n");
     if !folded.is_empty() {
-        put(page, format_args!("<details><summary>further curves ({})</summary>\n<div class=\"curves\">\n", folded.len()));
+        put(
+            page,
+            format_args!("<details><summary>further curves ({})</summary>\n<div class=\"curves\">\n", folded.len()),
+        );
         for curve in folded {
             page.push_str(&mobility_plot(curve, &report.frequency_hz)?);
         }
