@@ -36,8 +36,8 @@ quantities! {
         pub blank_blow_count: u64 => "1",
         /// Number of periodic blows; those that settle do not count.
         pub periodic_blows: u64 => "1",
-        /// What the percussion is: periodic, aperiodic, unsettled, stalled, blank or none; with twins, what most of the row and
-        /// its twins show.
+        /// What the percussion is: periodic, aperiodic, unsettled, stalled, blank or none; with twins, what the row and
+        /// its twins show most often.
         pub percussion: Percussion => "" main,
         /// Period of a periodic percussion, in blows.
         pub percussion_period: Option<u64> => "1",

@@ -5,7 +5,7 @@ use crate::quantity::{Kind, Quantity, Value};
 
 impl RunMetrics {
     /// Takes in the row's `twins`, runs of the same scene: the scatter of the main outputs, and the kind of each hammer's
-    /// percussion, which becomes the one that most of the row and its twins show. A kind has edges (blows that repeat to 1 % are
+    /// percussion, which becomes the one that the row and its twins show most often. A kind has edges (blows that repeat to 1 % are
     /// periodic), and a single run next to one falls on either side by chance.
     pub fn take_twins(&mut self, twins: &[Self]) {
         self.scatter = Some(Scatter::new(self, twins));

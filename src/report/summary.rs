@@ -30,7 +30,7 @@ const SUBJECT_RANGES: [(&str, &str); 10] = [
     (HammerMetrics::periodic_energy_mean_j.name, "energy of a periodic blow"),
     (HammerMetrics::periodic_work_mean_j.name, "work of a periodic blow on the casting"),
     (HammerMetrics::hit_frequency_hz.name, "hit frequency of a hammer"),
-    (HammerMetrics::periodic_energy_mean_error_j.name, "standard error of that energy"),
+    (HammerMetrics::periodic_energy_mean_error_j.name, "standard error of a blow's mean energy"),
     (HammerMetrics::arm_rms_steady_m_s.name, "arm velocity, steady hammering (RMS)"),
     (CastingMetrics::peak_velocity_m_s.name, "peak velocity of a casting (heave)"),
     (CastingMetrics::peak_point_velocity_m_s.name, "peak velocity of a casting's points"),

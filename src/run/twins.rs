@@ -49,7 +49,7 @@ pub fn perturbed(scene: &Scene, number: usize) -> Scene {
 }
 
 /// Takes the twins (`outputs.twins` of them, none by default) into the outcome of a scene that was simulated to its end: the
-/// scatter, and the kind of percussion that most show. A twin that does not reach its end is left out and missing in the count; wall times add up.
+/// scatter, and the kind of percussion that they show most often. A twin that does not reach its end is left out and missing in the count; wall times add up.
 pub(super) fn with_twins(scene: &Scene, modes: &InterfaceModes, mut outcome: RowOutcome) -> RowOutcome {
     let Some(metrics) = outcome.metrics.as_mut().filter(|_| scene.outputs.twins > 0) else { return outcome };
     let runs: Vec<RowOutcome> = (0..scene.outputs.twins).map(|number| run_row(&twin(scene, number), modes)).collect();
