@@ -105,7 +105,9 @@ fn analytic_correlation_ratio_of_names() {
     let truth = (2.0 / 3.0) / (2.0 / 3.0 + 1.0);
     for estimate in [found[0].correlation_ratio, found[0].rank] {
         let [low, high] = estimate.interval.expect("an interval");
-        assert!(low < truth && truth < high && high - low < 0.12, "{estimate:?} about {truth}");
+        // An interval reaches 1.96 standard deviations from the estimate; a single table may be 3 away.
+        let std_dev = (high - low) / (2.0 * 1.96);
+        assert!((estimate.value - truth).abs() < 3.0 * std_dev && std_dev < 0.02, "{estimate:?} about {truth}");
     }
     assert!(found[0].hsic.p_value < 1e-12 && found[0].pawn.maximum > 0.2, "{:?}", found[0]);
 }
