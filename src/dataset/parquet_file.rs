@@ -16,6 +16,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
+use parquet::schema::types::ColumnPath;
 use serde_json::json;
 
 use super::columns::{ColumnDescription, TableName};
@@ -176,8 +177,13 @@ impl TableBuilder {
 /// # Errors
 /// The Parquet library's.
 pub fn encode_batch(batch: &RecordBatch, properties: WriterProperties) -> Result<Vec<u8>, ParquetError> {
+    let mut builder = properties.into_builder().set_dictionary_enabled(false);
+    // A number seldom stands twice in a column of outputs: a dictionary of them costs more than all else of a row's writing.
+    for field in batch.schema().fields().iter().filter(|field| !field.data_type().is_numeric()) {
+        builder = builder.set_column_dictionary_enabled(ColumnPath::from(field.name().as_str()), true);
+    }
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))?;
+    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(builder.build()))?;
     writer.write(batch)?;
     writer.close()?;
     Ok(bytes)
