@@ -26,6 +26,9 @@ pub(super) struct AnalyseArguments {
     /// Estimator of Sobol' indices: `salib` as SALib, `jansen` and `martinez` as OpenTURNS.
     #[arg(long, default_value = Estimator::default().name(), value_parser = estimator())]
     estimator: Estimator,
+    /// Analyse a Saltelli design as any rows are, by the rows of its base points.
+    #[arg(long)]
+    given: bool,
     /// Bootstrap replicates for the 95 % intervals; 0: none.
     #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_REPLICATES))]
     bootstrap: u64,
@@ -52,8 +55,8 @@ pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
     let reader = DatasetReader::open(&arguments.dataset)?;
     let bootstrap =
         Bootstrap { replicates: arguments.bootstrap as usize, seed: arguments.seed, level: Bootstrap::LEVEL };
-    let settings =
-        SensitivitySettings { outputs: arguments.outputs.clone(), estimator: arguments.estimator, bootstrap };
+    let (outputs, estimator) = (arguments.outputs.clone(), arguments.estimator);
+    let settings = SensitivitySettings { outputs, estimator, given: arguments.given, bootstrap };
     let found = crate::sensitivity::analyse(&reader, &settings)?;
     if let Some(path) = &arguments.parquet {
         write_table(path, &reader.manifest().study, ("sensitivity", &columns(&found)))?;
