@@ -161,6 +161,29 @@ pub enum IndexName {
     HsicPValue,
 }
 
+impl Sensitivity {
+    /// Width of the widest interval of a factor's share (S1, ST, Shapley effect, S1 by ranks), or of a mu* over the largest mu* of
+    /// its output; `None` where there is none.
+    pub fn widest_interval(&self) -> Option<f64> {
+        self.outputs.iter().flat_map(OutputSensitivity::widths).reduce(f64::max)
+    }
+}
+
+impl OutputSensitivity {
+    fn widths(&self) -> impl Iterator<Item = f64> {
+        let sizes = self.indices.iter().filter(|index| index.index == IndexName::MuStar);
+        let largest = sizes.filter_map(|index| index.value).fold(0.0, f64::max);
+        self.indices.iter().filter_map(move |index| {
+            let [low, high] = index.interval?;
+            match index.index {
+                IndexName::S1 | IndexName::St | IndexName::Shapley | IndexName::Rank => Some(high - low),
+                IndexName::MuStar => Some((high - low) / largest),
+                _ => None,
+            }
+        })
+    }
+}
+
 impl IndexName {
     /// Its symbol in texts.
     pub fn symbol(self) -> &'static str {

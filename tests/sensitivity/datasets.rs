@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-const MACHINE: &str = r#"
+pub const MACHINE: &str = r#"
 title = "Analysed"
 [hammer.left]
 rail = "rail"
@@ -24,7 +24,7 @@ point = "T6"
 point = "T7"
 "#;
 
-const FACTORS: &str = r#"
+pub const FACTORS: &str = r#"
 [design.factor.position]
 path = "hammer.left.rail_position_m"
 range = [-0.10, 0.10]
@@ -71,11 +71,11 @@ impl Dataset {
     }
 }
 
-fn decore() -> Command {
+pub fn decore() -> Command {
     Command::new(env!("CARGO_BIN_EXE_decore"))
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
