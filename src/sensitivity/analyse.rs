@@ -86,7 +86,7 @@ pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result
         factors: table.factors.iter().map(|factor| factor.name.clone()).collect(),
         method: plan.method,
         intervals: Intervals { replicates, seed: settings.bootstrap.seed, level: settings.bootstrap.level },
-        notes: notes(&table, &outline, plan.method),
+        notes: notes(&task, &outline),
         outputs: table.outputs.par_iter().map(|output| task.output(output)).collect(),
     })
 }
@@ -268,7 +268,8 @@ fn refusal(error: &AnalysisError) -> String {
 }
 
 /// What a reader must know.
-fn notes(table: &Table, outline: &DesignOutline, method: Method) -> Vec<String> {
+fn notes(task: &Task<'_>, outline: &DesignOutline) -> Vec<String> {
+    let Task { table, plan, bootstrap } = task;
     let mut notes = Vec::new();
     let constant = table.factors.iter().filter(|factor| !factor.varies()).map(|factor| &factor.name);
     let constant: Vec<String> = constant.map(|name| format!("`{name}`")).collect();
@@ -280,7 +281,8 @@ fn notes(table: &Table, outline: &DesignOutline, method: Method) -> Vec<String> 
     if !derived.is_empty() {
         notes.push(format!("Left out, as they follow from the other factors: {}.", derived.join(", ")));
     }
-    match method {
+    match plan.method {
+        Method::Sobol { .. } if bootstrap.replicates == 0 => {}
         Method::Sobol { .. } => notes.push(
             "Intervals are those of independent base points; the design's Sobol' points mostly scatter less: then they hold \
              the truth more often than they say."
