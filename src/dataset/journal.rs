@@ -233,21 +233,28 @@ pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<Vec<St
 /// The system's.
 pub fn count(dataset: &Path, counts: &dyn Fn(u64) -> bool) -> Result<(u64, u64), DatasetError> {
     let (mut rows, mut failed) = (0, 0);
+    visit(dataset, &mut |row| {
+        let counted = counts(row.row());
+        rows += u64::from(counted);
+        failed += u64::from(counted && row.failed());
+    })?;
+    Ok((rows, failed))
+}
+
+/// Calls `take` for every whole row of the journal, without changing it.
+///
+/// # Errors
+/// The system's.
+pub fn visit(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<(), DatasetError> {
     for path in files(dataset)? {
         match read(&path, Limit::PART) {
-            Ok(bytes) => {
-                visit_frames(&bytes, &mut |row| {
-                    let counted = counts(row.row());
-                    rows += u64::from(counted);
-                    failed += u64::from(counted && row.failed());
-                });
-            }
+            Ok(bytes) => _ = visit_frames(&bytes, take),
             // Its part came into place since the folder was listed.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) => return Err(failed_to("read", &path)(error)),
         }
     }
-    Ok((rows, failed))
+    Ok(())
 }
 
 fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {

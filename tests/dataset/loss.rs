@@ -5,7 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record};
-use decore::dataset::{DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify};
+use decore::dataset::{
+    Chosen, DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify,
+};
 use decore::quantity::Value;
 use tempfile::TempDir;
 
@@ -378,4 +380,27 @@ fn verify_has_an_exit_code_and_status_says_what_it_has_not_read() {
     fs::write(&path, &bytes[1..]).expect("written");
     let (code, text) = run("status");
     assert!(code == Some(0) && text.contains("DAMAGED") && text.contains("runs-000000000000.parquet"), "{text}");
+}
+
+#[test]
+fn a_part_cut_off_in_its_replacement_is_no_loss_and_said() {
+    let (_scratch, folder) = dataset();
+    let whole = contract(&folder);
+    let rows = Chosen::Rows(vec![RowSpan { first: 0, end: 64 }]);
+    let mut writer = DatasetWriter::again(&folder, &info(), RowSpan { first: 0, end: ROWS }, &rows).expect("again");
+    (0..63).for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
+    drop(writer);
+    // As after a process that ended between the renames of two files.
+    let path = folder.join("runs/runs-000000000000.parquet");
+    let bytes = fs::read(&path).expect("part");
+    fs::write(&path, flip(&bytes, bytes.len() / 2)).expect("written");
+    let found = verify(&folder).expect("verified");
+    assert!(
+        found.faults.len() == 1 && found.faults[0].contains("the journal has all their rows"),
+        "{:?}",
+        found.faults
+    );
+    let resumed = resume(&folder).expect("resumed");
+    assert!(resumed.again == 0 && resumed.damaged.is_empty(), "{} rows, {:?}", resumed.again, resumed.damaged);
+    assert_eq!(contract(&folder), whole);
 }

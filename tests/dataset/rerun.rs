@@ -228,7 +228,9 @@ fn kills_of_a_rerun_lose_nothing() {
         longest_ms = if asked < left { longest_ms } else { (longest_ms * 5 / 4).min(6000) };
         left = asked;
         let verified = verify(&folder).expect("read");
-        assert!(verified.faults.is_empty(), "{:?}", verified.faults);
+        // A kill between two renames: nothing is lost, and that is said.
+        let is_said = |fault: &String| fault.contains("the journal has all their rows");
+        assert!(verified.faults.iter().all(is_said), "{:?}", verified.faults);
     }
     println!("{kills} kills of the rerun, {left} of {all} rows left before the last");
     assert!(kills > 3 && left < all, "{kills} kills, {left} of {all} rows left");
