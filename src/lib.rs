@@ -27,20 +27,21 @@
 //! files      :
 //! guide      :
 //! linalg     :
+//! number     :
 //! parameter  :
 //! plot       :
 //! quantity   :
 //! words      :
-//! contact    : parameter
+//! contact    : number parameter
 //! workpiece  : parameter
-//! hammer     : contact parameter
-//! integrate  : quantity
+//! hammer     : contact number parameter
+//! integrate  : number quantity
 //! structure  : files linalg plot words
 //! scene      : hammer integrate parameter workpiece
 //! study      : contact design expression files hammer parameter quantity scene structure words workpiece
-//! system     : contact hammer integrate scene workpiece
+//! system     : contact hammer integrate number scene workpiece
 //! metrics    : hammer integrate quantity scene system
-//! run        : integrate metrics quantity scene system
+//! run        : integrate metrics number quantity scene system
 //! accuracy   : integrate metrics plot quantity run scene system
 //! dataset    : integrate metrics quantity run words
 //! report     : dataset metrics quantity run
@@ -50,6 +51,7 @@
 //!
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`number`]: one number or several in the lanes of a vector, what a row's arithmetic is written over.
 //! - [`parameter`]: parameters declared once, with unit, default, range and source.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
 //! - [`expression`]: arithmetic and logic over names, for constraints and derived factors.
@@ -85,6 +87,7 @@ pub mod hammer;
 pub mod integrate;
 pub mod linalg;
 pub mod metrics;
+pub mod number;
 pub mod plot;
 pub mod quantity;
 pub mod report;

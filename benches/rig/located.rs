@@ -22,15 +22,15 @@ const TOLERANCE: f64 = 1e-5;
 const HALVINGS: usize = 40;
 
 /// A system with events hidden from location.
-struct Hidden<'a> {
-    inner: Coupled<'a>,
+struct Hidden {
+    inner: Coupled,
     /// Whether a contact's onset is hidden, and its release.
     hidden: Vec<[bool; 2]>,
     /// Time of the last samples: the end of the step.
     sampled_s: Cell<f64>,
 }
 
-impl Hidden<'_> {
+impl Hidden {
     /// Whether the next switch of a contact is hidden. The first blow on the casting starts the gate's clock: it is located.
     fn is_hidden(&self, contact: usize) -> bool {
         let strike = self.inner.model().elements().contacts()[contact].kind == ContactKind::ChiselCasting;
@@ -39,7 +39,7 @@ impl Hidden<'_> {
     }
 }
 
-impl System for Hidden<'_> {
+impl System for Hidden {
     fn dimension(&self) -> usize {
         self.inner.dimension()
     }
@@ -62,7 +62,7 @@ impl System for Hidden<'_> {
     }
 }
 
-impl Switching for Hidden<'_> {
+impl Switching for Hidden {
     fn guard_count(&self) -> usize {
         self.inner.guard_count()
     }
@@ -115,12 +115,14 @@ struct Book {
     booked: Vec<usize>,
 }
 
-impl<'a> Observer<Hidden<'a>> for Book {
-    fn step(&mut self, system: &Hidden<'a>, step: &Step<'_>) {
+impl Observer<Hidden> for Book {
+    fn step(&mut self, system: &Hidden, step: &Step<'_>) {
         self.recorder.step(&system.inner, step);
         self.booked.clear();
+        let mut end = vec![0.0; step.dimension()];
+        step.write_end(&mut end);
         for guard in (0..system.hidden.len()).filter(|&guard| system.is_hidden(guard)) {
-            if system.inner.guard(guard, step.t1(), step.end()) <= 0.0 {
+            if system.inner.guard(guard, step.t1(), &end) <= 0.0 {
                 continue;
             }
             let (mut low, mut high) = (0.0, step.theta_end);
@@ -142,7 +144,7 @@ impl<'a> Observer<Hidden<'a>> for Book {
         }
     }
 
-    fn event(&mut self, system: &Hidden<'a>, guard: usize, t: f64, y: &[f64]) {
+    fn event(&mut self, system: &Hidden, guard: usize, t: f64, y: &[f64]) {
         if !self.booked.contains(&guard) {
             self.recorder.event(&system.inner, guard, t, y);
         }

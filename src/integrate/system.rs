@@ -1,8 +1,6 @@
-//! What is integrated, by what a method asks of it: every system, one that switches, one that knows a linear part.
+//! What is integrated, by what a method asks of it: every system, one that switches, rows side by side.
 
-use std::ops::Range;
-
-use nalgebra::DMatrix;
+use crate::number::Number;
 
 /// An initial value problem `y' = f(t, y)`.
 ///
@@ -73,19 +71,51 @@ pub trait Switching: System {
     fn rebase(&mut self, _t: f64, _y: &mut [f64], _rate: &mut [f64]) {}
 }
 
-/// A system that knows the linear part of its rates in each discrete state, for exponential steps.
-pub trait LinearPart: System {
-    /// Where linear springs and dampers join bodies so stiffly that exponential steps may pay; `None`: nowhere.
-    fn stiff_block(&self) -> Option<StiffBlock>;
+/// Rows integrated side by side, one in each lane of `R`, all of one shape: with the same components of the state and guards.
+///
+/// Each row keeps its discrete state by itself; what is evaluated at every step is evaluated for all lanes at once, and no lane
+/// depends on another.
+pub trait InLanes<R: Number> {
+    /// A row by itself.
+    type Row: Switching;
 
-    /// A number that names what [`LinearPart::stiff_matrices`] depends on.
-    fn discrete_state(&self) -> u64;
+    /// The row in a lane.
+    fn row(&self, lane: usize) -> &Self::Row;
 
-    /// Writes the matrices of the block in the present discrete state.
-    fn stiff_matrices(&mut self, matrices: &mut StiffMatrices);
+    /// The row in a lane, to be changed; [`InLanes::changed`] is called after.
+    fn row_mut(&mut self, lane: usize) -> &mut Self::Row;
 
-    /// Writes the `lambda >= 0` of the block's relaxing components at a state, 1/s.
-    fn relaxation(&self, t: f64, y: &[f64], lambda: &mut [f64]);
+    /// Takes note that the row in a lane has changed: its discrete state, or its part outside `y`.
+    fn changed(&mut self, lane: usize);
+
+    /// Writes `f(t, y)` of each lane into `rate`.
+    fn rhs(&mut self, t: R, y: &[R], rate: &mut [R]);
+
+    /// Samples the guards of each lane, as [`Switching::sample_guards`].
+    fn sample_guards(&mut self, t: R, y: &[R], rate: &[R], samples: &mut [GuardSample<R>]);
+}
+
+/// A row alone.
+impl<S: Switching> InLanes<f64> for S {
+    type Row = S;
+
+    fn row(&self, _: usize) -> &S {
+        self
+    }
+
+    fn row_mut(&mut self, _: usize) -> &mut S {
+        self
+    }
+
+    fn changed(&mut self, _: usize) {}
+
+    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
+        System::rhs(self, t, y, rate);
+    }
+
+    fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
+        Switching::sample_guards(self, t, y, rate, samples);
+    }
 }
 
 /// A guard at one end of a step.
@@ -93,70 +123,32 @@ pub trait LinearPart: System {
 /// A guard that is negative at both ends may still be positive in between: the step has passed over a short contact. To
 /// see that, the system gives besides the guard's value a smooth function that is positive only if the guard is.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct GuardSample {
+pub struct GuardSample<R = f64> {
     /// Value of the guard.
-    pub value: f64,
+    pub value: R,
     /// The smooth function.
-    pub smooth: f64,
+    pub smooth: R,
     /// Its rate along the solution.
-    pub smooth_rate: f64,
+    pub smooth_rate: R,
 }
 
-/// Bodies in the state whose rates have a known linear part: `x' = v`, `v' = -K x - C v + (the rest)`; and integrals.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StiffBlock {
-    /// Index of the first position.
-    pub positions: usize,
-    /// Index of the first velocity.
-    pub velocities: usize,
-    /// Number of bodies.
-    pub bodies: usize,
-    /// Repeated integrals.
-    pub integrals: Integrals,
-    /// Components that may relax by themselves, `y' = -lambda y + (the rest)`.
-    pub relaxing: Range<usize>,
-}
-
-/// Repeated integrals `z_{k+1}' = z_k` in the state: `width` quantities, each integrated `depth` times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Integrals {
-    /// Index of the first integral of the first quantity; those of one order stand together.
-    pub from: usize,
-    /// Quantities that are integrated.
-    pub width: usize,
-    /// How many times.
-    pub depth: usize,
-}
-
-impl Integrals {
-    /// Their components of the state.
-    pub fn range(&self) -> Range<usize> {
-        self.from..self.from + self.width * self.depth
+impl<R: Number> GuardSample<R> {
+    /// That of a lane.
+    pub(super) fn lane(&self, lane: usize) -> GuardSample {
+        GuardSample {
+            value: self.value.lane(lane),
+            smooth: self.smooth.lane(lane),
+            smooth_rate: self.smooth_rate.lane(lane),
+        }
     }
-}
 
-/// The linear part of a [`StiffBlock`]'s rates.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StiffMatrices {
-    /// `K`, in 1/s2: bodies x bodies.
-    pub stiffness: DMatrix<f64>,
-    /// `C`, in 1/s: bodies x bodies.
-    pub damping: DMatrix<f64>,
-    /// What positions add to the rates of the first integrals: integrals x bodies.
-    pub integrated_stiffness: DMatrix<f64>,
-    /// What velocities add to the rates of the first integrals: integrals x bodies.
-    pub integrated_damping: DMatrix<f64>,
-}
-
-impl StiffMatrices {
-    /// Zero matrices of a block.
-    pub fn zeros(block: &StiffBlock) -> Self {
-        let (b, p) = (block.bodies, block.integrals.width);
+    /// The one or the other, lane by lane.
+    #[inline(always)]
+    pub(super) fn select(mask: R::Mask, yes: &Self, no: &Self) -> Self {
         Self {
-            stiffness: DMatrix::zeros(b, b),
-            damping: DMatrix::zeros(b, b),
-            integrated_stiffness: DMatrix::zeros(p, b),
-            integrated_damping: DMatrix::zeros(p, b),
+            value: R::select(mask, yes.value, no.value),
+            smooth: R::select(mask, yes.smooth, no.smooth),
+            smooth_rate: R::select(mask, yes.smooth_rate, no.smooth_rate),
         }
     }
 }

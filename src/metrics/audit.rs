@@ -48,7 +48,7 @@ impl Audit {
     }
 
     /// Follows a step.
-    pub fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>, scratch: &mut [f64]) {
+    pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
         let Some(panel_s) = self.panel_s else { return };
         loop {
             let (panel, node) = (self.next / NODES.len(), self.next % NODES.len());
@@ -63,10 +63,10 @@ impl Audit {
     }
 
     /// `(work put in - stored - dissipated) / (work put in)`, stored energy relative to rest.
-    pub fn energy_residual(&self, system: &Coupled<'_>, (t, y): (f64, &[f64])) -> f64 {
+    pub fn energy_residual(&self, system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
         let model = system.model();
         let put_in = y[model.layout().work_in()];
-        let at_rest = Coupled::new(model).stored_energy(0.0, model.initial_state());
+        let at_rest = system.at_rest().stored_energy(0.0, model.initial_state());
         let stored = system.stored_energy(t, y) - at_rest;
         let dissipated = system.dissipated_energy(y) + self.dissipated_j;
         (put_in - stored - dissipated) / put_in.abs().max(LEAST_WORK_J)
@@ -75,9 +75,9 @@ impl Audit {
 
 /// Largest over the chambers of `|D(P V) - int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt) dt|` over `int |P dV|`; NaN if one
 /// of them is.
-pub(super) fn chamber_residual(system: &Coupled<'_>, (t, y): (f64, &[f64])) -> f64 {
+pub(super) fn chamber_residual(system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
     let model = system.model();
-    let at_rest = Coupled::new(model);
+    let at_rest = system.at_rest();
     let mut largest = 0.0_f64;
     for hammer in 0..model.layout().hammers {
         let begin = chamber_energies(&at_rest, hammer, (0.0, model.initial_state()));
@@ -95,7 +95,7 @@ pub(super) fn chamber_residual(system: &Coupled<'_>, (t, y): (f64, &[f64])) -> f
 }
 
 /// `P V` of a hammer's chambers in J.
-fn chamber_energies(system: &Coupled<'_>, hammer: usize, (t, y): (f64, &[f64])) -> [f64; chamber::COUNT] {
+fn chamber_energies(system: &Coupled, hammer: usize, (t, y): (f64, &[f64])) -> [f64; chamber::COUNT] {
     let state = system.hammer_state(hammer, t, y);
     let volumes = system.model().hammers()[hammer].model.volumes(&state.position);
     std::array::from_fn(|chamber| state.pressure[chamber] * volumes[chamber])

@@ -1,5 +1,7 @@
 //! From a scene and the structure's modes at its interface points to a coupled model. The only part that knows scenes.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::{ContactLaw, ContactParameters};
@@ -128,7 +130,7 @@ impl Numbering {
 ///
 /// # Errors
 /// [`BuildError`] if a casting is not held, a hammer's casting does not exist, or the mode shapes do not fit the scene.
-pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, BuildError> {
+pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>, BuildError> {
     check_shapes(scene, modes)?;
     let numbering = Numbering::new(scene)?;
     let modes = excited_modes(modes);
@@ -163,7 +165,7 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, Buil
         initial: Vec::new(),
     };
     model.initial = rest(&model);
-    Ok(model)
+    Ok(Arc::new(model))
 }
 
 /// The modes condensed, if the scene asks for it or it costs less.
@@ -210,11 +212,11 @@ fn excited_modes(modes: &InterfaceModes) -> Modes {
     let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
     let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
     let omega = |k: &usize| modes.omega_rad_s[*k];
-    Modes::new(
-        DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
-        DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
-        DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
-    )
+    Modes {
+        omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
+        damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
+        phi: DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
+    }
 }
 
 /// Adds the springs and contacts of one hammer.

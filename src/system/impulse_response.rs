@@ -25,8 +25,9 @@
 use nalgebra::{DMatrix, SMatrix, SVector};
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::number::Number;
 use crate::system::modal::{Modes, Motion};
-use crate::system::products::{LANES, add_products};
+use crate::system::products::{LANES, add_products, put_all, sum};
 
 /// Repeated integrals per interface point.
 pub(super) const ORDER: usize = 11;
@@ -103,10 +104,20 @@ pub(super) struct Condensation {
     blocks: Vec<Block>,
     /// Shapes of each block at each point, the index of the point fastest.
     shapes: Vec<Lanes>,
+    kernel: Kernel<f64>,
+}
+
+/// What motion of the points follows from, of one row or of one in each lane.
+#[derive(Debug, Clone)]
+pub(super) struct Kernel<R> {
+    points: usize,
     /// `Gamma_k[n, m]`, the index of `n` slowest, that of `m` fastest: what meets the integrals in their own order.
     /// `Gamma_ORDER` is zero.
-    kernel: Vec<f64>,
+    entries: Vec<R>,
 }
+
+/// Coefficients of the free displacement, velocity and acceleration of an interface point, by powers of the time since the base.
+pub(super) type Free<R> = [[R; TERMS]; 3];
 
 /// Some modes: `omega^2`, `2 xi omega` and `gamma_1` to `gamma_GAMMAS`.
 #[derive(Debug, Clone, Copy)]
@@ -155,7 +166,7 @@ impl Condensation {
                     gamma: std::array::from_fn(|k| padded(gamma.column(k).as_slice(), block)),
                 })
                 .collect(),
-            kernel,
+            kernel: Kernel { points, entries: kernel },
         })
     }
 
@@ -169,43 +180,67 @@ impl Condensation {
         self.points
     }
 
-    /// `Gamma_1[n, m]`: acceleration of point `n` per force on point `m`.
-    #[inline]
-    pub fn direct(&self, n: usize, m: usize) -> f64 {
-        self.kernel[n * ORDER * self.points + m]
+    /// What motion of the points follows from.
+    pub fn kernel(&self) -> &Kernel<f64> {
+        &self.kernel
     }
 
     /// Scale of the first integral at a point whose velocity has scale 1, infinite for a point that cannot move.
     pub fn force_scale(&self, point: usize) -> f64 {
-        let largest = (0..self.points).map(|n| self.direct(n, point).abs()).fold(0.0, f64::max);
+        let largest = (0..self.points).map(|n| self.kernel.direct(n, point).abs()).fold(0.0, f64::max);
         1.0 / largest
+    }
+
+    /// Displacement, velocity and acceleration (without its direct part) of point `n` at `tau` after the base; `z` are the
+    /// integrals.
+    pub fn point(&self, base: &Base, tau: f64, z: &[f64], n: usize) -> [f64; 3] {
+        self.kernel.point(&base.free, tau, z, n)
+    }
+}
+
+impl<R: Number> Kernel<R> {
+    /// Room for that of a number of points.
+    pub fn like(other: &Kernel<f64>) -> Self {
+        Self { points: other.points, entries: vec![R::splat(0.0); other.entries.len()] }
+    }
+
+    /// Sets a lane.
+    pub fn put(&mut self, lane: usize, other: &Kernel<f64>) {
+        put_all(&mut self.entries, lane, &other.entries);
+    }
+
+    /// `Gamma_1[n, m]`: acceleration of point `n` per force on point `m`.
+    #[inline(always)]
+    pub fn direct(&self, n: usize, m: usize) -> R {
+        self.entries[n * ORDER * self.points + m]
     }
 
     /// Motion of all points at `tau` after the base; `z` are the integrals.
     #[inline(always)]
-    pub fn motion(&self, base: &Base, tau: f64, z: &[f64], out: &mut Motion<'_>) {
+    pub fn motion(&self, free: &[Free<R>], tau: R, z: &[R], out: &mut Motion<'_, R>) {
         let powers = powers(tau);
         for n in 0..self.points {
             if n < out.acceleration.len() {
-                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(base, &powers, z, n);
+                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(&free[n], &powers, z, n);
             } else {
-                [out.displacement[n], out.velocity[n]] = self.at::<2>(base, &powers, z, n);
+                [out.displacement[n], out.velocity[n]] = self.at::<2>(&free[n], &powers, z, n);
             }
         }
     }
 
     /// Displacement, velocity and acceleration (without its direct part) of point `n`.
-    pub fn point(&self, base: &Base, tau: f64, z: &[f64], n: usize) -> [f64; 3] {
-        self.at(base, &powers(tau), z, n)
+    #[inline(always)]
+    pub fn point(&self, free: &[Free<R>], tau: R, z: &[R], n: usize) -> [R; 3] {
+        self.at(&free[n], &powers(tau), z, n)
     }
 
     /// The first `D` of displacement, velocity and acceleration of point `n`: one pass over the kernel serves all.
     #[inline(always)]
-    fn at<const D: usize>(&self, base: &Base, powers: &[f64; TERMS], z: &[f64], n: usize) -> [f64; D] {
-        let (states, points) = (self.states(), self.points);
-        let kernel = &self.kernel[n * states..(n + 1) * states];
-        let mut sums = [[0.0; LANES]; D];
-        for (sum, free) in sums.iter_mut().zip(&base.free[n]) {
+    fn at<const D: usize>(&self, free: &Free<R>, powers: &[R; TERMS], z: &[R], n: usize) -> [R; D] {
+        let (states, points) = (ORDER * self.points, self.points);
+        let kernel = &self.entries[n * states..(n + 1) * states];
+        let mut sums = [[R::splat(0.0); LANES]; D];
+        for (sum, free) in sums.iter_mut().zip(free) {
             add_products(sum, free, powers);
         }
         // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}.
@@ -214,18 +249,18 @@ impl Condensation {
         let mut rest = [
             add_products(&mut sums[0], first, late),
             add_products(&mut sums[1], next, late),
-            if D == 3 { add_products(&mut sums[2], next, early) } else { 0.0 },
+            if D == 3 { add_products(&mut sums[2], next, early) } else { R::splat(0.0) },
         ];
-        rest[1] += kernel.iter().zip(z).take(points).map(|(kernel, z)| kernel * z).sum::<f64>();
+        rest[1] += sum(&kernel[..points], &z[..points]);
         std::array::from_fn(|i| (sums[i][0] + sums[i][2]) + (sums[i][1] + sums[i][3]) + rest[i])
     }
 }
 
 /// Powers of `tau` from 0 on.
 #[inline(always)]
-fn powers(tau: f64) -> [f64; TERMS] {
+fn powers<R: Number>(tau: R) -> [R; TERMS] {
     let square = tau * tau;
-    let mut powers = [1.0; TERMS];
+    let mut powers = [R::splat(1.0); TERMS];
     powers[1] = tau;
     for k in 2..TERMS {
         powers[k] = powers[k - 2] * square;
@@ -265,8 +300,8 @@ pub(super) struct Base {
     pub time_s: f64,
     displacement: Vec<Lanes>,
     velocity: Vec<Lanes>,
-    /// Coefficients of the free displacement, velocity and acceleration of each interface point.
-    free: Vec<[[f64; TERMS]; 3]>,
+    /// The free motion of each interface point.
+    pub free: Vec<Free<f64>>,
     /// Coefficients of the free displacement of each point while they are summed.
     sums: Vec<[Lanes; ORDER + 1]>,
 }
@@ -441,11 +476,11 @@ mod tests {
     /// Two points, three modes: one that floats, one undamped, one damped.
     fn modes() -> Modes {
         let (omega, ratio): ([f64; 3], [f64; 3]) = ([0.0, 700.0, 2000.0], [0.0, 0.0, 0.05]);
-        Modes::new(
-            DVector::from_fn(3, |s, _| omega[s] * omega[s]),
-            DVector::from_fn(3, |s, _| 2.0 * ratio[s] * omega[s]),
-            DMatrix::from_row_slice(3, 2, &[0.1, 0.1, 0.3, -0.2, 0.25, 0.4]),
-        )
+        Modes {
+            omega_squared: DVector::from_fn(3, |s, _| omega[s] * omega[s]),
+            damping: DVector::from_fn(3, |s, _| 2.0 * ratio[s] * omega[s]),
+            phi: DMatrix::from_row_slice(3, 2, &[0.1, 0.1, 0.3, -0.2, 0.25, 0.4]),
+        }
     }
 
     /// Displacement and velocity of a mode under the constant modal force `f` from rest: the closed form.
@@ -467,11 +502,11 @@ mod tests {
         let omega = 900.0_f64;
         for ratio in [0.0, 0.02, 0.5, 0.999, 1.001, 5.0_f64] {
             let (decay, rest) = (ratio * omega, (1.0 - ratio * ratio).abs().sqrt() * omega);
-            let one = Modes::new(
-                DVector::from_element(1, omega * omega),
-                DVector::from_element(1, 2.0 * decay),
-                DMatrix::from_element(1, 1, 1.0),
-            );
+            let one = Modes {
+                omega_squared: DVector::from_element(1, omega * omega),
+                damping: DVector::from_element(1, 2.0 * decay),
+                phi: DMatrix::from_element(1, 1, 1.0),
+        };
             let horizon_s = TURN_RAD / fastest(&one);
             let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s).unwrap();
             for part in 0..=50_u32 {
@@ -517,7 +552,7 @@ mod tests {
                 let modal = exact(t0 + tau);
                 for n in 0..2 {
                     let [w, v, a] = condensation.point(&base, tau, &z(tau), n);
-                    let direct: f64 = (0..2).map(|m| condensation.direct(n, m) * force[m]).sum();
+                    let direct: f64 = (0..2).map(|m| condensation.kernel().direct(n, m) * force[m]).sum();
                     let sum = |value: &dyn Fn(usize) -> f64| (0..3).map(|s| modes.phi[(s, n)] * value(s)).sum::<f64>();
                     let (we, ve) = (sum(&|s| modal[s][0]), sum(&|s| modal[s][1]));
                     let ae = sum(&|s| {
@@ -544,11 +579,11 @@ mod tests {
     #[test]
     fn modes_that_are_not_finite() {
         let one = |omega_squared: f64, damping: f64| {
-            Modes::new(
-                DVector::from_element(1, omega_squared),
-                DVector::from_element(1, damping),
-                DMatrix::from_element(1, 1, 0.5),
-            )
+            Modes {
+                omega_squared: DVector::from_element(1, omega_squared),
+                damping: DVector::from_element(1, damping),
+                phi: DMatrix::from_element(1, 1, 0.5),
+        }
         };
         for (omega_squared, damping) in [(f64::NAN, 0.0), (1e6, f64::NAN), (f64::INFINITY, 0.0)] {
             assert!(Condensation::new(&one(omega_squared, damping)).is_none(), "{omega_squared}, {damping}");
@@ -565,11 +600,11 @@ mod tests {
     #[test]
     fn what_pays() {
         let some = |count: usize, points: usize, fastest: f64| {
-            Modes::new(
-                DVector::from_element(count, fastest * fastest),
-                DVector::zeros(count),
-                DMatrix::from_element(count, points, 0.1),
-            )
+            Modes {
+                omega_squared: DVector::from_element(count, fastest * fastest),
+                damping: DVector::zeros(count),
+                phi: DMatrix::from_element(count, points, 0.1),
+        }
         };
         assert!(pays(&some(60, 2, 6283.0)) && pays(&some(171, 2, 18_850.0)));
         // Where both cost the same was measured: between three hammers on fixtures of their own and four.

@@ -9,7 +9,8 @@
 //! - `impulse_response`: impulse-response condensation of the modes to their interface points
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
-//! - `rates`: the right-hand side
+//! - `rates`: the right-hand side, of one row or of one in each lane
+//! - `lanes`: rows of one shape side by side
 //! - `integration`: the system as the integrator sees it
 
 mod builder;
@@ -17,6 +18,7 @@ mod coupled;
 mod elements;
 mod impulse_response;
 mod integration;
+mod lanes;
 mod layout;
 mod modal;
 mod model;
@@ -27,5 +29,6 @@ mod rates;
 pub use builder::{BuildError, InterfaceModes, build};
 pub use coupled::Coupled;
 pub use elements::{Contact, ContactKind, Elements, Spring};
+pub use lanes::{CoupledLanes, Shape};
 pub use layout::{HammerQuadrature, Layout};
 pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};

@@ -5,6 +5,7 @@ use decore::hammer::chamber;
 use decore::integrate::{GuardSample, Integrator, Observer, Settings, Step, Stopped, Switching, System, Tsit5};
 use decore::metrics::{Recorder, RunTotals};
 use decore::system::{Coupled, CoupledModel, build};
+use std::sync::Arc;
 
 /// What is wrong with a system.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,12 +24,12 @@ enum Plant {
 }
 
 /// The coupled system with an error in its rates.
-struct Planted<'a> {
-    inner: Coupled<'a>,
+struct Planted {
+    inner: Coupled,
     plant: Plant,
 }
 
-impl System for Planted<'_> {
+impl System for Planted {
     fn dimension(&self) -> usize {
         self.inner.dimension()
     }
@@ -59,7 +60,7 @@ impl System for Planted<'_> {
     }
 }
 
-impl Switching for Planted<'_> {
+impl Switching for Planted {
     fn guard_count(&self) -> usize {
         self.inner.guard_count()
     }
@@ -92,11 +93,11 @@ impl Switching for Planted<'_> {
 /// Shows a recorder the system within.
 struct Through(Recorder);
 
-impl Observer<Planted<'_>> for Through {
-    fn step(&mut self, system: &Planted<'_>, step: &Step<'_>) {
+impl Observer<Planted> for Through {
+    fn step(&mut self, system: &Planted, step: &Step<'_>) {
         self.0.step(&system.inner, step);
     }
-    fn event(&mut self, system: &Planted<'_>, guard: usize, t: f64, y: &[f64]) {
+    fn event(&mut self, system: &Planted, guard: usize, t: f64, y: &[f64]) {
         self.0.event(&system.inner, guard, t, y);
     }
 }
@@ -104,7 +105,7 @@ impl Observer<Planted<'_>> for Through {
 const DURATION_S: f64 = 0.25;
 
 /// The audits of a run of `model` with an error planted; books kept by the model itself.
-fn audits(model: &CoupledModel, scene: &decore::scene::Scene, plant: Plant) -> RunTotals {
+fn audits(model: &Arc<CoupledModel>, scene: &decore::scene::Scene, plant: Plant) -> RunTotals {
     let mut system = Planted { inner: Coupled::new(model), plant };
     let settings = Settings {
         tolerance: 1e-5,
