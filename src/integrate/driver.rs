@@ -178,15 +178,14 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
                 lane.work = Work::Ended(stopped);
                 return;
             }
-            let mut passed = false;
-            while system.row(at).next_stop() <= lane.t + self.stepper.rounding_s() {
+            let mut next = lane.next_stop.unwrap_or_else(|| system.row(at).next_stop());
+            while next <= lane.t + self.stepper.rounding_s() {
                 system.row_mut(at).pass_stop();
-                (passed, lane.rate_known) = (true, false);
-            }
-            if passed {
                 system.changed(at);
+                lane.rate_known = false;
+                next = system.row(at).next_stop();
             }
-            let next = system.row(at).next_stop();
+            lane.next_stop = Some(next);
             lane.stop = if self.stepper.locates() { next.min(lane.t_end) } else { lane.t_end };
             if lane.stop - lane.t > self.stepper.rounding_s().max(4.0 * f64::EPSILON * lane.stop.abs()) {
                 return;
@@ -390,7 +389,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             lane.counters.located_events += 1;
         }
         write(&self.state, at, y);
-        lane.rate_known = false;
+        (lane.rate_known, lane.next_stop) = (false, None);
         system.changed(at);
     }
 }

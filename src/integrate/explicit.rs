@@ -26,6 +26,11 @@ pub struct Tsit5<R = f64> {
     inverse_scales: Vec<R>,
     /// State of the present stage.
     stage: Vec<R>,
+    /// Logarithm of each lane's last accepted error, and that of the present step's.
+    last_error_log: R,
+    error_log: R,
+    /// Change of the step that proportional-integral control asks for after the present step.
+    change: R,
     controls: Vec<Control>,
 }
 
@@ -35,8 +40,6 @@ struct Control {
     longest_step_s: f64,
     /// Length of the next step, s.
     h: f64,
-    /// Logarithm of the last accepted step's error.
-    last_error_log: f64,
     /// First accepted step after the last switch of each guard, for either parity of its switches.
     step_after: Vec<[f64; 2]>,
     parity: Vec<bool>,
@@ -77,17 +80,11 @@ fn ideal_change(error_log: f64) -> f64 {
     SAFETY * exp(error_log * (-1.0 / CONTROL_ORDER))
 }
 
-/// Logarithm of an error as step size control reckons with it.
-fn log_of(error: f64) -> f64 {
-    ln(error.max(LEAST_ERROR))
-}
-
 impl Control {
     fn new(guards: usize) -> Self {
         Self {
             longest_step_s: 0.0,
             h: 0.0,
-            last_error_log: 0.0,
             step_after: vec![[f64::INFINITY; 2]; guards],
             parity: vec![false; guards],
             learning: None,
@@ -96,27 +93,23 @@ impl Control {
 
     fn load(&mut self, settings: &Settings) {
         (self.longest_step_s, self.h) = (settings.longest_step_s, settings.first_step_s);
-        (self.last_error_log, self.learning) = (0.0, None);
+        self.learning = None;
         self.step_after.fill([f64::INFINITY; 2]);
         self.parity.fill(false);
     }
 
-    fn accepted(&mut self, h: f64, error: f64) {
-        let log = log_of(error);
+    fn accepted(&mut self, h: f64, error_log: f64, change: f64) {
         if let Some(guard) = self.learning.take() {
-            let ideal = h * ideal_change(log).min(CHANGE.1);
+            let ideal = h * ideal_change(error_log).min(CHANGE.1);
             self.step_after[guard][usize::from(self.parity[guard])] = ideal;
         }
-        let (proportional, integral) = PROPORTIONAL_INTEGRAL;
-        let change = SAFETY * exp((integral * self.last_error_log - proportional * log) / CONTROL_ORDER);
         let next = h * change.clamp(CHANGE.0, CHANGE.1);
         // A step that a scheduled stop cut short says nothing against the step planned before.
         self.h = if h < self.h { next.max(self.h) } else { next };
-        self.last_error_log = log.max(LEAST_ERROR_LOG);
     }
 
-    fn rejected(&mut self, h: f64, error: f64) {
-        let change = if error.is_finite() { ideal_change(log_of(error)).clamp(CHANGE.0, 1.0) } else { CHANGE.0 };
+    fn rejected(&mut self, h: f64, error: f64, error_log: f64) {
+        let change = if error.is_finite() { ideal_change(error_log).clamp(CHANGE.0, 1.0) } else { CHANGE.0 };
         self.h = h * change;
     }
 
@@ -136,6 +129,9 @@ impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
             tolerance: R::splat(1.0),
             inverse_scales: vec![R::splat(0.0); row.controlled()],
             stage: vec![R::splat(0.0); row.dimension()],
+            last_error_log: R::splat(0.0),
+            error_log: R::splat(0.0),
+            change: R::splat(0.0),
             controls: vec![Control::new(row.guard_count()); R::LANES],
         }
     }
@@ -145,6 +141,7 @@ impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
         for (inverse, scale) in self.inverse_scales.iter_mut().zip(row.scales()) {
             inverse.put(lane, &(1.0 / scale));
         }
+        self.last_error_log.put(lane, &0.0);
         self.controls[lane].load(settings);
     }
 
@@ -157,15 +154,20 @@ impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
         self.stages(system, &mut trial);
         let inverse_scales = &self.inverse_scales;
         let norm = ErrorNorm { inverse_scales, h: trial.h, rates: trial.rates, n: trial.y.len() };
-        Ok(Arch::new().dispatch(norm) / self.tolerance)
+        let judgement = Judgement { norm, tolerance: self.tolerance, last_error_log: self.last_error_log };
+        let error;
+        (error, self.error_log, self.change) = Arch::new().dispatch(judgement);
+        Ok(error)
     }
 
-    fn accepted(&mut self, lane: usize, h: f64, error: f64) {
-        self.controls[lane].accepted(h, error);
+    fn accepted(&mut self, lane: usize, h: f64, _error: f64) {
+        let error_log = self.error_log.lane(lane);
+        self.controls[lane].accepted(h, error_log, self.change.lane(lane));
+        self.last_error_log.put(lane, &error_log.max(LEAST_ERROR_LOG));
     }
 
     fn rejected(&mut self, lane: usize, h: f64, error: f64) {
-        self.controls[lane].rejected(h, error);
+        self.controls[lane].rejected(h, error, self.error_log.lane(lane));
     }
 
     fn switched(&mut self, lane: usize, guard: usize) {
@@ -205,6 +207,28 @@ impl<R: Number, const K: usize> WithSimd for Combination<'_, R, K> {
 
 /// Components treated together: independent chains.
 const BLOCK: usize = 4;
+
+/// A step that is to be judged: its error in units of the tolerance, the logarithm of that, and the change of the step that
+/// proportional-integral control asks for.
+struct Judgement<'e, R> {
+    norm: ErrorNorm<'e, R>,
+    tolerance: R,
+    last_error_log: R,
+}
+
+impl<R: Number> WithSimd for Judgement<'_, R> {
+    type Output = (R, R, R);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> (R, R, R) {
+        let error = self.norm.with_simd(simd) / self.tolerance;
+        let log = ln(error.greatest(R::splat(LEAST_ERROR)));
+        let (proportional, integral) = PROPORTIONAL_INTEGRAL;
+        let exponent = R::splat(integral / CONTROL_ORDER) * self.last_error_log
+            - R::splat(proportional / CONTROL_ORDER) * log;
+        (error, log, R::splat(SAFETY) * exp(exponent))
+    }
+}
 
 /// Largest error estimate over the controlled components, each in units of its scale; NaN if any is not finite.
 struct ErrorNorm<'e, R> {

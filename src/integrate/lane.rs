@@ -42,6 +42,8 @@ pub(super) struct Lane {
     pub accepted: Option<f64>,
     /// Whether the first rate is that at `(t, y)`, and the first samples are the guards there.
     pub rate_known: bool,
+    /// Time of the next scheduled stop; `None` if the row has changed since it was asked.
+    pub next_stop: Option<f64>,
     /// Guards that switched at the start of the present step.
     pub fresh: Vec<bool>,
     /// Guards that end the present step.
@@ -64,6 +66,7 @@ impl Lane {
             error: f64::NAN,
             accepted: None,
             rate_known: false,
+            next_stop: None,
             fresh: vec![false; guards],
             hits: Vec::with_capacity(guards),
             counters: Counters::default(),
@@ -78,7 +81,7 @@ impl Lane {
         (self.t, self.t_end) = (t0, t_end);
         (self.max_steps, self.max_wall_time_s) = (settings.max_steps, settings.max_wall_time_s);
         self.work = Work::Running;
-        self.rate_known = false;
+        (self.rate_known, self.next_stop) = (false, None);
         self.fresh.fill(false);
         self.counters = Counters::default();
         self.wall_time_s = 0.0;

@@ -1,6 +1,6 @@
 //! Location of a guard's upward zero on the dense output of a step.
 
-use crate::integrate::step::Step;
+use crate::integrate::step::{Polynomial, Step};
 use crate::integrate::system::{GuardSample, Switching};
 use crate::number::{Mask, Number};
 
@@ -74,8 +74,7 @@ pub(super) fn first_events<S: Switching, R: Number>(
             (1.0, end.value)
         } else {
             let Some(theta) = cubic_maximum(&start, &end, step.h) else { continue };
-            step.components(system.guard_support(guard), theta, y);
-            let value = system.guard(guard, step.time(theta), y);
+            let value = Along::new(system, step, guard, y).value(theta);
             if value <= 0.0 {
                 continue;
             }
@@ -113,23 +112,45 @@ fn cubic_maximum(start: &GuardSample, end: &GuardSample, h: f64) -> Option<f64> 
     (q > 0.0 && q < 1.0 && value > 0.0).then_some(q)
 }
 
+/// A guard along a step.
+struct Along<'a, S> {
+    system: &'a S,
+    step: &'a Step<'a>,
+    guard: usize,
+    /// Its sums; `None` for one that takes the state.
+    sums: Option<[Polynomial; 2]>,
+    /// Scratch of the state's length.
+    y: &'a mut [f64],
+}
+
+impl<'a, S: Switching> Along<'a, S> {
+    fn new(system: &'a S, step: &'a Step<'_>, guard: usize, y: &'a mut [f64]) -> Self {
+        let sums = system.guard_sums(guard).map(|sums| sums.each_ref().map(|terms| step.polynomial(terms)));
+        Self { system, step, guard, sums, y }
+    }
+
+    fn value(&mut self, theta: f64) -> f64 {
+        if let Some(sums) = &self.sums {
+            return self.system.guard_of(self.guard, sums.map(|sum| sum.at(theta)));
+        }
+        self.step.components(self.system.guard_support(self.guard), theta, self.y);
+        self.system.guard(self.guard, self.step.time(theta), self.y)
+    }
+}
+
 /// Fraction of the step at which the watched guard first reaches zero from below, on the non-negative side.
 ///
 /// `y` is scratch of the state's length.
 fn upward_zero<S: Switching>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f64]) -> f64 {
-    let support = system.guard_support(watch.guard);
-    let mut value = |theta: f64| {
-        step.components(support, theta, y);
-        system.guard(watch.guard, step.time(theta), y)
-    };
+    let mut guard = Along::new(system, step, watch.guard, y);
     let (low, at_low) = match watch.at_start {
         Some(at_start) => (0.0, at_start),
         None => {
             let low = INTERIOR.min(watch.positive.0);
-            (low, value(low))
+            (low, guard.value(low))
         }
     };
-    if at_low >= 0.0 { low } else { zero_between((low, at_low), watch.positive, value) }
+    if at_low >= 0.0 { low } else { zero_between((low, at_low), watch.positive, |theta| guard.value(theta)) }
 }
 
 /// Zero of `value` between a place where it is negative and one where it is not, as the latter end of a bracket of width

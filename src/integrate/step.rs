@@ -29,6 +29,18 @@ impl Dense {
         }
     }
 
+    /// Coefficients of the weights of the rates, by powers of the fraction from 1 on.
+    const fn coefficients(self) -> [[f64; 4]; STAGES] {
+        match self {
+            Self::Tsit5 => tsit5::INTERPOLANT,
+            Self::Hermite => {
+                let none = [0.0; 4];
+                let [start, end, mean] = [[1.0, -2.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0], [0.0, 3.0, -2.0, 0.0]];
+                [start, end, mean, none, none, none, none]
+            }
+        }
+    }
+
     /// Weights of the rates at fraction `theta`; what a method does not have carries none.
     #[inline]
     fn weights(self, theta: f64) -> [f64; STAGES] {
@@ -59,6 +71,20 @@ impl<'a> Values<'a> {
     #[inline(always)]
     fn at(&self, index: usize) -> f64 {
         self.all[index * self.lanes + self.lane]
+    }
+}
+
+/// A polynomial in the fraction of a step: its value at 0, and the coefficients from the first power on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Polynomial {
+    constant: f64,
+    coefficients: [f64; 4],
+}
+
+impl Polynomial {
+    /// Its value.
+    pub fn at(&self, theta: f64) -> f64 {
+        self.constant + self.coefficients.iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient) * theta)
     }
 }
 
@@ -169,6 +195,21 @@ impl<'a> Step<'a> {
         for (index, value) in y.iter_mut().enumerate() {
             *value = self.component_with(index, &weights);
         }
+    }
+
+    /// A sum of components with coefficients, as a polynomial in the fraction of the step.
+    pub(super) fn polynomial(&self, terms: &[(usize, f64)]) -> Polynomial {
+        let sum = |values: &Values<'_>, from: usize| {
+            terms.iter().map(|(index, c)| c * values.at(from + index)).sum::<f64>()
+        };
+        let mut coefficients = [0.0; 4];
+        for (j, weights) in self.dense.coefficients().iter().enumerate().take(self.dense.rates()) {
+            let rate = self.h * sum(&self.rates, j * self.n);
+            for (coefficient, weight) in coefficients.iter_mut().zip(weights) {
+                *coefficient += weight * rate;
+            }
+        }
+        Polynomial { constant: sum(&self.y0, 0), coefficients }
     }
 
     #[inline(always)]

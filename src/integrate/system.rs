@@ -42,6 +42,17 @@ pub trait Switching: System {
     /// Value of a guard; only the components of its support are valid in `y`. Negative: nothing to do.
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64;
 
+    /// The two sums of components, each with its coefficient, that guard `guard` is a function of, for a guard that is one of no
+    /// more; see [`Switching::guard_of`]. Default: `None`.
+    fn guard_sums(&self, _guard: usize) -> Option<&[Vec<(usize, f64)>; 2]> {
+        None
+    }
+
+    /// Value of a guard by its [`Switching::guard_sums`]. Default: not a number.
+    fn guard_of(&self, _guard: usize, _sums: [f64; 2]) -> f64 {
+        f64::NAN
+    }
+
     /// Samples every guard at the time and state for which [`System::rhs`] was called last, and that rate: see
     /// [`GuardSample`].
     fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]);
@@ -49,7 +60,7 @@ pub trait Switching: System {
     /// Changes the discrete state because `guard` has crossed zero at `(t, y)`; an impact law may change `y` too.
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]);
 
-    /// Time of the first scheduled stop that is not yet passed, or infinity.
+    /// Time of the first scheduled stop that is not yet passed, or infinity. It changes at switches and stops only.
     fn next_stop(&self) -> f64;
 
     /// Changes the discrete state at the scheduled stop that was due first.

@@ -197,13 +197,12 @@ impl Window {
         let slot = &model.hammers()[blow.hammer];
         let support = system.guard_support(slot.strike);
         let theta = step.fraction(self.end_s);
-        let [largest_force, largest_speed] = strike_reach(system, blow.hammer, step);
-        if system.is_closed(slot.strike) && largest_force > blow.peak_force_n {
+        if system.is_closed(slot.strike) && force_reach(system, blow.hammer, step) > blow.peak_force_n {
             let force = |t: f64, y: &[f64]| system.contact_force(slot.strike, t, y);
             let (value, _) = peak(step, theta, Probe { support, scratch }, force);
             blow.peak_force_n = blow.peak_force_n.max(value);
         }
-        if largest_speed > blow.casting_peak_velocity_m_s {
+        if speed_reach(system, blow.hammer, step) > blow.casting_peak_velocity_m_s {
             let (row, chisel) =
                 (model.elements().contact_row(slot.strike), model.layout().velocity(slot.points[body::CHISEL]));
             let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
@@ -213,20 +212,25 @@ impl Window {
     }
 }
 
-/// Practical bounds within a step of the force, were it closed, between a hammer's chisel and its casting, N, and of the
-/// casting's velocity there, m/s.
-fn strike_reach(system: &Coupled, hammer: usize, step: &Step<'_>) -> [f64; 2] {
+/// Practical bound within a step of the force, were it closed, between a hammer's chisel and its casting, N.
+fn force_reach(system: &Coupled, hammer: usize, step: &Step<'_>) -> f64 {
     let model = system.model();
-    let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
-    let contact = &elements.contacts()[slot.strike];
+    let (layout, elements, strike) = (model.layout(), model.elements(), model.hammers()[hammer].strike);
+    let contact = &elements.contacts()[strike];
     // Chisel and casting are bodies: no point of the structure is among them.
-    let row = || elements.row(elements.contact_row(slot.strike));
-    let velocities = || row().map(|(body, c)| (layout.velocity(body), c));
+    let row = || elements.row(elements.contact_row(strike));
     let penetration = reach(step, row().map(|(body, c)| (layout.position(body), c)), contact.offset_m);
     // The absolute force of every law is largest where both are.
-    let force = contact.law.closed_force(penetration, reach(step, velocities(), 0.0));
-    let chisel = layout.velocity(slot.points[body::CHISEL]);
-    [force, reach(step, velocities().filter(|(index, _)| *index != chisel), 0.0)]
+    contact.law.closed_force(penetration, reach(step, row().map(|(body, c)| (layout.velocity(body), c)), 0.0))
+}
+
+/// Practical bound within a step of the casting's velocity where a hammer strikes it, m/s.
+fn speed_reach(system: &Coupled, hammer: usize, step: &Step<'_>) -> f64 {
+    let model = system.model();
+    let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
+    let chisel = slot.points[body::CHISEL];
+    let row = elements.row(elements.contact_row(slot.strike)).filter(|(body, _)| *body != chisel);
+    reach(step, row.map(|(body, c)| (layout.velocity(body), c)), 0.0)
 }
 
 /// Standard litres of a mass of gas in kg.

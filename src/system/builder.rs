@@ -153,6 +153,7 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
         layout,
         scales: scales(&layout, &numbering, &modes.phi, condensation.as_ref()),
         supports: supports(&elements, &layout),
+        sums: sums(&elements, &layout),
         elements,
         castings: castings(scene, &numbering),
         body_mass: body_masses(scene, &numbering, &hammers),
@@ -409,6 +410,21 @@ fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
         components
     };
     (0..elements.contacts().len()).map(support).collect()
+}
+
+/// Penetration and rate of each contact of bodies alone as sums of components.
+fn sums(elements: &Elements, layout: &Layout) -> Vec<Option<[Vec<(usize, f64)>; 2]>> {
+    let sums = |contact: usize| {
+        let row = || elements.row(elements.contact_row(contact));
+        let bodies = row().all(|(point, _)| point < layout.bodies);
+        bodies.then(|| {
+            [
+                row().map(|(point, c)| (layout.position(point), c)).collect(),
+                row().map(|(point, c)| (layout.velocity(point), c)).collect(),
+            ]
+        })
+    };
+    (0..elements.contacts().len()).map(sums).collect()
 }
 
 /// State of rest.

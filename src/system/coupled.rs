@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::system::discrete::Discrete;
 use crate::system::impulse_response::Base;
 use crate::system::model::CoupledModel;
 use crate::system::rates::Rates;
@@ -18,46 +19,6 @@ pub struct Coupled {
     /// Energy that springs of contacts held when these opened under compression, J.
     pub(super) released_energy_j: f64,
     pub(super) rates: Rates<f64>,
-}
-
-/// What changes at switches and stops.
-#[derive(Debug, Clone)]
-pub(super) struct Discrete {
-    /// Which contacts are closed.
-    pub closed: Vec<bool>,
-    /// How often each supply has been switched: it is on after an odd number of times.
-    pub supply_switched: Vec<usize>,
-    /// Which gates are open.
-    pub gate_open: Vec<bool>,
-    /// When each gate opens; infinite until the hammer's first contact.
-    gate_time_s: Vec<f64>,
-}
-
-impl Discrete {
-    /// That of the model at rest.
-    fn at_rest(model: &CoupledModel) -> Self {
-        let hammers = model.hammers.len();
-        // At rest interface points stand still at zero.
-        let mut displacement = vec![0.0; model.layout.bodies + model.modes.phi.ncols()];
-        let positions = &model.initial[model.layout.position(0)..model.layout.velocities()];
-        displacement[..model.layout.bodies].copy_from_slice(positions);
-        let closed = |(at, contact): (usize, &crate::system::elements::Contact)| {
-            let row = model.elements.row(model.elements.contact_row(at));
-            let d: f64 = row.map(|(point, coefficient)| coefficient * displacement[point]).sum();
-            contact.law.onset_indicator(d - contact.offset_m, 0.0) > 0.0
-        };
-        Self {
-            closed: model.elements.contacts().iter().enumerate().map(closed).collect(),
-            supply_switched: vec![0; hammers],
-            gate_open: vec![false; hammers],
-            gate_time_s: vec![f64::INFINITY; hammers],
-        }
-    }
-
-    /// Whether a hammer's supply has been switched off.
-    pub fn vented(&self, hammer: usize) -> bool {
-        self.supply_switched[hammer] > 0 && self.supply_switched[hammer].is_multiple_of(2)
-    }
 }
 
 impl Coupled {

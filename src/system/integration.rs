@@ -47,8 +47,16 @@ impl Switching for Coupled {
 
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
         let (d, rate) = self.penetration(guard, t, y);
-        let law = &self.model.elements.contacts()[guard].law;
-        if self.discrete.closed[guard] { law.release_indicator(d, rate) } else { law.onset_indicator(d, rate) }
+        self.indicator(guard, d, rate)
+    }
+
+    fn guard_sums(&self, guard: usize) -> Option<&[Vec<(usize, f64)>; 2]> {
+        self.model.sums[guard].as_ref()
+    }
+
+    fn guard_of(&self, guard: usize, [d, rate]: [f64; 2]) -> f64 {
+        let contact = &self.model.elements.contacts()[guard];
+        self.indicator(guard, d - contact.offset_m, rate)
     }
 
     fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
@@ -107,6 +115,18 @@ impl Switching for Coupled {
             // The rates of the first integrals are the forces: they stay.
             rate[condensation.points()..].fill(0.0);
             self.rates.put_base(0, base);
+        }
+    }
+}
+
+impl Coupled {
+    /// Positive when a contact must switch.
+    fn indicator(&self, contact: usize, penetration_m: f64, rate_m_s: f64) -> f64 {
+        let law = &self.model.elements.contacts()[contact].law;
+        if self.discrete.closed[contact] {
+            law.release_indicator(penetration_m, rate_m_s)
+        } else {
+            law.onset_indicator(penetration_m, rate_m_s)
         }
     }
 }

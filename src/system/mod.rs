@@ -7,6 +7,7 @@
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
 //! - `impulse_response`: impulse-response condensation of the modes to their interface points
+//! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
 //! - `rates`: the right-hand side, of one row or of one in each lane
@@ -15,6 +16,7 @@
 
 mod builder;
 mod coupled;
+mod discrete;
 mod elements;
 mod impulse_response;
 mod integration;

@@ -67,6 +67,9 @@ pub struct CoupledModel {
     pub(super) scales: Vec<f64>,
     /// Components of the state that each contact's guard depends on.
     pub(super) supports: Vec<Vec<usize>>,
+    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` where a point of the structure
+    /// takes part.
+    pub(super) sums: Vec<Option<[Vec<(usize, f64)>; 2]>>,
     pub(super) ambient_pressure_pa: f64,
     pub(super) gas_constant_j_per_kg_k: f64,
     pub(super) initial: Vec<f64>,

@@ -7,7 +7,7 @@ use crate::contact::ContactLaw;
 use crate::hammer::{HammerConstants, HammerState, body};
 use crate::integrate::GuardSample;
 use crate::number::{Lanes, Mask, Number, in_lanes};
-use crate::system::coupled::Discrete;
+use crate::system::discrete::Discrete;
 use crate::system::elements::ContactKind;
 use crate::system::impulse_response::{Base, Free, Kernel};
 use crate::system::layout::{HammerQuadrature, Layout};
