@@ -40,14 +40,12 @@ thread, medians of interleaved turns of a second at least; trust their ratios.
 const RESERVES: &str = "
 ## Open reserves
 
-- Where the chisel rests on nose and casting, exponential steps take the linear contacts exactly. Their length is bounded by the
-  small share of the tolerance that they are held to (`src/integrate/exponential_control.rs`), and by rebases of the condensed modes (every
-  0.64 ms at 1000 Hz).
+- Where the chisel rests on nose and casting, stability bounds the explicit steps at 70 to 90 us although nothing happens.
 - Most other steps resolve the ringing of contacts at 10 to 60 us, which may open at any time: exact propagation would need
   events located on its own dense output.
 - With tied guides every event of one hammer ends the common step of all: steps grow about as the square root of the hammers,
   while a step costs less per hammer.
-- A guide on its spring bounds every step, whatever the number of hammers; exponential steps leave it out.
+- A guide on its spring bounds every step, whatever the number of hammers.
 ";
 
 /// The shipped study of the rig.

@@ -213,19 +213,30 @@ impl<R: Number> HammerConstants<R> {
     fn pressure_rates(&self, state: &HammerState<R>, rates: &mut HammerRates<R>) {
         let (none, one) = (R::splat(0.0), R::splat(1.0));
         let volume = self.volumes(&state.position);
-        // One division gives the inverse of a chamber's pressure and that of its volume.
-        let both: [R; chamber::COUNT] = std::array::from_fn(|i| one / (state.pressure[i] * volume[i]));
-        let chamber = |i: usize| Pressure { pa: state.pressure[i], inverse: volume[i] * both[i] };
         let ambient = Pressure { pa: self.ambient_pa, inverse: self.inverse_ambient_per_pa };
         let supply = Pressure { pa: state.supply_pa, inverse: one / state.supply_pa };
-        let exhaust = |i: usize, area: R| self.flow.mass_flow(chamber(i), ambient, area);
-        let feed = |i: usize, area: R| self.flow.mass_flow(supply, chamber(i), area);
+        // One division gives the inverse of a chamber's pressure and that of its volume.
+        let mut inverse_volume = [none; chamber::COUNT];
+        let mut pressure = [ambient; chamber::COUNT];
+        for i in 0..chamber::COUNT {
+            let both = one / (state.pressure[i] * volume[i]);
+            inverse_volume[i] = state.pressure[i] * both;
+            pressure[i] = Pressure { pa: state.pressure[i], inverse: volume[i] * both };
+        }
+        let [top, annulus, rear, front] = pressure;
         let [rear_feed, front_feed, rear_exhaust, front_exhaust] = self.valve_areas(state);
+        let flow = &self.flow;
         let flows = [
-            ChamberFlows { supply: feed(chamber::TOP, self.inlet_area_m2), exhaust: none },
-            ChamberFlows { supply: none, exhaust: exhaust(chamber::ANNULUS, self.vent_area_m2) },
-            ChamberFlows { supply: feed(chamber::REAR, rear_feed), exhaust: exhaust(chamber::REAR, rear_exhaust) },
-            ChamberFlows { supply: feed(chamber::FRONT, front_feed), exhaust: exhaust(chamber::FRONT, front_exhaust) },
+            ChamberFlows { supply: flow.mass_flow(supply, top, self.inlet_area_m2), exhaust: none },
+            ChamberFlows { supply: none, exhaust: flow.mass_flow(annulus, ambient, self.vent_area_m2) },
+            ChamberFlows {
+                supply: flow.mass_flow(supply, rear, rear_feed),
+                exhaust: flow.mass_flow(rear, ambient, rear_exhaust),
+            },
+            ChamberFlows {
+                supply: flow.mass_flow(supply, front, front_feed),
+                exhaust: flow.mass_flow(front, ambient, front_exhaust),
+            },
         ];
         let extension_rate = state.velocity[body::CYLINDER] - state.velocity[body::GUIDE];
         let piston_rate = state.velocity[body::PISTON] - state.velocity[body::CYLINDER];
@@ -239,7 +250,7 @@ impl<R: Number> HammerConstants<R> {
             let (energy_flow, expansion) = (self.energy_flow(&flows[i]), state.pressure[i] * volume_rate[i]);
             // `P' = (R T (a_in m_in - a_out m_out) - a P V') / V`; a volume that is not positive gives NaN, which an
             // integrator rejects.
-            let rate = (energy_flow - self.expansion_exponent * expansion) * (state.pressure[i] * both[i]);
+            let rate = (energy_flow - self.expansion_exponent * expansion) * inverse_volume[i];
             rates.pressure_rate[i] = R::select(volume[i].greater(none), rate, R::splat(f64::NAN));
             rates.supply_flow_kg_s += flows[i].supply;
             rates.balance[i] = ChamberBalance {
@@ -257,12 +268,12 @@ impl<R: Number> HammerConstants<R> {
         let front_port = smooth_step((self.front_port_m - piston) * self.inverse_port_width_per_m);
         let spool = state.position[body::SPOOL] - state.position[body::CYLINDER];
         let front_share = smooth_step(spool * self.inverse_travel_per_m);
-        let gated = |area: R| R::select(state.gate_open, area, R::splat(0.0));
+        let none = R::splat(0.0);
         let [rear_feed, front_feed] = self.feed_area_m2;
         let [rear_exhaust, front_exhaust] = self.exhaust_area_m2;
         [
-            gated(rear_feed * (R::splat(1.0) - front_share)),
-            gated(front_feed * front_share),
+            R::select(state.gate_open, rear_feed * (R::splat(1.0) - front_share), none),
+            R::select(state.gate_open, front_feed * front_share, none),
             rear_exhaust * rear_port,
             front_exhaust * front_port,
         ]
@@ -271,11 +282,14 @@ impl<R: Number> HammerConstants<R> {
     /// `R T (a_in m_in - a_out m_out)` of a chamber in W; a flow that reverses swaps its exponent.
     #[inline(always)]
     fn energy_flow(&self, flows: &ChamberFlows<R>) -> R {
-        let inward = |flow: R| flow.greater_equal(R::splat(0.0));
-        let weighted = |flow: R| {
-            R::select(inward(flow), self.inflow_energy_j_per_kg, self.outflow_energy_j_per_kg) * flow
-        };
-        weighted(flows.supply) + weighted(-flows.exhaust)
+        self.weighted(flows.supply) + self.weighted(-flows.exhaust)
+    }
+
+    /// Energy that a flow into a chamber brings, W; negative of one that leaves it.
+    #[inline(always)]
+    fn weighted(&self, inward: R) -> R {
+        let inwards = inward.greater_equal(R::splat(0.0));
+        R::select(inwards, self.inflow_energy_j_per_kg, self.outflow_energy_j_per_kg) * inward
     }
 }
 

@@ -133,9 +133,11 @@ impl<R: Number> FlowFunction<R> {
 fn even_odd_polynomial<R: Number>(coefficients: &[R; TERMS], s: R) -> R {
     let square = s * s;
     let (mut even, mut odd) = (R::splat(0.0), R::splat(0.0));
-    for pair in coefficients.chunks_exact(2).rev() {
-        even = even * square + pair[0];
-        odd = odd * square + pair[1];
+    let mut at = TERMS;
+    while at > 0 {
+        at -= 2;
+        even = even * square + coefficients[at];
+        odd = odd * square + coefficients[at + 1];
     }
     even + s * odd
 }

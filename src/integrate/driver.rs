@@ -7,7 +7,7 @@
 use std::marker::PhantomData;
 use std::time::Instant;
 
-use crate::integrate::blend::blend;
+use crate::integrate::blend::{blend, blend_samples, suspects};
 use crate::integrate::counters::Counters;
 use crate::integrate::lane::{Lane, Stopped, Work};
 use crate::integrate::locate::{Ends, Place, first_events};
@@ -118,9 +118,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         self.look_at_the_clock();
         self.stepper.load(lane, system.row(lane), settings);
         self.lanes[lane].load(start.t0, start.t_end, settings);
-        for (own, value) in self.y.iter_mut().zip(start.y0) {
-            own.put(lane, value);
-        }
+        write(start.y0, lane, &mut self.y);
     }
 
     /// Where a lane's row is: its time, its state (written into `y`), what it has taken and the wall time, shared with its
@@ -181,7 +179,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             let mut next = lane.next_stop.unwrap_or_else(|| system.row(at).next_stop());
             while next <= lane.t + self.stepper.rounding_s() {
                 system.row_mut(at).pass_stop();
-                system.changed(at);
+                system.switched(at);
                 lane.rate_known = false;
                 next = system.row(at).next_stop();
             }
@@ -225,9 +223,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             system.rhs(t, &self.y, &mut self.fresh_rate);
             system.sample_guards(t, &self.y, &self.fresh_rate, &mut self.samples_new);
             blend(mask, &self.fresh_rate, &mut self.rates[..n]);
-            for (own, fresh) in self.samples.iter_mut().zip(&self.samples_new) {
-                *own = GuardSample::select(mask, fresh, own);
-            }
+            blend_samples(mask, &self.samples_new, &mut self.samples);
         }
         for lane in self.lanes.iter_mut().filter(|lane| unknown(lane)) {
             lane.rate_known = true;
@@ -270,7 +266,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         read(&self.y, at, &mut self.state);
         read(&self.rates[..n], at, &mut self.rate);
         system.row_mut(at).rebase(self.lanes[at].t, &mut self.state, &mut self.rate);
-        system.changed(at);
+        system.rebased(at);
         write(&self.state, at, &mut self.y);
         write(&self.rate, at, &mut self.rates[..n]);
     }
@@ -298,9 +294,8 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
                 Err(words) => lane.work = Work::Ended(Stopped::Diverged(words.clone())),
             }
         }
-        let good = self.mask(|lane| lane.is_running() && lane.error <= 1.0);
-        if good.any() {
-            self.end_steps(system, observers, (t + h, good));
+        if self.lanes.iter().any(Lane::is_good) {
+            self.end_steps(system, observers);
         }
         for at in 0..R::LANES {
             if self.lanes[at].accepted.is_some() {
@@ -313,12 +308,13 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
     }
 
     /// Ends the good steps, each at its first event, shows them to the observers and moves the states.
-    fn end_steps<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O], (t1, good): (R, R::Mask)) {
+    fn end_steps<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O]) {
         let n = self.y.len();
+        let (t1, good) = (self.gathered(|lane| lane.t + lane.plan.h), self.mask(Lane::is_good));
         let last = P::DENSE.last() * n..(P::DENSE.last() + 1) * n;
         system.sample_guards(t1, &self.y_new, &self.rates[last.clone()], &mut self.samples_new);
         let ends = Ends { start: &self.samples, end: &self.samples_new };
-        let suspects = ends.suspects();
+        let suspects = suspects(&ends);
         for (at, lane) in self.lanes.iter_mut().enumerate().filter(|(at, _)| good.lane(*at)) {
             let of = Ingredients { ends: [&self.y, &self.y_new], rates: &self.rates, dense: P::DENSE };
             let mut step = Step::new(&of, at, (lane.t, lane.plan.h));
@@ -356,9 +352,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             blend(good, &self.y_new, &mut self.y);
             let (first, others) = self.rates.split_at_mut(n);
             blend(good, &others[last.start - n..last.end - n], first);
-            for (own, new) in self.samples.iter_mut().zip(&self.samples_new) {
-                *own = GuardSample::select(good, new, own);
-            }
+            blend_samples(good, &self.samples_new, &mut self.samples);
         }
     }
 
@@ -390,20 +384,22 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
         write(&self.state, at, y);
         (lane.rate_known, lane.next_stop) = (false, None);
-        system.changed(at);
+        system.switched(at);
     }
 }
 
 /// Reads one lane.
 fn read<R: Number>(all: &[R], lane: usize, one: &mut [f64]) {
-    for (one, all) in one.iter_mut().zip(all) {
-        *one = all.lane(lane);
+    let all: &[f64] = bytemuck::cast_slice(all);
+    for (one, lanes) in one.iter_mut().zip(all.chunks_exact(R::LANES)) {
+        *one = lanes[lane];
     }
 }
 
 /// Writes one lane.
 fn write<R: Number>(one: &[f64], lane: usize, all: &mut [R]) {
-    for (all, one) in all.iter_mut().zip(one) {
-        all.put(lane, one);
+    let all: &mut [f64] = bytemuck::cast_slice_mut(all);
+    for (lanes, one) in all.chunks_exact_mut(R::LANES).zip(one) {
+        lanes[lane] = *one;
     }
 }

@@ -50,28 +50,29 @@ struct Control {
 impl<R: Number> Tsit5<R> {
     /// Computes the stages and the end of a step.
     fn stages<S: InLanes<R>>(&mut self, system: &mut S, trial: &mut Trial<'_, R>) {
-        self.stage::<S, 1>(system, trial);
-        self.stage::<S, 2>(system, trial);
-        self.stage::<S, 3>(system, trial);
-        self.stage::<S, 4>(system, trial);
-        self.stage::<S, 5>(system, trial);
+        let times = Arch::new().dispatch(Times { t: trial.t, h: trial.h });
+        self.stage::<S, 1>(system, trial, times[1]);
+        self.stage::<S, 2>(system, trial, times[2]);
+        self.stage::<S, 3>(system, trial, times[3]);
+        self.stage::<S, 4>(system, trial, times[4]);
+        self.stage::<S, 5>(system, trial, times[5]);
         const END: usize = STAGES - 1;
         let n = trial.y.len();
         let (done, rate) = trial.rates.split_at_mut(END * n);
         let out = &mut *trial.y_new;
         Arch::new().dispatch(Combination::<R, END> { weights: &A[END], h: trial.h, y: trial.y, rates: done, out });
-        system.rhs(trial.t + trial.h, out, rate);
+        system.rhs(times[END], out, rate);
         *trial.rhs_evaluations += END as u64;
     }
 
-    /// Computes stage `K` (counted from 0).
-    fn stage<S: InLanes<R>, const K: usize>(&mut self, system: &mut S, trial: &mut Trial<'_, R>) {
+    /// Computes stage `K` (counted from 0), which is at time `t`.
+    fn stage<S: InLanes<R>, const K: usize>(&mut self, system: &mut S, trial: &mut Trial<'_, R>, t: R) {
         let n = trial.y.len();
         let (done, rest) = trial.rates.split_at_mut(K * n);
         // Quadratures feed no right-hand side: their stage values are not needed.
         let out = &mut self.stage[..self.inverse_scales.len()];
         Arch::new().dispatch(Combination::<R, K> { weights: &A[K], h: trial.h, y: trial.y, rates: done, out });
-        system.rhs(trial.t + R::splat(C[K]) * trial.h, &self.stage, &mut rest[..n]);
+        system.rhs(t, &self.stage, &mut rest[..n]);
     }
 }
 
@@ -175,6 +176,25 @@ impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
     }
 }
 
+/// Times of the stages of a step.
+struct Times<R> {
+    t: R,
+    h: R,
+}
+
+impl<R: Number> WithSimd for Times<R> {
+    type Output = [R; STAGES];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [R; STAGES] {
+        let mut times = [self.t; STAGES];
+        for k in 1..STAGES {
+            times[k] = self.t + R::splat(C[k]) * self.h;
+        }
+        times
+    }
+}
+
 /// `out = y + h sum_j weights[j] k_j` over the leading `out.len()` components; stage `j` starts at `j * n`.
 struct Combination<'c, R, const K: usize> {
     weights: &'c [f64],
@@ -192,7 +212,10 @@ impl<R: Number, const K: usize> WithSimd for Combination<'_, R, K> {
         let Self { weights, h, y, rates, out } = self;
         let n = rates.len() / K;
         let len = out.len();
-        let w: [R; K] = std::array::from_fn(|j| h * R::splat(weights[j]));
+        let mut w = [h; K];
+        for j in 0..K {
+            w[j] = h * R::splat(weights[j]);
+        }
         let k: [&[R]; K] = std::array::from_fn(|j| &rates[j * n..j * n + len]);
         let y = &y[..len];
         for i in 0..len {

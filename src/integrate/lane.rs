@@ -91,6 +91,11 @@ impl Lane {
         self.work == Work::Running
     }
 
+    /// Whether the step just tried may be accepted.
+    pub fn is_good(&self) -> bool {
+        self.is_running() && self.error <= 1.0
+    }
+
     /// Which budget is used up.
     pub fn spent(&self) -> Option<Stopped> {
         if self.counters.steps + self.counters.rejected_steps >= self.max_steps {

@@ -38,12 +38,15 @@ pub(super) struct Ends<'a, R> {
 
 impl<R: Number> Ends<'_, R> {
     /// Lanes in which a guard may be positive somewhere within the step: the others need no search.
+    #[inline(always)]
     pub fn suspects(&self) -> R::Mask {
         let none = R::splat(0.0);
-        self.start.iter().zip(self.end).fold(R::Mask::splat(false), |suspects, (start, end)| {
+        let mut suspects = R::Mask::splat(false);
+        for (start, end) in self.start.iter().zip(self.end) {
             let hump = start.smooth_rate.greater(none).and(end.smooth_rate.less(none));
-            suspects.or(end.value.greater(none)).or(hump)
-        })
+            suspects = suspects.or(end.value.greater(none)).or(hump);
+        }
+        suspects
     }
 }
 

@@ -93,11 +93,14 @@ pub trait InLanes<R: Number> {
     /// The row in a lane.
     fn row(&self, lane: usize) -> &Self::Row;
 
-    /// The row in a lane, to be changed; [`InLanes::changed`] is called after.
+    /// The row in a lane, to be changed; [`InLanes::switched`] or [`InLanes::rebased`] is called after.
     fn row_mut(&mut self, lane: usize) -> &mut Self::Row;
 
-    /// Takes note that the row in a lane has changed: its discrete state, or its part outside `y`.
-    fn changed(&mut self, lane: usize);
+    /// Takes note that the discrete state of the row in a lane has changed.
+    fn switched(&mut self, lane: usize);
+
+    /// Takes note that what the row in a lane carries outside `y` has changed.
+    fn rebased(&mut self, lane: usize);
 
     /// Writes `f(t, y)` of each lane into `rate`.
     fn rhs(&mut self, t: R, y: &[R], rate: &mut [R]);
@@ -118,7 +121,9 @@ impl<S: Switching> InLanes<f64> for S {
         self
     }
 
-    fn changed(&mut self, _: usize) {}
+    fn switched(&mut self, _: usize) {}
+
+    fn rebased(&mut self, _: usize) {}
 
     fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
         System::rhs(self, t, y, rate);

@@ -64,9 +64,8 @@ impl Mask for FourAvxMask {
 
     #[inline(always)]
     fn put(&mut self, lane: usize, value: bool) {
-        let mut array = self.array();
+        let array: &mut [u64; 4] = bytemuck::cast_mut(&mut self.0);
         array[lane] = if value { u64::MAX } else { 0 };
-        self.0 = bytemuck::cast(array);
     }
 
     #[inline(always)]
@@ -126,9 +125,8 @@ impl Lanes for FourAvx {
 
     #[inline(always)]
     fn put(&mut self, lane: usize, alone: &f64) {
-        let mut array = self.array();
+        let array: &mut [f64; 4] = bytemuck::cast_mut(self);
         array[lane] = *alone;
-        *self = bytemuck::cast(array);
     }
 }
 

@@ -18,8 +18,7 @@ const LONGEST_STEP_S: f64 = 1e-3;
 pub(super) const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// Residual of energies or of chambers above which the audit of a row fails. At the default tolerance energies close to 1e-5 and
-/// chambers to 1e-10; the latter to a few 1e-4 where an annulus at ambient pressure relaxes within a step for a minute, or steps
-/// are exponential.
+/// chambers to 1e-10; the latter to a few 1e-4 where an annulus at ambient pressure relaxes within a step for a minute.
 pub const RESIDUAL_LIMIT: f64 = 1e-3;
 
 /// Simulates a scene on the modes of its structure.

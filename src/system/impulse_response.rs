@@ -252,7 +252,11 @@ impl<R: Number> Kernel<R> {
             if D == 3 { add_products(&mut sums[2], next, early) } else { R::splat(0.0) },
         ];
         rest[1] += sum(&kernel[..points], &z[..points]);
-        std::array::from_fn(|i| (sums[i][0] + sums[i][2]) + (sums[i][1] + sums[i][3]) + rest[i])
+        let mut values = [R::splat(0.0); D];
+        for i in 0..D {
+            values[i] = (sums[i][0] + sums[i][2]) + (sums[i][1] + sums[i][3]) + rest[i];
+        }
+        values
     }
 }
 

@@ -57,7 +57,8 @@ impl<R: Number> CoupledLanes<R> {
     pub fn load(&mut self, lane: usize, model: &Arc<CoupledModel>) {
         self.rows[lane] = Coupled::new(model);
         self.rates.put_model(lane, model);
-        self.changed(lane);
+        self.switched(lane);
+        self.rebased(lane);
     }
 
     /// The row in a lane.
@@ -77,10 +78,13 @@ impl<R: Number> InLanes<R> for CoupledLanes<R> {
         &mut self.rows[lane]
     }
 
-    fn changed(&mut self, lane: usize) {
+    fn switched(&mut self, lane: usize) {
         let row = &self.rows[lane];
         self.rates.put_discrete(lane, &row.model, &row.discrete);
-        row.base.iter().for_each(|base| self.rates.put_base(lane, base));
+    }
+
+    fn rebased(&mut self, lane: usize) {
+        self.rows[lane].base.iter().for_each(|base| self.rates.put_base(lane, base));
     }
 
     fn rhs(&mut self, t: R, y: &[R], rate: &mut [R]) {

@@ -26,7 +26,11 @@ pub(super) fn add_products<R: Number>(sums: &mut [R; LANES], a: &[R], b: &[R]) -
 /// `sum a b`, one after the other.
 #[inline(always)]
 pub(super) fn sum<R: Number>(a: &[R], b: &[R]) -> R {
-    a.iter().zip(b).fold(R::splat(NONE), |sum, (a, b)| sum + *a * *b)
+    let mut sum = R::splat(NONE);
+    for (a, b) in a.iter().zip(b) {
+        sum += *a * *b;
+    }
+    sum
 }
 
 /// Sets a lane of numbers that stand one after the other.
@@ -120,7 +124,13 @@ impl<R: Number> Blocks<R> {
                 }
             }
         }
-        sums.map(|[even, odd]| std::array::from_fn(|lane| even[lane] + odd[lane]))
+        let mut products = [[R::splat(0.0); LANES]; D];
+        for (products, [even, odd]) in products.iter_mut().zip(&sums) {
+            for lane in 0..LANES {
+                products[lane] = even[lane] + odd[lane];
+            }
+        }
+        products
     }
 }
 

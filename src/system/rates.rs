@@ -13,7 +13,7 @@ use crate::system::impulse_response::{Base, Free, Kernel};
 use crate::system::layout::{HammerQuadrature, Layout};
 use crate::system::modal::{GuideShares, ModalRates, Motion};
 use crate::system::model::CoupledModel;
-use crate::system::products::put_all;
+use crate::system::products::{put_all, sum};
 
 /// Sums over one right-hand side.
 struct Power<R> {
@@ -291,9 +291,14 @@ impl<R: Number> Rates<R> {
         for (h, hammer) in self.hammers.iter().enumerate() {
             let mut pressure = [none; 4];
             pressure.copy_from_slice(&y[layout.pressures(h)]);
+            let (mut position, mut velocity) = ([none; body::COUNT], [none; body::COUNT]);
+            for i in 0..body::COUNT {
+                position[i] = self.displacement[hammer.points[i]];
+                velocity[i] = self.velocity[hammer.points[i]];
+            }
             let state = HammerState {
-                position: hammer.points.map(|point| self.displacement[point]),
-                velocity: hammer.points.map(|point| self.velocity[point]),
+                position,
+                velocity,
                 pressure,
                 supply_pa: hammer.supply_pa,
                 gate_open: hammer.gate_open,
@@ -349,9 +354,9 @@ impl<R: Number> Rates<R> {
             if contact.strikes_casting {
                 let chisel = self.hammers[contact.hammer].points[body::CHISEL];
                 let casting_speed = self.velocity[chisel] - speed;
-                let quadrature = |q| self.layout.quadrature(contact.hammer, q);
-                rate[quadrature(HammerQuadrature::Work)] = R::select(acts, force * casting_speed, none);
-                rate[quadrature(HammerQuadrature::Impulse)] = force;
+                let work = R::select(acts, force * casting_speed, none);
+                rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Work)] = work;
+                rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Impulse)] = force;
             }
         }
     }
@@ -410,29 +415,31 @@ impl<R: Number> Rates<R> {
     /// Relative acceleration along an element's row at a state whose rate is known.
     #[inline(always)]
     fn relative_acceleration(&self, row: usize, t: R, y: &[R], rate: &[R]) -> R {
-        self.rows.row(row).iter().fold(R::splat(0.0), |sum, &(point, coefficient)| {
+        let mut relative = R::splat(0.0);
+        for &(point, coefficient) in self.rows.row(row) {
             let acceleration = match point.checked_sub(self.layout.bodies) {
                 None => rate[self.layout.velocity(point)],
                 Some(node) => self.interface_acceleration(node, t, y, rate),
             };
-            sum + coefficient * acceleration
-        })
+            relative += coefficient * acceleration;
+        }
+        relative
     }
 
     /// Acceleration of an interface point at a state whose rate is known.
+    #[inline(always)]
     fn interface_acceleration(&self, node: usize, t: R, y: &[R], rate: &[R]) -> R {
-        let none = R::splat(0.0);
         match &self.structure {
             Structure::Condensed { kernel, base_s, free } => {
                 let z = &y[self.layout.structure_displacements()];
-                let [_, _, rest] = kernel.point(free, t - *base_s, z, node);
-                let forces = rate[..self.acceleration.len()].iter().enumerate();
-                rest + forces.fold(none, |sum, (m, force)| sum + kernel.direct(node, m) * *force)
+                let [_, _, mut acceleration] = kernel.point(free, t - *base_s, z, node);
+                for (m, force) in rate[..self.acceleration.len()].iter().enumerate() {
+                    acceleration += kernel.direct(node, m) * *force;
+                }
+                acceleration
             }
             Structure::Integrated { modes, .. } => {
-                let acceleration = &rate[self.layout.structure_velocities()];
-                let products = modes.shapes_at(node).iter().zip(acceleration);
-                products.fold(none, |sum, (shape, acceleration)| sum + *shape * *acceleration)
+                sum(modes.shapes_at(node), &rate[self.layout.structure_velocities()])
             }
         }
     }

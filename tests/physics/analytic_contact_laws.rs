@@ -1,5 +1,7 @@
 //! The choice of contact laws against closed forms: restitution, duration, peaks, chains of impacts, energy.
 
+use std::sync::Arc;
+
 use std::f64::consts::PI;
 
 use crate::common::harness::{assert_close, assert_relative, observe, settings, switches};
@@ -20,7 +22,7 @@ fn with_law(law: ContactLawName) -> ContactParameters {
 }
 
 /// Moves the whole hammer on by a distance.
-fn shift(model: &CoupledModel, y: &mut [f64], distance: f64) {
+fn shift(model: &Arc<CoupledModel>, y: &mut [f64], distance: f64) {
     let at = Coupled::new(model).hammer_state(0, 0.0, y).position;
     for (index, position) in at.into_iter().enumerate().skip(body::CYLINDER) {
         place(model, y, index, (position + distance, 0.0));

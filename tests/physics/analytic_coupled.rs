@@ -29,7 +29,7 @@ fn mounted_mass(stiffness: f64) -> (Arc<CoupledModel>, [f64; 4], [f64; 4]) {
 }
 
 /// Stiffness over mass, symmetric: minus the acceleration per displacement, scaled by the roots of the masses.
-fn scaled_stiffness(model: &CoupledModel, masses: &[f64]) -> DMatrix<f64> {
+fn scaled_stiffness(model: &Arc<CoupledModel>, masses: &[f64]) -> DMatrix<f64> {
     let n = model.layout().velocities();
     let mut system = Coupled::new(model);
     let mut matrix = DMatrix::zeros(n, n);

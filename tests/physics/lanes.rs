@@ -34,7 +34,7 @@ impl JobSource for Rows {
 fn side_by_side(run: fn(&mut dyn JobSource), jobs: impl Iterator<Item = (u64, RowJob)>) -> BTreeMap<u64, RowOutcome> {
     let mut rows = Rows { left: jobs.collect(), ended: BTreeMap::new(), panicked: Vec::new() };
     run(&mut rows);
-    assert_eq!(rows.panicked, []);
+    assert!(rows.panicked.is_empty());
     rows.ended
 }
 
@@ -71,7 +71,8 @@ fn same_in_any_order(jobs: &[RowJob]) {
     let orders: [Vec<usize>; 3] =
         [(0..count).collect(), (0..count).rev().collect(), (0..count).map(|i| (3 * i + 2) % count).collect()];
     // In the registers of this processor, and as any other would do it.
-    for (order, run) in orders.iter().flat_map(|order| [(order, run_jobs as fn(&mut _)), (order, run_jobs_in::<Four>)]) {
+    let ways: [fn(&mut dyn JobSource); 2] = [run_jobs, run_jobs_in::<Four>];
+    for (order, run) in orders.iter().flat_map(|order| ways.map(|run| (order, run))) {
         let ended = side_by_side(run, order.iter().map(|&row| (row as u64, jobs[row].clone())));
         for (row, alone) in alone.iter().enumerate() {
             assert_eq!(text(&ended[&(row as u64)]), *alone, "row {row} in the order {order:?}");
