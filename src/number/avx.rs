@@ -13,9 +13,10 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Lanes, Mask, Number};
+use super::definition::{Lanes, Mask, Number};
 
-/// Four numbers in one register. Computing with them takes a processor for which [`FourAvx::is_available`] holds.
+/// Four numbers in one register. Computing with them takes a processor for which [`FourAvx::is_available`] holds: within the
+/// program alone, which asks.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct FourAvx(__m256d);

@@ -8,7 +8,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Lanes, Mask, Number};
+use super::definition::{Lanes, Mask, Number};
 
 /// Lanes of [`Four`].
 const LANES: usize = 4;

@@ -1,8 +1,7 @@
 //! One-sided Kelvin-Voigt contacts of the coupled system against closed forms.
 
-use std::sync::Arc;
-
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, observe, settings, switches};
 use crate::common::scenes::{PeakForce, bench, clear, contact_index, place, simulate};

@@ -1,8 +1,7 @@
 //! The choice of contact laws against closed forms: restitution, duration, peaks, chains of impacts, energy.
 
-use std::sync::Arc;
-
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, observe, settings, switches};
 use crate::common::scenes::{NO_CONTACT, PeakForce, bench, clear, contact_index, place, rig, simulate};
