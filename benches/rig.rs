@@ -2,11 +2,14 @@
 //!
 //! `cargo bench --bench rig` prints its tables and writes its section of `benches/RESULTS.md`. Times are CPU times of one thread,
 //! medians of turns of a second at least; compare them with each other only. Names of sections after `--` run these alone and write
-//! nothing: `methods`, `peers`, `presets`, `located`, `hammers`, `modes`, `threads`.
+//! nothing: `methods`, `peers`, `presets`, `located`, `lanes`, `hammers`,
+//! `modes`, `threads`.
 //! `peers` builds a program of its own; SUNDIALS (`libsundials-cvode6`) and SciPy count where they are installed.
 
 #[path = "rig/growth.rs"]
 mod growth;
+#[path = "rig/lanes.rs"]
+mod lanes;
 #[path = "rig/located.rs"]
 mod located;
 #[path = "rig/methods.rs"]
@@ -73,6 +76,9 @@ fn main() {
     }
     if wanted("located") {
         located::text(&mut text, &rig);
+    }
+    if wanted("lanes") {
+        lanes::text(&mut text, &rig, FEW_REPEATS);
     }
     if wanted("hammers") {
         growth::hammers_text(&mut text, FEW_REPEATS);
