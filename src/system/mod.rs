@@ -6,6 +6,7 @@
 //! - `model`: constants of the coupled system
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
+//! - `kernel`: motion of interface points from integrals of the forces on them
 //! - `impulse_response`: impulse-response condensation of the modes to their interface points
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
@@ -20,6 +21,7 @@ mod discrete;
 mod elements;
 mod impulse_response;
 mod integration;
+mod kernel;
 mod lanes;
 mod layout;
 mod modal;
