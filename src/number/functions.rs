@@ -3,7 +3,7 @@
 use super::definition::{Mask, Number};
 
 /// `ln 2` in two parts, the first with zeros at its end: its multiples by exponents are exact.
-const LN_2: [f64; 2] = [0.693_147_180_369_123_816_49, 1.908_214_929_270_587_700_02e-10];
+const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
 /// Beyond it `exp` is 0 or infinite to the right and left of what is asked for here.
 const LARGEST_EXPONENT: f64 = 700.0;
 /// Least number of which a logarithm is taken.

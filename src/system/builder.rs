@@ -11,7 +11,7 @@ use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, S
 use crate::system::impulse_response::{self, Condensation};
 use crate::system::layout::Layout;
 use crate::system::modal::{Modes, TiedGuides};
-use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};
+use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT, Sums};
 use crate::workpiece::WorkpieceError;
 
 /// Error scale of a body's position in m. At tolerance 1 it would be 29.5 kN in the contact of chisel and casting, 0.4 of the
@@ -413,7 +413,7 @@ fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
 }
 
 /// Penetration and rate of each contact of bodies alone as sums of components.
-fn sums(elements: &Elements, layout: &Layout) -> Vec<Option<[Vec<(usize, f64)>; 2]>> {
+fn sums(elements: &Elements, layout: &Layout) -> Vec<Option<Sums>> {
     let sums = |contact: usize| {
         let row = || elements.row(elements.contact_row(contact));
         let bodies = row().all(|(point, _)| point < layout.bodies);

@@ -42,11 +42,11 @@ impl<R: Number> Kernel<R> {
     #[inline(always)]
     pub fn motion(&self, free: &[Free<R>], tau: R, z: &[R], out: &mut Motion<'_, R>) {
         let powers = powers(tau);
-        for n in 0..self.points {
+        for (n, free) in free.iter().enumerate() {
             if n < out.acceleration.len() {
-                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(&free[n], &powers, z, n);
+                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(free, &powers, z, n);
             } else {
-                [out.displacement[n], out.velocity[n]] = self.at::<2>(&free[n], &powers, z, n);
+                [out.displacement[n], out.velocity[n]] = self.at::<2>(free, &powers, z, n);
             }
         }
     }
