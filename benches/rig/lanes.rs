@@ -86,13 +86,6 @@ pub fn text(text: &mut String, rig: &Rig, repeats: usize) {
         });
         let simulated_s = DURATION_S * jobs.len() as f64;
         let ms: Vec<f64> = timed.iter().map(|timed| 1e3 * timed.cpu_s / simulated_s).collect();
-        let _ = writeln!(
-            text,
-            "| {name} | {:.1} | {:.1} | {:.1} | {:.2} |",
-            ms[0],
-            ms[1],
-            ms[2],
-            ms[0] / ms[1]
-        );
+        let _ = writeln!(text, "| {name} | {:.1} | {:.1} | {:.1} | {:.2} |", ms[0], ms[1], ms[2], ms[0] / ms[1]);
     }
 }

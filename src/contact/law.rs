@@ -143,7 +143,8 @@ impl<R: Number> ContactLaw<R> {
                 stiffness_n_per_m_n * odd_power(penetration, exponent) * penetration / (exponent + R::splat(1.0))
             }
             Self::Hertz { stiffness_n_per_m_1_5, .. } => {
-                stiffness_n_per_m_1_5 * odd_power(penetration, R::splat(HERTZ_EXPONENT)) * penetration / R::splat(HERTZ_EXPONENT + 1.0)
+                stiffness_n_per_m_1_5 * odd_power(penetration, R::splat(HERTZ_EXPONENT)) * penetration
+                    / R::splat(HERTZ_EXPONENT + 1.0)
             }
         }
     }
@@ -175,7 +176,9 @@ impl<R: Number> ContactLaw<R> {
         match *self {
             Self::KelvinVoigt { .. } => -self.closed_force(penetration, rate),
             Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => -stiffness_n_per_m * penetration,
-            Self::HuntCrossley { damping_s_per_m, .. } => (-penetration).greatest(R::splat(-1.0) - damping_s_per_m * rate),
+            Self::HuntCrossley { damping_s_per_m, .. } => {
+                (-penetration).greatest(R::splat(-1.0) - damping_s_per_m * rate)
+            }
             Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
                 -reduced_hertz((stiffness_n_per_m_1_5, damping_n_s_per_m_1_25), penetration, rate)
             }

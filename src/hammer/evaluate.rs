@@ -176,8 +176,7 @@ impl<R: Number> HammerConstants<R> {
             - (state.pressure[chamber::ANNULUS] - self.ambient_pa) * self.area[1];
         let [retracting, extending] = self.resistance_n_s_per_m;
         let resistance = R::select(rate.less_equal(R::splat(0.0)), retracting, extending);
-        let friction =
-            self.friction_static_n * tanh(rate * self.inverse_friction_velocity_s_per_m) + resistance * rate;
+        let friction = self.friction_static_n * tanh(rate * self.inverse_friction_velocity_s_per_m) + resistance * rate;
         let force = gas - (self.spring_preload_n + self.spring_stiffness_n_per_m * e) - friction;
         rates.force[body::CYLINDER] += force;
         rates.force[body::GUIDE] -= force;

@@ -247,8 +247,8 @@ impl<R: Number> WithSimd for Judgement<'_, R> {
         let error = self.norm.with_simd(simd) / self.tolerance;
         let log = ln(error.greatest(R::splat(LEAST_ERROR)));
         let (proportional, integral) = PROPORTIONAL_INTEGRAL;
-        let exponent = R::splat(integral / CONTROL_ORDER) * self.last_error_log
-            - R::splat(proportional / CONTROL_ORDER) * log;
+        let exponent =
+            R::splat(integral / CONTROL_ORDER) * self.last_error_log - R::splat(proportional / CONTROL_ORDER) * log;
         (error, log, R::splat(SAFETY) * exp(exponent))
     }
 }

@@ -199,9 +199,8 @@ impl<'a> Step<'a> {
 
     /// A sum of components with coefficients, as a polynomial in the fraction of the step.
     pub(super) fn polynomial(&self, terms: &[(usize, f64)]) -> Polynomial {
-        let sum = |values: &Values<'_>, from: usize| {
-            terms.iter().map(|(index, c)| c * values.at(from + index)).sum::<f64>()
-        };
+        let sum =
+            |values: &Values<'_>, from: usize| terms.iter().map(|(index, c)| c * values.at(from + index)).sum::<f64>();
         let mut coefficients = [0.0; 4];
         for (j, weights) in self.dense.coefficients().iter().enumerate().take(self.dense.rates()) {
             let rate = self.h * sum(&self.rates, j * self.n);

@@ -59,8 +59,8 @@ pub(super) struct CastingTrack {
 
 impl CastingTrack {
     pub fn new(layout: &Layout, slot: &CastingSlot) -> Self {
-        let points = (slot.points.iter())
-            .map(|point| (point.name.clone(), PointPeak::new(layout, slot.heave, &point.row)));
+        let points =
+            (slot.points.iter()).map(|point| (point.name.clone(), PointPeak::new(layout, slot.heave, &point.row)));
         let last = slot.points.iter().flat_map(|point| &point.row).map(|(body, _)| *body).fold(slot.heave, usize::max);
         let velocities: Vec<usize> = (slot.heave..=last).map(|body| layout.velocity(body)).collect();
         Self {

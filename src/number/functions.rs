@@ -21,14 +21,9 @@ pub fn exp<R: Number>(x: R) -> R {
     // The series up to r^13 / 13!, |r| below 0.347: even and odd powers, two short chains instead of a long one.
     let square = r * r;
     let (mut even, mut odd) = (R::splat(1.0 / 479_001_600.0), R::splat(1.0 / 6_227_020_800.0));
-    for [even_factorial, odd_factorial] in [
-        [3_628_800.0, 39_916_800.0],
-        [40_320.0, 362_880.0],
-        [720.0, 5040.0],
-        [24.0, 120.0],
-        [2.0, 6.0],
-        [1.0, 1.0],
-    ] {
+    for [even_factorial, odd_factorial] in
+        [[3_628_800.0, 39_916_800.0], [40_320.0, 362_880.0], [720.0, 5040.0], [24.0, 120.0], [2.0, 6.0], [1.0, 1.0]]
+    {
         even = even * square + R::splat(1.0 / even_factorial);
         odd = odd * square + R::splat(1.0 / odd_factorial);
     }

@@ -418,7 +418,7 @@ mod tests {
                 omega_squared: DVector::from_element(1, omega * omega),
                 damping: DVector::from_element(1, 2.0 * decay),
                 phi: DMatrix::from_element(1, 1, 1.0),
-        };
+            };
             let horizon_s = TURN_RAD / fastest(&one);
             let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s).unwrap();
             for part in 0..=50_u32 {
@@ -490,12 +490,10 @@ mod tests {
     /// A mode that is not a number is not condensed; one that only floats is, for ever.
     #[test]
     fn modes_that_are_not_finite() {
-        let one = |omega_squared: f64, damping: f64| {
-            Modes {
-                omega_squared: DVector::from_element(1, omega_squared),
-                damping: DVector::from_element(1, damping),
-                phi: DMatrix::from_element(1, 1, 0.5),
-        }
+        let one = |omega_squared: f64, damping: f64| Modes {
+            omega_squared: DVector::from_element(1, omega_squared),
+            damping: DVector::from_element(1, damping),
+            phi: DMatrix::from_element(1, 1, 0.5),
         };
         for (omega_squared, damping) in [(f64::NAN, 0.0), (1e6, f64::NAN), (f64::INFINITY, 0.0)] {
             assert!(Condensation::new(&one(omega_squared, damping)).is_none(), "{omega_squared}, {damping}");
@@ -511,12 +509,10 @@ mod tests {
     /// Few points and slow modes are condensed, many points or fast modes are integrated.
     #[test]
     fn what_pays() {
-        let some = |count: usize, points: usize, fastest: f64| {
-            Modes {
-                omega_squared: DVector::from_element(count, fastest * fastest),
-                damping: DVector::zeros(count),
-                phi: DMatrix::from_element(count, points, 0.1),
-        }
+        let some = |count: usize, points: usize, fastest: f64| Modes {
+            omega_squared: DVector::from_element(count, fastest * fastest),
+            damping: DVector::zeros(count),
+            phi: DMatrix::from_element(count, points, 0.1),
         };
         assert!(pays(&some(60, 2, 6283.0)) && pays(&some(171, 2, 18_850.0)));
         // Where both cost the same was measured: between three hammers on fixtures of their own and four.

@@ -27,8 +27,10 @@ impl Shape {
     /// The shape of a model.
     pub fn of(model: &CoupledModel) -> Self {
         let elements = &model.elements;
+        // Condensed modes are no states: rows may differ in their number.
+        let modes = if model.condensation.is_some() { 0 } else { model.layout.modes };
         Self {
-            layout: model.layout,
+            layout: Layout { modes, ..model.layout },
             tied: model.tied.is_some(),
             springs: elements.springs().len(),
             points: elements.matrix().indices().to_vec(),

@@ -297,13 +297,8 @@ impl<R: Number> Rates<R> {
                 position[i] = self.displacement[hammer.points[i]];
                 velocity[i] = self.velocity[hammer.points[i]];
             }
-            let state = HammerState {
-                position,
-                velocity,
-                pressure,
-                supply_pa: hammer.supply_pa,
-                gate_open: hammer.gate_open,
-            };
+            let state =
+                HammerState { position, velocity, pressure, supply_pa: hammer.supply_pa, gate_open: hammer.gate_open };
             let rates = hammer.constants.evaluate(&state);
             for i in 0..body::COUNT {
                 self.force[hammer.points[i]] += rates.force[i];

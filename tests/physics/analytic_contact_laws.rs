@@ -7,7 +7,7 @@ use crate::common::harness::{assert_close, assert_relative, observe, settings, s
 use crate::common::scenes::{NO_CONTACT, PeakForce, bench, clear, contact_index, place, rig, simulate};
 use decore::contact::{ContactLaw, ContactLawName, ContactParameters, restitution};
 use decore::hammer::{HammerParameters, body};
-use decore::integrate::{Tsit5, Integrator, Stopped};
+use decore::integrate::{Integrator, Stopped, Tsit5};
 use decore::metrics::Recorder;
 use decore::scene::Scene;
 use decore::system::{ContactKind, Coupled, CoupledModel, build};
@@ -314,8 +314,7 @@ fn analytic_energy_under_every_law() {
         let model = build(&scene, &modes).expect("sound");
         let mut system = Coupled::new(&model);
         let mut recorder = Recorder::new(&model, &scene);
-        let mut integrator =
-            Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-6, 1e-3));
+        let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-6, 1e-3));
         assert_eq!(integrator.run(&mut system, &mut recorder, 0.4), Stopped::AtEnd);
         let metrics = recorder.finish(&system, integrator.time(), integrator.state());
         let counters = integrator.counters();

@@ -1,7 +1,7 @@
 //! The coupled system against closed forms and against its own invariants.
 
-use std::sync::Arc;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, distance, observe, run, settings, slope};
 use crate::common::scenes::{bench, casting, castings_only, hammer, rig, simulate, solver};

@@ -1,7 +1,7 @@
 //! Friction against closed forms: the telescope's regularised law, and Coulomb friction with located switches.
 
-use std::sync::Arc;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{Harness, Piecewise, assert_close, run, settings};
 use crate::common::scenes::{bench, body_components, clear, place, simulate};

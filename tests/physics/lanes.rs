@@ -101,7 +101,8 @@ fn lanes_equal_rows_alone_under_every_law() {
     for &law in ContactLawName::ALL {
         let jobs = rows(&["solver.guide=tied"], |scene| {
             let p = &mut scene.hammers[0].parameters;
-            for contact in [&mut p.chisel.cylinder_contact, &mut p.chisel.casting_contact, &mut p.piston.chisel_contact] {
+            for contact in [&mut p.chisel.cylinder_contact, &mut p.chisel.casting_contact, &mut p.piston.chisel_contact]
+            {
                 contact.law = law;
             }
         });
