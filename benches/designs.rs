@@ -8,7 +8,10 @@ use std::path::Path;
 use std::process::Command;
 
 use cpu_time::ThreadTime;
-use decore::design::{Design, Distribution, Factor, HypercubeKind, Kind, LatinHypercube, Placement, Quality};
+use decore::design::{
+    Design, Distribution, Factor, Halton, HypercubeKind, Kind, LatinHypercube, Morris, Placement, Quality, Random,
+    Saltelli, Sobol,
+};
 use decore::structure::peak_memory_bytes;
 
 /// Factors, points, best known squared distance on whole levels (spacefillingdesigns.nl), OpenTURNS' annealing steps.
@@ -85,12 +88,12 @@ fn others(table: &mut String, python: &str, size: (usize, usize, f64, u64), budg
 fn million(table: &mut String) {
     let hypercube = LatinHypercube { rows: 1_000_000, ..LatinHypercube::default() };
     for (name, kind) in [
-        ("Sobol', scrambled", Kind::Sobol { rows: 1_000_000, scramble: true }),
-        ("Halton, scrambled", Kind::Halton { rows: 1_000_000, scramble: true }),
+        ("Sobol', scrambled", Kind::Sobol(Sobol { rows: 1_000_000, scramble: true })),
+        ("Halton, scrambled", Kind::Halton(Halton { rows: 1_000_000, scramble: true })),
         ("Latin hypercube", Kind::LatinHypercube(hypercube)),
-        ("random", Kind::Random { rows: 1_000_000 }),
-        ("Saltelli", Kind::Saltelli { base: 1_000_000 / 22 + 1, second_order: false }),
-        ("Morris", Kind::Morris { trajectories: 1_000_000 / 21 + 1, levels: 4 }),
+        ("random", Kind::Random(Random { rows: 1_000_000 })),
+        ("Saltelli", Kind::Saltelli(Saltelli { base: 1_000_000 / 22 + 1, second_order: false })),
+        ("Morris", Kind::Morris(Morris { trajectories: 1_000_000 / 21 + 1, levels: 4 })),
     ] {
         let start = cpu_s();
         let design = Design::new(kind, cube(20), 1).expect("a design");

@@ -6,6 +6,8 @@
 //! `modes`, `threads`.
 //! `peers` builds a program of its own; SUNDIALS (`libsundials-cvode6`) and SciPy count where they are installed.
 
+#[path = "../tests/common/changed.rs"]
+mod changed;
 #[path = "rig/growth.rs"]
 mod growth;
 #[path = "rig/lanes.rs"]

@@ -19,7 +19,7 @@
 //! # Who may import whom
 //!
 //! One way only; a test holds the `use crate::` lines to this table. A module not named on the right is not imported.
-//! Within a module the files import each other one way too; `tests/layout.rs` knows which modules do not yet hold to it.
+//! Within a module the files import each other one way too.
 //!
 //! ```text
 //! design     :
@@ -36,17 +36,17 @@
 //! workpiece  : parameter
 //! hammer     : contact number parameter
 //! integrate  : number quantity
-//! structure  : files linalg plot words
+//! structure  : files linalg parameter plot words
 //! scene      : hammer integrate parameter workpiece
 //! study      : contact design expression files hammer parameter quantity scene structure words workpiece
 //! system     : contact hammer integrate number scene workpiece
 //! metrics    : hammer integrate quantity scene system
 //! run        : integrate metrics number quantity scene system
 //! accuracy   : integrate metrics plot quantity run scene system
-//! dataset    : integrate metrics quantity run words
+//! dataset    : files integrate metrics quantity run words
 //! report     : dataset metrics quantity run
 //! engine     : dataset design integrate metrics quantity run scene structure study system
-//! cli        : accuracy dataset design engine files guide integrate metrics plot quantity report run scene structure study system
+//! cli        : accuracy dataset design engine guide integrate metrics plot quantity report run scene structure study system words
 //! ```
 //!
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.

@@ -14,7 +14,13 @@ import polars
 import pyarrow.dataset
 import pyarrow.parquet
 
-TYPES = {"real": "double", "count": "uint64", "integer": "int64", "text": "string"}
+TYPES = {
+    "real": "double",
+    "count": "uint64",
+    "integer": "int64",
+    "text": "string",
+    "category": "dictionary<values=string, indices=int32, ordered=0>",
+}
 
 
 def check(condition, message):
@@ -42,6 +48,8 @@ def check_metadata(folder, table, manifest):
             ("version", study["program_version"]),
         ]:
             check(entries[f"decore.{key}"] == expected, f"{part}: key-value {key}")
+            shown = file.schema_arrow.metadata[f"decore.{key}".encode()].decode()
+            check(shown == expected, f"{part}: {key} in the schema's metadata")
         dictionary = json.loads(entries["decore.dictionary"])["columns"]
         schema = file.schema_arrow
         check(schema.names == [column["name"] for column in dictionary], f"{part}: names of the dictionary")

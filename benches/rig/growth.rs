@@ -87,8 +87,8 @@ pub fn hammers_text(text: &mut String, repeats: usize) {
         1e3 * STAGGER_S
     );
     for (name, setting) in [
-        ("`standard`, the default: guides on their springs, 1e-5", "solver.fidelity=standard"),
-        ("Guides tied, 1e-5", "solver.guide=tied"),
+        ("Guides on their springs, 1e-5", "solver.guide=spring"),
+        ("`standard`, the default: guides tied, 1e-5", "solver.fidelity=standard"),
         ("`draft`: guides tied, 1e-4", "solver.fidelity=draft"),
     ] {
         let _ = writeln!(text, "\n{name}:\n");

@@ -3,7 +3,6 @@
 //! A hidden contact's force follows the state at every stage, as a plain program has it, and error control alone deals with
 //! its switches. Its events are still booked at the right instant on the dense output: what is measured is the integration.
 
-use std::cell::Cell;
 use std::fmt::Write as _;
 
 use decore::integrate::{
@@ -13,6 +12,7 @@ use decore::metrics::Recorder;
 use decore::scene::{Guide, Scene, SolverSettings};
 use decore::system::{ContactKind, Coupled, build};
 
+use crate::changed::{Change, Changed, settings};
 use crate::methods::cells;
 use crate::scene::{FIGURES, Rig, errors, figures};
 
@@ -21,89 +21,52 @@ const TOLERANCE: f64 = 1e-5;
 /// Halvings by which an event is placed on the dense output.
 const HALVINGS: usize = 40;
 
-/// A system with events hidden from location.
-struct Hidden {
-    inner: Coupled,
+/// Events hidden from location.
+struct Hiding {
     /// Whether a contact's onset is hidden, and its release.
     hidden: Vec<[bool; 2]>,
     /// Time of the last samples: the end of the step.
-    sampled_s: Cell<f64>,
+    sampled_s: f64,
 }
 
-impl Hidden {
+/// A system with events hidden from location.
+type Hidden = Changed<Hiding>;
+
+impl Hiding {
     /// Whether the next switch of a contact is hidden. The first blow on the casting starts the gate's clock: it is located.
-    fn is_hidden(&self, contact: usize) -> bool {
-        let strike = self.inner.model().elements().contacts()[contact].kind == ContactKind::ChiselCasting;
-        let waiting = strike && self.inner.next_stop().is_infinite() && !self.inner.gate_open(0);
-        self.hidden[contact][usize::from(self.inner.is_closed(contact))] && !waiting
+    fn hides(&self, inner: &Coupled, contact: usize) -> bool {
+        let strike = inner.model().elements().contacts()[contact].kind == ContactKind::ChiselCasting;
+        let waiting = strike && inner.next_stop().is_infinite() && !inner.gate_open(0);
+        self.hidden[contact][usize::from(inner.is_closed(contact))] && !waiting
+    }
+
+    /// The contacts whose next switch is hidden.
+    fn contacts(&self, inner: &Coupled) -> impl Iterator<Item = usize> {
+        (0..self.hidden.len()).filter(|&contact| self.hides(inner, contact))
     }
 }
 
-impl System for Hidden {
-    fn dimension(&self) -> usize {
-        self.inner.dimension()
-    }
-
-    fn scales(&self) -> &[f64] {
-        self.inner.scales()
-    }
-
-    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
+impl Change for Hiding {
+    fn rhs(&self, inner: &mut Coupled, (t, y): (f64, &[f64]), rate: &mut [f64]) {
         let mut state = y.to_vec();
-        let due = |system: &Self, contact: usize| system.is_hidden(contact) && system.inner.guard(contact, t, y) > 0.0;
-        let due: Vec<usize> = (0..self.hidden.len()).filter(|&contact| due(self, contact)).collect();
-        due.iter().for_each(|&contact| self.inner.switch(contact, t, &mut state));
-        self.inner.rhs(t, y, rate);
-        due.iter().for_each(|&contact| self.inner.switch(contact, t, &mut state));
+        let due: Vec<usize> = self.contacts(inner).filter(|&contact| inner.guard(contact, t, y) > 0.0).collect();
+        due.iter().for_each(|&contact| inner.switch(contact, t, &mut state));
+        inner.rhs(t, y, rate);
+        due.iter().for_each(|&contact| inner.switch(contact, t, &mut state));
     }
 
-    fn diagnose(&self, t: f64, y: &[f64]) -> String {
-        self.inner.diagnose(t, y)
-    }
-}
-
-impl Switching for Hidden {
-    fn guard_count(&self) -> usize {
-        self.inner.guard_count()
-    }
-
-    fn guard_support(&self, guard: usize) -> &[usize] {
-        self.inner.guard_support(guard)
-    }
-
-    fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
+    fn guard(&self, inner: &Coupled, guard: usize, (t, y): (f64, &[f64])) -> f64 {
         // Within a step nothing is to be seen of it: it is switched at the end.
-        if self.is_hidden(guard) && t < self.sampled_s.get() { -1.0 } else { self.inner.guard(guard, t, y) }
+        if self.hides(inner, guard) && t < self.sampled_s { -1.0 } else { inner.guard(guard, t, y) }
     }
 
-    fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
-        self.sampled_s.set(t);
-        self.inner.sample_guards(t, y, rate, samples);
+    fn change_samples(&mut self, inner: &Coupled, t: f64, samples: &mut [GuardSample]) {
+        self.sampled_s = t;
         for (guard, sample) in samples.iter_mut().enumerate() {
-            if self.is_hidden(guard) {
+            if self.hides(inner, guard) {
                 (sample.smooth, sample.smooth_rate) = (-1.0, 0.0);
             }
         }
-    }
-
-    fn horizon(&self) -> f64 {
-        self.inner.horizon()
-    }
-
-    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
-        self.inner.rebase(t, y, rate);
-    }
-
-    fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
-        self.inner.switch(guard, t, y);
-    }
-
-    fn next_stop(&self) -> f64 {
-        self.inner.next_stop()
-    }
-
-    fn pass_stop(&mut self) {
-        self.inner.pass_stop();
     }
 }
 
@@ -121,7 +84,7 @@ impl Observer<Hidden> for Book {
         self.booked.clear();
         let mut end = vec![0.0; step.dimension()];
         step.write_end(&mut end);
-        for guard in (0..system.hidden.len()).filter(|&guard| system.is_hidden(guard)) {
+        for guard in system.change.contacts(&system.inner) {
             if system.inner.guard(guard, step.t1(), &end) <= 0.0 {
                 continue;
             }
@@ -200,16 +163,14 @@ fn run(scene: &Scene, rig: &Rig, case: &Case) -> ([f64; 4], Counters) {
         let chosen = case.kinds.contains(&contact.kind);
         [chosen && case.onsets, chosen && case.releases]
     });
-    let mut system =
-        Hidden { inner: Coupled::new(&model), hidden: hidden.collect(), sampled_s: Cell::new(f64::NEG_INFINITY) };
+    let change = Hiding { hidden: hidden.collect(), sampled_s: f64::NEG_INFINITY };
+    let mut system = Hidden { inner: Coupled::new(&model), change };
     let settings = Settings {
-        tolerance: TOLERANCE,
-        first_step_s: 1e-6,
-        longest_step_s: 1e-3,
         step_s: scene.solver.step_s,
         located: true,
         max_steps: scene.solver.max_steps,
         max_wall_time_s: scene.solver.max_wall_time_s,
+        ..settings(TOLERANCE)
     };
     let y0 = model.initial_state();
     let mut book = Book { recorder: Recorder::new(&model, scene), state: y0.to_vec(), booked: Vec::new() };

@@ -29,7 +29,7 @@ pub struct Experiment<'a> {
 
 /// Why there is nothing to compare with.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the {run} did not end: {reason} (is the scene one that `decore scene` can run?)")]
+#[error("the {run} did not end: {reason}")]
 pub struct AccuracyError {
     /// Which of the runs.
     pub run: &'static str,
@@ -37,23 +37,54 @@ pub struct AccuracyError {
     pub reason: String,
 }
 
-/// Runs everything; `tell` hears what is being run.
+/// A run that begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Begun<'a> {
+    /// How many have begun, this one included.
+    pub number: usize,
+    /// How many there will be at most: a setting that takes long is run once.
+    pub of: usize,
+    /// What is run.
+    pub what: &'a str,
+}
+
+/// Counts the runs and tells of them.
+struct Teller<'a> {
+    number: usize,
+    of: usize,
+    tell: &'a mut dyn FnMut(Begun<'_>),
+}
+
+impl Teller<'_> {
+    fn begin(&mut self, what: &str) {
+        self.number += 1;
+        (self.tell)(Begun { number: self.number, of: self.of, what });
+    }
+}
+
+/// Runs everything; `tell` hears of each run that begins.
 ///
 /// # Errors
 /// [`AccuracyError`] if the reference run, the perturbed one or that with all modes does not reach its end.
-pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(&str)) -> Result<Accuracy, AccuracyError> {
+pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(Begun<'_>)) -> Result<Accuracy, AccuracyError> {
     let exact = |scene: &Scene, modes: &InterfaceModes, tolerance: f64| {
         let (guide, modes_as) = (Guide::Spring, ModeTreatment::Automatic);
         let solver = SolverSettings { tolerance, guide, modes: modes_as, method: Method::Tsit5, ..scene.solver };
         run_row(&Scene { solver, ..scene.clone() }, modes)
     };
     let (scene, modes) = (experiment.scene, experiment.modes);
-    tell("reference");
+    let twins = scene.outputs.twins.max(LEAST_TWINS);
+    // The reference and the run that checks it, then those below.
+    let of =
+        2 + twins + usize::from(experiment.all_modes.is_some()) + experiment.repeats.max(1) * experiment.settings.len();
+    let mut teller = Teller { number: 0, of, tell };
+    teller.begin("reference");
     let reference = ended("reference run", exact(scene, modes, REFERENCE_TOLERANCE))?;
+    teller.begin("check of the reference");
     let coarser = ended("run that checks the reference", exact(scene, modes, 10.0 * REFERENCE_TOLERANCE))?;
-    tell("perturbed input");
     let mut sensitivity: Vec<f64> = Vec::new();
-    for number in 0..scene.outputs.twins.max(LEAST_TWINS) {
+    for number in 0..twins {
+        teller.begin("perturbed input");
         let moved = exact(&perturbed(scene, number), modes, REFERENCE_TOLERANCE);
         let moved = differences(&ended("run with perturbed input", moved)?, &reference);
         sensitivity.resize(moved.len(), f64::NAN);
@@ -62,14 +93,14 @@ pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(&str)) -> Resul
     let truncation = match experiment.all_modes {
         None => None,
         Some(all) => {
-            tell("all modes");
+            teller.begin("all modes");
             let full = ended("run with all modes", exact(scene, all, 10.0 * REFERENCE_TOLERANCE))?;
             Some((all.omega_rad_s.len(), differences(&reference, &full)))
         }
     };
     Ok(Accuracy {
         outputs: outputs(),
-        measurements: measurements(experiment, &reference, tell),
+        measurements: measurements(experiment, &reference, &mut teller),
         reference_error: differences(&coarser, &reference),
         sensitivity,
         truncation,
@@ -81,15 +112,16 @@ fn ended(run: &'static str, outcome: RowOutcome) -> Result<RunMetrics, AccuracyE
 }
 
 /// Runs the settings in turns, so that a machine that slows down slows all of them.
-fn measurements(experiment: &Experiment<'_>, reference: &RunMetrics, tell: &mut dyn FnMut(&str)) -> Vec<Measurement> {
+fn measurements(experiment: &Experiment<'_>, reference: &RunMetrics, teller: &mut Teller<'_>) -> Vec<Measurement> {
     let mut measurements: Vec<Measurement> = Vec::with_capacity(experiment.settings.len());
     for turn in 0..experiment.repeats.max(1) {
         for (index, setting) in experiment.settings.iter().enumerate() {
             let long = 1e3 * LONG_RUN_S / experiment.scene.duration_s;
             if measurements.get(index).is_some_and(|known| known.ms_per_simulated_s > long) {
+                teller.of -= 1;
                 continue;
             }
-            tell(&format!("{}, {}", setting.family, setting.grade()));
+            teller.begin(&format!("{}, {}", setting.family, setting.grade()));
             let scene = Scene { solver: setting.solver, ..experiment.scene.clone() };
             let outcome = run_row(&scene, experiment.modes);
             let ms_per_simulated_s = 1e3 * outcome.wall_time_s / outcome.time_reached_s;

@@ -12,9 +12,9 @@ mod text;
 use crate::integrate::Counters;
 use crate::metrics::RunTotals;
 use crate::run::RowStatus;
-use crate::scene::{Guide, Method, ModeTreatment, PRESETS, Preset, SolverSettings};
+use crate::scene::{Guide, Method, ModeTreatment, PRESETS, Preset, Scene, SolverSettings};
 
-pub use measure::{AccuracyError, Experiment, measure};
+pub use measure::{AccuracyError, Begun, Experiment, measure};
 pub use outputs::{MAIN_OUTPUTS, Output, main_differences};
 pub use plot::plot;
 pub use text::text;
@@ -43,7 +43,7 @@ impl Setting {
 
 /// The settings under error control: both models of the guide at tolerances from 1e-3 to 1e-8, each with modes as the scene
 /// would have them and with modes integrated.
-pub fn ladder(scene: &SolverSettings) -> Vec<Setting> {
+pub fn ladder(scene: &Scene) -> Vec<Setting> {
     let families = [
         ("guide on its spring", Guide::Spring, ModeTreatment::Automatic),
         ("guide tied", Guide::Tied, ModeTreatment::Automatic),
@@ -53,9 +53,10 @@ pub fn ladder(scene: &SolverSettings) -> Vec<Setting> {
     let mut settings = Vec::new();
     for (family, guide, modes) in families {
         for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            let same = |preset: &&Preset| preset.guide == guide && preset.tolerance == tolerance;
+            let same =
+                |preset: &&Preset| preset.tolerance == tolerance && scene.ties(preset.guide) == scene.ties(guide);
             let preset = PRESETS.iter().find(same).filter(|_| modes == ModeTreatment::Automatic);
-            let solver = SolverSettings { tolerance, guide, modes, method: Method::Tsit5, ..*scene };
+            let solver = SolverSettings { tolerance, guide, modes, method: Method::Tsit5, ..scene.solver };
             settings.push(Setting { family: family.to_owned(), preset: preset.map(|preset| preset.name), solver });
         }
     }

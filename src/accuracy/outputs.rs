@@ -1,7 +1,7 @@
 //! Outputs of a run as a flat list of numbers, and their relative differences.
 
 use crate::metrics::{CastingMetrics, HammerMetrics, RunMetrics};
-use crate::quantity::{Cell, Kind, Quantity};
+use crate::quantity::{Cell, Quantity};
 
 /// The outputs by which settings are compared in texts and plots.
 pub const MAIN_OUTPUTS: [&str; 4] = [
@@ -47,7 +47,7 @@ pub fn main_differences(found: &RunMetrics, reference: &RunMetrics) -> [f64; MAI
 
 /// The quantities that are numbers.
 fn numbers<T>(quantities: &'static [Quantity<T>]) -> impl Iterator<Item = &'static Quantity<T>> {
-    quantities.iter().filter(|quantity| quantity.kind != Kind::Text)
+    quantities.iter().filter(|quantity| !quantity.kind.is_text())
 }
 
 fn quantities<T>(quantities: &'static [Quantity<T>], found: &[T], reference: &[T]) -> Vec<f64> {

@@ -1,12 +1,15 @@
 //! `decore accuracy`: speed against error on one row of a study.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::text::{check_row, say, tell};
-use crate::accuracy::{Accuracy, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
+use super::outputs::{load_study, ready};
+use super::progress::clock;
+use super::text::{check_row, say, tell, warn};
+use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::{Engine, RowScene, Rows};
 use crate::integrate::Counters;
@@ -48,12 +51,13 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let engine = ready(load_study(&arguments.study, &arguments.overrides, &[])?)?;
     check_row(&engine, arguments.row)?;
+    warn(engine.checked());
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
     let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
     let all_modes = all_modes(arguments, &engine)?;
-    let mut settings = ladder(&scene.solver);
+    let mut settings = ladder(&scene);
     settings.extend(fixed_steps(&scene.solver, !arguments.quick));
     let experiment = Experiment {
         scene: &scene,
@@ -62,15 +66,25 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
         settings,
         repeats: arguments.repeats,
     };
-    let result = measure(&experiment, &mut |what| tell(&format_args!("running: {what}")));
-    let result = result.map_err(|error| Failure::Argument(error.to_string()))?;
+    let started = Instant::now();
+    let result = measure(&experiment, &mut |begun| tell(&running(begun, started.elapsed())));
+    let result = result
+        .map_err(|error| Failure::Argument(format!("{error} (is the scene one that `decore scene` can run?)")))?;
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
     write(&folder, &engine, (&result, &words))?;
-    say(&words);
-    say(&format_args!("Table, text and plot are in {}", folder.display()));
+    say(&words)?;
+    say(&format_args!("Table, text and plot are in {}", folder.display()))?;
     Ok(Exit::Done)
+}
+
+/// `3 of 40: reference, about 00:01:20 left`, by the mean time of the runs so far.
+fn running(Begun { number, of, what }: Begun<'_>, elapsed: Duration) -> String {
+    let ended = number.saturating_sub(1);
+    let left_s = elapsed.as_secs_f64() / ended as f64 * of.saturating_sub(ended) as f64;
+    let left = if ended == 0 { String::new() } else { format!(", about {} left", clock(left_s)) };
+    format!("{number} of {of}: {what}{left}")
 }
 
 /// The scene's modes with none left out below the cut-off; `None` where there are no more to be had.
@@ -86,7 +100,7 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<In
     if engine.study().structure().mode_tolerance.is_some() {
         overrides.push("structure.mode_tolerance=0".to_owned());
     }
-    let all = Engine::load(&arguments.study, &overrides)?;
+    let all = ready(load_study(&arguments.study, &overrides, &[])?)?;
     let scene = all.scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
     Ok(Some(scene.modes))
 }
@@ -190,6 +204,7 @@ fn method(setting: &Setting) -> String {
 
 fn guide(guide: Guide) -> &'static str {
     match guide {
+        Guide::Automatic => "automatic",
         Guide::Spring => "spring",
         Guide::Tied => "tied",
     }

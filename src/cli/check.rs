@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::outputs::refuse_inputs;
-use super::text::{plural, say, threads};
+use super::inputs::expect_ending;
+use super::outputs::{load_study, ready};
+use super::text::{plural, say, threads, warn};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{Engine, RowScene, Rows};
@@ -41,39 +42,41 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
+    expect_ending("--scatter", arguments.scatter.as_ref(), "svg")?;
+    let engine = ready(study)?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
-    say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]));
-    say(&format_args!("design         {}, seed {}", plural(checked.row_count(), "row"), study.seed()));
+    warn(checked);
+    say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]))?;
+    say(&format_args!("design         {}, seed {}", plural(checked.row_count(), "row"), study.seed()))?;
     for factor in study.factors() {
         let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
-        say(&format_args!("  factor       {}: {}{unit}", factor.name, factor.domain()));
-        for path in &factor.paths {
-            say(&format_args!("    drives     {path}"));
+        say(&format_args!("  factor       {}: {}{unit}", factor.name, factor.domain()))?;
+        for path in factor.paths() {
+            say(&format_args!("    drives     {path}"))?;
         }
     }
-    describe_design(checked);
+    describe_design(checked)?;
     if let Some(file) = &arguments.scatter {
         write_scatter(checked, file)?;
     }
-    say(&format_args!("hammers        {}", study.hammer_names().join(", ")));
-    say(&format_args!("castings       {}", study.casting_names().join(", ")));
+    say(&format_args!("hammers        {}", study.hammer_names().join(", ")))?;
+    say(&format_args!("castings       {}", study.casting_names().join(", ")))?;
     say(&format_args!(
         "columns        {} per run, {} per blow",
         columns.describe(TableName::Runs).len(),
         columns.describe(TableName::Blows).len()
-    ));
-    probe(&engine, arguments.threads);
+    ))?;
+    probe(&engine, arguments.threads)?;
     Ok(Exit::Done)
 }
 
 /// Constraints with the share of points that met them, and the design's measures.
-fn describe_design(checked: &CheckedStudy) {
+fn describe_design(checked: &CheckedStudy) -> Result<(), Failure> {
     let study = checked.study();
     for constraint in study.constraints() {
-        say(&format_args!("  constraint   {constraint}"));
+        say(&format_args!("  constraint   {constraint}"))?;
     }
     match checked.acceptance() {
         Some(acceptance) => say(&format_args!(
@@ -82,51 +85,51 @@ fn describe_design(checked: &CheckedStudy) {
             acceptance.accepted,
             acceptance.tried,
             if acceptance.accepted == checked.row_count() { "points" } else { "blocks of rows that belong together" }
-        )),
+        ))?,
         None if !study.constraints().is_empty() => {
-            say(&"  acceptance   100 % (a Latin hypercube that meets the constraints)");
+            say(&"  acceptance   100 % (a Latin hypercube that meets the constraints)")?;
         }
         None => {}
     }
     if let Some(aliases) = checked.design().aliases() {
-        describe_aliases(study, &aliases);
+        describe_aliases(study, &aliases)?;
     }
-    let Some(quality) = Quality::of(checked.design()) else { return };
+    let Some(quality) = Quality::of(checked.design()) else { return Ok(()) };
     let part =
         if quality.rows < checked.row_count() { format!(" of the first {} rows", quality.rows) } else { String::new() };
     say(&format_args!(
         "  distance     smallest {:.4}, phi_{} {:.4}{part}",
         quality.minimum_distance, PHI_EXPONENT, quality.phi_p
-    ));
+    ))?;
     say(&format_args!(
         "  discrepancy  centred {:.4e}, wrap-around {:.4e} (squared L2){part}",
         quality.centred_discrepancy, quality.wrap_around_discrepancy
-    ));
-    say(&format_args!("  correlation  at most {:.4} between two factors{part}", quality.maximum_correlation));
+    ))?;
+    say(&format_args!("  correlation  at most {:.4} between two factors{part}", quality.maximum_correlation))
 }
 
 /// What a two-level fraction confuses: its generators, how many words have which length, effects of one or two factors.
-fn describe_aliases(study: &Study, aliases: &Aliases) {
-    let drawn = study.factors().iter().filter(|factor| factor.distribution.is_some());
+fn describe_aliases(study: &Study, aliases: &Aliases) -> Result<(), Failure> {
+    let drawn = study.factors().iter().filter(|factor| factor.distribution().is_some());
     let names: Vec<&str> = drawn.map(|factor| factor.name.as_str()).collect();
     let product = |effect: &[usize]| effect.iter().map(|factor| names[*factor]).collect::<Vec<_>>().join("*");
     for (factor, others) in &aliases.generators {
-        say(&format_args!("  generator    {} = {}", names[*factor], product(others)));
+        say(&format_args!("  generator    {} = {}", names[*factor], product(others)))?;
     }
     if let (Some(lengths), Some(resolution)) = (&aliases.word_lengths, aliases.resolution()) {
         let counts = lengths.iter().enumerate().skip(1).filter(|(_, count)| **count > 0);
         let counts: Vec<String> = counts.map(|(length, count)| format!("{count} of length {length}")).collect();
-        say(&format_args!("  words        {}: resolution {resolution}", counts.join(", ")));
+        say(&format_args!("  words        {}: resolution {resolution}", counts.join(", ")))?;
     }
     for chain in aliases.chains.iter().take(ALIAS_CHAINS) {
         let effects: Vec<String> = chain.iter().map(|effect| product(effect)).collect();
-        say(&format_args!("  aliased      {}", effects.join(" = ")));
+        say(&format_args!("  aliased      {}", effects.join(" = ")))?;
     }
     match aliases.chains.len() {
-        0 if aliases.generators.is_empty() => {}
+        0 if aliases.generators.is_empty() => Ok(()),
         0 => say(&"  aliased      no effects of one or two factors with each other"),
         count if count > ALIAS_CHAINS => say(&format_args!("               and {} more", count - ALIAS_CHAINS)),
-        _ => {}
+        _ => Ok(()),
     }
 }
 
@@ -134,15 +137,15 @@ fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
     let study = checked.study();
     let design = checked.design();
     let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
-    let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution.as_ref()?)));
+    let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution()?)));
     let panel = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Factor {
         name: factor.name.clone(),
         domain: format!("{} {}", factor.domain(), factor.unit.as_deref().unwrap_or_default()).trim_end().to_owned(),
         shares: rows.iter().filter_map(|row| row.get(index)).map(|level| distribution.share(*level)).collect(),
     };
     let panels: Vec<Factor> = drawn.enumerate().map(panel).collect();
-    write_file(file, scatter_matrix(&panels)?)?;
-    say(&format_args!("scatter        {}", file.display()));
+    write_file(file, scatter_matrix(study.title(), &panels)?)?;
+    say(&format_args!("scatter        {}", file.display()))?;
     Ok(())
 }
 
@@ -150,7 +153,7 @@ fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
 const SUGGESTED_TWINS: usize = 4;
 
 /// Simulates the first row that describes a scene and tells what it took.
-fn probe(engine: &Engine, threads: usize) {
+fn probe(engine: &Engine, threads: usize) -> Result<(), Failure> {
     let rows = engine.checked().row_count();
     let mut invalid = 0;
     for row in 0..rows.min(PROBED_ROWS) {
@@ -160,44 +163,44 @@ fn probe(engine: &Engine, threads: usize) {
         };
         scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
         let outcome = run_row(&scene, &modes);
-        say(&format_args!("modes          {} kept (row {row})", outcome.modes));
+        say(&format_args!("modes          {} kept (row {row})", outcome.modes))?;
         if let Ok(Some(selection)) = engine.machine_of(&scene).selection(&scene) {
             let residual = selection.residual.omega_rad_s.len();
             let (kept, available, bound) = (selection.kept.len(), selection.available, selection.bound);
             say(&format_args!(
                 "               {kept} of {available} and {residual} residual; receptances within {bound:.1e} of static flexibility"
-            ));
+            ))?;
         }
-        say(&format_args!("states         {}", outcome.states));
-        let times = describe_twins(&scene, &modes, &outcome);
-        say(&estimate(&outcome, &Sweep { rows, threads, duration_s: scene.duration_s, times }));
+        say(&format_args!("states         {}", outcome.states))?;
+        let times = describe_twins(&scene, &modes, &outcome)?;
+        say(&estimate(&outcome, &Sweep { rows, threads, duration_s: scene.duration_s, times }))?;
         if invalid > 0 {
-            say(&format_args!("note           the first {invalid} rows describe no scene that can be simulated"));
+            say(&format_args!("note           the first {invalid} rows describe no scene that can be simulated"))?;
         }
-        return;
+        return Ok(());
     }
-    say(&format_args!("note           none of the first {invalid} rows describes a scene that can be simulated"));
+    say(&format_args!("note           none of the first {invalid} rows describes a scene that can be simulated"))
 }
 
 /// Tells whether the scene is known to amplify perturbations and what twins cost, by the time of one; returns how many times as
 /// long as a plain run a row takes.
-fn describe_twins(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -> f64 {
+fn describe_twins(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -> Result<f64, Failure> {
     let (twins, amplifies) = (scene.outputs.twins, amplifies(scene));
     if twins == 0 && amplifies.is_none() {
-        return 1.0;
+        return Ok(1.0);
     }
     let one = run_row(&twin(scene, 0), modes).wall_time_s / outcome.wall_time_s;
     let times = |twins: usize| 1.0 + one * twins as f64;
     if twins > 0 {
-        say(&format_args!("twins          {twins} per row, {:.1} times the time of a row without", times(twins)));
+        say(&format_args!("twins          {twins} per row, {:.1} times the time of a row without", times(twins)))?;
     } else if let Some(reason) = amplifies {
         say(&format_args!(
             "note           {reason}: its periodic figures may scatter; `outputs.twins = {SUGGESTED_TWINS}` shows by how much, for {:.1} \
              times the time",
             times(SUGGESTED_TWINS)
-        ));
+        ))?;
     }
-    times(twins)
+    Ok(times(twins))
 }
 
 /// What a sweep runs.

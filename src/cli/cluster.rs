@@ -12,11 +12,10 @@ use std::process::Command;
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::run::default_folder;
+use super::inputs::default_folder;
+use super::outputs::{load_study, ready};
 use super::shard::Shard;
 use super::text::say;
-use crate::engine::Engine;
-use crate::study::Study;
 
 /// Runs one shard, again if it was killed.
 const TASK_SCRIPT: &str = include_str!("../assets/sweeps/task.sh");
@@ -110,13 +109,13 @@ pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
             quoted(&plan.folder),
             quoted(Path::new(&task_log)),
             quoted(Path::new(&merge_log))
-        ));
+        ))?;
         return Ok(Exit::Done);
     }
     let id = plan.sbatch(&[&task_log, "array.sbatch"])?;
     let merge_id = plan.sbatch(&[&format!("--dependency=afterok:{id}"), &merge_log, "merge.sbatch"])?;
-    say(&format_args!("array {id}, merge {merge_id}; tables go to {}", plan.output.display()));
-    say(&format_args!("watch with: decore status {}/shard-*", quoted(&plan.shards())));
+    say(&format_args!("array {id}, merge {merge_id}; tables go to {}", plan.output.display()))?;
+    say(&format_args!("watch with: decore status {}/shard-*", quoted(&plan.shards())))?;
     Ok(Exit::Done)
 }
 
@@ -126,7 +125,7 @@ pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failur
     let ClusterArguments { tasks, threads, .. } = arguments.cluster;
     plan.write_file("sweep.json", format!("{:#}\n", serde_json::json!({ "tasks": tasks, "threads": threads })))?;
     plan.write_file("sweep_on_hyperqueue.py", HYPERQUEUE_SCRIPT)?;
-    say(&format_args!("run with:\n  python3 {} [--local]", quoted(&plan.folder.join("sweep_on_hyperqueue.py"))));
+    say(&format_args!("run with:\n  python3 {} [--local]", quoted(&plan.folder.join("sweep_on_hyperqueue.py"))))?;
     Ok(Exit::Done)
 }
 
@@ -145,9 +144,9 @@ impl Plan {
         let program = program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?;
         plain("this program", program.as_os_str())?;
         let run = run_command(&program, arguments)?;
-        match arguments.stub_row_ms {
-            Some(_) => Study::load(&arguments.study)?.with_overrides(&arguments.overrides).map(|_| ())?,
-            None => Engine::load(&arguments.study, &arguments.overrides).map(|_| ())?,
+        let study = load_study(&arguments.study, &arguments.overrides, &[])?;
+        if arguments.stub_row_ms.is_none() {
+            ready(study)?;
         }
         for folder in [self.folder.clone(), self.folder.join("logs"), self.shards()] {
             let failed = |source| Failure::Write { path: folder.display().to_string(), source };

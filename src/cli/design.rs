@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::outputs::refuse_inputs;
-use super::text::{plural, say};
+use super::outputs::load_study;
+use super::text::{plural, say, warn};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
 use crate::engine::{checked, dataset_info};
 use crate::quantity::{Kind, Value};
-use crate::study::{CheckedStudy, Study};
+use crate::study::CheckedStudy;
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -32,8 +32,8 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
         return Err(Failure::Argument(message));
     }
-    refuse_inputs(&arguments.study, &arguments.overrides, &[Some(file)])?;
-    let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
+    let study = checked(load_study(&arguments.study, &arguments.overrides, &[Some(file)])?)?;
+    warn(&study);
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {
@@ -43,7 +43,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         write_table(file, &info, ("design", &columns))?;
     }
     let (rows, factors) = (plural(study.row_count(), "row"), plural(info.factors.len(), "factor"));
-    say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()));
+    say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()))?;
     Ok(Exit::Done)
 }
 
@@ -70,7 +70,7 @@ fn columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
             values: match factor.kind {
                 Kind::Real | Kind::Count => TableValues::Real(cells().map(number).collect()),
                 Kind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
-                Kind::Text => TableValues::Text(cells().map(ToString::to_string).collect()),
+                Kind::Text | Kind::Category => TableValues::Text(cells().map(ToString::to_string).collect()),
             },
         }
     };

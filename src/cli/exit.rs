@@ -1,5 +1,6 @@
 //! Exit codes and the errors behind them.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -42,7 +43,7 @@ impl From<Exit> for ExitCode {
 pub(super) enum Failure {
     #[error("{0}")]
     Study(#[from] StudyError),
-    #[error("{0}")]
+    #[error("{error}{advice}", error = .0, advice = advice(.0))]
     Engine(#[from] EngineError),
     #[error("failed to prepare the machine: {0}")]
     Structure(#[from] StructureError),
@@ -52,8 +53,20 @@ pub(super) enum Failure {
     Plot(#[from] PlotError),
     #[error("{0}")]
     Argument(String),
-    #[error("failed to write {path}: {source} (check free space and permissions)")]
+    #[error("failed to write {path}: {source} ({})", remedy(path, source))]
     Write { path: String, source: std::io::Error },
+    #[error("failed to write to standard output: {0} (what was to be printed is not whole)")]
+    Print(std::io::Error),
+}
+
+/// What the command line can do about a failure of the library.
+fn advice(error: &EngineError) -> &'static str {
+    match error {
+        EngineError::Dataset(DatasetError::Exists { .. } | DatasetError::Changed { .. }) => {
+            " (`--output` names another folder, `--replace` replaces)"
+        }
+        _ => "",
+    }
 }
 
 impl Failure {
@@ -66,9 +79,19 @@ impl Failure {
                 _ => Exit::NotWritten,
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
-            Self::Plot(_) => Exit::NotWritten,
+            Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
         }
+    }
+}
+
+/// What to do about a file that cannot be written.
+fn remedy(path: &str, source: &std::io::Error) -> String {
+    let folder = Path::new(path).parent().filter(|folder| !folder.as_os_str().is_empty());
+    match (source.kind(), folder) {
+        (ErrorKind::NotFound, Some(folder)) => format!("make the folder {} first", folder.display()),
+        (ErrorKind::IsADirectory, _) => "it is a folder: give the name of a file".to_owned(),
+        _ => "check free space and permissions".to_owned(),
     }
 }
 

@@ -9,6 +9,7 @@ use super::text::say;
 use crate::guide::TOPICS;
 use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::Quantity;
+use crate::words::nearest;
 
 #[derive(Debug, Args)]
 pub(super) struct HelpArguments {
@@ -24,13 +25,13 @@ pub(super) fn topics() -> String {
 
 pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Exit, Failure> {
     let Some(name) = arguments.topic.as_deref() else {
-        say(&program.render_long_help().to_string().trim_end());
+        say(&program.render_long_help().to_string().trim_end())?;
         return Ok(Exit::Done);
     };
     if let Some(topic) = TOPICS.iter().find(|topic| topic.name == name) {
-        say(&topic.text.trim_end());
+        say(&topic.text.trim_end())?;
         if name == "outputs" {
-            say(&format_args!("\n{}", columns().trim_end()));
+            say(&format_args!("\n{}", columns().trim_end()))?;
         }
         return Ok(Exit::Done);
     }
@@ -38,12 +39,14 @@ pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Ex
     program.build();
     let commands: Vec<String> = program.get_subcommands().map(|one| one.get_name().to_owned()).collect();
     if let Some(command) = program.find_subcommand_mut(name) {
-        say(&command.render_long_help().to_string().trim_end());
+        say(&command.render_long_help().to_string().trim_end())?;
         return Ok(Exit::Done);
     }
     let topics: Vec<&str> = TOPICS.iter().map(|topic| topic.name).collect();
+    let known = topics.iter().copied().chain(commands.iter().map(String::as_str));
+    let hint = nearest(name, known).map_or(String::new(), |meant| format!("; did you mean {meant}?"));
     Err(Failure::Argument(format!(
-        "help {name}: expected a page of the guide ({}) or a command ({})",
+        "help {name}: expected a page of the guide ({}) or a command ({}){hint}",
         topics.join(", "),
         commands.join(", ")
     )))

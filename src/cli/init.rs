@@ -20,7 +20,7 @@ pub(super) struct InitArguments {
 pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
     let text = template().map_err(|error| Failure::Argument(error.to_string()))?;
     if arguments.file.as_os_str() == "-" {
-        say(&text.trim_end());
+        say(&text.trim_end())?;
         return Ok(Exit::Done);
     }
     let path = arguments.file.display().to_string();
@@ -30,7 +30,7 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
     });
     match written {
         Ok(()) => {
-            say(&format_args!("wrote {path}; next: decore check {path}, decore run {path}"));
+            say(&format_args!("wrote {path}; next: decore check {path}, decore run {path}"))?;
             Ok(Exit::Done)
         }
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {

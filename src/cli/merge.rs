@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::inputs::expect_dataset;
 use super::text::{say, tell};
 use crate::dataset::{DatasetReader, Existing};
 use crate::report::{ReportSettings, summarise};
@@ -24,8 +25,9 @@ pub(super) struct MergeArguments {
 
 pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
+    arguments.shards.iter().try_for_each(|shard| expect_dataset(shard))?;
     let merged = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
     merged.notes.iter().for_each(|note| tell(note));
-    say(&summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?);
+    say(&summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?)?;
     Ok(if merged.manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
 }

@@ -7,9 +7,12 @@ mod design;
 mod exit;
 mod help;
 mod init;
+mod inputs;
 mod merge;
 mod outputs;
 mod progress;
+mod report;
+mod rows;
 mod run;
 mod scene;
 mod scene_plot;
@@ -25,12 +28,13 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 pub use exit::Exit;
+use exit::Failure;
 
 /// What the exit codes mean, as `--help` shows it.
 const EXIT_CODES: &str = "Exit codes:
   0  all rows are done
   2  the command line, the study or the machine is wrong; nothing was run or written
-  3  results could not be written; what is on disk is whole
+  3  results or what was to be printed could not be written; what is on disk is whole
   4  finished, but some rows are not done (invalid, diverged, budget exhausted); the table says why
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
@@ -64,6 +68,8 @@ enum Command {
     Status(status::StatusArguments),
     /// Read all files of datasets and say whether they are whole.
     Verify(verify::VerifyArguments),
+    /// Summarise a dataset: best rows, ranges, distributions.
+    Report(report::ReportArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -79,7 +85,32 @@ enum Command {
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     signals::install();
-    let result = match Arguments::parse().command {
+    let result = match parse() {
+        Ok(Some(command)) => execute(command),
+        Ok(None) => Ok(Exit::Done),
+        Err(failure) => Err(failure),
+    };
+    match result {
+        Ok(exit) => exit.into(),
+        Err(failure) => {
+            text::tell(&format_args!("decore: {failure}"));
+            failure.exit().into()
+        }
+    }
+}
+
+/// The command that the command line asks for; `None` where it was for `--help` or `--version`, which are printed here. A
+/// command line that is wrong ends the process with [`Exit::BadInput`].
+fn parse() -> Result<Option<Command>, Failure> {
+    match Arguments::try_parse() {
+        Ok(arguments) => Ok(Some(arguments.command)),
+        Err(error) if error.use_stderr() => error.exit(),
+        Err(help) => text::printed(help.print()).map(|()| None),
+    }
+}
+
+fn execute(command: Command) -> Result<Exit, Failure> {
+    match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Design(arguments) => design::design(&arguments),
@@ -88,17 +119,11 @@ pub fn run() -> ExitCode {
         Command::Accuracy(arguments) => accuracy::accuracy(&arguments),
         Command::Status(arguments) => status::status(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),
         Command::Init(arguments) => init::init(&arguments),
         Command::Help(arguments) => help::help(Arguments::command(), &arguments),
-    };
-    match result {
-        Ok(exit) => exit.into(),
-        Err(failure) => {
-            text::tell(&format_args!("decore: {failure}"));
-            failure.exit().into()
-        }
     }
 }

@@ -5,14 +5,19 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::run::RowStatus;
 
 /// Default time between two plain lines.
 pub(super) const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);
-/// Layout of the bar; the text behind it is the same as in plain lines.
-const BAR: &str = "{bar:24} {percent:>3} %  {msg}";
+/// Layout of the bar; the text behind it is the same as in plain lines, cut where the terminal ends.
+const BAR: &str = "{bar:24} {percent:>3} %  {wide_msg}";
+/// Layout where a bar would take the place of the figures.
+const NARROW: &str = "{wide_msg}";
+/// Columns from which there is place for a bar and the figures.
+const BAR_COLUMNS: u16 = 80;
 
 /// Progress of a batch: rows done, failed, rows per second, time left.
 pub(super) struct Progress {
@@ -26,7 +31,11 @@ struct State {
 }
 
 enum Display {
-    Bar(ProgressBar),
+    Bar {
+        bar: ProgressBar,
+        /// Whether the figures have no place for words.
+        narrow: bool,
+    },
     Lines {
         sink: Box<dyn Write + Send>,
         interval: Duration,
@@ -41,7 +50,7 @@ impl Progress {
     /// `rows` is the number of rows of the whole; see [`Progress::resumed`].
     pub fn to_stderr(rows: u64, interval: Duration) -> Self {
         if io::stderr().is_terminal() {
-            Self::bar(rows, ProgressDrawTarget::stderr())
+            Self::bar(rows, ProgressDrawTarget::stderr(), Term::stderr().size().1)
         } else {
             Self::lines(rows, interval, Box::new(io::stderr()))
         }
@@ -52,14 +61,15 @@ impl Progress {
         Self::new(rows, Display::Lines { sink, interval, last: Duration::ZERO })
     }
 
-    /// A bar on the given target.
-    pub fn bar(rows: u64, target: ProgressDrawTarget) -> Self {
+    /// A bar on the given target, which has so many columns; on a narrow one figures alone, the more important first.
+    pub fn bar(rows: u64, target: ProgressDrawTarget, columns: u16) -> Self {
         let bar = ProgressBar::with_draw_target(Some(rows), target);
-        // The layout is a constant that a test draws; should it be refused, indicatif's own does.
-        if let Ok(style) = ProgressStyle::with_template(BAR) {
+        let narrow = columns < BAR_COLUMNS;
+        // The layouts are constants that tests draw; should one be refused, indicatif's own does.
+        if let Ok(style) = ProgressStyle::with_template(if narrow { NARROW } else { BAR }) {
             bar.set_style(style);
         }
-        Self::new(rows, Display::Bar(bar))
+        Self::new(rows, Display::Bar { bar, narrow })
     }
 
     fn new(rows: u64, display: Display) -> Self {
@@ -101,9 +111,9 @@ impl Progress {
         let at_end = matches!(moment, Moment::End);
         let text = Text { tally: *tally, elapsed, at_end };
         match display {
-            Display::Bar(bar) => {
+            Display::Bar { bar, narrow } => {
                 bar.set_position(tally.done);
-                bar.set_message(text.to_string());
+                bar.set_message(if *narrow { text.short() } else { text.to_string() });
                 if at_end {
                     bar.abandon();
                 }
@@ -141,23 +151,42 @@ struct Text {
     at_end: bool,
 }
 
+impl Text {
+    /// Rows per second; `None` before the first has ended.
+    fn rate(&self) -> Option<f64> {
+        let (new, seconds) = (self.tally.done - self.tally.before, self.elapsed.as_secs_f64());
+        (new > 0 && seconds > 0.0).then(|| new as f64 / seconds)
+    }
+
+    /// Time left; at the end the time that it took.
+    fn clock(&self) -> Option<String> {
+        if self.at_end {
+            return Some(clock(self.elapsed.as_secs_f64()));
+        }
+        let left = self.tally.rows.saturating_sub(self.tally.done) as f64;
+        self.rate().map(|rate| clock(left / rate))
+    }
+
+    /// The figures alone: `120/500 00:00:27, 2 failed`.
+    fn short(&self) -> String {
+        let Tally { rows, done, failed, .. } = self.tally;
+        let clock = self.clock().map_or(String::new(), |clock| format!(" {clock}"));
+        let failed = if failed == 0 { String::new() } else { format!(", {failed} failed") };
+        format!("{done}/{rows}{clock}{failed}")
+    }
+}
+
 impl fmt::Display for Text {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Tally { rows, before, done, failed } = self.tally;
+        let Tally { rows, done, failed, .. } = self.tally;
         write!(f, "{done} of {rows} rows, {failed} failed")?;
-        let seconds = self.elapsed.as_secs_f64();
-        if done > before && seconds > 0.0 {
-            let rate = (done - before) as f64 / seconds;
+        if let Some(rate) = self.rate() {
             write!(f, ", {} rows/s", three_digits(rate))?;
-            if !self.at_end {
-                let left = rows.saturating_sub(done) as f64 / rate;
-                write!(f, ", {} left", clock(left))?;
-            }
         }
-        if self.at_end {
-            write!(f, ", {} in all", clock(seconds))?;
+        match self.clock() {
+            Some(clock) => write!(f, ", {clock} {}", if self.at_end { "in all" } else { "left" }),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -268,8 +297,8 @@ mod tests {
     }
 
     /// A terminal that keeps what is written.
-    #[derive(Clone, Default)]
-    struct Screen(Log);
+    #[derive(Clone)]
+    struct Screen(Log, u16);
 
     impl fmt::Debug for Screen {
         fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -279,7 +308,7 @@ mod tests {
 
     impl TermLike for Screen {
         fn width(&self) -> u16 {
-            100
+            self.1
         }
         fn move_cursor_up(&self, _: usize) -> io::Result<()> {
             Ok(())
@@ -297,7 +326,8 @@ mod tests {
             writeln!(self.0.clone(), "{text}")
         }
         fn write_str(&self, text: &str) -> io::Result<()> {
-            write!(self.0.clone(), "{text}")
+            // What is written at once is a line.
+            self.write_line(text)
         }
         fn clear_line(&self) -> io::Result<()> {
             Ok(())
@@ -308,9 +338,25 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_terminal_gets_the_figures_in_a_line() {
+        let screen = Screen(Log::default(), 20);
+        let progress = Progress::bar(1000, ProgressDrawTarget::term_like(Box::new(screen.clone())), 20);
+        for row in 0..1000 {
+            progress.row_ended(if row % 100 == 0 { RowStatus::Invalid } else { RowStatus::Done });
+        }
+        progress.finish();
+        let text = screen.0.text();
+        assert!(text.contains("1000/1000 00:00:0"), "{text:?}");
+        assert!(text.lines().all(|line| line.chars().count() <= 20), "{text:?}");
+        let tally = Tally { rows: 500, before: 0, done: 120, failed: 2 };
+        let text = Text { tally, elapsed: Duration::from_secs(8), at_end: false };
+        assert_eq!(text.short(), "120/500 00:00:25, 2 failed");
+    }
+
+    #[test]
     fn the_bar_shows_the_text() {
-        let screen = Screen::default();
-        let progress = Progress::bar(2, ProgressDrawTarget::term_like(Box::new(screen.clone())));
+        let screen = Screen(Log::default(), 100);
+        let progress = Progress::bar(2, ProgressDrawTarget::term_like(Box::new(screen.clone())), 100);
         progress.row_ended(RowStatus::Done);
         progress.row_ended(RowStatus::Invalid);
         progress.finish();

@@ -8,18 +8,24 @@ use std::time::Duration;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::outputs::refuse_inputs;
+use super::inputs::default_folder;
+use super::outputs::{load_study, ready};
 use super::progress::{DEFAULT_INTERVAL, Progress};
+use super::rows::RowList;
 use super::shard::Shard;
-use super::text::{self, say, tell};
-use crate::dataset::{Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, TableName};
-use crate::engine::{Engine, Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
+use super::text::{self, plural, say, tell};
+use crate::dataset::{
+    Chosen, Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, SweepStatus, TableName,
+};
+use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
 use crate::report::{ReportSettings, summarise};
 use crate::run::DEFAULT_RETRIES;
 use crate::study::Study;
 
 /// Set by the first interrupt, or by too many failed rows: no new rows are started.
 static STOP: AtomicBool = AtomicBool::new(false);
+/// The folder of the sweep that runs.
+static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
@@ -35,6 +41,13 @@ pub(super) struct RunArguments {
     /// Start anew: replace a dataset that is already in the folder.
     #[arg(long)]
     replace: bool,
+    /// Run the rows again that are there and not done (invalid, diverged, budget exhausted), and no others: with larger budgets
+    /// (`solver.max_steps`, `solver.max_wall_time_s`, `--retries`). Rows that are done keep their place.
+    #[arg(long, conflicts_with_all = ["replace", "rows"])]
+    only_failed: bool,
+    /// Run these rows again, and no others, e.g. `3,17-20`. One that ends as not done takes no place of one that is.
+    #[arg(long, value_name = "ROWS", conflicts_with = "replace")]
+    rows: Option<RowList>,
     /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
@@ -64,10 +77,10 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
-    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
+    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {
-        Some(milliseconds) => Box::new(stub_rows(arguments, milliseconds)?),
-        None => Box::new(Engine::load(&arguments.study, &arguments.overrides)?.with_retries(arguments.retries)),
+        Some(milliseconds) => Box::new(stub_rows(study, arguments, milliseconds)?),
+        None => Box::new(ready(study)?.with_retries(arguments.retries)),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let whole = default_folder(&arguments.study);
@@ -76,23 +89,33 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     // Before the rows are run, not after.
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
     check_ranking(&rows.info(), &report.rank_by)?;
-    let display = Display { folder: &folder, progress: OnceLock::new() };
+    text::warn(rows.checked());
+    let again = chosen(arguments, rows.checked().row_count() as u64)?;
+    let display = Display { folder: &folder, again: again.is_some(), progress: OnceLock::new() };
     let settings = SweepSettings {
         threads: arguments.threads,
         rows: arguments.shard.map(|shard| shard.rows(rows.checked().row_count() as u64)),
         existing: if arguments.replace { Existing::Replace } else { Existing::Resume },
+        again: again.as_ref(),
         max_failed: arguments.max_failed,
         summary: arguments.summary.as_deref(),
         stop: Some(&STOP),
         listener: &|event| display.show(event),
     };
+    // A process runs one sweep: what is set once is its folder.
+    let _ = FOLDER.set(folder.clone());
     let status = sweep(rows.as_ref(), &folder, &settings)?;
     if !status.message.is_empty() {
         let (message, done) = (&status.message, status.rows_done);
-        tell(&format_args!("{message}: {done} of {} rows are in {}", status.rows, folder.display()));
+        let advice = match status.state {
+            SweepState::TooManyFailed => " (`decore status` shows the last ones; a larger --max-failed goes on)",
+            SweepState::Interrupted => "; the same command goes on",
+            _ => "",
+        };
+        tell(&format_args!("{message}{advice}: {done} of {} rows are in {}", status.rows, folder.display()));
     }
     let reader = DatasetReader::open(&folder)?;
-    say(&summarise(&reader, &report)?.to_string().trim_end());
+    say(&summarise(&reader, &report)?.to_string().trim_end())?;
     Ok(match status.state {
         SweepState::TooManyFailed => Exit::TooManyFailed,
         SweepState::Interrupted => Exit::Interrupted,
@@ -101,17 +124,24 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     })
 }
 
-/// Rows of the built-in test scene that take `milliseconds` each, computing or sleeping.
-fn stub_rows(arguments: &RunArguments, milliseconds: f64) -> Result<StubRows, Failure> {
-    let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
-    let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
-    let study = checked(Study::load(&arguments.study)?.with_overrides(&arguments.overrides)?)?;
-    Ok(StubRows { study, duration, busy: arguments.stub_busy })
+/// The rows that are asked for, which must be the study's.
+fn chosen(arguments: &RunArguments, rows: u64) -> Result<Option<Chosen>, Failure> {
+    let Some(list) = &arguments.rows else { return Ok(arguments.only_failed.then_some(Chosen::Failed)) };
+    match list.last() {
+        Some(last) if last < rows => Ok(Some(Chosen::Rows(list.spans().to_vec()))),
+        last => Err(Failure::Argument(format!(
+            "--rows names row {}, but the study has the rows 0 to {}",
+            last.unwrap_or_default(),
+            rows - 1
+        ))),
+    }
 }
 
-/// `out/<name of the study file>`.
-pub(super) fn default_folder(study: &Path) -> PathBuf {
-    Path::new("out").join(study.file_stem().unwrap_or(study.as_os_str()))
+/// Rows of the built-in test scene that take `milliseconds` each, computing or sleeping.
+fn stub_rows(study: Study, arguments: &RunArguments, milliseconds: f64) -> Result<StubRows, Failure> {
+    let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
+    let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
+    Ok(StubRows { study: checked(study)?, duration, busy: arguments.stub_busy })
 }
 
 /// The column that the summary ranks by must be there and hold numbers.
@@ -134,6 +164,8 @@ fn check_ranking(info: &DatasetInfo, name: &str) -> Result<(), DatasetError> {
 /// Tells of a sweep on stderr.
 struct Display<'a> {
     folder: &'a Path,
+    /// Whether chosen rows are run again.
+    again: bool,
     /// Made when the rows begin.
     progress: OnceLock<Progress>,
 }
@@ -150,6 +182,13 @@ impl Display<'_> {
             SweepEvent::Found { damaged, notes } => tell_of_damage(damaged, notes),
             SweepEvent::Begins { rows, done, failed } => {
                 match done {
+                    done if self.again => match rows - done {
+                        0 => tell(&format_args!("no row of {folder} is to be run again")),
+                        again => tell(&format_args!(
+                            "running {} of {folder} again; what is there stays until they are done",
+                            plural(again as usize, "row")
+                        )),
+                    },
                     0 => {}
                     done if done == rows => tell(&format_args!("all {done} rows are in {folder} already")),
                     done => tell(&format_args!("continuing: {done} of {rows} rows are in {folder} already")),
@@ -186,6 +225,8 @@ fn stop_on_interrupt() {
     let handler = || {
         if STOP.swap(true, Ordering::SeqCst) {
             tell(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");
+            // The words for `decore status`; the rows do not depend on them.
+            let _ = FOLDER.get().map(|folder| SweepStatus::note_stop(folder));
             std::process::exit(Exit::Interrupted as i32);
         }
         tell(&"interrupted: finishing the rows that run; interrupt again to stop at once (the same command goes on)");

@@ -7,9 +7,10 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file};
-use super::outputs::refuse_inputs;
+use super::inputs::expect_ending;
+use super::outputs::{load_study, ready};
 use super::scene_plot::{Picture, scene_plot};
-use super::text::{check_row, say, six_digits, tell};
+use super::text::{check_row, say, six_digits, tell, warn};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
@@ -48,14 +49,18 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
-    refuse_inputs(&arguments.study, &arguments.overrides, &[arguments.signals.as_ref(), arguments.plot.as_ref()])?;
-    let engine = Engine::load(&arguments.study, &arguments.overrides)?;
+    let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
+    let study = load_study(&arguments.study, &arguments.overrides, &outputs)?;
+    expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
+    expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
+    let engine = ready(study)?;
     check_row(&engine, arguments.row)?;
+    warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {
-        say(&json_text(&engine, arguments.row, &outcome));
+        say(&json_text(&engine, arguments.row, &outcome))?;
     } else {
-        say(&readable(&engine, arguments.row, &outcome).trim_end());
+        say(&readable(&engine, arguments.row, &outcome).trim_end())?;
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
@@ -87,6 +92,25 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, F
     Ok(outcome)
 }
 
+/// The outcome with names where it counts hammers and castings: those of the tables.
+fn named(outcome: &RowOutcome, [hammers, castings]: [&[&str]; 2]) -> serde_json::Value {
+    let mut value = json!(outcome);
+    let Some(metrics) = value.get_mut("metrics").filter(|metrics| metrics.is_object()) else { return value };
+    for (list, names) in [("hammers", hammers), ("castings", castings)] {
+        for of in [format!("/{list}"), format!("/scatter/{list}")] {
+            let entries = metrics.pointer_mut(&of).and_then(serde_json::Value::as_array_mut);
+            for (entry, name) in entries.into_iter().flatten().zip(names) {
+                entry["name"] = json!(name);
+            }
+        }
+    }
+    for blow in metrics["blows"].as_array_mut().into_iter().flatten() {
+        let hammer = blow["hammer"].as_u64().and_then(|index| hammers.get(usize::try_from(index).ok()?));
+        blow["hammer"] = json!(hammer);
+    }
+    value
+}
+
 fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     let study = engine.study();
     let factors: serde_json::Map<String, serde_json::Value> = study
@@ -103,7 +127,7 @@ fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
         "factors": factors,
         "hammers": study.hammer_names(),
         "castings": study.casting_names(),
-        "outcome": outcome,
+        "outcome": named(outcome, [&study.hammer_names(), &study.casting_names()]),
     });
     format!("{text:#}")
 }
@@ -178,7 +202,11 @@ fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatte
         };
         let unit = if unit == "1" { "" } else { unit };
         let moved = scatter.and_then(|scatter| scatter.get(quantity.name).copied().flatten());
-        let moved = moved.map_or(String::new(), |moved| format!("  +- {moved:.1e}"));
+        let moved = match (quantity.kind, moved) {
+            (_, None) => String::new(),
+            (kind, Some(share)) if kind.is_text() => format!("  another kind in {:.0} %", 100.0 * share),
+            (_, Some(moved)) => format!("  +- {moved:.1e}"),
+        };
         let line = format!("  {:<46} {value:>12} {unit:<4}{moved}", quantity.name);
         let _ = writeln!(text, "{}", line.trim_end());
     }

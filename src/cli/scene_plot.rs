@@ -48,13 +48,18 @@ fn chart(picture: &Picture<'_>, index: usize, panel: &Panel) -> Chart {
             let name = if picture.hammers.len() == 1 { (*what).to_owned() } else { format!("{hammer}: {what}") };
             let line = if c == 0 { Line::Solid } else { Line::Dashed };
             let points = points(picture.signals, &format!("{hammer}_{signal}"));
-            series.push(Series { name, color: color(h + c), points, line, marker: Marker::None });
+            // One hammer's curves differ by colour; those of several share their hammer's and differ by their dashes.
+            let of = if picture.hammers.len() == 1 { c } else { h };
+            series.push(Series { name, color: color(of), points, line, marker: Marker::None });
         }
         if index == BLOWS {
             let of_hammer = picture.blows.iter().filter(|blow| blow.hammer == h);
-            let name = if h == 0 { "blow, its peak".to_owned() } else { String::new() };
+            let (name, of) = match picture.hammers.len() {
+                1 => ("blow, its peak".to_owned(), 3),
+                _ => (format!("{hammer}: blow, its peak"), h),
+            };
             let points = of_hammer.map(|blow| (blow.start_time_s, blow.casting_peak_velocity_m_s)).collect();
-            series.push(Series { name, color: color(h + 3), points, line: Line::None, marker: Marker::Down });
+            series.push(Series { name, color: color(of), points, line: Line::None, marker: Marker::Down });
         }
     }
     let time = if last { "time (s)" } else { "" };
@@ -73,4 +78,25 @@ fn points(signals: &[Signal], name: &str) -> Vec<(f64, f64)> {
     };
     let all: Vec<(f64, f64)> = time.values.iter().copied().zip(signal.values.iter().copied()).collect();
     thinned(&all, COLUMNS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_of_one_hammer_share_its_colour_where_there_are_several() {
+        let colours = |hammers: Vec<&str>, panel: usize| {
+            let picture = Picture { title: String::new(), hammers, signals: &[], blows: &[] };
+            let chart = chart(&picture, panel, &PANELS[panel]);
+            chart.series.iter().map(|series| (series.name.clone(), series.color)).collect::<Vec<_>>()
+        };
+        let two = colours(vec!["left", "right"], 0);
+        assert_eq!(two[0], ("left: cylinder".to_owned(), COLORS[0]));
+        assert_eq!(two[1], ("left: piston in it".to_owned(), COLORS[0]));
+        assert!(two[2..].iter().all(|(_, colour)| *colour == COLORS[1]), "{two:?}");
+        assert_eq!(colours(vec!["left", "right"], BLOWS)[3], ("right: blow, its peak".to_owned(), COLORS[1]));
+        let one = colours(vec!["left"], 0);
+        assert_ne!(one[0].1, one[1].1);
+    }
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure};
+use super::inputs::expect_dataset;
 use super::progress::clock;
 use super::text::say;
 use crate::dataset::{DatasetReader, SweepState, SweepStatus};
@@ -23,6 +24,7 @@ pub(super) struct StatusArguments {
 pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
     let mut found = Vec::with_capacity(arguments.datasets.len());
     for folder in &arguments.datasets {
+        expect_dataset(folder)?;
         let status = SweepStatus::read(folder)?;
         // The parts of a sweep that runs change while they are looked at.
         let damage = match status.state {
@@ -36,18 +38,18 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
             .iter()
             .map(|(folder, status, damage)| json!({ "dataset": folder, "status": status, "damage": damage }))
             .collect();
-        say(&format_args!("{:#}", json!(list)));
+        say(&format_args!("{:#}", json!(list)))?;
         return Ok(Exit::Done);
     }
     for (folder, status, damage) in &found {
-        say(&text(folder, status));
-        damage.iter().for_each(|line| say(&format_args!("  DAMAGED: {line}")));
-        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", folder.display()));
+        say(&text(folder, status))?;
+        damage.iter().try_for_each(|line| say(&format_args!("  DAMAGED: {line}")))?;
+        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", folder.display()))?;
     }
     if found.len() > 1 {
         let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|(_, status, _)| count(status)).sum::<u64>();
         let (done, rows, failed) = (sum(|s| s.rows_done), sum(|s| s.rows), sum(|s| s.rows_failed));
-        say(&format_args!("together: {done} of {rows} rows, {failed} failed"));
+        say(&format_args!("together: {done} of {rows} rows, {failed} failed"))?;
     }
     Ok(Exit::Done)
 }
@@ -57,10 +59,14 @@ fn text(folder: &Path, status: &SweepStatus) -> String {
         SweepState::Running => format!("running (process {} on {})", status.process, status.host),
         SweepState::Complete => "complete".to_owned(),
         SweepState::Interrupted => "interrupted; the same command goes on".to_owned(),
+        SweepState::StoppedAtOnce => {
+            "stopped at once by a second interrupt: rows that ended are kept, those that ran are not; the same command goes on"
+                .to_owned()
+        }
         SweepState::TooManyFailed => "stopped, too many rows failed".to_owned(),
         SweepState::NotWritten => format!("stopped, results could not be written: {}", status.message),
         SweepState::Lost => {
-            "not running: killed, stopped at once, or its machine went down; the same command goes on".to_owned()
+            "not running: killed, or its machine went down; the same command goes on".to_owned()
         }
     };
     let percent = 100.0 * status.rows_done as f64 / status.rows.max(1) as f64;

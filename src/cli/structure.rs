@@ -5,16 +5,17 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::outputs::refuse_inputs;
+use super::inputs::expect_study;
+use super::outputs::{load_study, ready, refuse_inputs};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
-use crate::engine::{Engine, RowScene, Rows, reduction_settings};
+use crate::engine::{RowScene, Rows, reduction_settings};
 use crate::run::run_row;
 use crate::structure::{
     CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess, quality_page, write_model,
 };
-use crate::study::{InterfaceDemand, StructureSettings, StructureSource, Study, load_structure};
+use crate::study::{InterfaceDemand, StructureSettings, StructureSource, load_structure};
 
 /// Frequencies in the first lines of the report.
 const LOWEST: usize = 6;
@@ -61,8 +62,7 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
 }
 
 pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure> {
-    let outputs = [arguments.html.as_ref(), arguments.to.as_ref()];
-    refuse_inputs(&arguments.file, &arguments.overrides, &outputs)?;
+    expect_study(&arguments.file)?;
     let (settings, interface) = settings(arguments)?;
     let model = match &settings.source {
         StructureSource::Station => FeModel::station()?,
@@ -87,17 +87,17 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
         write_file(path, quality_page(&report, &title)?)?;
     }
     if arguments.json {
-        say(&serde_json::to_string_pretty(&report).map_err(|error| Failure::Argument(error.to_string()))?);
+        say(&serde_json::to_string_pretty(&report).map_err(|error| Failure::Argument(error.to_string()))?)?;
     } else {
-        say(&readable(&report).trim_end());
+        say(&readable(&report).trim_end())?;
         if has_scene {
             selections(arguments)?;
         }
         if let Some(path) = &arguments.html {
-            say(&format_args!("\npage           {}", path.display()));
+            say(&format_args!("\npage           {}", path.display()))?;
         }
         if matches!(&settings.source, StructureSource::Matrices(source) if source.cache) {
-            say(&format_args!("cache          runs keep reductions in {CACHE_FOLDER} beside the stiffness file"));
+            say(&format_args!("cache          runs keep reductions in {CACHE_FOLDER} beside the stiffness file"))?;
         }
     }
     Ok(Exit::Done)
@@ -109,7 +109,7 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
     const TOLERANCES: [f64; 5] = [1e-6, 1e-4, 1e-3, 1e-2, 1e-1];
     let mut overrides = arguments.overrides.clone();
     overrides.push("structure.mode_tolerance=0".to_owned());
-    let engine = Engine::load(&arguments.file, &overrides)?;
+    let engine = ready(load_study(&arguments.file, &overrides, &[])?)?;
     let Ok(RowScene { scene, modes }) = engine.scene(0) else { return Ok(()) };
     let band_hz = engine.study().structure().mode_band_hz;
     let reference = arguments.effects.then(|| run_row(&scene, &modes).metrics).flatten();
@@ -119,7 +119,7 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
         "\nmodes for the scene of row 0 out of all of the basis, housings added; error of receptances up to {band_hz} Hz over static \
          flexibility\n{:>9} {:>6} {:>5} {:>9} {:>10}{effects}",
         "tolerance", "kept", "of", "residual", "reached"
-    ));
+    ))?;
     for tolerance in TOLERANCES {
         let (selection, modes) = engine.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
         let (kept, available) = (selection.kept.len(), selection.available);
@@ -129,20 +129,23 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
             let changes = run_row(&scene, &modes).metrics.map(|metrics| main_differences(&metrics, reference));
             changes.iter().flatten().for_each(|change| line.push_str(&format!(" {change:>8.0e}")));
         }
-        say(&line);
+        say(&line)?;
     }
     Ok(())
 }
 
 /// Settings of the structure, and what a study needs of it.
 fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
+    let outputs = [arguments.html.as_ref(), arguments.to.as_ref()];
     if let Some(settings) = load_structure(&arguments.file)? {
         if !arguments.overrides.is_empty() {
             return Err(Failure::Argument("--set needs a study; this file has the table [structure] alone".to_owned()));
         }
+        let files = settings.source.files().into_iter().map(|(_, path)| path.to_path_buf());
+        refuse_inputs(&files.chain([arguments.file.clone()]).collect::<Vec<_>>(), &outputs)?;
         return Ok((settings, None));
     }
-    let study = Study::load(&arguments.file)?.with_overrides(&arguments.overrides)?;
+    let study = load_study(&arguments.file, &arguments.overrides, &outputs)?;
     let reduction = reduction_settings(study.structure(), &InterfaceDemand::of(&study));
     Ok((study.structure().clone(), Some(reduction)))
 }
@@ -160,17 +163,17 @@ fn whole_interface(model: &FeModel, settings: &StructureSettings) -> Result<Redu
 
 fn export(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<Exit, Failure> {
     let files = write_model(model, format, folder)?;
-    say(&format_args!("stiffness      {}", files.stiffness.path.display()));
-    say(&format_args!("mass           {}", files.mass.path.display()));
+    say(&format_args!("stiffness      {}", files.stiffness.path.display()))?;
+    say(&format_args!("mass           {}", files.mass.path.display()))?;
     if let Some(damping) = &files.damping {
-        say(&format_args!("damping        {}", damping.path.display()));
+        say(&format_args!("damping        {}", damping.path.display()))?;
     }
     if let Some(dofs) = &files.dofs {
-        say(&format_args!("rows           {}", dofs.display()));
+        say(&format_args!("rows           {}", dofs.display()))?;
     }
-    say(&format_args!("points         {}", files.points.display()));
+    say(&format_args!("points         {}", files.points.display()))?;
     if let Some(loss) = format.loss() {
-        say(&format_args!("note           {loss}"));
+        say(&format_args!("note           {loss}"))?;
     }
     Ok(Exit::Done)
 }

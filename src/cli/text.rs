@@ -1,26 +1,42 @@
-//! Texts in and out: numbers for people, and output that a closed pipe does not turn into a panic.
+//! Texts in and out: numbers for people, and the one way in which commands print.
 
 use std::borrow::Cow;
 use std::fmt::{Display, Write as _};
-use std::io::Write;
+use std::io::{self, ErrorKind, Write};
 
 use super::exit::Failure;
 use crate::engine::{Engine, Rows};
+use crate::study::CheckedStudy;
 
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
 
-/// Writes a line to standard output.
-pub(super) fn say(line: &dyn Display) {
-    // A reader that has gone (`decore scene ... | head`) wants no more.
-    let _ = writeln!(std::io::stdout(), "{}", printable(&line.to_string()));
+/// Writes a line to standard output: all that commands print passes here.
+///
+/// # Errors
+/// [`Failure::Print`]: a full disk and the like. A reader that has gone is none.
+pub(super) fn say(line: &dyn Display) -> Result<(), Failure> {
+    printed(writeln!(io::stdout(), "{}", printable(&line.to_string())))
+}
+
+/// What came of a text for standard output. A reader that has gone (`decore scene ... | head -1`) has enough: the command goes
+/// on without it and ends with its own code.
+///
+/// # Errors
+/// As [`say`].
+pub(super) fn printed(written: io::Result<()>) -> Result<(), Failure> {
+    // Part of a line may still be kept back.
+    match written.and_then(|()| io::stdout().flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Print(error)),
+        _ => Ok(()),
+    }
 }
 
 /// Writes a line to standard error, its lines cut at a length.
 pub(super) fn tell(line: &dyn Display) {
     let text = line.to_string();
     let lines: Vec<Cow<str>> = text.split('\n').map(cut).collect();
-    let _ = writeln!(std::io::stderr(), "{}", printable(&lines.join("\n")));
+    let _ = writeln!(io::stderr(), "{}", printable(&lines.join("\n")));
 }
 
 /// A text without what makes a terminal do more than show it: control characters but line breaks and tabs, and marks that
@@ -71,7 +87,40 @@ pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
     if row <= last {
         return Ok(());
     }
-    Err(Failure::Argument(format!("--row is {row}, but the study has the rows 0 to {last}")))
+    let rows = if last == 0 { "row 0 only (it has no design)".to_owned() } else { format!("the rows 0 to {last}") };
+    Err(Failure::Argument(format!("--row is {row}, but the study has {rows}")))
+}
+
+/// Tells what looks wrong with a study; it is run nevertheless.
+pub(super) fn warn(study: &CheckedStudy) {
+    study.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
+}
+
+/// A text whose lines end where a terminal does: longer ones go on below, two blanks further in. Words stay whole.
+pub(super) fn fit(text: &str, columns: usize) -> String {
+    let mut fitted = String::with_capacity(text.len());
+    for line in text.lines() {
+        let indent = line.chars().take_while(|c| *c == ' ').count();
+        let mut used = 0;
+        for (index, word) in line.trim_start().split(' ').enumerate() {
+            let length = word.chars().count();
+            if index == 0 {
+                fitted.push_str(&" ".repeat(indent));
+                used = indent;
+            } else if used + 1 + length > columns {
+                fitted.push('\n');
+                fitted.push_str(&" ".repeat(indent + 2));
+                used = indent + 2;
+            } else {
+                fitted.push(' ');
+                used += 1;
+            }
+            fitted.push_str(word);
+            used += length;
+        }
+        fitted.push('\n');
+    }
+    fitted
 }
 
 /// `1 row`, `2 rows`.
@@ -96,7 +145,7 @@ pub(super) fn six_digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{LONGEST_LINE, cut, printable, six_digits, threads};
+    use super::{LONGEST_LINE, cut, fit, printable, six_digits, threads};
 
     #[test]
     fn terminals_get_no_orders() {
@@ -112,6 +161,12 @@ mod tests {
         let long = "ü".repeat(LONGEST_LINE + 5);
         assert_eq!(cut(&long[..2 * LONGEST_LINE]), long[..2 * LONGEST_LINE]);
         assert!(cut(&long).ends_with("ü... (5 more characters)"));
+    }
+
+    #[test]
+    fn lines_end_where_the_terminal_does() {
+        assert_eq!(fit("  a bb ccc dddd\nshort", 8), "  a bb\n    ccc\n    dddd\nshort\n");
+        assert_eq!(fit("a   b", 80), "a   b\n");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::inputs::expect_dataset;
 use super::text::say;
 use crate::dataset::{Verification, verify as verify_dataset};
 
@@ -18,11 +19,12 @@ pub(super) struct VerifyArguments {
 pub(super) fn verify(arguments: &VerifyArguments) -> Result<Exit, Failure> {
     let mut exit = Exit::Done;
     for folder in &arguments.datasets {
+        expect_dataset(folder)?;
         let found = verify_dataset(folder)?;
         if !found.faults.is_empty() {
             exit = Exit::NotWhole;
         }
-        say(&text(folder, &found));
+        say(&text(folder, &found))?;
     }
     Ok(exit)
 }

@@ -102,9 +102,9 @@ parameters! {
         #[serde(default, skip_serializing_if = "is_default")]
         pub law: ContactLawName, "", [choice], "`kelvin_voigt`";
         /// Contact stiffness `k`.
-        pub stiffness_n_per_m: f64, "N/m", [> 0], "default: the contact's own";
+        pub stiffness_n_per_m: f64, "N/m", [> 0] usual [100, 1e11], "default: the contact's own";
         /// Contact damping `c`, not used where `restitution` or `damping_s_per_m` is given.
-        pub damping_n_s_per_m: f64, "N s/m", [>= 0], "default: the contact's own";
+        pub damping_n_s_per_m: f64, "N s/m", [>= 0] usual [0, 1e6], "default: the contact's own";
         /// Coefficient of restitution; it takes the place of a damping. For `hunt_crossley` it holds at the reference speed.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub restitution: Option<f64>, "1", [> 0, <= 1], "default: from the damping";
@@ -113,14 +113,14 @@ parameters! {
         pub power_stiffness_n_per_m_n: Option<f64>, "N/m^n", [> 0], "default: as deep as the linear stiffness";
         /// Damping `a` of `hunt_crossley`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub damping_s_per_m: Option<f64>, "s/m", [>= 0], "default: from the restitution";
+        pub damping_s_per_m: Option<f64>, "s/m", [>= 0] usual [0, 10], "default: from the restitution";
         /// Exponent `n` of `hunt_crossley`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub exponent: Option<f64>, "1", [>= 1], "default 1.5";
+        pub exponent: Option<f64>, "1", [>= 1] usual [1, 3], "default 1.5";
         /// Impact speed `v0` at which `hunt_crossley` and `hertz` are matched to `stiffness_n_per_m`, and `hunt_crossley` to
         /// the restitution.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub reference_speed_m_s: Option<f64>, "m/s", [> 0], "default 1";
+        pub reference_speed_m_s: Option<f64>, "m/s", [> 0] usual [0.01, 50], "default 1";
     }
 }
 

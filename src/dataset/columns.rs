@@ -254,9 +254,15 @@ impl<'a> About<'a> {
     ) -> impl Iterator<Item = Column> {
         quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
             let (name, column) = (quantity.name, format!("{}_scatter", quantity.name));
-            let text = format!("Scatter (half the range over the row and its twins) of {name}.");
+            let (of, unit) = match quantity.kind {
+                Kind::Text | Kind::Category => ("share of the row and its twins with another value", "1"),
+                Kind::Real | Kind::Count | Kind::Integer => {
+                    ("half the range over the row and its twins", quantity.unit)
+                }
+            };
+            let text = format!("Scatter ({of}) of {name}.");
             Column {
-                description: self.describe(&column, Kind::Real, quantity.unit, &text),
+                description: self.describe(&column, Kind::Real, unit, &text),
                 get: Box::new(move |source| part(source.scatter()?)?.get(name).copied()?.map(Value::Real)),
             }
         })
@@ -307,7 +313,8 @@ fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column> {
     info.factors.iter().enumerate().map(|(index, factor)| Column {
         description: ColumnDescription {
             name: format!("factor_{}", identifier(&factor.name, "n")),
-            kind: factor.kind,
+            // Names among which a design chooses.
+            kind: if factor.kind == Kind::Text { Kind::Category } else { factor.kind },
             unit: factor.unit.clone(),
             description: format!("Factor `{}`: {}", factor.name, factor.description),
             group: ColumnGroup::Factor,
@@ -322,7 +329,7 @@ fn blow_columns() -> Vec<Column> {
     type Names = fn(&DatasetInfo) -> &[String];
     let about = About::all(ColumnGroup::Blow);
     let named = |column: &str, text: &str, names: Names, index: fn(&Blow) -> usize| Column {
-        description: about.describe(column, Kind::Text, "", text),
+        description: about.describe(column, Kind::Category, "", text),
         get: Box::new(move |source| names(source.info).get(index(source.blow?)).map(|name| Value::Text(name.as_str()))),
     };
     let mut columns = row_column();
@@ -356,7 +363,7 @@ mod tests {
         let columns = Columns::new(&info).expect("unique");
         for column in TableName::ALL.into_iter().flat_map(|table| columns.describe(table)) {
             let ColumnDescription { name, unit, kind, description, .. } = column;
-            assert_eq!(unit.is_empty(), kind == Kind::Text, "{name}");
+            assert_eq!(unit.is_empty(), kind.is_text(), "{name}");
             assert!(description.ends_with('.'), "{name}: {description}");
             let suffix = match unit.as_str() {
                 "1" | "" => continue,

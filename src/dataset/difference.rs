@@ -16,6 +16,19 @@ pub fn is_same_study(one: &DatasetInfo, other: &DatasetInfo) -> bool {
     key(one) == key(other)
 }
 
+/// Settings outside the study that are budgets of a row.
+const BUDGETS: [&str; 1] = ["retries"];
+
+/// Whether two studies are the same but for the budgets of a row.
+pub fn is_same_but_budgets(one: &DatasetInfo, other: &DatasetInfo) -> bool {
+    let without_budgets = |info: &DatasetInfo| {
+        let mut info = DatasetInfo { study_hash: info.budget_free_hash.clone(), ..info.clone() };
+        info.settings.retain(|name, _| !BUDGETS.contains(&name.as_str()));
+        info
+    };
+    !one.budget_free_hash.is_empty() && is_same_study(&without_budgets(one), &without_budgets(other))
+}
+
 /// The differences from `before` to `now`, one sentence each; empty if they are of one study.
 pub fn differences(before: &DatasetInfo, now: &DatasetInfo) -> Vec<String> {
     if is_same_study(before, now) {

@@ -1,12 +1,13 @@
-//! Files that are either whole or not there.
+//! Files that are either whole or not there, and stay there.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
 
 use super::error::DatasetError;
 #[cfg(test)]
 use super::trace::{Event, note};
+use crate::files::Staged;
 
 /// Adds what was tried, and on what, to an error of the system.
 pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
@@ -15,10 +16,7 @@ pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) ->
 }
 
 /// A file that is complete and synced in the staging folder, not yet in place.
-pub struct StagedFile {
-    staged: PathBuf,
-    target: PathBuf,
-}
+pub struct StagedFile(Staged);
 
 impl StagedFile {
     /// Writes and syncs `bytes` to a file of the staging folder.
@@ -26,28 +24,15 @@ impl StagedFile {
     /// # Errors
     /// The system's, such as a full disk; nothing is in place then.
     pub fn write(staging: &Path, target: &Path, bytes: &[u8]) -> Result<Self, DatasetError> {
-        let mut name = target.file_name().unwrap_or_default().to_owned();
-        // A suffix that no glob for `*.parquet` matches, should somebody look into the staging folder.
-        name.push(".partial");
-        let staged = staging.join(name);
-        // What lies there under this name was left by a killed process or planted: a link is removed, not followed.
-        match fs::remove_file(&staged) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed_to("remove", &staged)(error)),
-            _ => {}
-        }
-        let created = OpenOptions::new().write(true).create_new(true).open(&staged);
-        let mut file = created.map_err(failed_to("create", &staged))?;
-        let written = file.write_all(bytes).and_then(|()| file.sync_all());
-        written.map_err(|error| {
-            drop(fs::remove_file(&staged));
-            failed_to("write", &staged)(error)
-        })?;
+        let staged = Staged::write(staging, target, bytes).map_err(failed_to("write", target))?;
+        staged.sync().map_err(failed_to("sync", target))?;
         #[cfg(test)]
         {
-            note(&staged, || Event::Contents(staged.clone(), bytes.to_vec()));
-            note(&staged, || Event::SyncFile(staged.clone()));
+            let path = staged.path().to_owned();
+            note(&path, || Event::Contents(path.clone(), bytes.to_vec()));
+            note(&path, || Event::SyncFile(path.clone()));
         }
-        Ok(Self { staged, target: target.to_owned() })
+        Ok(Self(staged))
     }
 
     /// Renames the file into place; the folder must still be synced.
@@ -55,14 +40,22 @@ impl StagedFile {
     /// # Errors
     /// The system's.
     pub fn put_in_place(self) -> Result<(), DatasetError> {
-        fs::rename(&self.staged, &self.target).map_err(|error| {
-            drop(fs::remove_file(&self.staged));
-            failed_to("rename into place", &self.target)(error)
-        })?;
+        let target = self.0.target().to_owned();
         #[cfg(test)]
-        note(&self.target, || Event::Rename(self.staged.clone(), self.target.clone()));
+        let from = self.0.path().to_owned();
+        self.0.put_in_place().map_err(failed_to("rename into place", &target))?;
+        #[cfg(test)]
+        note(&target, || Event::Rename(from, target.clone()));
         Ok(())
     }
+}
+
+/// Renames a file or folder; a file takes the place of one that is there.
+///
+/// # Errors
+/// The system's.
+pub fn rename(from: &Path, to: &Path) -> Result<(), DatasetError> {
+    fs::rename(from, to).map_err(failed_to("rename into place", to))
 }
 
 /// Makes a folder and those above it, if they are not there.

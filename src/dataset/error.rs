@@ -24,7 +24,7 @@ pub enum DatasetError {
     /// The folder already holds a dataset.
     #[error(
         "{} already holds a dataset: study `{study}`, {rows_done} of {rows} rows; \
-         choose another folder, or replace it (`run --replace`)",
+         choose another folder, or replace it",
         path.display()
     )]
     Exists {
@@ -40,7 +40,7 @@ pub enum DatasetError {
     /// The folder holds a dataset of another study.
     #[error(
         "{} holds {rows_done} of {rows} rows of another study, which nothing was added to; what changed:\n  {}\n\
-         undo the change to go on with it, choose another folder (`--output`), or replace it (`run --replace`)",
+         undo the change to go on with it, choose another folder, or replace it",
         path.display(), differences.join("\n  ")
     )]
     Changed {
@@ -97,7 +97,7 @@ pub enum DatasetError {
     },
     /// The manifest is not what this program writes.
     #[error(
-        "{}, line {}, column {}: {source}; the file is damaged or not of this program: the same `decore run` makes it anew \
+        "{}, line {}, column {}: {source}; the file is damaged or not of this program: the sweep, started again, makes it anew \
          from the parts",
         path.display(), source.line(), source.column()
     )]
@@ -110,8 +110,8 @@ pub enum DatasetError {
     },
     /// A manifest is not the one that was written.
     #[error(
-        "{}: its contents are not those of its checksum: it was changed or damaged; the same `decore run` makes it anew \
-         from the parts",
+        "{}: its contents are not those of its checksum: it was changed or damaged; the sweep, started again, makes it \
+         anew from the parts",
         path.display()
     )]
     Seal {

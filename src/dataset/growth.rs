@@ -4,11 +4,11 @@
 //! by block, and put in place when they are complete. Every file names its study, so even blocks that stay the same are
 //! encoded again: a grown dataset has the bytes of one that was run in one go.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::path::Path;
 
 use super::columns::TableName;
-use super::durable::{failed_to, sync_folder};
+use super::durable::{failed_to, rename, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal::JOURNAL;
@@ -69,7 +69,8 @@ pub fn grow(
         notes: std::mem::take(&mut recovered.notes),
     };
     let growing = folder.join(GROWING);
-    copy_rows(folder, recovered, DatasetWriter::create(&growing, info, Existing::Refuse)?)?;
+    let reruns = recovered.manifest.reruns.clone();
+    copy_rows(folder, recovered, DatasetWriter::copy(&growing, info, reruns, Existing::Refuse)?)?;
     let ready = growing.join(READY);
     File::create(&ready).and_then(|file| file.sync_all()).map_err(failed_to("create", &ready))?;
     sync_folder(&growing)?;
@@ -126,7 +127,7 @@ fn settle(folder: &Path) -> Result<(), DatasetError> {
                 if to.is_dir() {
                     remove(&to)?;
                 }
-                fs::rename(&from, &to).map_err(failed_to("rename into place", &to))?;
+                rename(&from, &to)?;
             }
         }
         sync_folder(folder)?;

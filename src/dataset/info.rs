@@ -32,6 +32,10 @@ pub struct DatasetInfo {
     /// The same over all but the number of rows: a study that only got more rows has the same one. Empty: not known.
     #[serde(default)]
     pub frame_hash: String,
+    /// The same as [`DatasetInfo::study_hash`] over all but the budgets of a row: rows that met none are the same under any.
+    /// Empty: not known.
+    #[serde(default)]
+    pub budget_free_hash: String,
     /// Hash of the factors' values in the rows, by which a study that got more rows is known to start with the old ones.
     #[serde(default)]
     pub rows_hash: String,
@@ -73,6 +77,7 @@ impl DatasetInfo {
             study_text: String::new(),
             study_hash: String::new(),
             frame_hash: String::new(),
+            budget_free_hash: String::new(),
             rows_hash: String::new(),
             overrides: Vec::new(),
             inputs: BTreeMap::new(),

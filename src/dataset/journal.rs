@@ -18,6 +18,7 @@ use super::error::DatasetError;
 use super::record::StoredRow;
 #[cfg(test)]
 use super::trace::{Event, note};
+use crate::files::{Limit, read};
 
 /// Folder of the journal in the dataset's folder.
 pub const JOURNAL: &str = ".journal";
@@ -199,7 +200,7 @@ fn checksum(payload: &[u8]) -> [u8; 8] {
 pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<Vec<String>, DatasetError> {
     let mut notes = Vec::new();
     for path in files(dataset)? {
-        let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
+        let bytes = read(&path, Limit::PART).map_err(failed_to("read", &path))?;
         let Frames { whole, lost } = visit_frames(&bytes, take);
         if lost > 0 {
             notes.push(format!(
@@ -223,7 +224,7 @@ pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<Vec<St
 pub fn count(dataset: &Path, counts: &dyn Fn(u64) -> bool) -> Result<(u64, u64), DatasetError> {
     let (mut rows, mut failed) = (0, 0);
     for path in files(dataset)? {
-        match fs::read(&path) {
+        match read(&path, Limit::PART) {
             Ok(bytes) => {
                 visit_frames(&bytes, &mut |row| {
                     let counted = counts(row.row());

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::durable::failed_to;
 use super::error::DatasetError;
+use crate::files::{Limit, read};
 
 /// Name of the lock's file in the dataset's folder.
 pub const LOCK_NAME: &str = ".lock";
@@ -73,7 +74,8 @@ impl Lock {
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
-                    let owner = fs::read_to_string(&path).unwrap_or_default().trim().to_owned();
+                    let owner = read(&path, Limit::STATUS).unwrap_or_default();
+                    let owner = String::from_utf8_lossy(&owner).trim().to_owned();
                     return Err(DatasetError::InUse { path: folder.to_owned(), owner });
                 }
                 Err(TryLockError::Error(error)) => return Err(failed_to("lock", &path)(error)),

@@ -1,6 +1,5 @@
 //! The manifests of a dataset: what it is of, which rows it has, which parts with which checksums.
 
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -10,10 +9,11 @@ use super::columns::TableName;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
+use crate::files::{Limit, read};
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
-/// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum.
-pub const FORMAT_VERSION: u32 = 4;
+/// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries.
+pub const FORMAT_VERSION: u32 = 5;
 /// Name of the manifest in the dataset's folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
 /// Name of the timings' manifest in the dataset's folder.
@@ -26,6 +26,15 @@ pub struct RowSpan {
     pub first: u64,
     /// One past the last row.
     pub end: u64,
+}
+
+/// Rows that were to be run with other budgets than the study's.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rerun {
+    /// What was changed, a sentence each.
+    pub changed: Vec<String>,
+    /// The rows.
+    pub rows: Vec<RowSpan>,
 }
 
 /// One file of a table.
@@ -60,6 +69,9 @@ pub struct Manifest {
     pub done: Vec<RowSpan>,
     /// What the dataset is of.
     pub study: DatasetInfo,
+    /// Rows that were to be run with other budgets than the study's, the last ones last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reruns: Vec<Rerun>,
     /// Parts of the table of runs, by first row.
     pub runs: Vec<Part>,
     /// Parts of the table of blows, by first row.
@@ -106,6 +118,7 @@ impl Manifest {
             rows_done: 0,
             done: Vec::new(),
             study,
+            reruns: Vec::new(),
             runs: Vec::new(),
             blows: Vec::new(),
         };
@@ -276,8 +289,17 @@ pub fn to_json<T: Serialize>(manifest: &T, path: &Path) -> Result<Vec<u8>, Datas
     Ok(bytes)
 }
 
+/// Length and checksum of a part's file.
+///
+/// # Errors
+/// The system's.
+pub fn fingerprint(path: &Path) -> Result<(u64, String), DatasetError> {
+    let bytes = read(path, Limit::PART).map_err(failed_to("read", path))?;
+    Ok((bytes.len() as u64, blake3::hash(&bytes).to_hex().to_string()))
+}
+
 fn read_text(path: &Path, folder: &Path) -> Result<String, DatasetError> {
-    let bytes = fs::read(path).map_err(|source| match source.kind() {
+    let bytes = read(path, Limit::DATASET).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => DatasetError::Missing { path: folder.to_owned() },
         _ => failed_to("read", path)(source),
     })?;

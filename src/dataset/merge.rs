@@ -48,7 +48,8 @@ pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Me
         });
     };
     let columns = columns_of(&info)?;
-    let mut writer = DatasetWriter::create(output, &info, existing)?;
+    let reruns = readers.iter().flat_map(|reader| reader.manifest().reruns.clone());
+    let mut writer = DatasetWriter::copy(output, &info, reruns.collect(), existing)?;
     let mut notes = Vec::new();
     for reader in &readers {
         let blocks = blocks(reader);

@@ -31,13 +31,14 @@
 //! Nothing that was computed is removed unless it is in place elsewhere or was to be replaced, and what is computed again is
 //! said. [`Existing::Resume`] checks every part against its checksum, moves damaged ones aside, and names the rows that are to
 //! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, so that lost manifests are
-//! made anew from the parts. Wall times are expendable: lost ones become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! made anew from the parts. Wall times are expendable: lost ones become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs chosen rows again. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
 //! [`Columns`] puts the columns together from the declarations of their quantities. Units and descriptions are in every field's Arrow metadata (`unit`,
 //! `description`); the study's text, hash, seed, the program's version and a data dictionary (JSON) are key-values of
-//! every file (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`).
+//! every file (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`), all but the last
+//! entries of the Arrow schema too. Texts of which there are few (status, kind, names) are dictionaries of Arrow.
 
 mod aggregates;
 mod columns;
@@ -57,6 +58,7 @@ mod reader;
 mod rebuild;
 mod record;
 mod recovery;
+mod rerun;
 mod status;
 mod store;
 mod table_file;
@@ -71,10 +73,11 @@ pub use error::DatasetError;
 pub use growth::{Growth, grow};
 pub use info::{DatasetInfo, Factor, RowRecord, rows_per_part};
 pub use lock::{Place, host_name};
-pub use manifest::{Manifest, Part, RowSpan, TimingsManifest};
+pub use manifest::{Manifest, Part, Rerun, RowSpan, TimingsManifest};
 pub use merge::{Merged, merge};
 pub use reader::DatasetReader;
 pub use record::StoredRow;
+pub use rerun::Chosen;
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
 pub use table_file::{TableColumn, TableValues, write_signals, write_table};
 pub use verify::{Verification, verify};

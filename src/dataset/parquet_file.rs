@@ -5,9 +5,9 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::builder::{Float64Builder, Int64Builder, StringBuilder, UInt64Builder};
+use arrow_array::builder::{Float64Builder, Int64Builder, StringBuilder, StringDictionaryBuilder, UInt64Builder};
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
+use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -16,6 +16,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
+use parquet::schema::types::ColumnPath;
 use serde_json::json;
 
 use super::columns::{ColumnDescription, TableName};
@@ -42,11 +43,13 @@ fn data_type(kind: Kind) -> DataType {
         Kind::Count => DataType::UInt64,
         Kind::Integer => DataType::Int64,
         Kind::Text => DataType::Utf8,
+        Kind::Category => DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8)),
     }
 }
 
-/// Arrow schema with unit and description in every field's metadata.
-pub fn schema(columns: &[ColumnDescription]) -> Arc<Schema> {
+/// Arrow schema with unit and description in every field's metadata, and the study in its own: readers of Arrow show these, and
+/// not a file's key-values.
+pub fn schema(info: &DatasetInfo, columns: &[ColumnDescription]) -> Arc<Schema> {
     let fields: Vec<Field> = columns
         .iter()
         .map(|column| {
@@ -58,20 +61,25 @@ pub fn schema(columns: &[ColumnDescription]) -> Arc<Schema> {
             Field::new(&column.name, data_type(column.kind), true).with_metadata(metadata)
         })
         .collect();
-    Arc::new(Schema::new(fields))
+    let study = HashMap::from(study_entries(info).map(|(key, value)| (key.to_owned(), value)));
+    Arc::new(Schema::new_with_metadata(fields, study))
 }
 
 /// What every file says of its study.
-fn entries(info: &DatasetInfo, dictionary: String) -> Vec<KeyValue> {
-    let entry = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
-    vec![
-        entry("decore.study_name", info.study_name.clone()),
-        entry("decore.study_text", info.study_text.clone()),
-        entry("decore.study_hash", info.study_hash.clone()),
-        entry("decore.seed", info.seed.to_string()),
-        entry("decore.version", info.program_version.clone()),
-        entry("decore.dictionary", dictionary),
+fn study_entries(info: &DatasetInfo) -> [(&'static str, String); 5] {
+    [
+        ("decore.study_name", info.study_name.clone()),
+        ("decore.study_text", info.study_text.clone()),
+        ("decore.study_hash", info.study_hash.clone()),
+        ("decore.seed", info.seed.to_string()),
+        ("decore.version", info.program_version.clone()),
     ]
+}
+
+/// The key-values of a file.
+fn entries(info: &DatasetInfo, dictionary: String) -> Vec<KeyValue> {
+    let all = study_entries(info).into_iter().chain([("decore.dictionary", dictionary)]);
+    all.map(|(key, value)| KeyValue::new(key.to_owned(), value)).collect()
 }
 
 /// Settings of the writer: nothing of the machine or the clock enters the file.
@@ -99,6 +107,7 @@ enum ColumnBuilder {
     Count(UInt64Builder),
     Integer(Int64Builder),
     Text(StringBuilder),
+    Category(StringDictionaryBuilder<Int32Type>),
 }
 
 impl TableBuilder {
@@ -109,6 +118,7 @@ impl TableBuilder {
             Kind::Count => ColumnBuilder::Count(UInt64Builder::new()),
             Kind::Integer => ColumnBuilder::Integer(Int64Builder::new()),
             Kind::Text => ColumnBuilder::Text(StringBuilder::new()),
+            Kind::Category => ColumnBuilder::Category(StringDictionaryBuilder::new()),
         };
         Self { table, columns: descriptions.iter().map(builder).collect(), descriptions }
     }
@@ -125,10 +135,13 @@ impl TableBuilder {
             (Some(ColumnBuilder::Count(builder)), Some(Value::Count(value))) => builder.append_value(value),
             (Some(ColumnBuilder::Integer(builder)), Some(Value::Integer(value))) => builder.append_value(value),
             (Some(ColumnBuilder::Text(builder)), Some(Value::Text(value))) => builder.append_value(value),
+            // A part has far fewer rows than a dictionary can have entries.
+            (Some(ColumnBuilder::Category(builder)), Some(Value::Text(value))) => builder.append_value(value),
             (Some(ColumnBuilder::Real(builder)), _) => builder.append_null(),
             (Some(ColumnBuilder::Count(builder)), _) => builder.append_null(),
             (Some(ColumnBuilder::Integer(builder)), _) => builder.append_null(),
             (Some(ColumnBuilder::Text(builder)), _) => builder.append_null(),
+            (Some(ColumnBuilder::Category(builder)), _) => builder.append_null(),
             (None, _) => {}
         }
     }
@@ -144,10 +157,11 @@ impl TableBuilder {
                 ColumnBuilder::Count(mut builder) => Arc::new(builder.finish()),
                 ColumnBuilder::Integer(mut builder) => Arc::new(builder.finish()),
                 ColumnBuilder::Text(mut builder) => Arc::new(builder.finish()),
+                ColumnBuilder::Category(mut builder) => Arc::new(builder.finish()),
             }
         };
         let arrays = self.columns.into_iter().map(finish).collect();
-        let batch = RecordBatch::try_new(schema(&self.descriptions), arrays)?;
+        let batch = RecordBatch::try_new(schema(info, &self.descriptions), arrays)?;
         let mut properties = properties(info, dictionary_json(self.table, &self.descriptions))?;
         if let Some(block) = block {
             let mut entries = properties.key_value_metadata().cloned().unwrap_or_default();
@@ -163,8 +177,13 @@ impl TableBuilder {
 /// # Errors
 /// The Parquet library's.
 pub fn encode_batch(batch: &RecordBatch, properties: WriterProperties) -> Result<Vec<u8>, ParquetError> {
+    let mut builder = properties.into_builder().set_dictionary_enabled(false);
+    // A number seldom stands twice in a column of outputs: a dictionary of them costs more than all else of a row's writing.
+    for field in batch.schema().fields().iter().filter(|field| !field.data_type().is_numeric()) {
+        builder = builder.set_column_dictionary_enabled(ColumnPath::from(field.name().as_str()), true);
+    }
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))?;
+    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(builder.build()))?;
     writer.write(batch)?;
     writer.close()?;
     Ok(bytes)
@@ -262,5 +281,9 @@ fn cell<'a>(kind: Kind, array: &'a ArrayRef, row: usize) -> Cell<'a> {
         Kind::Count => Value::Count(array.as_primitive::<UInt64Type>().value(row)),
         Kind::Integer => Value::Integer(array.as_primitive::<Int64Type>().value(row)),
         Kind::Text => Value::Text(array.as_string::<i32>().value(row)),
+        Kind::Category => {
+            let array = array.as_dictionary::<Int32Type>();
+            Value::Text(array.values().as_string::<i32>().value(array.keys().value(row) as usize))
+        }
     })
 }

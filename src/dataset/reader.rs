@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::columns::{ColumnDescription, Columns, TableName};
 use super::durable::failed_to;
 use super::error::DatasetError;
-use super::manifest::{Manifest, Part, TimingsManifest};
+use super::manifest::{Manifest, Part, TimingsManifest, fingerprint};
 use super::parquet_file::visit_rows;
 use super::rebuild::{strays, timings_of_parts};
 use crate::quantity::Cell;
@@ -149,14 +149,13 @@ impl DatasetReader {
 /// [`DatasetError::Damaged`] or the system's.
 pub fn check_part(folder: &Path, part: &Part) -> Result<(), DatasetError> {
     let path = folder.join(&part.file);
-    let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
-    let hash = blake3::hash(&bytes).to_hex().to_string();
-    if bytes.len() as u64 == part.bytes && hash == part.blake3 {
+    let (bytes, hash) = fingerprint(&path)?;
+    if bytes == part.bytes && hash == part.blake3 {
         return Ok(());
     }
     Err(DatasetError::Damaged {
         path,
-        found: format!("{} bytes, BLAKE3 {hash}", bytes.len()),
+        found: format!("{bytes} bytes, BLAKE3 {hash}"),
         expected: format!("{} bytes, BLAKE3 {}", part.bytes, part.blake3),
     })
 }

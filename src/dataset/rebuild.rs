@@ -14,7 +14,9 @@ use super::difference::is_same_study;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::manifest::{FORMAT_VERSION, Manifest, Part, RowSpan, TimingsManifest, part_file, part_first_row};
+use super::manifest::{
+    FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
+};
 use super::parquet_file::{read_block_text, visit_rows};
 
 /// What a part of the table of timings says of its block.
@@ -22,6 +24,8 @@ use super::parquet_file::{read_block_text, visit_rows};
 pub struct BlockDescription {
     format_version: u32,
     study: DatasetInfo,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    reruns: Vec<Rerun>,
     range: RowSpan,
     done: Vec<RowSpan>,
     runs: Part,
@@ -46,6 +50,7 @@ impl BlockDescription {
         Self {
             format_version: FORMAT_VERSION,
             study: manifest.study.clone(),
+            reruns: manifest.reruns.clone(),
             range: manifest.range,
             done: manifest.rows_of(runs.first_row),
             runs: runs.clone(),
@@ -108,6 +113,11 @@ fn manifest_of_parts(folder: &Path) -> Result<Option<Manifest>, DatasetError> {
         if manifest.range != block.range || !is_same_study(&manifest.study, &block.study) {
             return Ok(None);
         }
+        for rerun in block.reruns {
+            if !manifest.reruns.contains(&rerun) {
+                manifest.reruns.push(rerun);
+            }
+        }
         manifest.put_block(block.done.iter().flat_map(|span| span.first..span.end), block.runs, block.blows);
     }
     Ok(manifest)
@@ -128,16 +138,8 @@ pub fn timings_of_parts(folder: &Path, manifest: &Manifest) -> Result<TimingsMan
             && visit_rows(&path, &columns, &mut |_| records += 1).is_ok()
             && records == runs.records;
         if whole {
-            let bytes = fs::read(&path).map_err(failed_to("read", &path))?;
-            let blake3 = blake3::hash(&bytes).to_hex().to_string();
-            timings.put(Part {
-                file,
-                first_row: runs.first_row,
-                records,
-                failed: runs.failed,
-                bytes: bytes.len() as u64,
-                blake3,
-            });
+            let (bytes, blake3) = fingerprint(&path)?;
+            timings.put(Part { file, first_row: runs.first_row, records, failed: runs.failed, bytes, blake3 });
         }
     }
     Ok(timings)

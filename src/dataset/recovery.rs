@@ -24,6 +24,8 @@ pub struct Recovered {
     pub pending: BTreeMap<u64, Block>,
     /// Those of them that only a part has: they belong into the journal before the part is written anew.
     pub only_in_parts: BTreeSet<u64>,
+    /// Rows to be run, where not all that are missing are; ascending.
+    pub chosen: Option<Vec<RowSpan>>,
     /// What was damaged; its rows are to be computed again.
     pub damaged: Vec<DatasetError>,
     /// What else was lost, in words.
@@ -63,15 +65,24 @@ pub fn recover(folder: &Path, columns: &Columns, known: Known) -> Result<Recover
     }
     let range = recovered.manifest.range;
     let Recovered { manifest, pending, only_in_parts, notes, .. } = &mut recovered;
+    let mut newer: BTreeMap<u64, Block> = BTreeMap::new();
     let torn = journal::recover(folder, &mut |row| {
-        let first_row = row.row() / per_part * per_part;
-        let has_part = !bad.contains_key(&first_row) && is_full(manifest, first_row);
-        if !has_part && (range.first..range.end).contains(&row.row()) {
+        if !(range.first..range.end).contains(&row.row()) {
+            return;
+        }
+        let block = row.row() / per_part;
+        let first_row = block * per_part;
+        if !bad.contains_key(&first_row) && is_full(manifest, first_row) {
+            supersede(newer.entry(block).or_default(), row);
+        } else {
             only_in_parts.remove(&row.row());
-            pending.entry(row.row() / per_part).or_default().insert(row.row(), row);
+            supersede(pending.entry(block).or_default(), row);
         }
     })?;
     notes.extend(torn);
+    for (block, rows) in newer {
+        recovered.renew(folder, columns, (block, rows))?;
+    }
     recovered.forget(folder, bad)?;
     Ok(recovered)
 }
@@ -84,6 +95,7 @@ impl Recovered {
             timings,
             pending: BTreeMap::new(),
             only_in_parts: BTreeSet::new(),
+            chosen: None,
             damaged: Vec::new(),
             notes: Vec::new(),
         }
@@ -93,6 +105,20 @@ impl Recovered {
     pub fn untimed(&self) -> Vec<u64> {
         let full = self.manifest.runs.iter().map(|part| part.first_row).filter(|row| is_full(&self.manifest, *row));
         full.filter(|first_row| find(&self.timings.timings, *first_row).is_none()).collect()
+    }
+
+    /// Takes rows of the journal into a full block: those of rows that were run again. A process that ended between a part and
+    /// the end of its journal leaves rows there that the part has.
+    fn renew(&mut self, folder: &Path, columns: &Columns, (block, rows): (u64, Block)) -> Result<(), DatasetError> {
+        let old = read_block(folder, columns, self, block * self.manifest.study.rows_per_part)?;
+        let mut whole = old.clone();
+        let journaled: Vec<u64> = rows.keys().copied().collect();
+        rows.into_values().for_each(|row| supersede(&mut whole, row));
+        if whole != old {
+            self.only_in_parts.extend(whole.keys().filter(|row| !journaled.contains(row)));
+            self.pending.insert(block, whole);
+        }
+        Ok(())
     }
 
     /// Forgets timings that are damaged or gone: they are no reason to compute a row again.
@@ -146,6 +172,15 @@ impl Recovered {
     }
 }
 
+/// Puts a row into its block in place of the one that is there, unless that one is done and the new one is not: what was
+/// computed is not given up for a budget.
+pub fn supersede(block: &mut Block, row: StoredRow) {
+    if row.failed() && block.get(&row.row()).is_some_and(|known| !known.failed()) {
+        return;
+    }
+    block.insert(row.row(), row);
+}
+
 /// Whether the manifest has all rows of a block that the dataset is to hold.
 fn is_full(manifest: &Manifest, first_row: u64) -> bool {
     let wanted = manifest.block(first_row).intersection(manifest.range);
@@ -164,7 +199,15 @@ pub struct BlockParts<'a> {
 }
 
 /// The rows of a block's parts.
-fn read_block(folder: &Path, columns: &Columns, recovered: &Recovered, first_row: u64) -> Result<Block, DatasetError> {
+///
+/// # Errors
+/// The reader's.
+pub fn read_block(
+    folder: &Path,
+    columns: &Columns,
+    recovered: &Recovered,
+    first_row: u64,
+) -> Result<Block, DatasetError> {
     let mut block = Block::new();
     let Recovered { manifest, timings, .. } = recovered;
     if let (Some(runs), Some(blows)) = (find(&manifest.runs, first_row), find(&manifest.blows, first_row)) {

@@ -11,12 +11,11 @@ use super::error::DatasetError;
 use super::journal;
 use super::lock::Lock;
 use super::manifest::Manifest;
+use super::store::remove;
+use crate::files::{Limit, Staged, is_passing_name, read};
 
 /// Name of the status in the dataset's folder.
 pub const STATUS_NAME: &str = "status.json";
-
-/// Its name until it is whole.
-pub const STAGED_STATUS_NAME: &str = ".status.json.partial";
 
 /// What a sweep is doing, or how it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +27,8 @@ pub enum SweepState {
     Complete,
     /// Stopped by a signal; the same command goes on.
     Interrupted,
+    /// Stopped at once by a second signal: rows that ended are there, those that ran are not; the same command goes on.
+    StoppedAtOnce,
     /// Stopped because more rows failed than were allowed.
     TooManyFailed,
     /// Results could not be written.
@@ -97,10 +98,22 @@ impl SweepStatus {
     /// # Errors
     /// The system's.
     pub fn write(&self, dataset: &Path) -> Result<(), DatasetError> {
-        let staged = dataset.join(STAGED_STATUS_NAME);
         let target = dataset.join(STATUS_NAME);
-        fs::write(&staged, self.to_json(&target)?).map_err(failed_to("write", &staged))?;
-        fs::rename(&staged, &target).map_err(failed_to("rename into place", &target))
+        let staged = Staged::write(dataset, &target, &self.to_json(&target)?);
+        staged.and_then(Staged::put_in_place).map_err(failed_to("write", &target))
+    }
+
+    /// Notes that the sweep that writes the dataset is stopped at once, for a process that ends without any more words.
+    ///
+    /// # Errors
+    /// The system's; there is no status before the first row is run.
+    pub fn note_stop(dataset: &Path) -> Result<(), DatasetError> {
+        let path = dataset.join(STATUS_NAME);
+        let text = read(&path, Limit::STATUS).map_err(failed_to("read", &path))?;
+        let last: Self =
+            serde_json::from_slice(&text).map_err(|source| DatasetError::Manifest { path: path.clone(), source })?;
+        let message = "stopped at once".to_owned();
+        Self { state: SweepState::StoppedAtOnce, message, updated_unix_s: Self::now_unix_s(), ..last }.write(dataset)
     }
 
     /// The status as JSON.
@@ -119,7 +132,7 @@ impl SweepStatus {
         // Taken is looked at first: a sweep that ends in between is then reported by its last word.
         let running = Lock::is_taken(dataset);
         let manifest = Manifest::read(dataset)?;
-        let last = fs::read(dataset.join(STATUS_NAME)).ok();
+        let last = read(&dataset.join(STATUS_NAME), Limit::STATUS).ok();
         let last: Option<Self> = last.and_then(|text| serde_json::from_slice(&text).ok());
         let mut status = last.unwrap_or_else(|| Self::of_manifest(&manifest));
         if running {
@@ -128,12 +141,14 @@ impl SweepStatus {
         }
         // Rows of a block that has a part may be in the journal too.
         let (rows, failed) = journal::count(dataset, &|row| !manifest.has(row))?;
-        if rows > 0 || status.state == SweepState::Running {
+        if rows > 0 || matches!(status.state, SweepState::Running | SweepState::StoppedAtOnce) {
             status.rows_done = manifest.rows_done + rows;
             status.rows_failed = manifest.rows_failed() + failed;
         }
         if status.state == SweepState::Running {
-            status.state = if manifest.complete { SweepState::Complete } else { SweepState::Lost };
+            // Rows of a full block are in the journal too while they are run again.
+            let waiting = journal::count(dataset, &|_| true)?.0;
+            status.state = if manifest.complete && waiting == 0 { SweepState::Complete } else { SweepState::Lost };
         }
         Ok(status)
     }
@@ -159,4 +174,23 @@ impl SweepStatus {
             last_errors: Vec::new(),
         }
     }
+}
+
+/// Whether a file of a dataset's folder with this name is a status that is not yet in place.
+pub fn is_staged(name: &Path) -> bool {
+    is_passing_name(name, Path::new(STATUS_NAME))
+}
+
+/// Removes what a process left that was killed while it wrote a status; only with the dataset's lock.
+///
+/// # Errors
+/// The system's.
+pub fn remove_staged(dataset: &Path) -> Result<(), DatasetError> {
+    for entry in fs::read_dir(dataset).map_err(failed_to("read the folder", dataset))? {
+        let entry = entry.map_err(failed_to("read the folder", dataset))?;
+        if is_staged(Path::new(&entry.file_name())) {
+            remove(&entry.path())?;
+        }
+    }
+    Ok(())
 }

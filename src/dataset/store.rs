@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::columns::{Columns, TableName};
-use super::durable::{StagedFile, failed_to, make_folder, sync_folder};
+use super::durable::{StagedFile, failed_to, make_folder, rename, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::lock::Place;
@@ -229,5 +229,5 @@ pub fn set_aside(path: &Path, aside: &Path) -> Result<(), DatasetError> {
         }
         target = aside.join(format!("{name}.{number}"));
     }
-    fs::rename(path, &target).map_err(failed_to("move aside", path))
+    rename(path, &target)
 }

@@ -42,7 +42,7 @@ impl TableColumn {
     pub fn new<'a, T: 'static>(quantity: &Quantity<T>, items: impl Iterator<Item = Option<&'a T>>) -> Self {
         let cells = items.map(|item| item.and_then(quantity.value));
         let values = match quantity.kind {
-            Kind::Text => {
+            Kind::Text | Kind::Category => {
                 TableValues::Text(cells.map(|cell| cell.map_or(String::new(), |text| text.to_string())).collect())
             }
             _ => {
@@ -91,7 +91,7 @@ pub fn write_table(
         TableValues::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,
     };
     let dictionary = serde_json::json!({ "table": table, "columns": descriptions }).to_string();
-    let bytes = RecordBatch::try_new(schema(&descriptions), columns.iter().map(array).collect())
+    let bytes = RecordBatch::try_new(schema(info, &descriptions), columns.iter().map(array).collect())
         .map_err(Into::into)
         .and_then(|batch| encode_batch(&batch, properties(info, dictionary)?))
         .map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;

@@ -10,17 +10,18 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::columns::{Columns, TableName};
-use super::difference::differences;
+use super::difference::{differences, is_same_but_budgets};
 use super::durable::{failed_to, make_folder};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use super::journal::{self, JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock, Place};
-use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TimingsManifest};
+use super::manifest::{MANIFEST_NAME, Manifest, Rerun, RowSpan, TIMINGS_NAME, TimingsManifest};
 use super::rebuild::{Known, known, strays};
 use super::record::StoredRow;
-use super::recovery::{Recovered, recover, rows_left};
-use super::status::{STAGED_STATUS_NAME, STATUS_NAME};
+use super::recovery::{Recovered, recover, rows_left, supersede};
+use super::rerun::Chosen;
+use super::status::{self, STATUS_NAME};
 use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
 
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
@@ -95,6 +96,17 @@ impl DatasetWriter {
         Self::open(folder, info, RowSpan { first: 0, end: info.rows }, existing)
     }
 
+    /// As [`DatasetWriter::create`], for rows of other datasets: what these say of rows that were run again goes with them.
+    pub(super) fn copy(
+        folder: &Path,
+        info: &DatasetInfo,
+        reruns: Vec<Rerun>,
+        existing: Existing,
+    ) -> Result<Self, DatasetError> {
+        let range = RowSpan { first: 0, end: info.rows };
+        Self::open_noting(folder, info, Manifest { reruns, ..Manifest::new(info.clone(), range) }, existing)
+    }
+
     /// Creates the dataset's folder and manifests for the rows of `range`, or goes on with what is there.
     ///
     /// # Errors
@@ -102,21 +114,25 @@ impl DatasetWriter {
     /// [`DatasetError::InUse`]; [`DatasetError::DuplicateColumn`]; [`DatasetError::Setting`] if there are no rows per part;
     /// the system's. Names and settings are checked before anything is written or removed.
     pub fn open(folder: &Path, info: &DatasetInfo, range: RowSpan, existing: Existing) -> Result<Self, DatasetError> {
-        let mut columns = columns_of(info)?;
+        Self::open_noting(folder, info, Manifest::new(info.clone(), range), existing)
+    }
+
+    /// Opens a dataset, with this manifest if it is a new one.
+    fn open_noting(
+        folder: &Path,
+        info: &DatasetInfo,
+        manifest: Manifest,
+        existing: Existing,
+    ) -> Result<Self, DatasetError> {
+        let columns = columns_of(info)?;
         look(folder, existing)?;
         make_folder(folder)?;
         let lock = Lock::take(folder)?;
         let recovered = match look(folder, existing)? {
             Found::Dataset(known) if existing == Existing::Resume => {
-                refuse_change(folder, &known.manifest, (info, range))?;
-                // Title and comments of the first run stay, so that all parts have the same bytes.
-                columns = columns_of(&known.manifest.study)?;
-                let mut recovered = recover(folder, &columns, *known)?;
-                recovered.notes.extend(strays(folder, &recovered.manifest)?.iter().map(ToString::to_string));
-                recovered
+                return Self::go_on((folder, lock), (info, manifest.range), *known, None);
             }
             found => {
-                let manifest = Manifest::new(info.clone(), range);
                 let mut recovered = Recovered::nothing(manifest, TimingsManifest::default());
                 if !matches!(found, Found::Nothing) {
                     recovered.notes.push(replace_dataset(folder)?);
@@ -125,21 +141,65 @@ impl DatasetWriter {
             }
         };
         remove(&folder.join(STAGING))?;
-        let journal = folder.join(JOURNAL);
-        make_folder(&journal)?;
+        make_folder(&folder.join(JOURNAL))?;
+        Self::start(folder, columns, recovered, lock)
+    }
+
+    /// Opens a dataset to run chosen rows of it again, in place of the ones that are there; the budgets of `info` may be others.
+    ///
+    /// A row that is not done does not take the place of one that is.
+    ///
+    /// # Errors
+    /// As [`DatasetWriter::open`]; [`DatasetError::Missing`].
+    pub fn again(folder: &Path, info: &DatasetInfo, range: RowSpan, chosen: &Chosen) -> Result<Self, DatasetError> {
+        let missing = || DatasetError::Missing { path: folder.to_owned() };
+        let Found::Dataset(_) = look(folder, Existing::Resume)? else { return Err(missing()) };
+        let lock = Lock::take(folder)?;
+        // Another process may have written until the lock was taken.
+        let Found::Dataset(known) = look(folder, Existing::Resume)? else { return Err(missing()) };
+        Self::go_on((folder, lock), (info, range), *known, Some(chosen))
+    }
+
+    /// Goes on with a dataset: with the rows that are missing, or those chosen.
+    fn go_on(
+        (folder, lock): (&Path, Lock),
+        (info, range): (&DatasetInfo, RowSpan),
+        known: Known,
+        chosen: Option<&Chosen>,
+    ) -> Result<Self, DatasetError> {
+        let changed = refuse_change(folder, &known.manifest, (info, range), chosen)?;
+        // Title and comments of the first run stay, so that all parts have the same bytes.
+        let columns = columns_of(&known.manifest.study)?;
+        let mut recovered = recover(folder, &columns, known)?;
+        recovered.notes.extend(strays(folder, &recovered.manifest)?.iter().map(ToString::to_string));
+        recovered.chosen = chosen.map(|chosen| recovered.choose(folder, &columns, chosen)).transpose()?;
+        let rows = recovered.chosen.clone().unwrap_or_else(|| rows_left(&recovered.manifest, &recovered.pending));
+        if !changed.is_empty() && !rows.is_empty() {
+            recovered.manifest.reruns.push(Rerun { changed, rows });
+        }
+        remove(&folder.join(STAGING))?;
+        make_folder(&folder.join(JOURNAL))?;
         Self::start(folder, columns, recovered, lock)
     }
 
     fn start(folder: &Path, columns: Arc<Columns>, recovered: Recovered, lock: Lock) -> Result<Self, DatasetError> {
+        status::remove_staged(folder)?;
         let untimed = recovered.untimed();
-        let Recovered { manifest, timings, pending, only_in_parts, damaged, notes } = recovered;
-        let left = rows_left(&manifest, &pending);
-        let rows: u64 = left.iter().map(|span| span.len()).sum();
+        let Recovered { manifest, timings, pending, only_in_parts, chosen, damaged, notes } = recovered;
+        let missing = rows_left(&manifest, &pending);
+        let left = chosen.unwrap_or_else(|| missing.clone());
+        let is_left = |row: u64| {
+            let before = left.partition_point(|span| span.first <= row);
+            before.checked_sub(1).and_then(|index| left.get(index)).is_some_and(|span| row < span.end)
+        };
+        let again = pending.values().flat_map(BTreeMap::keys).filter(|row| is_left(**row)).count() as u64;
+        let rows = again + missing.iter().map(|span| span.len()).sum::<u64>();
         // Rows of a block that is not full are in its part and pending: the pending ones count.
         let full =
             manifest.runs.iter().filter(|part| !pending.contains_key(&(part.first_row / manifest.study.rows_per_part)));
         let failed = full.map(|part| part.failed).sum::<u64>()
-            + pending.values().flat_map(BTreeMap::values).filter(|row| row.failed()).count() as u64;
+            + pending.values().flat_map(BTreeMap::values).filter(|row| row.failed() && !is_left(row.row())).count()
+                as u64;
         let info = Arc::new(manifest.study.clone());
         let journal = Arc::new(Journal::new(folder, info.rows_per_part));
         let unjournaled = pending.values().flat_map(BTreeMap::values).filter(|row| only_in_parts.contains(&row.row()));
@@ -217,7 +277,7 @@ impl DatasetWriter {
         self.expect(row.row())?;
         self.take_off(row.row());
         let block = row.row() / self.recorder.info.rows_per_part;
-        self.pending.entry(block).or_default().insert(row.row(), row);
+        supersede(self.pending.entry(block).or_default(), row);
         self.write_if_full(block)
     }
 
@@ -279,8 +339,10 @@ impl DatasetWriter {
         let per_part = self.recorder.info.rows_per_part;
         let first = block * per_part;
         let wanted = RowSpan { first, end: first.saturating_add(per_part) }.intersection(self.range);
+        // Rows that are run again are there and still to come.
+        let waits = self.left.range(..(wanted.end, 0)).next_back().is_some_and(|(_, end)| *end > wanted.first);
         match self.pending.remove(&block) {
-            Some(rows) if rows.len() as u64 == wanted.len() => self.hand_over(rows),
+            Some(rows) if !waits && rows.len() as u64 == wanted.len() => self.hand_over(rows),
             Some(rows) => {
                 self.pending.insert(block, rows);
                 Ok(())
@@ -389,19 +451,30 @@ fn look(folder: &Path, existing: Existing) -> Result<Found, DatasetError> {
     }
 }
 
+/// Refuses another study, unless only budgets are others and no row that is to stay met the old ones; returns what is other.
 fn refuse_change(
     folder: &Path,
     manifest: &Manifest,
     (info, range): (&DatasetInfo, RowSpan),
-) -> Result<(), DatasetError> {
+    chosen: Option<&Chosen>,
+) -> Result<Vec<String>, DatasetError> {
     let mut differences = differences(&manifest.study, info);
+    let only_budgets = is_same_but_budgets(&manifest.study, info);
     let is_whole = |span: RowSpan, info: &DatasetInfo| span == RowSpan { first: 0, end: info.rows };
     if manifest.range != range && !(is_whole(manifest.range, &manifest.study) && is_whole(range, info)) {
         let words = |span: RowSpan| format!("{} to {}", span.first, span.end.saturating_sub(1));
         differences.push(format!("--shard (rows): {} -> {}", words(manifest.range), words(range)));
-    }
-    if differences.is_empty() {
-        return Ok(());
+    } else if differences.is_empty() {
+        return Ok(differences);
+    } else if only_budgets {
+        let failed = manifest.rows_failed() + journal::count(folder, &|row| !manifest.has(row))?.1;
+        if failed == 0 || chosen.is_some() {
+            return Ok(differences);
+        }
+        differences.push(format!(
+            "{failed} rows are not done with the budgets before: `--only-failed` runs these again with the new ones, and keeps \
+             the others"
+        ));
     }
     let before = &manifest.study;
     if before.frame_hash == info.frame_hash && before.rows < info.rows {
@@ -430,8 +503,8 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
         let entry = entry.map_err(failed_to("read the folder", folder))?;
         let name = entry.file_name();
         let is_table = TableName::ALL.iter().any(|table| name == table.folder());
-        let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, STAGED_STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
-        let is_ours = ours.iter().any(|ours| name == *ours);
+        let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
+        let is_ours = ours.iter().any(|ours| name == *ours) || status::is_staged(Path::new(&name));
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
         let may_stay = is_ours || (is_table && is_empty(&entry.path()));
         if !may_stay {

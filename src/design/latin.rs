@@ -51,7 +51,7 @@ impl Latin {
     ///
     /// # Errors
     /// [`DesignError::Unsatisfiable`] if no such hypercube is found, the errors of the conditions.
-    pub(super) fn constrained(
+    pub(super) fn repaired(
         &self,
         correlation: Option<&Correlation>,
         conditions: Conditions<'_>,
@@ -128,12 +128,23 @@ impl Latin {
         Ok(Self { form: Form::Table(table), ..self })
     }
 
-    /// Whether rows are computed alone, without a table.
-    pub(super) fn is_open(&self) -> bool {
-        !matches!(self.form, Form::Table(_))
+    /// Whether rows come from a table of all of them.
+    pub(super) fn is_table(&self) -> bool {
+        matches!(self.form, Form::Table(_))
     }
 
-    pub(super) fn at(&self, row: usize, column: usize) -> Coordinate {
+    /// Number of rows.
+    pub(super) fn row_count(&self) -> usize {
+        self.open.spec.rows
+    }
+
+    /// Number of factors.
+    pub(super) fn columns(&self) -> usize {
+        self.open.columns()
+    }
+
+    /// Coordinate of a row in a column.
+    pub(super) fn coordinate(&self, row: usize, column: usize) -> Coordinate {
         let count = self.open.categories.get(column).copied().unwrap_or(1);
         if count > 1 {
             // The last factor's category changes fastest.

@@ -17,6 +17,7 @@ mod kind;
 mod latin;
 mod mirrored;
 mod optimise;
+mod options;
 mod orthogonal;
 mod permutation;
 mod polish;
@@ -28,9 +29,11 @@ mod sobol;
 mod strata;
 mod table;
 
+use std::sync::Arc;
+
 use constraint::Conditions;
 use correlation::Correlation;
-use kind::{Plan, Request};
+use kind::{Points, Request};
 use selection::Selection;
 
 pub use constraint::{Constraints, Met};
@@ -38,7 +41,9 @@ pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
 pub use error::{DesignError, MOST_ROWS};
 pub use factor::Factor;
-pub use kind::{Aliases, Axial, Kind};
+pub use kind::*;
+pub(crate) use options::design_keys;
+pub use options::{Axial, DesignKey, DesignOptions, Needs};
 pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,
     wrap_around_discrepancy,
@@ -47,13 +52,13 @@ pub use selection::Acceptance;
 pub use strata::{HypercubeKind, LatinHypercube, Placement};
 
 /// A checked design.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Design {
     kind: Kind,
     factors: Vec<Factor>,
     seed: u64,
     correlation: Option<Correlation>,
-    plan: Plan,
+    points: Arc<dyn Points>,
     selection: Option<Selection>,
 }
 
@@ -102,12 +107,12 @@ impl Design {
             factor.distribution.check(index)?;
         }
         let request = Request { factors: &factors, seed, correlation: correlation.as_ref() };
-        let plan = Plan::new(&kind, request)?;
-        if correlation.is_some() && !plan.is_sampled() && !matches!(kind, Kind::LatinHypercube(_)) {
+        let points = kind.points(request)?;
+        if correlation.is_some() && !points.takes_correlation() {
             let message = "only Latin hypercubes, Sobol', Halton and random points can be correlated";
             return Err(DesignError::Correlation(message.into()));
         }
-        Ok(Self { kind, factors, seed, correlation, plan, selection: None })
+        Ok(Self { kind, factors, seed, correlation, points, selection: None })
     }
 
     /// The design restricted to rows that meet the constraints.
@@ -128,17 +133,17 @@ impl Design {
             |coordinates: &[Coordinate], among: &[usize]| met_levels(&self.levels(coordinates), among);
         let conditions = Conditions { factors: &factors, met: &mut met_coordinates };
         let all = conditions.all();
-        if let Some(plan) = self.plan.constrained_latin(self.correlation.as_ref(), conditions) {
-            return Ok(Self { plan: plan?, ..unselected });
+        if let Some(points) = self.points.constrained(self.correlation.as_ref(), conditions) {
+            return Ok(Self { points: points?, ..unselected });
         }
         let accept = |row| Ok(met_levels(&unselected.candidate(row), &all)? == all.len());
-        let selection = Selection::choose(&unselected.plan, accept)?;
+        let selection = Selection::choose(unselected.points.as_ref(), accept)?;
         Ok(Self { selection: Some(selection), ..unselected })
     }
 
     /// Number of rows.
     pub fn row_count(&self) -> usize {
-        self.selection.as_ref().map_or(self.plan.rows, Selection::rows)
+        self.selection.as_ref().map_or(self.points.rows(), Selection::rows)
     }
 
     /// How the rows are chosen.
@@ -163,12 +168,12 @@ impl Design {
 
     /// What a regular two-level fraction confuses; `None` for other kinds and where constraints left out rows.
     pub fn aliases(&self) -> Option<Aliases> {
-        self.plan.aliases().filter(|_| self.selection.is_none())
+        self.points.aliases().filter(|_| self.selection.is_none())
     }
 
     /// Whether every row is computed from (design, row) alone, without a table of all rows.
     pub fn is_open(&self) -> bool {
-        self.plan.is_open() && self.selection.is_none()
+        self.points.is_open() && self.selection.is_none()
     }
 
     /// Values of all factors in this row; `None` past the last row.
@@ -178,19 +183,19 @@ impl Design {
 
     /// The row as a point of the unit cube, see [`Coordinate::unit`]; `None` past the last row.
     pub fn unit_row(&self, row: usize) -> Option<Vec<f64>> {
-        let coordinates = self.bent(&self.plan.at(self.index(row)?));
+        let coordinates = self.bent(&self.points.at(self.index(row)?));
         Some(coordinates.iter().zip(&self.factors).map(|(c, factor)| c.unit(&factor.distribution)).collect())
     }
 
     fn index(&self, row: usize) -> Option<usize> {
         match &self.selection {
             Some(selection) => selection.index(row),
-            None => (row < self.plan.rows).then_some(row),
+            None => (row < self.points.rows()).then_some(row),
         }
     }
 
     fn candidate(&self, index: usize) -> Vec<Level> {
-        self.levels(&self.bent(&self.plan.at(index)))
+        self.levels(&self.bent(&self.points.at(index)))
     }
 
     fn levels(&self, coordinates: &[Coordinate]) -> Vec<Level> {
@@ -199,7 +204,7 @@ impl Design {
 
     /// Sends points through the copula.
     fn bent(&self, coordinates: &[Coordinate]) -> Vec<Coordinate> {
-        let Some(correlation) = self.correlation.as_ref().filter(|_| self.plan.is_sampled()) else {
+        let Some(correlation) = self.correlation.as_ref().filter(|_| self.points.is_sampled()) else {
             return coordinates.to_vec();
         };
         let probability = |coordinate: &Coordinate| match *coordinate {

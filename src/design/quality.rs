@@ -63,13 +63,16 @@ fn distances(points: &[Vec<f64>]) -> (f64, f64) {
     (least, phi)
 }
 
-/// `constant + weight/n sum over rows of product(single) + 1/n^2 sum over pairs (all, ordered) of product(pair)`.
-fn discrepancy(
-    points: &[Vec<f64>],
-    (constant, weight): (f64, f64),
-    single: impl Fn(f64) -> f64,
-    pair: impl Fn(f64, f64) -> f64,
-) -> f64 {
+/// A discrepancy: `constant + weight/n sum over rows of product(single) + 1/n^2 sum over pairs (all, ordered) of product(pair)`.
+struct Kernel<S, P> {
+    constant: f64,
+    weight: f64,
+    single: S,
+    pair: P,
+}
+
+fn discrepancy(points: &[Vec<f64>], kernel: &Kernel<impl Fn(f64) -> f64, impl Fn(f64, f64) -> f64>) -> f64 {
+    let Kernel { constant, weight, single, pair } = kernel;
     let rows = points.len() as f64;
     let singles: f64 = points.iter().map(|row| row.iter().map(|x| single(*x)).product::<f64>()).sum();
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| pair(*a, *b)).product::<f64>();
@@ -90,14 +93,13 @@ pub fn centred_discrepancy(points: &[Vec<f64>]) -> f64 {
     let z = |x: f64| (x - 0.5).abs();
     let single = |x: f64| 1.0 + 0.5 * z(x) - 0.5 * z(x) * z(x);
     let pair = |a: f64, b: f64| 1.0 + 0.5 * z(a) + 0.5 * z(b) - 0.5 * (a - b).abs();
-    discrepancy(points, (power(13.0 / 12.0, points), -2.0), single, pair)
+    discrepancy(points, &Kernel { constant: power(13.0 / 12.0, points), weight: -2.0, single, pair })
 }
 
 /// Squared wrap-around L2 discrepancy: "WD" of `scipy.stats.qmc.discrepancy`.
 pub fn wrap_around_discrepancy(points: &[Vec<f64>]) -> f64 {
     let pair = |a: f64, b: f64| 1.5 - (a - b).abs() * (1.0 - (a - b).abs());
-    let volume = -power(4.0 / 3.0, points);
-    discrepancy(points, (volume, 0.0), |_| 0.0, pair)
+    discrepancy(points, &Kernel { constant: -power(4.0 / 3.0, points), weight: 0.0, single: |_| 0.0, pair })
 }
 
 /// Squared mixture discrepancy (Zhou, Fang and Ning 2013): "MD" of `scipy.stats.qmc.discrepancy`.
@@ -105,13 +107,14 @@ pub fn mixture_discrepancy(points: &[Vec<f64>]) -> f64 {
     let z = |x: f64| (x - 0.5).abs();
     let single = |x: f64| 5.0 / 3.0 - 0.25 * z(x) - 0.25 * z(x) * z(x);
     let pair = |a: f64, b: f64| 15.0 / 8.0 - 0.25 * z(a) - 0.25 * z(b) - 0.75 * (a - b).abs() + 0.5 * (a - b) * (a - b);
-    discrepancy(points, (power(19.0 / 12.0, points), -2.0), single, pair)
+    discrepancy(points, &Kernel { constant: power(19.0 / 12.0, points), weight: -2.0, single, pair })
 }
 
 /// L2 star discrepancy (Warnock 1972, not squared): "L2-star" of `scipy.stats.qmc.discrepancy`.
 pub fn l2_star_discrepancy(points: &[Vec<f64>]) -> f64 {
     let weight = -2.0 * power(0.5, points);
-    discrepancy(points, (power(1.0 / 3.0, points), weight), |x| 1.0 - x * x, |a, b| 1.0 - a.max(b)).max(0.0).sqrt()
+    let (single, pair) = (|x: f64| 1.0 - x * x, |a: f64, b: f64| 1.0 - a.max(b));
+    discrepancy(points, &Kernel { constant: power(1.0 / 3.0, points), weight, single, pair }).max(0.0).sqrt()
 }
 
 fn maximum_correlation(points: &[Vec<f64>]) -> f64 {

@@ -128,6 +128,16 @@ struct Allowed {
     known: Vec<Option<bool>>,
 }
 
+/// Where a path through rows may lead.
+struct Walk<'a> {
+    /// Where it begins.
+    first: usize,
+    /// Rows whose entries were looked at.
+    visited: &'a mut [bool],
+    /// Rows that keep their entries.
+    sound: &'a [bool],
+}
+
 impl Search<'_, '_, '_> {
     fn fresh(&self) -> usize {
         self.table.rows() - self.frozen
@@ -205,7 +215,8 @@ impl Search<'_, '_, '_> {
                 if sound[row] {
                     continue;
                 }
-                if let Some(path) = self.path(allowed, among, row, (&mut visited, sound))? {
+                let walk = Walk { first: row, visited: &mut visited, sound };
+                if let Some(path) = self.path(allowed, among, walk)? {
                     grown = true;
                     self.shift(allowed, &path);
                     for row in path {
@@ -223,9 +234,9 @@ impl Search<'_, '_, '_> {
         &mut self,
         allowed: &mut Allowed,
         among: &[usize],
-        first: usize,
-        (visited, sound): (&mut [bool], &[bool]),
+        walk: Walk<'_>,
     ) -> Result<Option<Vec<usize>>, DesignError> {
+        let Walk { first, visited, sound } = walk;
         let count = sound.len();
         let mut reached = vec![(first, 0)];
         let mut next = 0;

@@ -1,7 +1,7 @@
-//! Rows chosen by constraints: which points of a plan stay.
+//! Rows chosen by constraints: which points of a design stay.
 
 use super::error::DesignError;
-use super::kind::Plan;
+use super::kind::Points;
 
 /// Points looked at before the share that passes is judged.
 const JUDGED: usize = 20_000;
@@ -24,7 +24,7 @@ impl Acceptance {
     }
 }
 
-/// Blocks of rows that stay, by their number in the plan.
+/// Blocks of rows that stay, by their number in the design.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Selection {
     block: usize,
@@ -33,17 +33,17 @@ pub(super) struct Selection {
 }
 
 impl Selection {
-    /// Keeps the blocks of `plan` all of whose rows pass; endless plans give as many blocks as were asked for.
+    /// Keeps the blocks of `points` all of whose rows pass; endless designs give as many blocks as were asked for.
     ///
     /// Which blocks are kept does not depend on how many are asked for, so a longer design starts with the shorter one.
     pub(super) fn choose(
-        plan: &Plan,
+        points: &dyn Points,
         mut accept: impl FnMut(usize) -> Result<bool, DesignError>,
     ) -> Result<Self, DesignError> {
-        let block = plan.block();
-        let wanted = plan.rows / block;
+        let block = points.block();
+        let wanted = points.rows() / block;
         let mut selection = Self { block, kept: Vec::new(), tried: 0 };
-        while selection.kept.len() < wanted && (plan.is_endless() || selection.tried < wanted) {
+        while selection.kept.len() < wanted && (points.is_endless() || selection.tried < wanted) {
             let first = selection.tried * block;
             let mut passes = true;
             for row in first..first + block {
@@ -57,12 +57,12 @@ impl Selection {
             }
             selection.tried += 1;
             let few = selection.tried / MOST_PER_ROW > selection.kept.len();
-            if plan.is_endless() && selection.tried >= JUDGED && few {
+            if points.is_endless() && selection.tried >= JUDGED && few {
                 break;
             }
         }
         let (kept, tried) = (selection.kept.len(), selection.tried);
-        if kept == 0 || (plan.is_endless() && kept < wanted) {
+        if kept == 0 || (points.is_endless() && kept < wanted) {
             let what = if block == 1 { "points" } else { "blocks of rows that belong together" };
             return Err(DesignError::Unsatisfiable(format!(
                 "{kept} of {tried} {what} meet the constraints: they contradict each other or the ranges, or leave less \

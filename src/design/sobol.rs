@@ -15,14 +15,14 @@ const GROUPS: u32 = 6;
 
 /// A Sobol' sequence.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sobol {
+pub(super) struct SobolSequence {
     /// Direction numbers, [`DIGITS`] per dimension.
     directions: Vec<[u64; DIGITS as usize]>,
     /// Key of the scrambling.
     scramble: Option<u64>,
 }
 
-impl Sobol {
+impl SobolSequence {
     /// The sequence in so many dimensions, at most [`MAX_DIMENSIONS`].
     pub(super) fn new(dimensions: usize, scramble: Option<u64>) -> Self {
         let lines = TABLE.lines().filter(|line| !line.starts_with('#'));
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn scrambling_keeps_every_elementary_interval() {
         // 2^8 points: in every dimension each of 2^8 intervals holds exactly one point.
-        let sobol = Sobol::new(20, Some(5));
+        let sobol = SobolSequence::new(20, Some(5));
         for dimension in 0..20 {
             let mut hit = [false; 256];
             for index in 0..256 {
@@ -118,12 +118,12 @@ mod tests {
     #[test]
     fn scrambled_points_are_uniform_over_keys() {
         let n = 20_000;
-        let mean = (0..n).map(|key| Sobol::new(2, Some(key)).at(3, 1)).sum::<f64>() / n as f64;
+        let mean = (0..n).map(|key| SobolSequence::new(2, Some(key)).at(3, 1)).sum::<f64>() / n as f64;
         assert!((mean - 0.5).abs() < 4.0 * 0.2887 / (n as f64).sqrt(), "{mean}");
     }
 
     #[test]
     fn the_table_is_whole() {
-        assert_eq!(Sobol::new(usize::MAX, None).directions.len(), MAX_DIMENSIONS);
+        assert_eq!(SobolSequence::new(usize::MAX, None).directions.len(), MAX_DIMENSIONS);
     }
 }

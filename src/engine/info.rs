@@ -21,6 +21,7 @@ pub fn dataset_info(
         study_text: study.text().to_owned(),
         study_hash: study.hash().to_owned(),
         frame_hash: checked.frame_hash(),
+        budget_free_hash: checked.budget_free_hash(),
         rows_hash: checked.rows_hash(checked.row_count()),
         overrides: study.overrides(),
         inputs,
@@ -70,10 +71,10 @@ fn factor(info: &FactorInfo) -> Factor {
         name: info.name.clone(),
         kind: info.kind,
         unit: info.unit.clone().unwrap_or_else(|| unit.to_owned()),
-        description: match (&info.expression, info.paths.is_empty()) {
-            (None, _) => format!("Factor of the design; drives {}.", info.paths.join(", ")),
-            (Some(expression), true) => format!("Derived: {expression}."),
-            (Some(expression), false) => format!("Derived: {expression}; drives {}.", info.paths.join(", ")),
+        description: match (info.expression(), info.paths().as_slice()) {
+            (None, paths) => format!("Factor of the design; drives {}.", paths.join(", ")),
+            (Some(expression), []) => format!("Derived: {expression}."),
+            (Some(expression), paths) => format!("Derived: {expression}; drives {}.", paths.join(", ")),
         },
     }
 }

@@ -12,14 +12,9 @@ use crate::study::StructureSource;
 ///
 /// `table`: where the structure stands in the study.
 pub(super) fn input_hashes(table: &str, source: &StructureSource) -> Result<BTreeMap<String, String>, EngineError> {
-    let files: Vec<(&str, &Path)> = match source {
-        // Built in: the program's version stands for it.
-        StructureSource::Station => Vec::new(),
-        StructureSource::Matrices(matrices) => matrices.keyed_files(),
-        StructureSource::ModalTable { table, points } => vec![("modal_file", table), ("points_file", points)],
-    };
     let mut hashes = BTreeMap::new();
-    for (key, path) in files {
+    // Of a built-in one there are none: the program's version stands for it.
+    for (key, path) in source.files() {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         hashes.insert(format!("{table}.{key} ({name})"), hash(path)?);
     }

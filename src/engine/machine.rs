@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::scene::Scene;
 use crate::structure::{
     DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ReducedStructure,
-    ReductionSettings, RigidMass, SelectionSettings, StructureError, StructureModes, reduce, reduce_files,
+    ReductionSettings, RigidMass, SelectionSettings, StructureError, StructureModes, cache_path, reduce, reduce_files,
 };
 use crate::study::{Housings, InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use crate::system::InterfaceModes;
@@ -32,6 +32,7 @@ pub struct Machine {
     selection: Option<SelectionSettings>,
     housings: Housings,
     cache: Mutex<HashMap<PlacementKey, Arc<StructureModes>>>,
+    note: Option<String>,
 }
 
 /// A structure before its reduction: what a study is checked against.
@@ -85,9 +86,15 @@ impl Machine {
         demand: &InterfaceDemand,
     ) -> Result<Self, StructureError> {
         let settings_of = || reduction_settings(settings, demand);
+        let mut note = None;
         let reduced = match model {
             SourceModel::Model(model) => reduce(&model, &settings_of())?,
-            SourceModel::Files(files, _, cache) => reduce_files(&files, &settings_of(), cache)?.0,
+            SourceModel::Files(files, _, cache) => {
+                let settings = settings_of();
+                let (reduced, outcome) = reduce_files(&files, &settings, cache)?;
+                note = outcome.note(&cache_path(&files, &settings));
+                reduced
+            }
             SourceModel::ModalTable(table, points) => ReducedStructure::from_modal_table(&table, points)?,
         };
         let damping = settings.damping_ratio.clone();
@@ -99,7 +106,13 @@ impl Machine {
             selection: selection.map(|tolerance| SelectionSettings { tolerance, band_hz: settings.mode_band_hz }),
             housings: settings.housings,
             cache: Mutex::default(),
+            note,
         })
+    }
+
+    /// What became of a reduction that was kept from before, where a user should know of it.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// Modes of the machine with the housings of a scene on their mounts, and their shapes at the scene's interface points;

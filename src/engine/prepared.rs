@@ -94,6 +94,11 @@ impl Engine {
         Self { retries, ..self }
     }
 
+    /// What users should know of how the machines were made ready, in lines: kept reductions that could not be used.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        [&self.machine].into_iter().chain(&self.further).filter_map(Machine::note)
+    }
+
     /// The scene of a row and the modes of its machine.
     ///
     /// # Errors

@@ -9,7 +9,8 @@ use super::info::record;
 use super::monitor::{Beginning, Monitor};
 use super::prepared::{Engine, Rows};
 use crate::dataset::{
-    DatasetError, DatasetWriter, Existing, RowRecorder, RowSpan, StoredRow, SweepState, SweepStatus, grow,
+    Chosen, DatasetError, DatasetWriter, Existing, Manifest, RowRecorder, RowSpan, StoredRow, SweepState, SweepStatus,
+    grow,
 };
 use crate::run::{BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowSource, RowTask, run_batch};
 
@@ -22,6 +23,8 @@ pub struct SweepSettings<'a> {
     pub rows: Option<RowSpan>,
     /// What becomes of a dataset that is there; default: it is continued.
     pub existing: Existing,
+    /// Rows to run again in place of those that are there, and no others; `None` (default): all that are missing are run.
+    pub again: Option<&'a Chosen>,
     /// Stop when more rows than this are not done, those of earlier runs included; `None` (default): never.
     pub max_failed: Option<u64>,
     /// Where to write how the sweep ended (JSON); `None` (default): nowhere but in the dataset.
@@ -38,6 +41,7 @@ impl Default for SweepSettings<'_> {
             threads: 0,
             rows: None,
             existing: Existing::Resume,
+            again: None,
             max_failed: None,
             summary: None,
             stop: None,
@@ -65,11 +69,14 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
     let (info, listener) = (rows.info(), settings.listener);
     let whole = RowSpan { first: 0, end: info.rows };
     let range = settings.rows.unwrap_or(whole);
-    if settings.existing == Existing::Resume && range == whole {
+    if settings.existing == Existing::Resume && settings.again.is_none() && range == whole {
         let growth = grow(folder, &info, &|first| rows.checked().rows_hash(first as usize))?;
         growth.iter().for_each(|growth| listener(SweepEvent::Grown { growth, rows: info.rows }));
     }
-    let mut writer = DatasetWriter::open(folder, &info, range, settings.existing)?;
+    let mut writer = match settings.again {
+        Some(chosen) => DatasetWriter::again(folder, &info, range, chosen)?,
+        None => DatasetWriter::open(folder, &info, range, settings.existing)?,
+    };
     let (done, failed) = writer.recovered();
     let place = writer.place();
     listener(SweepEvent::Found { damaged: writer.damaged(), notes: writer.notes() });
@@ -96,6 +103,9 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
     let finished = writer.finish();
     let status = match (&summary, &finished) {
         (Ok(_), Err(error)) => monitor.status(SweepState::NotWritten, error.to_string()),
+        (Ok(_), Ok(manifest)) if settings.again.is_some() => {
+            whole_ending(ending(&monitor, &summary, limit.most_failed), manifest)
+        }
         _ => ending(&monitor, &summary, limit.most_failed),
     };
     monitor.finish(&status, settings.summary);
@@ -154,18 +164,22 @@ fn ending(
     let (state, message) = match (summary, most_failed) {
         (Err(error), _) => (SweepState::NotWritten, error.to_string()),
         (Ok(summary), Some(most)) if summary.stopped && failed > most => {
-            let message = format!(
-                "stopped: {failed} rows are not done, more than --max-failed {most} allows (`decore status` shows the \
-                 last ones); a larger limit goes on"
-            );
-            (SweepState::TooManyFailed, message)
+            (SweepState::TooManyFailed, format!("stopped: {failed} rows are not done, more than the {most} allowed"))
         }
-        (Ok(summary), _) if summary.stopped => {
-            (SweepState::Interrupted, "interrupted; the same command goes on".to_owned())
-        }
+        (Ok(summary), _) if summary.stopped => (SweepState::Interrupted, "interrupted".to_owned()),
         (Ok(_), _) => (SweepState::Complete, String::new()),
     };
     monitor.status(state, message)
+}
+
+/// How rows run again ended: rows whose turn did not come are there as they were, and others may be missing.
+fn whole_ending(status: SweepStatus, manifest: &Manifest) -> SweepStatus {
+    let status = SweepStatus { rows_done: manifest.rows_done, rows_failed: manifest.rows_failed(), ..status };
+    if status.state != SweepState::Complete || manifest.complete {
+        return status;
+    }
+    let message = "the chosen rows have ended, others are still missing: the command without a choice runs them";
+    SweepStatus { state: SweepState::Interrupted, message: message.to_owned(), ..status }
 }
 
 fn threads(asked: usize) -> u64 {

@@ -49,10 +49,35 @@ pub struct ExpressionError {
     pub message: String,
 }
 
+/// What a word of an expression stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Something that has a value.
+    Value,
+    /// A text in quotes.
+    Text,
+    /// A function of the scope.
+    Function,
+    /// An argument of such a function: a name, which may stand in quotes.
+    Argument,
+}
+
+/// A word of an expression with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Word {
+    /// Character at which it stands, counted from 1.
+    pub column: usize,
+    /// The word, without quotes.
+    pub text: String,
+    /// What it stands for.
+    pub role: Role,
+}
+
 /// A parsed expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
     root: Node,
+    words: Vec<Word>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -77,10 +102,11 @@ impl Expression {
     /// # Errors
     /// [`ExpressionError`] with the place.
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
-        let mut parser = Parser { tokens: tokens(text)?, next: 0, end: text.chars().count() + 1, depth: 0 };
+        let mut parser =
+            Parser { tokens: tokens(text)?, next: 0, end: text.chars().count() + 1, depth: 0, words: Vec::new() };
         let root = parser.level(0)?;
         match parser.tokens.get(parser.next) {
-            None => Ok(Self { root }),
+            None => Ok(Self { root, words: parser.words }),
             Some((column, token)) => Err(ExpressionError {
                 column: *column,
                 message: format!("found `{token}` where the expression should end or an operator should stand"),
@@ -90,7 +116,12 @@ impl Expression {
 
     /// The expression that is a number.
     pub fn constant(number: f64) -> Self {
-        Self { root: Node::Constant(Value::Number(number)) }
+        Self { root: Node::Constant(Value::Number(number)), words: Vec::new() }
+    }
+
+    /// Its names and texts, functions that are built in apart, in order.
+    pub fn words(&self) -> &[Word] {
+        &self.words
     }
 
     /// Names that the expression uses, arguments of the scope's functions apart; each once, in order.
@@ -220,6 +251,8 @@ struct Parser {
     /// Column behind the text.
     end: usize,
     depth: usize,
+    /// Names and texts so far.
+    words: Vec<Word>,
 }
 
 impl Parser {
@@ -289,13 +322,16 @@ impl Parser {
             let inner = self.nested(|parser| parser.level(0))?;
             return if self.take(&[")"]).is_some() { Ok(inner) } else { self.fault("`)`") };
         }
-        let token = self.tokens.get(self.next).map(|(_, token)| token.clone());
+        let token = self.tokens.get(self.next).cloned();
         let node = match token {
-            Some(Token::Number(number)) => Node::Constant(Value::Number(number)),
-            Some(Token::Text(text)) => Node::Constant(Value::Text(text)),
-            Some(Token::Name(name)) => {
+            Some((_, Token::Number(number))) => Node::Constant(Value::Number(number)),
+            Some((column, Token::Text(text))) => {
+                self.words.push(Word { column, text: text.clone(), role: Role::Text });
+                Node::Constant(Value::Text(text))
+            }
+            Some((column, Token::Name(name))) => {
                 self.next += 1;
-                return self.name(name);
+                return self.name(column, name);
             }
             _ => return self.fault("a number, a name or `(`"),
         };
@@ -303,18 +339,36 @@ impl Parser {
         Ok(node)
     }
 
-    fn name(&mut self, name: String) -> Result<Node, ExpressionError> {
+    /// What begins with a name: a value, or a function with its arguments.
+    fn name(&mut self, column: usize, name: String) -> Result<Node, ExpressionError> {
+        let word = |role: Role| Word { column, text: name.clone(), role };
         if self.take(&["("]).is_none() {
+            self.words.push(word(Role::Value));
             return Ok(Node::Name(name));
         }
+        if builtin(&name) {
+            let arguments = self.arguments()?;
+            return Ok(Node::Call(name, arguments));
+        }
+        self.words.push(word(Role::Function));
+        let first = self.words.len();
+        let arguments = self.arguments()?;
+        for word in self.words.iter_mut().skip(first).filter(|word| word.role != Role::Function) {
+            word.role = Role::Argument;
+        }
+        Ok(Node::Call(name, arguments))
+    }
+
+    /// Arguments up to the closing parenthesis; the opening one has been taken.
+    fn arguments(&mut self) -> Result<Vec<Node>, ExpressionError> {
         let mut arguments = Vec::new();
         if self.take(&[")"]).is_some() {
-            return Ok(Node::Call(name, arguments));
+            return Ok(arguments);
         }
         loop {
             arguments.push(self.nested(|parser| parser.level(0))?);
             if self.take(&[")"]).is_some() {
-                return Ok(Node::Call(name, arguments));
+                return Ok(arguments);
             }
             if self.take(&[","]).is_none() {
                 return self.fault("`,` or `)`");
@@ -457,6 +511,26 @@ mod tests {
         ] {
             assert_eq!(value(text), Ok(Value::Number(expected)), "{text}");
         }
+    }
+
+    #[test]
+    fn words_have_their_places() {
+        let words = |text: &str| {
+            let expression = Expression::parse(text).expect("an expression");
+            let word = |word: &Word| (word.column, word.text.clone(), word.role);
+            expression.words().iter().map(word).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            words("abs(a) > 1 and distance(left, 'right') < b.c"),
+            [
+                (5, "a".to_owned(), Role::Value),
+                (16, "distance".to_owned(), Role::Function),
+                (25, "left".to_owned(), Role::Argument),
+                (31, "right".to_owned(), Role::Argument),
+                (42, "b.c".to_owned(), Role::Value),
+            ]
+        );
+        assert_eq!(words("mount == 'R3'")[1], (10, "R3".to_owned(), Role::Text));
     }
 
     #[test]

@@ -1,9 +1,15 @@
-//! Files of others, read up to the size that their kind may have: a wrong name (a device, some other program's results) costs
-//! neither memory nor time.
+//! Files are read up to the size that their kind may have: a wrong name (a device, some other program's results) costs
+//! neither memory nor time. They are written under a passing name, until they are whole: [`Staged`].
+
+mod shield;
+mod staged;
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
+
+pub use shield::shielded;
+pub use staged::{Staged, is_passing_name};
 
 /// Most bytes of what is no regular file (a pipe, a device) and so tells no size before.
 const MOST_STREAMED: u64 = 64_000_000;
@@ -28,6 +34,12 @@ impl Limit {
     pub const MATRIX: Self = Self { kind: "a matrix file", bytes: 64_000_000_000 };
     /// What a dataset says of itself.
     pub const DATASET: Self = Self { kind: "a file about a dataset", bytes: 256_000_000 };
+    /// A part of a table, or the rows that wait for it: what the process that wrote them had in memory.
+    pub const PART: Self = Self { kind: "a part of a dataset", bytes: 16_000_000_000 };
+    /// How far a sweep is, and who writes to a dataset: a few lines.
+    pub const STATUS: Self = Self { kind: "the status of a dataset", bytes: 1_000_000 };
+    /// A reduced machine that was kept.
+    pub const REDUCED: Self = Self { kind: "a reduced machine", bytes: 4_000_000_000 };
 }
 
 /// The bytes of a file.

@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 7] = [
+pub const TOPICS: [Topic; 8] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -22,6 +22,11 @@ pub const TOPICS: [Topic; 7] = [
         name: "outputs",
         about: "what each name of the tables means, column by column",
         text: include_str!("outputs.md"),
+    },
+    Topic {
+        name: "reading",
+        about: "the tables in pandas, polars, DuckDB and pyarrow",
+        text: include_str!("reading.md"),
     },
     Topic { name: "scatter", about: "which differences between rows are real", text: include_str!("scatter.md") },
     Topic {

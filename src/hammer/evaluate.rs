@@ -34,6 +34,9 @@ pub mod chamber {
     pub const FRONT: usize = 3;
     /// Number of chambers.
     pub const COUNT: usize = 4;
+    /// What they are called.
+    pub const NAMES: [&str; COUNT] =
+        ["top of the telescope", "annulus of the telescope", "rear of the piston", "front of the piston"];
 }
 
 /// State of one hammer as the model sees it.

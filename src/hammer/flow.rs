@@ -170,10 +170,11 @@ fn fit(f: impl Fn(f64) -> f64) -> [f64; TERMS] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn air() -> Gas {
+    /// Air at 20 C with the exponents of the default hammer.
+    pub(in crate::hammer) fn air() -> Gas {
         Gas {
             specific_energy_j_per_kg: 287.05 * 293.15,
             isentropic_exponent: 1.4,

@@ -149,18 +149,11 @@ fn unplaced(parameters: &HammerParameters, gas: &Gas) -> HammerConstants<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::flow::tests::air;
     use super::*;
 
     fn model(gravity: f64) -> HammerModel {
-        let gas = Gas {
-            specific_energy_j_per_kg: 287.05 * 293.15,
-            isentropic_exponent: 1.4,
-            inflow_exponent: 1.4,
-            outflow_exponent: 1.0,
-            expansion_exponent: 1.2,
-            ambient_pressure_pa: 101_325.0,
-        };
-        HammerModel::new(&HammerParameters::default(), gas, gravity)
+        HammerModel::new(&HammerParameters::default(), air(), gravity)
     }
 
     /// At rest the top stop's force balances spring and weight, on the guide as on all that hangs below it, and no pressure

@@ -14,6 +14,8 @@ use super::LinalgError;
 static METIS: Mutex<()> = Mutex::new(());
 
 /// Where the non-zeros of a symmetric matrix are: both triangles, the diagonal may be left out.
+///
+/// No structure of sprs, which wants rising columns: they come in the order in which K and M have them and are only gone through.
 pub(super) struct SymmetricPattern {
     pub pointers: Vec<usize>,
     pub indices: Vec<u32>,

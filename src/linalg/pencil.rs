@@ -14,7 +14,7 @@ use faer::sparse::linalg::cholesky::supernodal::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use nalgebra::DMatrix;
-use sprs::CsMat;
+use sprs::{CsMat, CsStructure};
 
 use super::LinalgError;
 use super::ordering::{SymmetricPattern, fill_reducing};
@@ -34,13 +34,15 @@ pub struct SymmetricPencil<'a> {
     rows: Vec<u32>,
     place: Vec<u32>,
     /// Lower triangle by columns, on the union of both patterns.
-    pointers: Vec<usize>,
-    indices: Vec<usize>,
+    lower: CsStructure,
     symbolic: SymbolicSupernodalCholesky<usize>,
     mass_rows: CompressedRows,
 }
 
 /// Both triangles by rows, entries that are 0 left out.
+///
+/// No matrix of sprs, which multiplies by one vector or by a matrix of ndarray: here panels of [`WIDTH`] vectors are read once
+/// per entry. Its rows also keep the order in which the matrix has their entries, and so the order of their sums.
 #[derive(Debug)]
 struct CompressedRows {
     pointers: Vec<usize>,
@@ -68,10 +70,10 @@ impl<'a> SymmetricPencil<'a> {
         rows = fill_reducing(&pattern)?.into_iter().map(|position| rows[position as usize]).collect();
         drop(pattern);
         let place = places(&rows, order);
-        let (pointers, indices) = lower_triangle(stiffness, mass, &rows, &place);
-        let symbolic = symbolic(&pointers, &indices)?;
+        let lower = lower_triangle(stiffness, mass, &rows, &place);
+        let symbolic = symbolic(&lower)?;
         let mass_rows = CompressedRows::new(mass, &rows, &place);
-        Ok(Self { stiffness, mass, rows, place, pointers, indices, symbolic, mass_rows })
+        Ok(Self { stiffness, mass, rows, place, lower, symbolic, mass_rows })
     }
 
     /// Number of rows of the pencil.
@@ -91,10 +93,9 @@ impl<'a> SymmetricPencil<'a> {
 
     /// Lower triangle of `K + shift M`.
     fn shifted(&self, shift: f64) -> Vec<f64> {
-        let mut values = Vec::with_capacity(self.indices.len());
+        let mut values = Vec::with_capacity(self.lower.nnz());
         let mut work = vec![0.0; self.order()];
-        for (column, &row) in self.rows.iter().enumerate() {
-            let pattern = &self.indices[self.pointers[column]..self.pointers[column + 1]];
+        for ((column, &row), pattern) in self.rows.iter().enumerate().zip(self.lower.outer_iterator()) {
             let mut add = |matrix: &CsMat<f64>, factor: f64| {
                 for (other, value) in row_of(matrix, row) {
                     let position = self.place[other];
@@ -107,15 +108,13 @@ impl<'a> SymmetricPencil<'a> {
             if shift != 0.0 {
                 add(self.mass, shift);
             }
-            values.extend(pattern.iter().map(|&position| std::mem::take(&mut work[position])));
+            values.extend(pattern.indices().iter().map(|&position| std::mem::take(&mut work[position])));
         }
         values
     }
 
     fn matrix<'m>(&'m self, values: &'m [f64]) -> SparseColMatRef<'m, usize, f64> {
-        let order = self.order();
-        let pattern = SymbolicSparseColMatRef::new_checked(order, order, &self.pointers, None, &self.indices);
-        SparseColMatRef::new(pattern, values)
+        SparseColMatRef::new(columns_of(&self.lower), values)
     }
 
     fn factor_values(&self) -> Result<Vec<f64>, LinalgError> {
@@ -251,12 +250,11 @@ impl<'a> SymmetricPencil<'a> {
         let order = self.order();
         let values = self.shifted(shift);
         let mut sums = vec![0.0; order];
-        for column in 0..order {
-            let range = self.pointers[column]..self.pointers[column + 1];
-            for (&row, value) in self.indices[range.clone()].iter().zip(&values[range]) {
-                sums[column] += value.abs();
-                sums[row] += if row == column { 0.0 } else { value.abs() };
-            }
+        // In the order of the values.
+        let entries = self.lower.iter().map(|(_, place)| place);
+        for ((row, column), value) in entries.zip(&values) {
+            sums[column] += value.abs();
+            sums[row] += if row == column { 0.0 } else { value.abs() };
         }
         let norm = sums.iter().copied().fold(0.0, f64::max);
         let mut x = DMatrix::from_element(order, 1, 1.0 / order.max(1) as f64);
@@ -389,7 +387,7 @@ fn union(k: &CsMat<f64>, m: &CsMat<f64>, rows: &[u32], place: &[u32]) -> Symmetr
 }
 
 /// The lower triangle of the union by columns, rows rising, every diagonal entry included.
-fn lower_triangle(k: &CsMat<f64>, m: &CsMat<f64>, rows: &[u32], place: &[u32]) -> (Vec<usize>, Vec<usize>) {
+fn lower_triangle(k: &CsMat<f64>, m: &CsMat<f64>, rows: &[u32], place: &[u32]) -> CsStructure {
     let (mut pointers, mut indices) = (vec![0], Vec::new());
     for (column, &row) in rows.iter().enumerate() {
         let first = indices.len();
@@ -412,30 +410,28 @@ fn lower_triangle(k: &CsMat<f64>, m: &CsMat<f64>, rows: &[u32], place: &[u32]) -
         pointers.push(indices.len());
     }
     indices.shrink_to_fit();
-    (pointers, indices)
+    let entries = vec![(); indices.len()];
+    CsStructure::new_csc((rows.len(), rows.len()), pointers, indices, entries)
 }
 
-fn symbolic(pointers: &[usize], indices: &[usize]) -> Result<SymbolicSupernodalCholesky<usize>, LinalgError> {
-    let order = pointers.len() - 1;
+/// The pattern of a matrix that is stored by columns, as faer has it.
+fn columns_of(pattern: &CsStructure) -> SymbolicSparseColMatRef<'_, usize> {
+    SymbolicSparseColMatRef::new_checked(
+        pattern.rows(),
+        pattern.cols(),
+        pattern.indptr().into_raw_storage(),
+        None,
+        pattern.indices(),
+    )
+}
+
+fn symbolic(lower: &CsStructure) -> Result<SymbolicSupernodalCholesky<usize>, LinalgError> {
+    let order = lower.rows();
     // The symbolic factorisation reads the upper triangle by columns: the transposed lower one.
-    let mut upper_pointers = vec![0; order + 1];
-    for &row in indices {
-        upper_pointers[row + 1] += 1;
-    }
-    for row in 0..order {
-        upper_pointers[row + 1] += upper_pointers[row];
-    }
-    let mut next = upper_pointers.clone();
-    let mut upper = vec![0; indices.len()];
-    for column in 0..order {
-        for &row in &indices[pointers[column]..pointers[column + 1]] {
-            upper[next[row]] = column;
-            next[row] += 1;
-        }
-    }
-    let pattern = SymbolicSparseColMatRef::new_checked(order, order, &upper_pointers, None, &upper);
+    let upper = lower.transpose_view().to_csc();
+    let pattern = columns_of(&upper);
     let memory = |_| LinalgError::OutOfMemory { order };
-    let scratch = prefactorize_symbolic_cholesky_scratch::<usize>(order, indices.len())
+    let scratch = prefactorize_symbolic_cholesky_scratch::<usize>(order, upper.nnz())
         .or(factorize_supernodal_symbolic_cholesky_scratch::<usize>(order));
     let mut buffer = MemBuffer::try_new(scratch).map_err(|_| LinalgError::OutOfMemory { order })?;
     let (mut parents, mut counts) = (vec![0; order], vec![0; order]);

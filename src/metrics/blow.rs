@@ -71,7 +71,7 @@ impl BlowKind {
 }
 
 impl QuantityField for BlowKind {
-    const KIND: Kind = Kind::Text;
+    const KIND: Kind = Kind::Category;
     fn value(&self) -> Cell<'_> {
         Some(Value::Text(self.text()))
     }

@@ -36,8 +36,9 @@ quantities! {
         pub blank_blow_count: u64 => "1",
         /// Number of periodic blows; those that settle do not count.
         pub periodic_blows: u64 => "1",
-        /// What the percussion is: periodic, aperiodic, unsettled, stalled, blank or none.
-        pub percussion: Percussion => "",
+        /// What the percussion is: periodic, aperiodic, unsettled, stalled, blank or none; with twins, what the row and
+        /// its twins show most often.
+        pub percussion: Percussion => "" main,
         /// Period of a periodic percussion, in blows.
         pub percussion_period: Option<u64> => "1",
         /// Mean impact energy of the periodic blows.
@@ -139,7 +140,7 @@ pub struct RunMetrics {
 pub type ScatterOf = BTreeMap<&'static str, Option<f64>>;
 
 quantities! {
-    /// Scatter of the main outputs over a run and its twins: half the range.
+    /// Scatter of the main outputs over a run and its twins: half the range; of the percussion, the share of another kind.
     #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct Scatter {
         /// Twins of the row that were simulated to their end; the scatter is over these and the row itself.

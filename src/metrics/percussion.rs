@@ -53,7 +53,7 @@ impl Percussion {
 }
 
 impl QuantityField for Percussion {
-    const KIND: Kind = Kind::Text;
+    const KIND: Kind = Kind::Category;
     fn value(&self) -> Cell<'_> {
         Some(Value::Text(self.text()))
     }

@@ -1,11 +1,28 @@
 //! How far the main outputs of a run move under inputs that are the same for every purpose.
 
 use super::outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
-use crate::quantity::Quantity;
+use crate::quantity::{Kind, Quantity, Value};
+
+impl RunMetrics {
+    /// Takes in the row's `twins`, runs of the same scene: the scatter of the main outputs, and the kind of each hammer's
+    /// percussion, which becomes the one that the row and its twins show most often. A kind has edges (blows that repeat to 1 % are
+    /// periodic), and a single run next to one falls on either side by chance.
+    pub fn take_twins(&mut self, twins: &[Self]) {
+        self.scatter = Some(Scatter::new(self, twins));
+        for (h, hammer) in self.hammers.iter_mut().enumerate() {
+            let mut shown = vec![(hammer.percussion, hammer.percussion_period)];
+            shown.extend(twins.iter().filter_map(|m| m.hammers.get(h)).map(|m| (m.percussion, m.percussion_period)));
+            if let Some(kind) = most_frequent(shown.iter().map(|(kind, _)| *kind)) {
+                let period = most_frequent(shown.iter().filter(|(own, _)| *own == kind).map(|(_, period)| *period));
+                (hammer.percussion, hammer.percussion_period) = (kind, period.flatten());
+            }
+        }
+    }
+}
 
 impl Scatter {
     /// The scatter of `run` and its `twins`, all of the same scene.
-    pub fn new(run: &RunMetrics, twins: &[RunMetrics]) -> Self {
+    fn new(run: &RunMetrics, twins: &[RunMetrics]) -> Self {
         let all = || std::iter::once(run).chain(twins);
         let hammer = |h: usize| over(HammerMetrics::QUANTITIES, &|m: &RunMetrics| m.hammers.get(h).cloned(), all());
         let casting = |c: usize| over(CastingMetrics::QUANTITIES, &|m: &RunMetrics| m.castings.get(c).cloned(), all());
@@ -18,27 +35,52 @@ impl Scatter {
     }
 }
 
-/// Half the range of each main quantity over the runs.
+/// Scatter of each main quantity over the runs: half the range of a number, of a text the share of the runs that differ from
+/// the most frequent one. Nothing with fewer than two runs.
 fn over<'r, T>(
     quantities: &[Quantity<T>],
     part: &dyn Fn(&RunMetrics) -> Option<T>,
     runs: impl Iterator<Item = &'r RunMetrics>,
 ) -> ScatterOf {
     let parts: Vec<Option<T>> = runs.map(part).collect();
-    let half_range = |quantity: &Quantity<T>| {
-        let value = |part: &Option<T>| (quantity.value)(part.as_ref()?)?.number();
-        let values: Option<Vec<f64>> = parts.iter().map(value).collect();
-        let values = values.filter(|values| values.len() > 1)?;
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Some(0.5 * (largest - least))
+    let values = |quantity: &Quantity<T>| -> Option<Vec<Value<&str>>> {
+        let values: Option<Vec<Value<&str>>> = parts.iter().map(|part| (quantity.value)(part.as_ref()?)).collect();
+        values.filter(|values| values.len() > 1)
     };
-    quantities.iter().filter(|quantity| quantity.main).map(|q| (q.name, half_range(q))).collect()
+    let scatter = |quantity: &Quantity<T>| match quantity.kind {
+        Kind::Text | Kind::Category => share_of_others(&values(quantity)?),
+        Kind::Real | Kind::Count | Kind::Integer => half_range(&values(quantity)?),
+    };
+    quantities.iter().filter(|quantity| quantity.main).map(|q| (q.name, scatter(q))).collect()
+}
+
+/// Half the range of the numbers; `None` if one is not a number.
+fn half_range(values: &[Value<&str>]) -> Option<f64> {
+    let values: Vec<f64> = values.iter().map(|value| value.number()).collect::<Option<_>>()?;
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Some(0.5 * (largest - least))
+}
+
+/// Share of the values that are not the most frequent one.
+fn share_of_others(values: &[Value<&str>]) -> Option<f64> {
+    let usual = most_frequent(values.iter())?;
+    let others = values.iter().filter(|value| *value != usual).count();
+    Some(others as f64 / values.len() as f64)
+}
+
+/// The most frequent value; of equally frequent ones the one that comes first.
+fn most_frequent<T: PartialEq>(values: impl Iterator<Item = T> + Clone) -> Option<T> {
+    let count = |value: &T| values.clone().filter(|other| other == value).count();
+    // `max_by_key` keeps the last of equals.
+    let places: Vec<T> = values.clone().collect();
+    places.into_iter().rev().max_by_key(count)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::Percussion;
 
     fn run(energy: Option<f64>, work: f64) -> RunMetrics {
         RunMetrics {
@@ -63,5 +105,29 @@ mod tests {
         let lacking = Scatter::new(&run(Some(12.0), 100.0), &[run(None, 100.0)]);
         assert_eq!(lacking.hammers[0]["periodic_energy_mean_j"], None);
         assert_eq!(Scatter::new(&run(Some(12.0), 1.0), &[]).totals["delivered_work_j"], None);
+    }
+
+    /// The kind of percussion is the one that most show, the row's own among equals, with that kind's usual period; its scatter
+    /// is the share of the others.
+    #[test]
+    fn analytic_kind_of_most() {
+        let run = |percussion: Percussion, period: Option<u64>| {
+            let mut run = run(None, 0.0);
+            (run.hammers[0].percussion, run.hammers[0].percussion_period) = (percussion, period);
+            run
+        };
+        let of = |own: RunMetrics, twins: &[RunMetrics]| {
+            let mut own = own;
+            own.take_twins(twins);
+            let hammer = own.hammers.remove(0);
+            (hammer.percussion, hammer.percussion_period, own.scatter.unwrap().hammers[0]["percussion"])
+        };
+        let (one, two) = (run(Percussion::Periodic, Some(1)), run(Percussion::Periodic, Some(2)));
+        let none = run(Percussion::Aperiodic, None);
+        let twins = [two.clone(), one.clone(), two.clone()];
+        assert_eq!(of(none.clone(), &twins), (Percussion::Periodic, Some(2), Some(0.25)));
+        assert_eq!(of(none.clone(), &twins[..1]), (Percussion::Aperiodic, None, Some(0.5)));
+        assert_eq!(of(one.clone(), &[none]), (Percussion::Periodic, Some(1), Some(0.5)));
+        assert_eq!(of(one, &[]), (Percussion::Periodic, Some(1), None));
     }
 }

@@ -4,11 +4,13 @@
 ///
 /// An entry reads `/// text`, then `pub name: type = default, "unit", [range], "source";`, without a default
 /// `pub name: type, "unit", [range], "what holds without it";`. The unit of a plain number is `"1"`. Ranges: see
-/// [`Range`](super::Range); `[choice]` for a [`Choice`](super::Choice), `[group]` for parameters of their own.
+/// [`Range`](super::Range); `[choice]` for a [`Choice`](super::Choice), `[group]` for parameters of their own. Behind a range may
+/// stand between which numbers a value usually lies, `[> 0] usual [0.01, 5]`, see [`Usual`](super::Usual).
 ///
 /// A group that begins with `file` is a table of a file and read as it is. Data of a scene may begin with `own { .. }`, fields that
 /// are no parameters (names, places, lists). `pub struct Data from Table` also declares the table of a study that states the data:
-/// each entry is optional there, and `typed { .. }` are further keys of the table.
+/// each entry is optional there, and `typed { .. }` are further keys of the table; what the data derive beyond `Debug`, `Clone` and
+/// `PartialEq` stands before them.
 macro_rules! parameters {
     (file $(#[$about:meta])+ pub struct $name:ident { $($entries:tt)+ }) => {
         $crate::parameter::parameters! {
@@ -24,7 +26,7 @@ macro_rules! parameters {
         $(
             $(#[doc = $text:tt])+
             $(#[serde($($serde:tt)+)])?
-            pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt, $source:tt;
+            pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt $(usual $usual:tt)?, $source:tt;
         )+
     }) => {
         $(#[$attribute])+
@@ -32,7 +34,7 @@ macro_rules! parameters {
             $($( $(#[$own_text])+ pub $own: $own_type, )+)?
             $(
                 $(#[doc = $text])+
-                #[doc = parameter_sentence!($range, $unit, $source $(, $default)?)]
+                #[doc = concat!(parameter_sentence!($range, $unit, $source $(, $default)?), parameter_usual!($unit $(, $usual)?))]
                 $(#[serde($($serde)+)])?
                 pub $field: $type,
             )+
@@ -51,31 +53,40 @@ macro_rules! parameters {
             const ENTRIES: &'static [$crate::parameter::Parameter] = &[$( $crate::parameter::Parameter {
                 name: stringify!($field),
                 text: &[$($text),+],
-                values: parameter_sentence!($range, $unit, $source $(, $default)?),
+                values: concat!(parameter_sentence!($range, $unit, $source $(, $default)?), parameter_usual!($unit $(, $usual)?)),
                 source: $source,
                 kind: $crate::parameter::kind!($range, $type),
             }, )+];
 
             fn check(&self, at: &str, faults: &mut Vec<$crate::parameter::Fault>) {
-                $( $crate::parameter::check!($range, &self.$field, format!("{at}.{}", stringify!($field)), faults); )+
+                $( $crate::parameter::check!($range, &self.$field, $crate::parameter::key(at, stringify!($field)), faults); )+
+            }
+
+            fn unusual(&self, at: &str, remarks: &mut Vec<$crate::parameter::Fault>) {
+                let path = |field| $crate::parameter::key(at, field);
+                $( $crate::parameter::unusual!(
+                    ($range, $unit $(, $usual)?), &self.$field, path(stringify!($field)), remarks
+                ); )+
+                // Where no entry has usual values.
+                let _ = (path, remarks);
             }
         }
     };
-    ($(#[$about:meta])+ pub struct $name:ident from $table:ident {
+    ($(#[doc = $about:tt])+ $(#[derive($($derived:ident),+)])? pub struct $name:ident from $table:ident {
         typed { $($typed:tt)+ }
         $(
             $(#[doc = $text:tt])+
-            pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt, $source:tt;
+            pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt $(usual $usual:tt)?, $source:tt;
         )+
     }) => {
         $crate::parameter::parameters! {
-            $(#[$about])+
-            #[derive(Debug, Clone, Copy, PartialEq)]
-            pub struct $name { $( $(#[doc = $text])+ pub $field: $type = $default, $unit, $range, $source; )+ }
+            $(#[doc = $about])+
+            #[derive(Debug, Clone, PartialEq $($(, $derived)+)?)]
+            pub struct $name { $( $(#[doc = $text])+ pub $field: $type = $default, $unit, $range $(usual $usual)?, $source; )+ }
         }
 
-        $(#[$about])+
-        #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         #[schemars(transform = $crate::parameter::describe::<$name>)]
         pub struct $table {
@@ -92,7 +103,8 @@ macro_rules! parameters {
         impl $table {
             /// What the table states, the rest from `base`.
             pub fn over(&self, base: $name) -> $name {
-                $name { $($field: self.$field.unwrap_or(base.$field)),+ }
+                let typed = self.clone();
+                $name { $($field: typed.$field.unwrap_or(base.$field)),+ }
             }
         }
     };
@@ -121,4 +133,16 @@ macro_rules! check {
     ($range:tt, $value:expr, $at:expr, $faults:expr) => { $crate::parameter::range!($range).check($value, &$at, $faults) };
 }
 
-pub(crate) use {check, default, kind, parameters};
+/// The look at an entry's usual values.
+#[rustfmt::skip]
+macro_rules! unusual {
+    (([group], $unit:tt), $value:expr, $at:expr, $remarks:expr) => {
+        $crate::parameter::Parameters::unusual($value, &$at, $remarks)
+    };
+    (($range:tt, $unit:tt), $value:expr, $at:expr, $remarks:expr) => {};
+    (($range:tt, $unit:tt, [$low:literal, $high:literal]), $value:expr, $at:expr, $remarks:expr) => {
+        $crate::parameter::Usual { low: $low as f64, high: $high as f64, unit: $unit }.look($value, &$at, $remarks)
+    };
+}
+
+pub(crate) use {check, default, kind, parameters, unusual};

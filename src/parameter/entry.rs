@@ -11,6 +11,14 @@ pub trait Parameters {
 
     /// Holds every value to its range. `at`: path of the group, for the faults.
     fn check(&self, at: &str, faults: &mut Vec<Fault>);
+
+    /// Adds a remark for every value that is not between its usual ones: most likely it is stated in another unit.
+    fn unusual(&self, at: &str, remarks: &mut Vec<Fault>);
+}
+
+/// Path of a key in a group; the group at the top of a file has an empty path.
+pub(crate) fn key(group: &str, name: &str) -> String {
+    if group.is_empty() { name.to_owned() } else { format!("{group}.{name}") }
 }
 
 /// A type of a few values, all of which are allowed: what has it needs no range.

@@ -14,10 +14,12 @@ mod declare;
 mod document;
 mod entry;
 mod range;
+mod usual;
 
-pub(crate) use declare::{check, default, kind, parameters};
+pub(crate) use declare::{check, default, kind, parameters, unusual};
 pub use document::{document, lines};
-pub(crate) use entry::describe;
 pub use entry::{Choice, Kind, Parameter, Parameters};
+pub(crate) use entry::{describe, key};
 pub(crate) use range::range;
-pub use range::{Fault, Numbers, Range};
+pub use range::{Fault, Numbers, Range, short};
+pub use usual::Usual;

@@ -11,6 +11,7 @@ macro_rules! parameter_words {
     ([> $low:literal]) => { concat!("a number above ", $low) };
     ([>= $low:literal]) => { concat!($low, " or a number above") };
     ([> $low:literal, <= $high:literal]) => { concat!("a number above ", $low, " and not above ", $high) };
+    ([>= $low:literal, < $high:literal]) => { concat!("a number from ", $low, " to below ", $high) };
     ([$low:literal ..]) => { concat!("a whole number not below ", $low) };
     ([$low:literal ..= $high:literal]) => { concat!("a whole number from ", $low, " to ", $high) };
 }
@@ -39,4 +40,12 @@ macro_rules! parameter_sentence {
 macro_rules! parameter_unit {
     ("1") => { "" };
     ($unit:tt) => { concat!(" in ", $unit) };
+}
+
+/// Between which numbers a value usually lies, as a sentence behind another.
+#[rustfmt::skip]
+macro_rules! parameter_usual {
+    ($unit:tt) => { "" };
+    ("1", [$low:literal, $high:literal]) => { concat!(" Usually ", $low, " to ", $high, ".") };
+    ($unit:tt, [$low:literal, $high:literal]) => { concat!(" Usually ", $low, " to ", $high, " ", $unit, ".") };
 }

@@ -9,8 +9,10 @@ use super::style::{COLORS, PlotError};
 /// Side of one panel in pixels, and the space between panels.
 const PANEL: i32 = 120;
 const GAP: i32 = 12;
-/// Space for names at the edges.
+/// Space for names at the edges, and for the title above.
 const MARGIN: i32 = 44;
+/// Width of a letter of the title, about.
+const LETTER_WIDTH: i32 = 8;
 /// Space within a panel, so that points at the ends of a range stay inside.
 const INSET: f64 = 4.0;
 /// Most characters of a domain: as many as a panel is wide.
@@ -29,16 +31,19 @@ pub struct Factor {
     pub shares: Vec<f64>,
 }
 
-/// Every factor against every other one, histograms on the diagonal, as SVG. All factors must have as many rows.
+/// Every factor against every other one, histograms on the diagonal, below a title, as SVG. All factors must have as many rows.
 ///
 /// # Errors
 /// The plotting library's words.
-pub fn scatter_matrix(factors: &[Factor]) -> Result<String, PlotError> {
-    let size = (2 * MARGIN + factors.len() as i32 * (PANEL + GAP)) as u32;
+pub fn scatter_matrix(title: &str, factors: &[Factor]) -> Result<String, PlotError> {
+    let side = 2 * MARGIN + factors.len() as i32 * (PANEL + GAP);
+    let width = side.max(2 * MARGIN + LETTER_WIDTH * title.chars().count() as i32) as u32;
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, (size, size)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (width, side as u32)).into_drawing_area();
         root.fill(&WHITE).map_err(PlotError::of)?;
+        let style = TextStyle::from(("sans-serif", 15).into_font()).pos(Pos::new(HPos::Left, VPos::Center));
+        root.draw(&Text::new(title.to_owned(), (MARGIN, MARGIN / 2), style)).map_err(PlotError::of)?;
         let start = |index: usize| MARGIN + index as i32 * (PANEL + GAP);
         for (row, vertical) in factors.iter().enumerate() {
             for (column, horizontal) in factors.iter().enumerate() {
@@ -49,7 +54,7 @@ pub fn scatter_matrix(factors: &[Factor]) -> Result<String, PlotError> {
                 if row == column { histogram(&panel, vertical)? } else { cloud(&panel, horizontal, vertical)? }
             }
             let middle = start(row) + PANEL / 2;
-            label(&root, vertical, Place { at: (middle, size as i32 - MARGIN + 4), turned: false })?;
+            label(&root, vertical, Place { at: (middle, side - MARGIN + 4), turned: false })?;
             label(&root, vertical, Place { at: (4, middle), turned: true })?;
         }
         root.present().map_err(PlotError::of)?;
@@ -118,8 +123,11 @@ mod tests {
             domain: "a domain of more than twenty-four letters".into(),
             shares: vec![0.0, 0.5, 1.0],
         };
-        let svg = scatter_matrix(&[factor("p < q"), factor("s")]).expect("drawn");
+        let svg = scatter_matrix("a <study>", &[factor("p < q"), factor("s")]).expect("drawn");
         assert_eq!(svg.matches("<circle").count(), 2 * 3, "{svg}");
-        assert!(svg.contains("p &lt; q") && svg.contains("a domain of more than..."), "{svg}");
+        assert!(
+            svg.contains("a &lt;study&gt;") && svg.contains("p &lt; q") && svg.contains("a domain of more than..."),
+            "{svg}"
+        );
     }
 }

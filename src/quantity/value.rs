@@ -15,8 +15,17 @@ pub enum Kind {
     Count,
     /// 64-bit signed.
     Integer,
-    /// UTF-8: a name, a category.
+    /// UTF-8: free text.
     Text,
+    /// UTF-8 of which there are few: how something ended, a kind, a name. A column of them has a dictionary.
+    Category,
+}
+
+impl Kind {
+    /// Whether values are texts.
+    pub fn is_text(self) -> bool {
+        matches!(self, Self::Text | Self::Category)
+    }
 }
 
 /// A value of a factor or an output; `Value<&str>` borrows its text.

@@ -30,7 +30,7 @@ const SUBJECT_RANGES: [(&str, &str); 10] = [
     (HammerMetrics::periodic_energy_mean_j.name, "energy of a periodic blow"),
     (HammerMetrics::periodic_work_mean_j.name, "work of a periodic blow on the casting"),
     (HammerMetrics::hit_frequency_hz.name, "hit frequency of a hammer"),
-    (HammerMetrics::periodic_energy_mean_error_j.name, "standard error of that energy"),
+    (HammerMetrics::periodic_energy_mean_error_j.name, "standard error of a blow's mean energy"),
     (HammerMetrics::arm_rms_steady_m_s.name, "arm velocity, steady hammering (RMS)"),
     (CastingMetrics::peak_velocity_m_s.name, "peak velocity of a casting (heave)"),
     (CastingMetrics::peak_point_velocity_m_s.name, "peak velocity of a casting's points"),
@@ -182,6 +182,34 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
     Ok(gatherer.finish())
 }
 
+/// The outputs whose ranges are shown.
+pub(super) struct Ranged<'a> {
+    /// Title and unit of each.
+    pub titles: Vec<(String, String)>,
+    /// The columns that go into them, each with its output's place.
+    pub columns: Vec<(usize, &'a ColumnDescription)>,
+}
+
+/// The outputs whose ranges are shown, of those that the table has.
+pub(super) fn ranged(columns: &[ColumnDescription]) -> Ranged<'_> {
+    let named = |name: &str| columns.iter().find(|column| column.name == name);
+    let of_subjects = |quantity: &str| {
+        let is_subject = |column: &ColumnDescription| {
+            matches!(column.group, ColumnGroup::Hammer | ColumnGroup::Casting) && column.quantity == quantity
+        };
+        columns.iter().filter(|column| is_subject(column)).collect::<Vec<_>>()
+    };
+    let subjects = SUBJECT_RANGES.iter().map(|(quantity, title)| (of_subjects(quantity), title));
+    let rows = ROW_RANGES.iter().map(|(name, title)| (named(name).into_iter().collect(), title));
+    let mut ranged = Ranged { titles: Vec::new(), columns: Vec::new() };
+    for (place, (members, title)) in subjects.chain(rows).enumerate() {
+        let unit = members.first().map(|column| column.unit.clone()).unwrap_or_default();
+        ranged.titles.push(((*title).to_owned(), unit));
+        ranged.columns.extend(members.into_iter().map(|column| (place, column)));
+    }
+    ranged
+}
+
 /// Gathers a report row by row.
 struct Gatherer<'a> {
     settings: &'a ReportSettings,
@@ -195,20 +223,8 @@ struct Gatherer<'a> {
 impl<'a> Gatherer<'a> {
     fn new(columns: &'a [ColumnDescription], settings: &'a ReportSettings, mut report: Report) -> Self {
         let named = |name: &str| columns.iter().find(|column| column.name == name);
-        let of_subjects = |quantity: &str| {
-            let is_subject = |column: &ColumnDescription| {
-                matches!(column.group, ColumnGroup::Hammer | ColumnGroup::Casting) && column.quantity == quantity
-            };
-            columns.iter().filter(|column| is_subject(column)).collect::<Vec<_>>()
-        };
-        let subjects = SUBJECT_RANGES.iter().map(|(quantity, title)| (of_subjects(quantity), title));
-        let rows = ROW_RANGES.iter().map(|(name, title)| (named(name).into_iter().collect(), title));
-        let mut ranged = Vec::new();
-        for (place, (members, title)) in subjects.chain(rows).enumerate() {
-            let unit = members.first().map(|column| column.unit.clone()).unwrap_or_default();
-            report.ranges.push(Range::empty((*title).to_owned(), unit));
-            ranged.extend(members.into_iter().map(|column| (place, column)));
-        }
+        let Ranged { titles, columns: ranged } = ranged(columns);
+        report.ranges.extend(titles.into_iter().map(|(title, unit)| Range::empty(title, unit)));
         Self {
             outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
             factors: columns.iter().filter(|column| column.group == ColumnGroup::Factor).collect(),

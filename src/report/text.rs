@@ -120,7 +120,7 @@ fn with_unit(value: &str, unit: &str) -> String {
 }
 
 /// A number to four significant digits; with an exponent only where it would be long.
-fn significant(value: f64) -> String {
+pub(super) fn significant(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

@@ -5,7 +5,7 @@ use super::outcome::{RowOutcome, RowStatus};
 use super::row::{LEAST_TOLERANCE, run_row_observed};
 use super::twins::twin;
 use crate::integrate::Observer;
-use crate::metrics::{RunMetrics, Scatter};
+use crate::metrics::RunMetrics;
 use crate::scene::Scene;
 use crate::system::{Coupled, CoupledModel, InterfaceModes};
 
@@ -101,7 +101,7 @@ impl RowJob {
                 self.next = Next::Nothing;
                 if let Some(metrics) = self.outcome.as_mut().and_then(|own| own.metrics.as_mut()) {
                     // A twin that did not reach its end is left out and missing in the count.
-                    metrics.scatter = Some(Scatter::new(metrics, &self.twins));
+                    metrics.take_twins(&self.twins);
                 }
             }
             Next::Nothing => {}

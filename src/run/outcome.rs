@@ -41,7 +41,7 @@ impl RowStatus {
 }
 
 impl QuantityField for RowStatus {
-    const KIND: Kind = Kind::Text;
+    const KIND: Kind = Kind::Category;
     fn value(&self) -> Cell<'_> {
         Some(Value::Text(self.text()))
     }

@@ -1,6 +1,8 @@
 //! The scene and its parts.
 
-use super::solver::SolverSettings;
+use serde::Serialize;
+
+use super::solver::{Guide, SolverSettings};
 use crate::hammer::HammerParameters;
 use crate::parameter::parameters;
 use crate::workpiece::Casting;
@@ -9,43 +11,67 @@ parameters! { file
     /// Gas, surroundings and gravity.
     pub struct Environment {
         /// Specific gas constant `R`.
-        pub gas_constant_j_per_kg_k: f64 = 287.05, "J/(kg K)", [> 0], "dry air";
+        pub gas_constant_j_per_kg_k: f64 = 287.05, "J/(kg K)", [> 0] usual [50, 5000], "dry air";
         /// Gas temperature `T`.
-        pub temperature_k: f64 = 293.15, "K", [> 0], "20 degrees Celsius";
+        pub temperature_k: f64 = 293.15, "K", [> 0] usual [200, 450], "20 degrees Celsius";
         /// Isentropic exponent `kappa`.
-        pub isentropic_exponent: f64 = 1.4, "1", [> 1], "air";
+        pub isentropic_exponent: f64 = 1.4, "1", [> 1] usual [1.05, 1.7], "air";
         /// Ambient pressure.
-        pub ambient_pressure_pa: f64 = 101325.0, "Pa", [> 0], "standard atmosphere";
+        pub ambient_pressure_pa: f64 = 101325.0, "Pa", [> 0] usual [1e4, 3e5], "standard atmosphere";
         /// Gravity.
-        pub gravity_m_s2: f64 = 9.80665, "m/s2", [>= 0], "standard gravity";
+        pub gravity_m_s2: f64 = 9.80665, "m/s2", [>= 0] usual [0, 30], "standard gravity";
         /// Exponent `a_in` of inflow.
-        pub inflow_exponent: f64 = 1.4, "1", [> 0], "Richer and Hurmuzlu";
+        pub inflow_exponent: f64 = 1.4, "1", [> 0] usual [0.8, 2], "Richer and Hurmuzlu";
         /// Exponent `a_out` of outflow.
-        pub outflow_exponent: f64 = 1.0, "1", [> 0], "Richer and Hurmuzlu";
+        pub outflow_exponent: f64 = 1.0, "1", [> 0] usual [0.5, 2], "Richer and Hurmuzlu";
         /// Exponent `a` of expansion.
-        pub expansion_exponent: f64 = 1.2, "1", [> 0], "Richer and Hurmuzlu";
+        pub expansion_exponent: f64 = 1.2, "1", [> 0] usual [0.8, 2], "Richer and Hurmuzlu";
     }
 }
 
 /// Where a hammer is mounted: a weighted set of interface points (one, or two neighbours of a rail).
 ///
 /// The same weights carry mass, force and motion, so the receptance stays symmetric.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Mount {
     /// Interface points and their weights; the weights sum to 1.
     pub points: Vec<(String, f64)>,
 }
 
 parameters! {
+    /// The supply of a hammer as a study states it: by its pressure above ambient.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    pub struct Supply {
+        /// Supply pressure above ambient (gauge).
+        pub supply_bar: f64 = 5.0, "bar", [>= 0] usual [0.5, 16], "the paper's rig";
+    }
+}
+
+/// One bar in Pa.
+const BAR_PA: f64 = 1e5;
+
+impl Supply {
+    /// Its absolute pressure in Pa.
+    pub fn pressure_pa(self, environment: &Environment) -> f64 {
+        environment.ambient_pressure_pa + BAR_PA * self.supply_bar
+    }
+
+    /// That of a hammer.
+    pub fn of(hammer: &HammerUnit, environment: &Environment) -> Self {
+        Self { supply_bar: (hammer.supply_pressure_pa - environment.ambient_pressure_pa) / BAR_PA }
+    }
+}
+
+parameters! {
     /// One hammer of a scene.
-    #[derive(Debug, Clone, PartialEq)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct HammerUnit {
         own {
             /// Name as in the study.
             pub name: String,
             /// Its parameters, overrides applied.
             pub parameters: HammerParameters,
-            /// Supply pressure, absolute, in Pa; not below the ambient one.
+            /// Supply pressure, absolute, in Pa; see [`Supply`].
             pub supply_pressure_pa: f64,
             /// Its place on the machine.
             pub mount: Mount,
@@ -53,17 +79,17 @@ parameters! {
             pub casting: usize,
         }
         /// Distance of the chisel's tip from the casting at rest.
-        pub standoff_m: f64 = 0.085, "m", [>= 0], "the paper's rig";
+        pub standoff_m: f64 = 0.085, "m", [>= 0] usual [0, 0.5], "the paper's rig";
         /// Time `t_on` at which the supply is switched on.
-        pub start_time_s: f64 = 0.002, "s", [>= 0], "the paper's rig";
+        pub start_time_s: f64 = 0.002, "s", [>= 0] usual [0, 60], "the paper's rig";
         /// Times, in ascending order after the start, at which the supply is switched off, on again, off, and so on. While it is
         /// off the supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts
         /// anew, its percussion `tau_gate` after the next contact. Empty: on for good.
-        pub supply_switch_times_s: Vec<f64> = Vec::new(), "s", [finite], "on for good";
+        pub supply_switch_times_s: Vec<f64> = Vec::new(), "s", [finite] usual [0, 100], "on for good";
         /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion.
-        pub gate_delay_s: f64 = 0.020, "s", [>= 0], "the paper's rig";
+        pub gate_delay_s: f64 = 0.020, "s", [>= 0] usual [0, 1], "the paper's rig";
         /// Strike point, x and y from the casting's centre of mass.
-        pub strike_point_m: [f64; 2], "m", [finite], "default: below the mount";
+        pub strike_point_m: [f64; 2], "m", [finite] usual [-10, 10], "default: below the mount";
     }
 }
 
@@ -71,11 +97,11 @@ parameters! { file
     /// Windows and thresholds of the outputs (defaults: the definitions of the outputs).
     pub struct OutputSettings {
         /// Length of a blow's window, from its start.
-        pub blow_window_s: f64 = 0.005, "s", [> 0], "definition";
+        pub blow_window_s: f64 = 0.005, "s", [> 0] usual [1e-4, 0.1], "definition";
         /// Least closing speed of piston and chisel that counts as a blow.
-        pub blow_closing_speed_m_s: f64 = 0.5, "m/s", [>= 0], "definition";
+        pub blow_closing_speed_m_s: f64 = 0.5, "m/s", [>= 0] usual [0, 10], "definition";
         /// Least time between the starts of two blows.
-        pub blow_separation_s: f64 = 0.010, "s", [>= 0], "definition";
+        pub blow_separation_s: f64 = 0.010, "s", [>= 0] usual [0, 0.5], "definition";
         /// Number of struck blows of each stroke taken as settling.
         pub settling_blows: usize = 5, "1", [0 ..], "definition";
         /// Root mean square of the differences of blow energies, and of intervals, a period apart, relative to their mean, up to
@@ -91,21 +117,36 @@ parameters! { file
     }
 }
 
-/// All that one run needs besides the reduced structure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
-    /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
-    pub machine: Option<usize>,
-    /// Gas, surroundings and gravity.
-    pub environment: Environment,
-    /// The hammers, in the study's order.
-    pub hammers: Vec<HammerUnit>,
-    /// The castings, in the study's order.
-    pub castings: Vec<Casting>,
-    /// Simulated time in s.
-    pub duration_s: f64,
-    /// Accuracy and effort.
-    pub solver: SolverSettings,
-    /// Windows and thresholds of the outputs.
-    pub outputs: OutputSettings,
+parameters! {
+    /// All that one run needs besides the reduced structure.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Scene {
+        own {
+            /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
+            pub machine: Option<usize>,
+            /// Gas, surroundings and gravity.
+            pub environment: Environment,
+            /// The hammers, in the study's order.
+            pub hammers: Vec<HammerUnit>,
+            /// The castings, in the study's order.
+            pub castings: Vec<Casting>,
+            /// Accuracy and effort.
+            pub solver: SolverSettings,
+            /// Windows and thresholds of the outputs.
+            pub outputs: OutputSettings,
+        }
+        /// Simulated time.
+        pub duration_s: f64 = 1.5, "s", [> 0] usual [0.001, 100], "the paper's rig";
+    }
+}
+
+impl Scene {
+    /// Whether the hammers' guides are tied to their mounts, when `guide` is asked for.
+    pub fn ties(&self, guide: Guide) -> bool {
+        match guide {
+            Guide::Tied => true,
+            Guide::Spring => false,
+            Guide::Automatic => self.hammers.iter().all(|hammer| hammer.parameters.guide_is_rigid()),
+        }
+    }
 }

@@ -10,8 +10,10 @@ use crate::parameter::{Choice, parameters};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Guide {
-    /// A body of its own on its stiff spring (the model as published).
+    /// Tied if each hammer's guide is rigid beside its contacts (`HammerParameters::guide_is_rigid`), else on springs.
     #[default]
+    Automatic,
+    /// A body of its own on its stiff spring (the model as published).
     Spring,
     /// Tied rigidly to the mount: its mass moves with the mount's own motion.
     Tied,
@@ -65,13 +67,13 @@ pub struct Preset {
 }
 
 const DRAFT: Preset =
-    Preset { name: "draft", tolerance: 1e-4, guide: Guide::Tied, mode_tolerance: 1e-2, station_basis_hz: 6000.0 };
+    Preset { name: "draft", tolerance: 1e-4, guide: Guide::Automatic, mode_tolerance: 1e-2, station_basis_hz: 6000.0 };
 /// The preset of a study that names none.
 pub const STANDARD: Preset = Preset {
     name: "standard",
     tolerance: 1e-5,
-    guide: Guide::Spring,
-    mode_tolerance: 1e-2,
+    guide: Guide::Automatic,
+    mode_tolerance: 1e-3,
     station_basis_hz: 20_000.0,
 };
 const REFERENCE: Preset = Preset {
@@ -98,6 +100,7 @@ impl Preset {
 
 parameters! {
     /// Accuracy and effort of one run.
+    #[derive(Copy)]
     pub struct SolverSettings from SolverEntry {
         typed {
             /// Preset that the other keys override, those of `[structure]` for modes too, which all rows share. Default `standard`.
@@ -111,7 +114,7 @@ parameters! {
         /// Method of integration: the error-controlled default, or a fixed step for comparison.
         pub method: Method = Method::Tsit5, "", [choice], "`tsit5`";
         /// Step of methods with a fixed step.
-        pub step_s: f64 = 1e-5, "s", [> 0], "for comparison";
+        pub step_s: f64 = 1e-5, "s", [> 0] usual [1e-8, 1e-3], "for comparison";
         /// Whether methods with a fixed step locate contacts, supplies and gates instead of noticing them at the ends of steps.
         pub located: bool = false, "", [choice], "false";
         /// How modes are integrated: the results are the same to within the tolerance.

@@ -1,11 +1,17 @@
 //! Checks of a scene's values: every quantity finite and in its physical range, castings held, no hammer beside its casting.
 
 use crate::hammer::HammerParameters;
-use crate::parameter::{Fault, Parameters, Range, range};
-use crate::workpiece::{Casting, OFFSET_TOLERANCE_M, WorkpieceError};
+use std::f64::consts::TAU;
 
-use super::model::{HammerUnit, Scene};
-use super::solver::ModeTreatment;
+use crate::integrate::Method;
+use crate::parameter::{Fault, Parameters};
+use crate::workpiece::{Casting, Fixture, OFFSET_TOLERANCE_M, WorkpieceError};
+
+use super::model::{HammerUnit, Scene, Supply};
+use super::solver::{ModeTreatment, SolverSettings};
+
+/// Simulated time in s for which a fixture is judged too stiff: of a longer one, the time itself is what takes the steps.
+const LONGEST_JUDGED_S: f64 = 100.0;
 
 /// What kind of fault a problem is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,13 +43,6 @@ struct Checks {
 impl Checks {
     fn push(&mut self, kind: SceneProblemKind, path: String, message: String) {
         self.problems.push(SceneProblem { kind, path, message });
-    }
-
-    fn value(&mut self, path: String, value: f64, range: Range) {
-        if !range.holds(value) {
-            let message = format!("is {value}, expected {}", range.words);
-            self.push(SceneProblemKind::Value, path, message);
-        }
     }
 
     fn group(&mut self, prefix: &str, group: &impl Parameters) {
@@ -85,8 +84,7 @@ impl Scene {
 
     fn check_hammer(&self, checks: &mut Checks, hammer: &HammerUnit) {
         let prefix = format!("hammer.{}", hammer.name);
-        let over = hammer.supply_pressure_pa - self.environment.ambient_pressure_pa;
-        checks.value(format!("{prefix}.supply_bar"), over / 1e5, range!([>= 0]));
+        checks.group(&prefix, &Supply::of(hammer, &self.environment));
         checks.group(&prefix, hammer);
         let mut before = hammer.start_time_s;
         for (index, &time) in hammer.supply_switch_times_s.iter().enumerate() {
@@ -115,7 +113,11 @@ impl Scene {
         let held = !casting.fixtures.is_empty();
         checks.rule(held, format!("{prefix}.fixture"), "a casting needs at least one fixture");
         for fixture in &casting.fixtures {
-            checks.group(&format!("{prefix}.fixture.{}", fixture.name), fixture);
+            let prefix = format!("{prefix}.fixture.{}", fixture.name);
+            checks.group(&prefix, fixture);
+            if let Some(message) = self.too_stiff(casting, fixture) {
+                checks.push(SceneProblemKind::Value, format!("{prefix}.stiffness_n_per_m"), message);
+            }
         }
         // Only a casting with sound values that every hammer hits says something about its restraint.
         let missed = self.hammers.iter().any(|hammer| hammer.casting == index && misses(hammer, casting));
@@ -131,8 +133,31 @@ impl Scene {
         }
     }
 
+    /// What is said of a fixture on which its casting swings too fast for any budget of steps.
+    ///
+    /// The coupled system has no lower highest frequency than the casting on this fixture alone, on a machine at rest (Rayleigh):
+    /// `f = sqrt(k / m) / (2 pi)`, and no explicit step is longer than a period.
+    fn too_stiff(&self, casting: &Casting, fixture: &Fixture) -> Option<String> {
+        let (stiffness, mass_kg) = (fixture.stiffness_n_per_m, casting.mass_kg);
+        let frequency_hz = (stiffness / mass_kg).sqrt() / TAU;
+        let span_s = self.duration_s.min(LONGEST_JUDGED_S);
+        let most_steps = self.solver.max_steps.max(SolverSettings::default().max_steps);
+        let slow = self.solver.method == Method::Trapezoid || frequency_hz * span_s <= most_steps as f64;
+        if slow || !frequency_hz.is_finite() || span_s <= 0.0 {
+            return None;
+        }
+        Some(format!(
+            "is {stiffness:e}, which is too stiff: casting `{}` ({mass_kg} kg) would swing on fixture `{}` at {frequency_hz:.1e} Hz, \
+             and steps of at most {:.1e} s would never end; expected about {:.0e} for a stiff one",
+            casting.name,
+            fixture.name,
+            1.0 / frequency_hz,
+            Fixture::default().stiffness_n_per_m
+        ))
+    }
+
     fn check_settings(&self, checks: &mut Checks) {
-        checks.value("duration_s".to_string(), self.duration_s, range!([> 0]));
+        checks.group("", self);
         checks.group("solver", &self.solver);
         let whole = !self.solver.method.is_fixed() || self.solver.modes == ModeTreatment::Integrated;
         checks.rule(whole, "solver.modes".to_string(), "must be \"integrated\" for a method with a fixed step");

@@ -2,13 +2,16 @@
 //!
 //! A reduction depends on the bytes of its files and on the settings. The settings (and this program's version) give the
 //! name of the cache file in the folder `.decore-cache` beside the stiffness, the bytes a hash in its head: a change of the
-//! files makes it stale, a wrong checksum damaged, and both are computed anew. A cache that cannot be written is no error.
+//! files makes it stale, a wrong checksum damaged, and both are computed anew, which [`CacheOutcome::note`] says. A cache that
+//! cannot be written is no error.
 
+use std::borrow::Cow;
 use std::fs;
-use std::io::Write;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 use super::error::StructureError;
 use super::import::ModelFiles;
@@ -16,15 +19,13 @@ use super::model::FeModel;
 use super::points::{Interface, InterfaceDof, InterfacePoints};
 use super::reduced::{ReducedMatrices, ReducedStructure};
 use super::reduction::{ReductionSettings, reduce};
+use crate::files::{Limit, Staged, read};
 
 /// Folder of the caches.
 pub const CACHE_FOLDER: &str = ".decore-cache";
 /// First bytes of a cache file; the number changes with its layout.
-const MAGIC: &[u8; 16] = b"decore-reduced-2";
+const MAGIC: &[u8; 16] = b"decore-reduced-3";
 const HASH: usize = 32;
-/// Others who share the folder may read a cache, as far as the user's mask lets them.
-#[cfg(unix)]
-const READABLE: u32 = 0o666;
 
 /// Where a reduction came from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,10 +38,25 @@ pub enum CacheOutcome {
     Stored,
     /// Computed and stored, as the cache was made from other files.
     Stale,
-    /// Computed and stored, as the cache was damaged.
+    /// Computed and stored, as the cache was damaged, could not be read, or was no cache at all.
     Damaged,
     /// Computed, but not stored, for this reason.
     NotStored(String),
+}
+
+impl CacheOutcome {
+    /// What a user should know of it, in a line; `path`: the cache's, see [`cache_path`].
+    pub fn note(&self, path: &Path) -> Option<String> {
+        let path = path.display();
+        match self {
+            Self::Off | Self::Used | Self::Stored => None,
+            Self::Stale => Some(format!("{path} was made from other files: the machine was reduced anew")),
+            Self::Damaged => Some(format!("{path} is damaged or no reduced machine: the machine was reduced anew")),
+            Self::NotStored(reason) => {
+                Some(format!("the reduced machine could not be kept for the next run: {reason}"))
+            }
+        }
+    }
 }
 
 /// The reduction of the model in these files, from the cache where it holds one.
@@ -57,14 +73,15 @@ pub fn reduce_files(
     }
     let content = content_hash(files)?;
     let path = cache_path(files, settings);
-    let (kept, state) = match fs::read(&path) {
-        Ok(bytes) => load(&bytes, &content),
-        Err(_) => (None, CacheOutcome::Stored),
+    let state = match read(&path, Limit::REDUCED).map(|bytes| from_bytes(&bytes)) {
+        Err(error) if error.kind() == ErrorKind::NotFound => CacheOutcome::Stored,
+        Ok(Some((made_from, _))) if made_from != content => CacheOutcome::Stale,
+        Ok(Some((_, kept))) => match kept.into_structure(InterfacePoints::read(&files.points)?) {
+            Some(structure) => return Ok((structure, CacheOutcome::Used)),
+            None => CacheOutcome::Damaged,
+        },
+        Ok(None) | Err(_) => CacheOutcome::Damaged,
     };
-    if let Some(stored) = kept {
-        let interface = Interface::new(InterfacePoints::read(&files.points)?, &stored.dofs);
-        return Ok((ReducedStructure::new(stored.matrices, interface)?, CacheOutcome::Used));
-    }
     let structure = reduce(&FeModel::read(files)?, settings)?;
     // The files may have changed while they were read: then nothing is stored.
     if content_hash(files)? != content {
@@ -108,99 +125,151 @@ fn content_hash(files: &ModelFiles) -> Result<[u8; HASH], StructureError> {
     Ok(*all.finalize().as_bytes())
 }
 
-struct Stored {
-    matrices: ReducedMatrices,
+/// What a cache holds, in the format of postcard; matrices column by column.
+#[derive(Serialize, Deserialize)]
+struct Kept<'a> {
+    /// Reduced coordinates, and rows of the interface displacement.
+    n_z: usize,
+    n_b: usize,
+    m_zz: Cow<'a, [f64]>,
+    k_zz: Cow<'a, [f64]>,
+    d_zz: Option<Cow<'a, [f64]>>,
+    transfer: Cow<'a, [f64]>,
+    /// The interface DOFs with their rows.
     dofs: Vec<(InterfaceDof, usize)>,
 }
 
-/// MAGIC, hash of the content, hash of the body, body.
-fn load(bytes: &[u8], content: &[u8; HASH]) -> (Option<Stored>, CacheOutcome) {
-    let begin = MAGIC.len();
-    let head = bytes.get(begin..begin + HASH).zip(bytes.get(begin + HASH..begin + 2 * HASH));
-    let (Some((made_from, checksum)), true) = (head, bytes.starts_with(MAGIC)) else {
-        return (None, CacheOutcome::Damaged);
-    };
-    if made_from != content {
-        return (None, CacheOutcome::Stale);
+impl<'a> Kept<'a> {
+    fn of(structure: &'a ReducedStructure) -> Self {
+        let values = |matrix: &'a DMatrix<f64>| Cow::Borrowed(matrix.as_slice());
+        Self {
+            n_z: structure.m_zz().nrows(),
+            n_b: structure.transfer().nrows(),
+            m_zz: values(structure.m_zz()),
+            k_zz: values(structure.k_zz()),
+            d_zz: structure.d_zz().map(values),
+            transfer: values(structure.transfer()),
+            dofs: structure.interface().dofs(),
+        }
     }
-    let body = &bytes[begin + 2 * HASH..];
-    if checksum != blake3::hash(body).as_bytes() {
-        return (None, CacheOutcome::Damaged);
+
+    /// The structure; `None` where its parts do not fit together or are no reduction.
+    fn into_structure(self, points: InterfacePoints) -> Option<ReducedStructure> {
+        let Self { n_z, n_b, .. } = self;
+        let matrix = |rows: usize, values: Cow<'_, [f64]>| {
+            let fits = rows.checked_mul(n_z)? == values.len() && values.iter().all(|value| value.is_finite());
+            fits.then(|| DMatrix::from_vec(rows, n_z, values.into_owned()))
+        };
+        let d_zz = match self.d_zz {
+            Some(values) => Some(matrix(n_z, values)?),
+            None => None,
+        };
+        let (m_zz, k_zz) = (matrix(n_z, self.m_zz)?, matrix(n_z, self.k_zz)?);
+        let matrices = ReducedMatrices { m_zz, k_zz, d_zz, transfer: matrix(n_b, self.transfer)? };
+        let known = self.dofs.iter().all(|(_, row)| *row < n_b);
+        known.then(|| ReducedStructure::new(matrices, Interface::new(points, &self.dofs)).ok())?
     }
-    match decode(body) {
-        Some(stored) => (Some(stored), CacheOutcome::Used),
-        None => (None, CacheOutcome::Damaged),
+}
+
+/// The bytes of a cache file: [`MAGIC`], the hash of the content, what is kept, the hash of all that.
+fn to_bytes(content: &[u8; HASH], kept: &Kept<'_>) -> postcard::Result<Vec<u8>> {
+    let mut bytes = postcard::to_extend(kept, [MAGIC.as_slice(), content].concat())?;
+    bytes.extend_from_slice(blake3::hash(&bytes).as_bytes());
+    Ok(bytes)
+}
+
+/// What a cache file holds and the hash of the content that it was made from; `None` for bytes that are no whole cache.
+fn from_bytes(bytes: &[u8]) -> Option<([u8; HASH], Kept<'static>)> {
+    let (sealed, checksum) = bytes.split_last_chunk::<HASH>()?;
+    if checksum != blake3::hash(sealed).as_bytes() {
+        return None;
+    }
+    let (content, body) = sealed.strip_prefix(MAGIC)?.split_first_chunk::<HASH>()?;
+    match postcard::take_from_bytes(body) {
+        Ok((kept, [])) => Some((*content, kept)),
+        _ => None,
     }
 }
 
 fn store(path: &Path, content: &[u8; HASH], structure: &ReducedStructure) -> std::io::Result<()> {
+    let bytes = to_bytes(content, &Kept::of(structure)).map_err(std::io::Error::other)?;
+    if bytes.len() as u64 > Limit::REDUCED.bytes {
+        return Err(std::io::Error::other(format!("it would have {} MB", bytes.len() / 1_000_000)));
+    }
     let folder = path.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder)?;
-    let body = encode(structure);
-    // Whole or not at all, also with several processes at it.
-    let mut unfinished = tempfile::Builder::new();
-    #[cfg(unix)]
-    unfinished.permissions(std::os::unix::fs::PermissionsExt::from_mode(READABLE));
-    let mut unfinished = unfinished.tempfile_in(folder)?;
-    for part in [MAGIC.as_slice(), content, blake3::hash(&body).as_bytes(), &body] {
-        unfinished.write_all(part)?;
+    let staged = Staged::write(folder, path, &bytes)?;
+    staged.sync()?;
+    staged.put_in_place()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(first: f64) -> Cow<'static, [f64]> {
+        Cow::Owned(vec![first, 0.0, 0.0, 1.0])
     }
-    unfinished.as_file().sync_all()?;
-    unfinished.persist(path)?;
-    Ok(())
-}
 
-fn encode(structure: &ReducedStructure) -> Vec<u8> {
-    let mut out = Vec::new();
-    let mut number = |value: usize| out.extend_from_slice(&(value as u64).to_le_bytes());
-    let dofs = structure.interface().dofs();
-    number(structure.m_zz().nrows());
-    number(structure.interface().len());
-    number(usize::from(structure.d_zz().is_some()));
-    number(dofs.len());
-    for matrix in [Some(structure.m_zz()), Some(structure.k_zz()), structure.d_zz(), Some(structure.transfer())] {
-        out.extend(matrix.iter().flat_map(|matrix| matrix.iter()).flat_map(|value| value.to_le_bytes()));
+    /// A cache of two coordinates and one row.
+    fn kept() -> Kept<'static> {
+        Kept {
+            n_z: 2,
+            n_b: 1,
+            m_zz: square(1.0),
+            k_zz: square(2.0),
+            d_zz: None,
+            transfer: Cow::Owned(vec![1.0, 0.5]),
+            dofs: vec![(InterfaceDof { point: "A".to_owned(), dof: 2 }, 0)],
+        }
     }
-    for (dof, row) in dofs {
-        out.extend_from_slice(&(row as u64).to_le_bytes());
-        out.extend_from_slice(&(dof.dof as u64).to_le_bytes());
-        out.extend_from_slice(&(dof.point.len() as u64).to_le_bytes());
-        out.extend_from_slice(dof.point.as_bytes());
+
+    #[test]
+    fn a_sound_seal_does_not_make_a_cache_that_fits() {
+        let content = [7; HASH];
+        let points = InterfacePoints::parse("p", "name,role,x_m,y_m,z_m\nA,mount,0,0,0\n").expect("valid");
+        let read = |kept: &Kept<'_>| {
+            let bytes = to_bytes(&content, kept).expect("written");
+            let (found, kept) = from_bytes(&bytes).expect("sealed");
+            assert_eq!(found, content);
+            kept.into_structure(points.clone())
+        };
+        let structure = read(&kept()).expect("fits");
+        assert_eq!(
+            (structure.k_zz()[(0, 0)], structure.transfer()[(0, 1)], structure.interface().len()),
+            (2.0, 0.5, 1)
+        );
+        let row = |row: usize| vec![(InterfaceDof { point: "A".to_owned(), dof: 2 }, row)];
+        // Sizes whose product wraps round to that of no entries at all.
+        let huge = 1 << (usize::BITS / 2);
+        let none = || Cow::Owned(Vec::new());
+        for other in [
+            Kept { n_z: 1, ..kept() },
+            Kept { n_b: 2, ..kept() },
+            Kept { k_zz: Cow::Owned(vec![1.0; 3]), ..kept() },
+            Kept { d_zz: Some(Cow::Owned(vec![1.0])), ..kept() },
+            Kept { m_zz: square(f64::NAN), ..kept() },
+            Kept { k_zz: square(-1e9), ..kept() },
+            Kept { dofs: row(1), ..kept() },
+            Kept { dofs: row(usize::MAX), ..kept() },
+            Kept { n_z: huge, n_b: huge, m_zz: none(), k_zz: none(), transfer: none(), dofs: vec![], ..kept() },
+        ] {
+            assert!(read(&other).is_none(), "{} x {}", other.n_b, other.n_z);
+        }
     }
-    out
-}
 
-fn decode(mut body: &[u8]) -> Option<Stored> {
-    let n_z = take_number(&mut body)?;
-    let n_b = take_number(&mut body)?;
-    let damped = take_number(&mut body)? == 1;
-    let count = take_number(&mut body)?;
-    let m_zz = take_matrix(&mut body, n_z, n_z)?;
-    let k_zz = take_matrix(&mut body, n_z, n_z)?;
-    let d_zz = if damped { Some(take_matrix(&mut body, n_z, n_z)?) } else { None };
-    let transfer = take_matrix(&mut body, n_b, n_z)?;
-    let mut dofs = Vec::new();
-    for _ in 0..count {
-        let (row, dof, length) = (take_number(&mut body)?, take_number(&mut body)?, take_number(&mut body)?);
-        let point = String::from_utf8(take(&mut body, length)?.to_vec()).ok()?;
-        dofs.push((InterfaceDof { point, dof }, row));
+    #[test]
+    fn no_changed_or_cut_file_is_a_cache() {
+        let sound = to_bytes(&[7; HASH], &kept()).expect("written");
+        assert!(from_bytes(&sound).is_some());
+        for length in 0..sound.len() {
+            assert!(from_bytes(&sound[..length]).is_none(), "{length} bytes");
+        }
+        for at in 0..sound.len() {
+            let mut changed = sound.clone();
+            changed[at] ^= 1;
+            assert!(from_bytes(&changed).is_none(), "byte {at}");
+        }
+        assert!(from_bytes(&[sound.as_slice(), &[0]].concat()).is_none());
     }
-    body.is_empty().then_some(Stored { matrices: ReducedMatrices { m_zz, k_zz, d_zz, transfer }, dofs })
-}
-
-fn take<'a>(body: &mut &'a [u8], length: usize) -> Option<&'a [u8]> {
-    let (part, rest) = body.split_at_checked(length)?;
-    *body = rest;
-    Some(part)
-}
-
-fn take_number(body: &mut &[u8]) -> Option<usize> {
-    let bytes: [u8; 8] = take(body, 8)?.try_into().ok()?;
-    usize::try_from(u64::from_le_bytes(bytes)).ok()
-}
-
-fn take_matrix(body: &mut &[u8], rows: usize, columns: usize) -> Option<DMatrix<f64>> {
-    let bytes = take(body, rows.checked_mul(columns)?.checked_mul(8)?)?;
-    let values = bytes.chunks_exact(8).filter_map(|bytes| Some(f64::from_le_bytes(bytes.try_into().ok()?)));
-    Some(DMatrix::from_iterator(rows, columns, values))
 }

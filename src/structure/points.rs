@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use super::csv::{Table, read_text};
 use super::error::StructureError;
 use crate::words::nearest;
@@ -226,7 +228,7 @@ impl PlaceColumns {
 }
 
 /// One interface DOF: a point and one of its six directions.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct InterfaceDof {
     /// Name of the point.
     pub point: String,

@@ -6,10 +6,11 @@ use super::quality::{MobilityCurve, ModePair, QualityReport};
 use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels};
 
 const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;color:#1c2430;margin:2rem auto;max-width:64rem;padding:0 1rem}\
-h1{font-size:1.5rem;margin-bottom:.2rem}h2{font-size:1.1rem;margin-top:2rem}p{max-width:46rem}\
+h1{font-size:1.5rem;margin-bottom:.2rem;overflow-wrap:anywhere}h2{font-size:1.1rem;margin-top:2rem}p{max-width:46rem}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e3e7ec}\
 th{font-weight:600;background:#f5f7f9}td:first-child,th:first-child{text-align:left}.scroll{overflow-x:auto}\
-.curves{display:grid;grid-template-columns:repeat(auto-fill,minmax(30rem,1fr));gap:.5rem}svg{width:100%;height:auto}\
+.curves{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(30rem,100%),1fr));gap:.5rem}\
+.plot{overflow-x:auto}svg{width:100%;min-width:28rem;height:auto}summary{cursor:pointer;margin:.5rem 0}\
 .figure{font-size:1.3rem;font-weight:600}.figures{display:flex;flex-wrap:wrap;gap:2rem}.figures span{display:block;color:#5a6675}";
 const FULL: Color = COLORS[5];
 const REDUCED: Color = COLORS[0];
@@ -24,7 +25,7 @@ pub fn quality_page(report: &QualityReport, title: &str) -> Result<String, PlotE
     put(
         &mut page,
         format_args!(
-            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style></head><body>\n"
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{title}</title><style>{STYLE}</style></head><body>\n"
         ),
     );
     put(
@@ -120,6 +121,8 @@ fn frequencies(page: &mut String, report: &QualityReport) -> Result<(), PlotErro
     Ok(())
 }
 
+/// Curves that are not folded away.
+const SHOWN_CURVES: usize = 4;
 /// Size of a plot in pixels.
 const PLOT: (u32, u32) = (900, 420);
 
@@ -139,7 +142,7 @@ fn error_plot(report: &QualityReport) -> Result<String, PlotError> {
         series: vec![errors],
     };
     let svg = panels(&[chart], PLOT)?;
-    Ok(format!("<div style=\"max-width:42rem\">{svg}</div>\n"))
+    Ok(format!("<div class=\"plot\" style=\"max-width:42rem\">{svg}</div>\n"))
 }
 
 fn stiffness(page: &mut String, report: &QualityReport) {
@@ -169,10 +172,21 @@ fn mobility(page: &mut String, report: &QualityReport) -> Result<(), PlotError> 
     page.push_str(
         "<h2>Mobility</h2>\n<p>Velocity per force. Drive points first, then pairs of points in the same direction.</p>\n<div class=\"curves\">\n",
     );
-    for curve in &report.mobility {
+    let (shown, folded) = report.mobility.split_at(report.mobility.len().min(SHOWN_CURVES));
+    for curve in shown {
         page.push_str(&mobility_plot(curve, &report.frequency_hz)?);
     }
     page.push_str("</div>\n");
+    if !folded.is_empty() {
+        put(
+            page,
+            format_args!("<details><summary>further curves ({})</summary>\n<div class=\"curves\">\n", folded.len()),
+        );
+        for curve in folded {
+            page.push_str(&mobility_plot(curve, &report.frequency_hz)?);
+        }
+        page.push_str("</div></details>\n");
+    }
     Ok(())
 }
 
@@ -198,13 +212,15 @@ fn mobility_plot(curve: &MobilityCurve, hz: &[f64]) -> Result<String, PlotError>
             series("reduced", (REDUCED, Line::Dashed), &curve.reduced),
         ],
     };
-    panels(&[chart], PLOT)
+    Ok(format!("<div class=\"plot\">{}</div>\n", panels(&[chart], PLOT)?))
 }
 
 fn conditions(page: &mut String, report: &QualityReport) {
     let number = |value: Option<f64>| value.map_or("none".to_owned(), |value| format!("{value:.1e}"));
     let conditions = &report.conditions;
-    page.push_str("<h2>Condition numbers</h2>\n<table><tr><th>matrix</th><th>condition</th></tr>\n");
+    page.push_str(
+        "<h2>Condition numbers</h2>\n<div class=\"scroll\"><table><tr><th>matrix</th><th>condition</th></tr>\n",
+    );
     for (name, value) in [
         ("stiffness of the full model", conditions.full_stiffness),
         ("stiffness of the inner rows", conditions.inner_stiffness),
@@ -214,7 +230,7 @@ fn conditions(page: &mut String, report: &QualityReport) {
         put(page, format_args!("<tr><td>{name}</td><td>{}</td></tr>\n", number(value)));
     }
     page.push_str(
-        "</table>\n<h2>Time and memory</h2>\n<table><tr><th>step</th><th>time (s)</th><th>peak memory (MB)</th></tr>\n",
+        "</table></div>\n<h2>Time and memory</h2>\n<div class=\"scroll\"><table><tr><th>step</th><th>time (s)</th><th>peak memory (MB)</th></tr>\n",
     );
     for step in &report.steps {
         let memory = step.peak_bytes.map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes as f64 / 1e6));
@@ -223,5 +239,5 @@ fn conditions(page: &mut String, report: &QualityReport) {
             format_args!("<tr><td>{}</td><td>{:.3}</td><td>{memory}</td></tr>\n", escape(&step.name), step.time_s),
         );
     }
-    page.push_str("</table>\n");
+    page.push_str("</table></div>\n");
 }

@@ -14,6 +14,7 @@ use super::modes::StructureModes;
 use super::points::{Interface, InterfacePoints};
 use super::symmetric::congruence;
 use crate::linalg::{cholesky, multiply, multiply_transposed, solve_lower, symmetric_eigen, symmetric_eigenvalues};
+use crate::parameter::Numbers;
 
 /// Spectral shift in 1/s2, (2 pi 1 Hz)^2: makes `K_zz + shift M_zz` positive definite for machines that float. The result does
 /// not depend on it beyond rounding.
@@ -34,6 +35,15 @@ pub enum Damping {
     /// One ratio per mode, in the order of the modes; at least as many as modes are kept, the rest is not used (the number of
     /// modes below a cut-off changes with the placement).
     PerMode(Vec<f64>),
+}
+
+impl Numbers for Damping {
+    fn visit(&self, see: &mut dyn FnMut(f64)) {
+        match self {
+            Self::Ratio(ratio) => ratio.visit(see),
+            Self::PerMode(ratios) => ratios.visit(see),
+        }
+    }
 }
 
 /// What [`ReducedStructure::modes`] keeps.

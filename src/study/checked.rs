@@ -1,14 +1,16 @@
 //! A study held to its machine: every name known, its constraints applied, its rows what they stay.
 
-use super::constraints::constrained;
+use super::constraints::{constrained, unknown_names};
 use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
-use super::growth::frame_hash;
+use super::document::path;
+use super::growth::{budget_free_hash, frame_hash};
 use super::loaded::Study;
-use super::plan::factors::Source;
+use super::plan::factor::{FactorInfo, Source};
+use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
-use super::resolve::scene::Issue;
 use crate::design::{Acceptance, Design, Level};
+use crate::parameter::Fault;
 use crate::quantity::Value;
 use crate::scene::Scene;
 
@@ -23,6 +25,7 @@ pub struct CheckedStudy {
     study: Study,
     points: PointTable,
     design: Design,
+    warnings: Vec<Problem>,
 }
 
 impl CheckedStudy {
@@ -36,9 +39,16 @@ impl CheckedStudy {
     /// # Errors
     /// [`StudyError::Invalid`] with all faults found; if a constraint cannot be evaluated, or too few rows are left.
     pub fn new(study: Study, points: PointTable) -> Result<Self, StudyError> {
-        StudyError::from_problems(faults(&study, &points))?;
+        let Findings { faults, warnings } = look_at(&study, &points);
+        StudyError::from_problems(faults)?;
         let design = constrained(&study, &points)?;
-        Ok(Self { study, points, design })
+        Ok(Self { study, points, design, warnings })
+    }
+
+    /// What about the values is possible but unlikely, for instance a pressure in another unit: those of the first row, and of
+    /// each factor at its ends.
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
     }
 
     /// The study.
@@ -71,10 +81,11 @@ impl CheckedStudy {
     /// A factor all of whose paths are overridden has the override's value.
     pub fn row_values(&self, row: usize) -> Vec<Value> {
         let Some(levels) = self.design.row(row) else { return Vec::new() };
-        let drawn = self.study.plan.values(&levels).0.into_iter().zip(&self.study.plan.paths);
-        drawn
-            .map(|(value, paths)| {
-                let overridden: Option<Vec<Value>> = paths.iter().map(|at| self.study.overridden(at)).collect();
+        let values = self.study.plan.values(&levels).0.into_iter().zip(self.study.factors());
+        values
+            .map(|(value, factor)| {
+                let overridden: Option<Vec<Value>> =
+                    factor.drives.iter().map(|driven| self.study.overridden(&driven.path)).collect();
                 let first = overridden.and_then(|values| values.into_iter().next());
                 match (first, &value) {
                     (Some(Value::Integer(whole)), Value::Real(_)) => Value::Real(whole as f64),
@@ -118,6 +129,12 @@ impl CheckedStudy {
         frame_hash(&self.study)
     }
 
+    /// Hash (hex) as [`Study::hash`], but over all that is not a budget: `solver.max_steps` and `solver.max_wall_time_s`. Rows
+    /// that met no budget are the same in studies that have this one in common.
+    pub fn budget_free_hash(&self) -> String {
+        budget_free_hash(&self.study)
+    }
+
     /// Hash (hex) of the factors' values in the first `rows` rows, by which two studies of one frame are compared.
     ///
     /// Only the first 131072 rows count where every row is computed alone, see [`Design::is_open`].
@@ -141,35 +158,72 @@ impl CheckedStudy {
     }
 }
 
-/// What is wrong with a study on a machine with these points; rows share their faults: one report per place and key.
-fn faults(study: &Study, points: &PointTable) -> Vec<Problem> {
-    let mut problems = check_names(study, points);
+/// What a look at some rows of a study found.
+struct Findings {
+    faults: Vec<Problem>,
+    warnings: Vec<Problem>,
+}
+
+/// What is wrong with a study on a machine with these points, and what looks wrong; rows share their faults: one report per
+/// place and key.
+fn look_at(study: &Study, points: &PointTable) -> Findings {
+    let mut findings = Findings { faults: check_names(study, points), warnings: Vec::new() };
+    findings.faults.extend(unknown_names(study));
     let first = study.plan.design.row(0).unwrap_or_default();
-    collect_issues(study, (&first, points), &mut problems);
-    for (source, factor) in study.plan.sources.iter().zip(&study.plan.factors) {
-        let Source::Drawn(index) = *source else { continue };
+    findings.look_at_row(study, points, &Looked { levels: &first, factor: None });
+    for factor in study.factors() {
+        let Source::Drawn { index, .. } = factor.source else { continue };
         for extreme in factor.extremes() {
             let mut levels = first.clone();
             if let Some(level) = levels.get_mut(index) {
                 *level = extreme;
             }
-            collect_issues(study, (&levels, points), &mut problems);
+            findings.look_at_row(study, points, &Looked { levels: &levels, factor: Some(factor) });
         }
     }
-    let mut seen = std::collections::BTreeSet::new();
-    problems.retain(|problem| {
-        let place = &problem.place;
-        seen.insert((place.file.clone(), place.line, place.column, problem.key.clone()))
-    });
-    problems
+    for problems in [&mut findings.faults, &mut findings.warnings] {
+        let mut seen = std::collections::BTreeSet::new();
+        problems.retain(|problem| {
+            let place = &problem.place;
+            seen.insert((place.file.clone(), place.line, place.column, problem.key.clone()))
+        });
+    }
+    findings
 }
 
-fn collect_issues(study: &Study, (levels, points): (&[Level], &PointTable), problems: &mut Vec<Problem>) {
-    let (values, fault) = study.plan.values(levels);
-    if let Some(message) = fault {
-        problems.push(study.problem(Issue::new("design.factor".to_string(), message)));
-        return;
+/// A row that is looked at.
+struct Looked<'a> {
+    levels: &'a [Level],
+    /// The factor that is at one of its ends, all others being as in the first row.
+    factor: Option<&'a FactorInfo>,
+}
+
+impl Looked<'_> {
+    /// Whether a quantity is driven by a factor that is not at one of its ends here: what it is then, nobody typed.
+    fn is_between(&self, study: &Study, at: &[String]) -> bool {
+        let driver = study.plan.driver(|path| path.starts_with(at) || at.starts_with(path));
+        let drawn = driver.filter(|factor| factor.distribution().is_some());
+        drawn.is_some_and(|driver| self.factor.is_none_or(|own| own.name != driver.name))
     }
-    let issues = study.scene_of(&values, points).err().unwrap_or_default();
-    problems.extend(issues.into_iter().filter(|issue| !issue.row_only).map(|issue| study.problem(issue)));
+}
+
+impl Findings {
+    fn look_at_row(&mut self, study: &Study, points: &PointTable, looked: &Looked<'_>) {
+        let (values, fault) = study.plan.values(looked.levels);
+        if let Some(message) = fault {
+            self.faults.push(study.problem(Issue::new("design.factor".to_string(), message)));
+            return;
+        }
+        match study.scene_of(&values, points) {
+            Ok(scene) => {
+                let typed = |path: &str| path::split(path).is_ok_and(|at| !looked.is_between(study, &at));
+                let remarks = scene.remarks().into_iter().filter(|remark| typed(&remark.path));
+                self.warnings.extend(remarks.map(|Fault { path, message }| study.problem(Issue::new(path, message))));
+            }
+            Err(issues) => {
+                let issues = issues.into_iter().filter(|issue| !issue.row_only);
+                self.faults.extend(issues.map(|issue| study.problem(issue)));
+            }
+        }
+    }
 }

@@ -2,14 +2,15 @@
 
 use std::cell::OnceCell;
 
-use super::document::error::StudyError;
+use super::document::error::{Problem, StudyError};
 use super::document::path;
 use super::loaded::Study;
-use super::plan::factors::{Factors, Plan, Source, design_problem};
+use super::plan::design::{Constraint, Plan, design_problem};
+use super::plan::factor::{FactorInfo, Factors, Source};
+use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
-use super::resolve::scene::Issue;
 use crate::design::{Constraints, Design, Level};
-use crate::expression::{Scope, Value};
+use crate::expression::{Role, Scope, Value, Word};
 use crate::hammer::choked_flow;
 use crate::quantity;
 use crate::scene::{HammerUnit, Scene};
@@ -41,7 +42,7 @@ fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]
     }
     let row = RowScope { study, values: &values, points, scene: OnceCell::new() };
     let constraints = among.iter().filter_map(|index| study.plan.constraints.get(*index));
-    for (met, (text, expression)) in constraints.enumerate() {
+    for (met, Constraint { text, expression }) in constraints.enumerate() {
         let value = expression.evaluate(&row);
         if row.misses() {
             return Ok(met);
@@ -55,45 +56,96 @@ fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]
     }
     Ok(among.len())
 }
+
+/// Functions of hammers that constraints can call.
+const FUNCTIONS: [&str; 8] =
+    ["mount_x", "mount_y", "mount_z", "strike_x", "strike_y", "strike_margin", "air_flow", "distance"];
+
+/// Names in constraints that nothing has, each with its own place and the nearest name.
+pub(super) fn unknown_names(study: &Study) -> Vec<Problem> {
+    let document = &study.typed.document;
+    let mut problems = Vec::new();
+    for (index, Constraint { text, expression }) in study.plan.constraints.iter().enumerate() {
+        let at = ["design", "constraints", &index.to_string()].map(str::to_string);
+        for word in expression.words() {
+            let Some(Unknown { message, nearest }) = unknown(study, word) else { continue };
+            let place = document.locate_part(&at, (text, word.column), &word.text);
+            problems.push(Problem::new(place, path::join(&at), message).nearest(nearest));
+        }
+    }
+    problems
+}
+
+/// A name that nothing has.
+struct Unknown {
+    message: String,
+    nearest: Option<String>,
+}
+
+fn unknown(study: &Study, word: &Word) -> Option<Unknown> {
+    let name = word.text.as_str();
+    let listed = |known: Vec<&str>, what: &str| {
+        let message = format!("there is no {what} `{name}`; there is: {}", known.join(", "));
+        (!known.contains(&name)).then(|| Unknown { message, nearest: nearest(name, known) })
+    };
+    match word.role {
+        Role::Text => None,
+        Role::Function => listed(FUNCTIONS.to_vec(), "function"),
+        Role::Argument => listed(study.hammer_names(), "hammer"),
+        Role::Value => {
+            let at = path::split(name).unwrap_or_default();
+            let factors = || study.factors().iter().map(|factor| factor.name.as_str());
+            let driven = || study.factors().iter().flat_map(FactorInfo::paths);
+            let given = path::get(&study.scenes.template, &at).is_some() || driven().any(|path| path == name);
+            if given || factors().any(|factor| factor == name) {
+                return None;
+            }
+            let (driven, mut leaves) = (driven().collect::<Vec<_>>(), Vec::new());
+            path::leaves(&study.scenes.template, &mut Vec::new(), &mut leaves);
+            let known = factors().chain(driven.iter().chain(&leaves).map(String::as_str));
+            let message = format!("`{name}` is no factor, and no value that the study gives");
+            Some(Unknown { message, nearest: nearest(name, known) })
+        }
+    }
+}
+
 impl Plan {
     /// The constraints, those that ask for geometry last: they cost more.
     fn cheapest_first(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.constraints.len()).collect();
-        order.sort_by_key(|index| self.constraints[*index].1.calls_scope());
+        order.sort_by_key(|index| self.constraints[*index].expression.calls_scope());
         order
     }
 
     /// The drawn factors that a constraint looks at; all of them where it asks for geometry. A row is none without the values of
     /// all derived factors, so what these look at counts too.
     fn looked_at(&self, constraint: usize) -> Vec<usize> {
-        let expression = &self.constraints[constraint].1;
+        let expression = &self.constraints[constraint].expression;
         if expression.calls_scope() {
             return (0..self.design.factors().len()).collect();
         }
         let named = expression.names().into_iter().filter_map(|name| {
             let at = path::split(name).unwrap_or_default();
-            let drives = |paths: &Vec<Vec<String>>| paths.contains(&at);
-            let factor = self.factors.iter().position(|factor| factor.name == name);
-            factor.or_else(|| self.paths.iter().position(drives))
+            let factor = self.factors.iter().find(|factor| factor.name == name);
+            factor.or_else(|| self.driver(|path| path == at))
         });
-        let derived = (0..self.sources.len()).filter(|index| matches!(self.sources[*index], Source::Derived(_)));
-        let mut used: Vec<usize> = named.chain(derived).flat_map(|index| self.drawn_for(index)).collect();
+        let derived = self.factors.iter().filter(|factor| matches!(factor.source, Source::Derived { .. }));
+        let mut used: Vec<usize> = named.chain(derived).flat_map(|factor| self.drawn_for(factor)).collect();
         used.sort_unstable();
         used.dedup();
         used
     }
 
     /// The drawn factors, by their index in the design, that give a factor its value.
-    fn drawn_for(&self, factor: usize) -> Vec<usize> {
-        match self.sources.get(factor) {
-            Some(Source::Drawn(index)) => vec![*index],
-            Some(Source::Derived(expression)) => {
-                let place = |name: &&str| self.factors.iter().position(|factor| factor.name == *name);
-                let before =
-                    expression.names().iter().filter_map(place).filter(|other| *other < factor).collect::<Vec<_>>();
-                before.into_iter().flat_map(|other| self.drawn_for(other)).collect()
+    fn drawn_for(&self, factor: &FactorInfo) -> Vec<usize> {
+        match &factor.source {
+            Source::Drawn { index, .. } => vec![*index],
+            // It names factors before it only.
+            Source::Derived { expression, .. } => {
+                let names = expression.names();
+                let before = self.factors.iter().filter(|other| names.contains(&other.name.as_str()));
+                before.flat_map(|other| self.drawn_for(other)).collect()
             }
-            None => Vec::new(),
         }
     }
 }
@@ -119,11 +171,7 @@ impl Scope for RowScope<'_> {
             return as_value(&value, name);
         }
         let value = path::get(&self.study.scenes.template, &at);
-        let value = value.ok_or_else(|| {
-            let known = plan.factors.iter().map(|factor| factor.name.as_str());
-            let hint = nearest(name, known).map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
-            format!("`{name}` is no factor, and no value that the study gives{hint}")
-        })?;
+        let value = value.ok_or_else(|| format!("`{name}` is no factor, and no value that the study gives"))?;
         as_value(value, name)
     }
 
@@ -142,9 +190,9 @@ impl Scope for RowScope<'_> {
             ("strike_margin", [hammer]) => self.margin(hammer),
             ("air_flow", [hammer]) => self.air_flow(hammer),
             _ => Err(format!(
-                "there is no function `{function}` of {} hammers; there are mount_x, mount_y, mount_z, strike_x, \
-                 strike_y, strike_margin, air_flow (of one) and distance (of two)",
-                arguments.len()
+                "`{function}` takes no {} hammers: `distance` takes two, the others ({}) one",
+                arguments.len(),
+                FUNCTIONS[..7].join(", ")
             )),
         }
     }

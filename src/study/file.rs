@@ -4,22 +4,23 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::design_kind::{DesignKind, DesignOptions, design_keys};
-use crate::design::{Axial, HypercubeKind};
-use crate::parameter::describe;
+use crate::design::{Axial, DesignKind, DesignOptions, HypercubeKind, design_keys};
+use crate::parameter::{describe, parameters};
 use crate::quantity::Value;
-use crate::scene::{Environment, HammerUnit, OutputSettings, SolverEntry};
-use crate::structure::{Damping, MatrixFormat, Units};
+use crate::scene::{Environment, HammerUnit, OutputSettings, STANDARD, Scene, SolverEntry, Supply};
+use crate::structure::Damping::{self, Ratio};
+use crate::structure::{MatrixFormat, Units};
 use crate::workpiece::{Casting, Fixture};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(transform = describe::<Scene>)]
 pub struct StudyFile {
     /// Title for tables and reports. Default: the file's name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// Simulated time in s. Default 1.5.
+    /// As in [`Scene`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// The machine.
@@ -79,85 +80,79 @@ pub struct StructureFile {
     pub structure: StructureEntry,
 }
 
-/// Where the machine comes from and how it is reduced.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StructureEntry {
-    /// Source of the machine. Default `station`, the built-in one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub source: Option<SourceName>,
-    /// Stiffness matrix, plain or gzip, relative to the study; for `matrices`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness_file: Option<String>,
-    /// Mass matrix without housings, plain or gzip, relative to the study; for `matrices`. It may be the file of the
-    /// stiffness where a format keeps several matrices in one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass_file: Option<String>,
-    /// Matrix of viscous damping, relative to the study; for `matrices`. Its diagonal over the modes takes the place of
-    /// `damping_ratio`. Default: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping_file: Option<String>,
-    /// List of what the rows of the matrices stand for, one line per row: `12.3` (node 12, direction 3), `12 3` or
-    /// `5 12 UZ`, relative to the study; for `matrices`. The node's coordinates may follow. CalculiX writes it as `.dof`,
-    /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dof_file: Option<String>,
-    /// Format of the matrices. Default: told by the end of the stiffness file's name (`.gz` may follow).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub format: Option<MatrixFormat>,
-    /// Units of the matrices. Default `si`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub units: Option<Units>,
-    /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node and have no `dof_file`. Default: not
-    /// known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dofs_per_node: Option<u32>,
-    /// Name of the stiffness in a file of several matrices (`dmig`, `op4`), for instance `KAA`; of several of one name in an
-    /// OUTPUT4 file the second is `KAA#2`. Default `KAAX`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness_name: Option<String>,
-    /// Name of the mass in a file of several matrices. Default `MAAX`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass_name: Option<String>,
-    /// Name of the damping in a file of several matrices. Default `BAAX`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping_name: Option<String>,
-    /// Whether reductions are kept beside the stiffness file (folder `.decore-cache`) and used again. Default true.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cache: Option<bool>,
-    /// Modal table, relative to the study; for `modal_table`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub modal_file: Option<String>,
-    /// Table of named interface points with coordinates (CSV), relative to the study; for `matrices` and `modal_table`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub points_file: Option<String>,
-    /// Modes of the coupled machine are kept up to this frequency in Hz, 1000 with a list of damping ratios. Default: none is, the
-    /// preset of `solver.fidelity` selects modes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cutoff_hz: Option<f64>,
-    /// Instead of all modes up to `cutoff_hz`: of all modes of the basis those that a scene's points need, so that its
-    /// receptances err by no more than this up to `mode_band_hz`, relative to static flexibility; the others are lumped into
-    /// one residual mode per point. From 0 (all that move a point) to below 1. Default: the preset's (1e-2, `reference`
-    /// 1e-4), unless `cutoff_hz` or a list of damping ratios is given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mode_tolerance: Option<f64>,
-    /// Edge of the band for `mode_tolerance` in Hz: what the contacts excite. Default 5000.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mode_band_hz: Option<f64>,
-    /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency in Hz. Default 3000; where modes of
-    /// the built-in station are selected 20000 (`draft` 6000).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fixed_interface_cutoff_hz: Option<f64>,
-    /// Modal damping ratio: one for all modes or a list, one per mode. Default 0.02.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping_ratio: Option<Damping>,
-    /// Whether the hammers' housings are added to the machine or already part of it. Default `add`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub housings: Option<Housings>,
-    /// Rails by name: interface points in order along a straight line or polyline. The built-in station has the rail
-    /// `rail` with the points R1 to R9.
-    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
-    pub rails: IndexMap<String, Vec<String>>,
+parameters! {
+    /// Where the machine comes from and how it is reduced.
+    pub struct StructureParameters from StructureEntry {
+        typed {
+            /// Source of the machine. Default `station`, the built-in one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub source: Option<SourceName>,
+            /// Stiffness matrix, plain or gzip, relative to the study; for `matrices`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub stiffness_file: Option<String>,
+            /// Mass matrix without housings, plain or gzip, relative to the study; for `matrices`. It may be the file of the
+            /// stiffness where a format keeps several matrices in one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub mass_file: Option<String>,
+            /// Matrix of viscous damping, relative to the study; for `matrices`. Its diagonal over the modes takes the place of
+            /// `damping_ratio`. Default: none.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub damping_file: Option<String>,
+            /// List of what the rows of the matrices stand for, one line per row: `12.3` (node 12, direction 3), `12 3` or
+            /// `5 12 UZ`, relative to the study; for `matrices`. The node's coordinates may follow. CalculiX writes it as `.dof`,
+            /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub dof_file: Option<String>,
+            /// Format of the matrices. Default: told by the end of the stiffness file's name (`.gz` may follow).
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub format: Option<MatrixFormat>,
+            /// Units of the matrices. Default `si`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub units: Option<Units>,
+            /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node and have no `dof_file`. Default: not
+            /// known.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub dofs_per_node: Option<u32>,
+            /// Name of the stiffness in a file of several matrices (`dmig`, `op4`), for instance `KAA`; of several of one name in an
+            /// OUTPUT4 file the second is `KAA#2`. Default `KAAX`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub stiffness_name: Option<String>,
+            /// Name of the mass in a file of several matrices. Default `MAAX`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub mass_name: Option<String>,
+            /// Name of the damping in a file of several matrices. Default `BAAX`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub damping_name: Option<String>,
+            /// Whether reductions are kept beside the stiffness file (folder `.decore-cache`) and used again. Default true.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub cache: Option<bool>,
+            /// Modal table, relative to the study; for `modal_table`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub modal_file: Option<String>,
+            /// Table of named interface points with coordinates (CSV), relative to the study; for `matrices` and `modal_table`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub points_file: Option<String>,
+            /// Whether the hammers' housings are added to the machine or already part of it. Default `add`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub housings: Option<Housings>,
+            /// Rails by name: interface points in order along a straight line or polyline. The built-in station has the rail
+            /// `rail` with the points R1 to R9.
+            #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+            pub rails: IndexMap<String, Vec<String>>,
+        }
+        /// All modes of the coupled machine up to this frequency are kept, instead of those that `mode_tolerance` selects.
+        pub cutoff_hz: f64 = 1000.0, "Hz", [> 0], "with a list of damping ratios; without one the preset selects modes";
+        /// Of all modes of the basis those are kept that a scene's points need, so that its receptances err by no more than this up
+        /// to `mode_band_hz`, relative to static flexibility; the others are lumped into one residual mode per point. At 0 all that
+        /// move a point are kept. Given beside `cutoff_hz` or a list of damping ratios it counts, the preset's does not.
+        pub mode_tolerance: f64 = STANDARD.mode_tolerance, "1", [>= 0, < 1], "the preset's";
+        /// Edge of the band for `mode_tolerance`: what contacts excite (half the period of one of chisel and casting is some 100 us).
+        pub mode_band_hz: f64 = 5000.0, "Hz", [> 0], "assumed";
+        /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency.
+        pub fixed_interface_cutoff_hz: f64 = 3000.0, "Hz", [> 0], "20000 where modes of the built-in station are selected, 6000 in a draft";
+        /// Modal damping ratio: one for all modes or a list, one per mode.
+        pub damping_ratio: Damping = Ratio(0.02), "1", [>= 0, < 1], "assumed";
+    }
 }
 
 /// Source of the machine.
@@ -187,7 +182,7 @@ pub enum Housings {
 /// One hammer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(transform = describe::<HammerUnit>)]
+#[schemars(transform = describe::<HammerUnit>, transform = describe::<Supply>)]
 pub struct HammerEntry {
     /// Hammer file (TOML), relative to the study. Default: the built-in hammer.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -204,7 +199,7 @@ pub struct HammerEntry {
     /// Casting that the hammer strikes. Default: the only one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub casting: Option<String>,
-    /// Supply pressure above ambient in bar (gauge). Default 5.
+    /// As in [`Supply`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub supply_bar: Option<f64>,
     /// As in [`HammerUnit`].
@@ -290,13 +285,16 @@ pub struct FixtureEntry {
     pub damping_n_s_per_m: Option<f64>,
 }
 
-/// The sections that have [`design_keys`].
+/// The sections that have the keys of designs.
 macro_rules! design_entries {
-    ($($(#[$note:meta])* $name:ident: $kind:ty,)*) => {
+    ($($(#[$note:meta])* $name:ident: $kind:ty = $shown:literal,)*) => {
         /// The design of the runs.
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct DesignEntry {
+            /// Kind of design. Default `none`: one row.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub kind: Option<DesignKind>,
             $($(#[$note])* #[serde(skip_serializing_if = "Option::is_none")] pub $name: Option<$kind>,)*
             /// Seed of the design's random numbers. Default 0.
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -321,6 +319,9 @@ macro_rules! design_entries {
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct PartEntry {
+            /// Kind of design. Default `none`: one row.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub kind: Option<DesignKind>,
             $($(#[$note])* #[serde(skip_serializing_if = "Option::is_none")] pub $name: Option<$kind>,)*
             /// Names of the part's factors, in a product.
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -330,7 +331,7 @@ macro_rules! design_entries {
         impl DesignEntry {
             /// How the whole design's rows are chosen, as a part without factors of its own.
             pub fn as_part(&self) -> PartEntry {
-                PartEntry { $($name: self.$name.clone(),)* factors: None }
+                PartEntry { kind: self.kind, $($name: self.$name.clone(),)* factors: None }
             }
         }
 

@@ -1,4 +1,5 @@
-//! What a study is but for its number of rows: by it a sweep that was finished goes on when rows are added.
+//! What a study is but for its number of rows, or the budgets of a row: by it a sweep that was finished goes on when rows are
+//! added, or rows are run again.
 
 use super::document::path;
 use super::file::{DesignEntry, PartEntry, StudyFile};
@@ -64,6 +65,18 @@ fn counts_rows(at: &[String]) -> bool {
         _ => return false,
     };
     ROW_KEYS.contains(&key.as_str())
+}
+
+/// Keys of a study that only say when a row is given up.
+const BUDGET_KEYS: [[&str; 2]; 2] = [["solver", "max_steps"], ["solver", "max_wall_time_s"]];
+
+/// See [`super::CheckedStudy::budget_free_hash`].
+pub(super) fn budget_free_hash(study: &Study) -> String {
+    let typed = StudyFile { title: None, ..study.file.clone() };
+    let mut tree = serde_json::to_value(&typed).unwrap_or_default();
+    BUDGET_KEYS.iter().for_each(|key| forget(&mut tree, &key.map(str::to_owned)));
+    let overrides = study.typed.overrides.iter().filter(|one| !BUDGET_KEYS.iter().any(|key| one.path == *key));
+    hash(&tree.to_string(), overrides, (&study.plan.files, &study.scenes.library))
 }
 
 #[cfg(test)]

@@ -2,13 +2,14 @@
 
 use super::document::overrides::Override;
 use super::document::path;
+use super::plan::kinds::RowFile;
 use super::resolve::library::Library;
 
 /// BLAKE3 over a study's values, overrides, the contents of the design's files, and the hammer files.
 pub(super) fn hash<'a>(
     values: &str,
     overrides: impl Iterator<Item = &'a Override>,
-    (files, library): (&[(String, String)], &Library),
+    (files, library): (&[RowFile], &Library),
 ) -> String {
     let mut hasher = blake3::Hasher::new();
     let mut add = |label: &str, content: &str| {
@@ -21,8 +22,8 @@ pub(super) fn hash<'a>(
     for one in overrides {
         add(&path::join(&one.path), &one.value.to_string());
     }
-    for (name, content) in files {
-        add(name, content);
+    for file in files {
+        add(&file.name, &file.content);
     }
     for (name, table) in library.contents() {
         add(name, &serde_json::to_string(&table).unwrap_or_default());

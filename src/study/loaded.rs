@@ -1,6 +1,6 @@
 //! A study as loaded: read, with all that it names, but not yet held to a machine.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::document::error::{Place, Problem, StudyError};
 use super::document::keys::Shape;
@@ -8,14 +8,16 @@ use super::document::overrides::{Override, SHARED_KEYS};
 use super::document::path;
 use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys, read_tree};
-use super::file::{DesignEntry, StudyFile};
+use super::file::{DesignEntry, StructureEntry, StudyFile};
 use super::hash::hash;
-use super::plan::factors::{FactorInfo, Plan, to_toml};
+use super::plan::design::Plan;
+use super::plan::factor::{FactorInfo, Source, to_toml};
+use super::plan::reader::Surroundings;
+use super::resolve::issue::Issue;
 use super::resolve::library::Library;
 use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
-use super::resolve::scene::Issue;
-use super::resolve::structure::StructureSettings;
+use super::resolve::structure::{MachineTable, StructureSettings};
 use super::schema::study_schema;
 use crate::files::{self, Limit};
 use crate::quantity::Value;
@@ -44,6 +46,10 @@ pub struct Study {
     hash: String,
 }
 
+fn document(name: &str, text: &str) -> Result<Document, StudyError> {
+    Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })
+}
+
 impl Study {
     /// Reads a study file and the hammer files that it names.
     ///
@@ -52,8 +58,9 @@ impl Study {
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         let text = files::read_text(path, Limit::TOML)
             .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
-        let directory = path.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, directory, &path.display().to_string())
+        let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let document = document(&path.display().to_string(), &text)?;
+        Self::build(Typed { document, file: Some(path.to_path_buf()), directory, overrides: Vec::new() })
     }
 
     /// Reads a study from a text. `directory`: where relative file names start; `name`: the file's name in messages.
@@ -61,8 +68,8 @@ impl Study {
     /// # Errors
     /// [`StudyError::Invalid`] with all faults found.
     pub fn parse(text: &str, directory: &Path, name: &str) -> Result<Self, StudyError> {
-        let document = Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })?;
-        Self::build(Typed { document, directory: directory.to_path_buf(), overrides: Vec::new() })
+        let (document, directory) = (document(name, text)?, directory.to_path_buf());
+        Self::build(Typed { document, file: None, directory, overrides: Vec::new() })
     }
 
     /// The study with further values set, each `path=value`, over the file's and the factors' values.
@@ -99,14 +106,16 @@ impl Study {
         let design = tree.get("design").cloned().map(read_tree::<DesignEntry>);
         let design =
             design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
-        let plan = Plan::read(&design, (document, directory), &shape, &tree);
-        let plan = plan.map_err(StudyError::several)?;
+        let around = Surroundings { document, directory, shape: &shape, tree: &tree };
+        let plan = Plan::read(&design, &around).map_err(StudyError::several)?;
         plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
         let file: StudyFile =
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
         let fidelity = file.solver.fidelity.unwrap_or_default();
-        let read = |entry, at: &[&str]| StructureSettings::read(entry, (document, directory), (at, fidelity));
+        let read = |entry: &StructureEntry, at: &[&str]| {
+            StructureSettings::read(MachineTable { entry, document, directory, at }, fidelity)
+        };
         let structure = read(&file.structure, &["structure"]).map_err(StudyError::several)?;
         let further =
             file.structures.iter().map(|(name, entry)| Ok((name.clone(), read(entry, &["structures", name])?)));
@@ -150,6 +159,15 @@ impl Study {
     /// Name of the file, as in messages.
     pub fn name(&self) -> &str {
         &self.typed.document.name
+    }
+
+    /// All files that the study reads, as paths to open: its own, hammer files, tables of rows, those of its machines.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let hammers = self.scenes.library.files().map(|name| self.typed.directory.join(name));
+        let rows = self.plan.files.iter().map(|file| self.typed.directory.join(&file.name));
+        let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
+        let machines = machines.flat_map(|settings| settings.source.files()).map(|(_, path)| path.to_path_buf());
+        self.typed.file.iter().cloned().chain(hammers).chain(rows).chain(machines).collect()
     }
 
     /// The text of the study file.
@@ -199,7 +217,7 @@ impl Study {
 
     /// The constraints, as written.
     pub fn constraints(&self) -> Vec<&str> {
-        self.plan.constraints.iter().map(|(text, _)| text.as_str()).collect()
+        self.plan.constraints.iter().map(|constraint| constraint.text.as_str()).collect()
     }
 
     /// Names of the hammers, in order.
@@ -230,9 +248,7 @@ impl Study {
     /// All texts that some row can have at a path.
     pub(super) fn candidates(&self, at: &[String]) -> Vec<Candidate> {
         let overridden = self.typed.overridden(|path| path == at);
-        let driver = self.plan.paths.iter().position(|paths| paths.iter().any(|path| path == at));
-        let factor = driver.and_then(|index| self.plan.factors.get(index));
-        match (overridden, factor) {
+        match (overridden, self.plan.driver(|path| path == at)) {
             (Some(one), _) => {
                 let text = one.value.as_str().map(str::to_string);
                 text.into_iter().map(|value| Candidate { value, place: one.place(), at: at.to_vec() }).collect()
@@ -273,14 +289,11 @@ impl Study {
         if let Some(one) = self.typed.overridden(|path| path.starts_with(at) || at.starts_with(path)) {
             return one.place();
         }
-        let drives = |paths: &Vec<Vec<String>>| paths.iter().any(|path| path.starts_with(at) || at.starts_with(path));
-        if let Some(index) = self.plan.paths.iter().position(drives)
-            && let Some(factor) = self.plan.factors.get(index)
-        {
-            let key = match (&factor.expression, factor.values.is_empty()) {
-                (Some(_), _) => "expression",
-                (None, true) => "range",
-                (None, false) => "values",
+        if let Some(factor) = self.plan.driver(|path| path.starts_with(at) || at.starts_with(path)) {
+            let key = match (&factor.source, factor.values.is_empty()) {
+                (Source::Derived { .. }, _) => "expression",
+                (Source::Drawn { .. }, true) => "range",
+                (Source::Drawn { .. }, false) => "values",
             };
             let section = ["design", "factor", factor.name.as_str(), key].map(str::to_string);
             return self.typed.document.locate(&section);

@@ -14,7 +14,6 @@
 mod checked;
 mod constraints;
 mod demand;
-mod design_kind;
 mod document;
 mod file;
 mod growth;
@@ -27,14 +26,13 @@ mod template;
 
 pub use checked::CheckedStudy;
 pub use demand::InterfaceDemand;
-pub use design_kind::DesignKind;
 pub use document::error::{InvalidRow, Place, Problem, StudyError};
 pub use file::{
     CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FixtureEntry, HammerEntry, Housings,
-    LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StudyFile,
+    LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StructureParameters, StudyFile,
 };
 pub use loaded::Study;
-pub use plan::factors::FactorInfo;
+pub use plan::factor::FactorInfo;
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};

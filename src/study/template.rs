@@ -1,14 +1,18 @@
 //! The commented study that `init` writes: what is written by hand, completed from the declarations of parameters.
 
 use serde::Serialize;
+use serde::ser::Error as _;
 use toml::Table;
 use toml::ser::Error;
 
 use super::document::keys::{Shape, shape_at};
+use super::file::{StructureEntry, StructureParameters};
 use super::schema::study_schema;
 use crate::contact::ContactLawName;
+use crate::design::DesignOptions;
 use crate::parameter::{Kind, Parameter, Parameters, lines};
-use crate::scene::{Environment, OutputSettings, SolverEntry, SolverSettings};
+use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverEntry, SolverSettings, Supply};
+use crate::workpiece::Fixture;
 
 /// The part by hand. A line `#! key` stands for the parameters of the table with that key.
 const BY_HAND: &str = include_str!("template.toml");
@@ -21,10 +25,42 @@ pub fn template() -> Result<String, Error> {
     let shape = Shape::from_schema(&study_schema());
     let laws: Vec<String> = ContactLawName::ALL.iter().map(|law| format!("\"{}\"", law.name())).collect();
     let mut text = BY_HAND.replace("{laws}", &laws.join(", "));
+    let duration = Table::from_iter([("duration_s".to_owned(), Scene::default().duration_s.into())]);
+    complete::<Scene>(&mut text, "study", duration, &shape)?;
+    complete::<StructureParameters>(
+        &mut text,
+        "structure",
+        StructureEntry::from(StructureParameters::default()),
+        &shape,
+    )?;
+    complete::<Supply>(&mut text, "supply", Supply::default(), &shape)?;
+    complete::<HammerUnit>(&mut text, "hammer", HammerUnit::default(), &shape)?;
+    complete::<Fixture>(&mut text, "fixture", Fixture::default(), &shape)?;
     complete::<SolverSettings>(&mut text, "solver", SolverEntry::from(SolverSettings::default()), &shape)?;
     complete::<OutputSettings>(&mut text, "outputs", OutputSettings::default(), &shape)?;
     complete::<Environment>(&mut text, "environment", Environment::default(), &shape)?;
-    Ok(text)
+    let (kind, keys) = design(&shape)?;
+    Ok(text.replace("#! kind\n", &kind).replace("#! design\n", &keys))
+}
+
+/// The line with the kind of design, and the keys of designs, commented out; `rows` is written by hand, for the kind shown needs it.
+fn design(shape: &Shape) -> Result<(String, String), Error> {
+    let entry = |name: &'static str, text: &'static [&'static str]| Parameter {
+        name,
+        text,
+        values: "",
+        source: "",
+        kind: Kind::Choice,
+    };
+    let kind = [entry("kind", &["How the rows are chosen"])];
+    let at = ["design", "kind"].map(str::to_owned);
+    let kinds = |_: &Parameter| shape_at(shape, &Table::new(), &at).ok().map(Shape::words);
+    let values = Table::from_iter([("kind".to_owned(), "latin_hypercube".into())]);
+    let keys = DesignOptions::KEYS.iter().filter(|key| key.name != "rows");
+    let entries: Vec<Parameter> = keys.clone().map(|key| entry(key.name, key.text)).collect();
+    let shown: String = keys.map(|key| format!("{} = {}\n", key.name, key.shown)).collect();
+    let shown: Table = toml::from_str(&shown).map_err(|error| Error::custom(error.to_string()))?;
+    Ok((lines(&kind, &values, "", &kinds), lines(&entries, &shown, "# ", &|_| None)))
 }
 
 /// Puts the parameters of a table in their place, commented out, with the values they have by default.

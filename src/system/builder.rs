@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
-use crate::scene::{Environment, Guide, HammerUnit, ModeTreatment, Scene};
+use crate::scene::{Environment, HammerUnit, ModeTreatment, Scene};
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
 use crate::system::impulse_response::{self, Condensation};
 use crate::system::layout::Layout;
@@ -90,7 +90,7 @@ struct Numbering {
 
 impl Numbering {
     fn new(scene: &Scene) -> Result<Self, BuildError> {
-        let tied = scene.solver.guide == Guide::Tied;
+        let tied = scene.ties(scene.solver.guide);
         let per_hammer = if tied { body::COUNT - 1 } else { body::COUNT };
         let first_hammer_body = (0..scene.hammers.len()).map(|h| h * per_hammer).collect();
         let mut bodies = per_hammer * scene.hammers.len();
@@ -248,6 +248,7 @@ fn add_hammer(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &Sce
     let kind = ContactKind::ChiselCasting;
     let strike = elements.contact(row, Contact { hammer: h, kind, law, offset_m: gap });
     HammerSlot {
+        name: unit.name.clone(),
         model,
         points,
         mount: h,
@@ -315,7 +316,7 @@ fn add_fixtures(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &S
 }
 
 fn tied_guides(scene: &Scene, phi: &DMatrix<f64>) -> Result<Option<TiedGuides>, BuildError> {
-    if scene.solver.guide == Guide::Spring || scene.hammers.is_empty() {
+    if !scene.ties(scene.solver.guide) || scene.hammers.is_empty() {
         return Ok(None);
     }
     // Their mounts are the first interface points.
@@ -457,7 +458,7 @@ fn gas(environment: &Environment) -> Gas {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{ModeTreatment, Mount, OutputSettings, SolverSettings};
+    use crate::scene::{Guide, ModeTreatment, Mount, OutputSettings, SolverSettings};
     use crate::workpiece::{Casting, Fixture};
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
@@ -479,6 +480,7 @@ mod tests {
             ..HammerUnit::default()
         };
         let solver = SolverSettings {
+            guide: Guide::Spring,
             modes: ModeTreatment::Integrated,
             max_steps: 10,
             max_wall_time_s: 1.0,

@@ -1,5 +1,6 @@
 //! The coupled system as the integrator sees it.
 
+use crate::hammer::chamber;
 use crate::integrate::{GuardSample, Switching, System};
 use crate::system::coupled::Coupled;
 
@@ -25,9 +26,9 @@ impl System for Coupled {
             for (i, volume) in slot.model.volumes(&state.position).into_iter().enumerate() {
                 if volume < 1e-9 {
                     return format!(
-                        "chamber {} of hammer {} is driven to a volume of {volume:.2e} m3 at t = {t:.6} s",
-                        i + 1,
-                        h + 1
+                        "the chamber at the {} of hammer `{}` is driven to a volume of {volume:.2e} m3 at t = {t:.6} s",
+                        chamber::NAMES[i],
+                        slot.name
                     );
                 }
             }

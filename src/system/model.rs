@@ -9,6 +9,8 @@ use crate::system::modal::{Modes, TiedGuides};
 /// One hammer within the coupled system.
 #[derive(Debug, Clone)]
 pub struct HammerSlot {
+    /// Its name.
+    pub name: String,
     /// Its constants.
     pub model: HammerModel,
     /// Points of its bodies; the guide's is the mount itself where it is tied.

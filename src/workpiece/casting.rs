@@ -1,10 +1,12 @@
 //! Castings and fixtures as data.
 
+use serde::Serialize;
+
 use crate::parameter::parameters;
 
 parameters! {
     /// Spring and damper between a point of a casting and a node of the structure.
-    #[derive(Debug, Clone, PartialEq)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct Fixture {
         own {
             /// Name as in the study.
@@ -13,11 +15,11 @@ parameters! {
             pub point: String,
         }
         /// Where it holds the casting, x and y from the casting's centre of mass.
-        pub at_m: [f64; 2], "m", [finite], "default: above its interface point";
+        pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
         /// Stiffness `k_T`.
-        pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0], "the paper's rig";
+        pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0] usual [1e5, 1e11], "the paper's rig";
         /// Damping `c_T`.
-        pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0], "the paper's rig";
+        pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0] usual [0, 1e6], "the paper's rig";
     }
 }
 
@@ -34,14 +36,14 @@ parameters! {
             pub fixtures: Vec<Fixture>,
         }
         /// Mass.
-        pub mass_kg: f64, "kg", [> 0], "no default";
+        pub mass_kg: f64, "kg", [> 0] usual [0.05, 1000], "no default";
         /// Centre of mass in the machine's plane, x and y.
-        pub centre_m: [f64; 2], "m", [finite], "default: the mean of its fixtures' points";
+        pub centre_m: [f64; 2], "m", [finite] usual [-20, 20], "default: the mean of its fixtures' points";
         /// Extent in x and y, centred.
-        pub size_m: Option<[f64; 2]>, "m", [> 0], "default: unlimited, no hammer can miss it";
+        pub size_m: Option<[f64; 2]>, "m", [> 0] usual [0.01, 10], "default: unlimited, no hammer can miss it";
         /// Moments of inertia about x (rotation `tx`, driven by offsets in y) and y (rotation `ty`, driven by offsets in x).
-        pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0], "needed only where it can rotate (struck, held or measured off its centre)";
+        pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0] usual [1e-6, 1e4], "needed only where it can rotate (struck, held or measured off its centre)";
         /// Where its velocity is also reported, x and y from the centre of mass.
-        pub measuring_point_m: Option<[f64; 2]>, "m", [finite], "default: at the centre only";
+        pub measuring_point_m: Option<[f64; 2]>, "m", [finite] usual [-10, 10], "default: at the centre only";
     }
 }

@@ -30,7 +30,7 @@ pub enum WorkpieceError {
 /// Offsets from the centre of mass below this length in m are rounding, not geometry.
 pub const OFFSET_TOLERANCE_M: f64 = 1e-9;
 
-/// Smallest pivot, relative to the largest stiffness, of a casting that counts as held.
+/// Smallest pivot, relative to the largest entry, of a casting that counts as held.
 const PIVOT_TOLERANCE: f64 = 1e-9;
 
 impl Casting {
@@ -53,8 +53,8 @@ impl Casting {
 
     /// Checks that the casting can be simulated with heave and the `active` rotations `[tx, ty]`.
     ///
-    /// The stiffness `sum k b b'`, `b = (1, y, -x)` restricted to the active coordinates, must be positive definite:
-    /// otherwise the casting could spin (or drift) freely on its fixtures.
+    /// The sum of `b b'` over the fixtures, `b = (1, y, -x)` restricted to the active coordinates, must be positive definite:
+    /// otherwise the casting could spin (or drift) freely on its fixtures, however stiff they are.
     ///
     /// # Errors
     /// [`WorkpieceError::MissingInertia`] if a rotation is active and there is no inertia,
@@ -63,7 +63,7 @@ impl Casting {
         if active != [false, false] && self.inertia_kg_m2.is_none() {
             return Err(WorkpieceError::MissingInertia { casting: self.name.clone() });
         }
-        match free_motion(&self.stiffness(), [true, active[0], active[1]]) {
+        match free_motion(&self.hold(), [true, active[0], active[1]]) {
             None => Ok(()),
             Some(motion) => Err(WorkpieceError::Unrestrained {
                 casting: self.name.clone(),
@@ -72,8 +72,9 @@ impl Casting {
         }
     }
 
-    /// Stiffness of the fixtures over (heave, tx, ty), rotations scaled by the largest offset so that all entries are N/m.
-    fn stiffness(&self) -> [[f64; 3]; 3] {
+    /// Sum of `b b'` over (heave, tx, ty), rotations scaled by the largest offset. Stiffnesses are positive: they do not decide
+    /// what is held, and beside one of 1e25 N/m rounding would hide what the others hold.
+    fn hold(&self) -> [[f64; 3]; 3] {
         let length = self
             .fixtures
             .iter()
@@ -84,7 +85,7 @@ impl Casting {
             let row = [1.0, fixture.at_m[1] / length, -fixture.at_m[0] / length];
             for (i, line) in matrix.iter_mut().enumerate() {
                 for (j, entry) in line.iter_mut().enumerate() {
-                    *entry += fixture.stiffness_n_per_m * row[i] * row[j];
+                    *entry += row[i] * row[j];
                 }
             }
         }
@@ -93,8 +94,8 @@ impl Casting {
 }
 
 /// First active coordinate whose pivot in a Cholesky elimination is not positive; `None` for a positive definite matrix.
-fn free_motion(stiffness: &[[f64; 3]; 3], active: [bool; 3]) -> Option<usize> {
-    let mut matrix = *stiffness;
+fn free_motion(hold: &[[f64; 3]; 3], active: [bool; 3]) -> Option<usize> {
+    let mut matrix = *hold;
     let largest = (0..3).fold(0.0_f64, |largest, i| largest.max(matrix[i][i]));
     for pivot in (0..3).filter(|&i| active[i]) {
         let value = matrix[pivot][pivot];
@@ -174,6 +175,13 @@ mod tests {
         assert_eq!(diagonal.check_restraint([true, false]), Ok(()));
         assert!(diagonal.check_restraint([true, true]).is_err());
         let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
+        assert_eq!(square.check_restraint([true, true]), Ok(()));
+    }
+
+    #[test]
+    fn what_holds_does_not_depend_on_stiffness() {
+        let mut square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
+        square.fixtures[0].stiffness_n_per_m = 1e25;
         assert_eq!(square.check_restraint([true, true]), Ok(()));
     }
 

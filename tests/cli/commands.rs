@@ -164,6 +164,8 @@ fn a_scene_prints_every_output_by_its_name() {
     arguments.push("--json");
     let json: serde_json::Value = serde_json::from_slice(&ends(&arguments, DONE).stdout).unwrap();
     let metrics = &json["outcome"]["metrics"];
+    assert_eq!([&metrics["hammers"][0]["name"], &metrics["blows"][0]["hammer"]], ["hammer", "hammer"]);
+    assert_eq!(metrics["castings"][0]["name"], "part");
     for quantity in decore::metrics::HammerMetrics::QUANTITIES {
         assert!(text.contains(quantity.name), "{} is not in\n{text}", quantity.name);
         assert!(metrics["hammers"][0].get(quantity.name).is_some(), "{} is not in the JSON", quantity.name);

@@ -1,5 +1,7 @@
 //! The command line as a process: what commands print and write, and how they end.
 
 mod commands;
+mod mistakes;
 mod options;
+mod printing;
 mod readme;

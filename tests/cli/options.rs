@@ -196,7 +196,12 @@ fn no_output_overwrites_what_the_command_reads() {
     let table = scratch.path().join("rows.csv");
     fs::write(&table, "factor_position\n0.0\n").expect("written");
     let by_table = scratch.path().join("table.toml");
-    fs::write(&by_table, format!("{text}\n[notes]\nfile = \"rows.csv\"\n")).expect("written");
+    let (scene, _) = text.split_once("[design]").expect("a design");
+    let design = "[design]\nkind = \"table\"\nfile = \"rows.csv\"\n\n[design.factor.position]\npath = \"hammer.hammer.rail_position_m\"\n";
+    fs::write(&by_table, format!("{scene}{design}")).expect("written");
+    let hammer = scratch.path().join("hammers/default.toml");
+    fs::create_dir(scratch.path().join("hammers")).expect("made");
+    fs::copy(study("hammers/default.toml"), &hammer).expect("copied");
     let around = scratch.path().join(".").join("own.toml");
     let refused = |command: &mut Command| {
         let (code, _, errors) = ran(command);
@@ -206,6 +211,7 @@ fn no_output_overwrites_what_the_command_reads() {
     refused(decore(&scratch).arg("run").arg(&own).arg("--summary").arg(&around));
     refused(decore(&scratch).arg("scene").arg(&own).arg("--signals").arg("own.toml"));
     refused(decore(&scratch).arg("check").arg(&own).arg("--scatter").arg(&own));
+    refused(decore(&scratch).arg("check").arg(&own).arg("--scatter").arg(&hammer));
     refused(decore(&scratch).arg("design").arg(&by_table).arg("--output").arg(&table));
     refused(decore(&scratch).arg("structure").arg(&own).args(["--export", "op4", "--to"]).arg(scratch.path()));
     #[cfg(unix)]

@@ -9,6 +9,8 @@ mod growth;
 mod loss;
 mod report;
 #[cfg(unix)]
+mod rerun;
+#[cfg(unix)]
 mod sweeps;
 mod synthetic;
 mod tables;

@@ -72,6 +72,25 @@ fn a_dataset_without_rows_has_a_report() {
 }
 
 /// Opens the dataset in pyarrow, pandas, polars and DuckDB, if an interpreter is named that has them.
+/// The examples of `decore help reading`, as they stand.
+#[test]
+fn the_guide_s_readers_read() {
+    let (_scratch, folder) = dataset();
+    let Some(python) = std::env::var_os("DECORE_PYTHON") else {
+        eprintln!("DECORE_PYTHON is not set: the guide's examples were not tried");
+        return;
+    };
+    let page = decore::guide::TOPICS.iter().find(|topic| topic.name == "reading").expect("page").text;
+    let examples: Vec<&str> = page.split("```python\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    assert_eq!(examples.len(), 4);
+    for example in examples {
+        let text = example.replace("DATASET", folder.to_str().expect("path"));
+        let output = Command::new(&python).arg("-c").arg(text).output().expect("interpreter started");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && !said.contains("Warning") && output.stdout.len() > 50, "{example}\n{said}");
+    }
+}
+
 #[test]
 fn python_readers_agree() {
     let (_scratch, folder) = dataset();

@@ -26,6 +26,7 @@ pub fn info() -> DatasetInfo {
         study_text: "[study]\nname = \"synthetic\"  # Gußteil\n".to_owned(),
         study_hash: "0123456789abcdef".to_owned(),
         frame_hash: String::new(),
+        budget_free_hash: String::new(),
         rows_hash: String::new(),
         overrides: Vec::new(),
         inputs: BTreeMap::new(),

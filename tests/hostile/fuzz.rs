@@ -221,6 +221,21 @@ fn named(name: &'static str, key: &'static str, seeds: Vec<Vec<u8>>) -> Target {
     Target { name, seeds, read: Box::new(read) }
 }
 
+/// Parquet tables of other programs, packed in every way.
+fn tables() -> Target {
+    let names = ["duckdb", "pandas", "polars", "pyarrow_gzip", "pyarrow_lz4", "pyarrow_none", "pyarrow_zstd"];
+    let names = names.map(|name| format!("tests/data/tables/{name}.parquet"));
+    let points = station_points();
+    let text = naming("table.parquet", "design").replace("design.factor.x]", "design.factor.position]");
+    let (before, _) = text.split_once("[design.factor.y]").expect("factors");
+    let text = before.to_owned();
+    let read = move |folder: &Path, bytes: &[u8]| {
+        file(folder, "table.parquet", bytes);
+        study(folder, &text, &points)
+    };
+    Target { name: "tables", seeds: seeds(&names.each_ref().map(String::as_str)), read: Box::new(read) }
+}
+
 fn matrices(name: &'static str, format: MatrixFormat, files: &[&str], dofs: Option<&'static str>) -> Target {
     let names: Vec<String> = files.iter().map(|name| format!("tests/data/formats/{name}")).collect();
     let seeds = seeds(&names.iter().map(String::as_str).collect::<Vec<_>>());
@@ -333,7 +348,8 @@ fn targets(folder: &Path) -> Vec<Target> {
         Target { name: "modes", seeds: seeds(&["tests/data/fuzz/modes.csv"]), read: Box::new(modes) },
         named("rows.csv", "design", seeds(&["tests/data/fuzz/rows.csv"])),
         named("rows.parquet", "design", vec![fs::read(rows).expect("there")]),
-        names("matrix_market", &["tiny_K.mtx", "tiny_M.mtx"], None),
+        tables(),
+        names("matrix_market", &["tiny_K.mtx", "tiny_M.mtx"], Some("tiny.dofmap")),
         names("calculix", &["tiny_ccxstyle.sti", "ccx_real_tiny.sti"], Some("tiny_ccxstyle.dof")),
         names(
             "dmig",
@@ -365,11 +381,19 @@ struct Tally {
 
 /// Tries a mutated input.
 fn attempt(target: &Target, folder: &Path, bytes: &[u8], tally: &mut Tally) {
-    let before = LIVE.get();
-    PEAK.set(before);
-    let begin = ThreadTime::now();
-    let result = catch_unwind(AssertUnwindSafe(|| (target.read)(folder, bytes)));
-    let (time, peak) = (begin.elapsed(), PEAK.get() - before);
+    let weighed = || {
+        let before = LIVE.get();
+        PEAK.set(before);
+        let begin = ThreadTime::now();
+        let result = catch_unwind(AssertUnwindSafe(|| (target.read)(folder, bytes)));
+        (result, begin.elapsed(), PEAK.get() - before)
+    };
+    let (result, time, mut peak) = weighed();
+    if peak > MOST_BYTES {
+        // What a package sets aside once for a thread is there the second time: gemm's buffer, a gigabyte of addresses on a machine
+        // with large caches, hardly any of which is ever touched.
+        peak = (0..3).map(|_| weighed().2).fold(peak, i64::min);
+    }
     tally.inputs += 1;
     tally.accepted += u64::from(matches!(result, Ok(true)));
     tally.slowest = tally.slowest.max(time);

@@ -32,8 +32,28 @@ fn a_planted_link_is_not_followed() {
     let output = write_table(&table);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(fs::read_to_string(&victim).expect("there"), "mine");
-    assert_eq!(names(scratch.path()), ["rows.parquet", "victim"]);
+    // The link is nobody's business.
+    assert_eq!(names(scratch.path()), ["rows.parquet", "rows.parquet.partial", "victim"]);
     assert!(fs::symlink_metadata(&table).expect("there").is_file());
+}
+
+#[test]
+fn a_status_follows_no_planted_link_and_what_a_kill_left_of_one_goes() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let (dataset, victim) = (scratch.path().join("dataset"), scratch.path().join("victim"));
+    fs::write(&victim, "mine").expect("written");
+    fs::create_dir(&dataset).expect("folder");
+    for left in [".status.json.partial", ".status.json.Ab1.partial"] {
+        symlink(&victim, dataset.join(left)).expect("link");
+    }
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+    let sets = ["--set", "design.rows=1", "--set", "duration_s=0.001", "--output"];
+    let output = command.arg("run").arg(study).args(sets).arg(&dataset).output().expect("decore runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(fs::read_to_string(&victim).expect("there"), "mine");
+    let hidden: Vec<String> = names(&dataset).into_iter().filter(|name| name.starts_with('.')).collect();
+    assert_eq!(hidden, [] as [String; 0]);
 }
 
 #[test]

@@ -18,11 +18,18 @@ fn short_rig() -> Accuracy {
     all.damping_ratio.push(0.02);
     all.mounts[0].push(0.03);
     all.fixtures[0][0].push(0.08);
-    let mut settings = ladder(&scene.solver);
+    let mut settings = ladder(&scene);
     settings.extend(fixed_steps(&scene.solver, true));
     let experiment = Experiment { scene: &scene, modes: &modes, all_modes: Some(&all), settings, repeats: 1 };
-    let mut told = Vec::new();
-    let accuracy = measure(&experiment, &mut |what| told.push(what.to_owned())).expect("measured");
+    let (mut told, mut counts) = (Vec::new(), Vec::new());
+    let accuracy = measure(&experiment, &mut |begun| {
+        counts.push((begun.number, begun.of));
+        told.push(begun.what.to_owned());
+    })
+    .expect("measured");
+    // Every setting is run once: what is told first is kept to.
+    let all = counts.len();
+    assert!(counts.iter().enumerate().all(|(index, count)| *count == (index + 1, all)), "{counts:?}");
     assert!(told.iter().any(|what| what == "reference") && told.len() > accuracy.measurements.len());
     accuracy
 }

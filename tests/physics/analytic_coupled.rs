@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, distance, observe, run, settings, slope};
 use crate::common::scenes::{bench, casting, castings_only, hammer, rig, simulate, solver};
-use decore::hammer::HammerParameters;
+use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Stopped, System};
 use decore::run::{RowStatus, run_row};
 use decore::scene::{Guide, ModeTreatment, Scene};
@@ -384,4 +384,17 @@ fn runs_are_reproducible_to_the_bit() {
     assert_eq!(once.y, again.y);
     assert_eq!(once.events, again.events);
     assert_eq!(once.counters, again.counters);
+}
+
+/// A chamber that vanishes is called by its name, and its hammer by that of the study.
+#[test]
+fn a_chamber_that_vanishes_is_named() {
+    let (scene, modes) = bench();
+    let model = build(&scene, &modes).expect("sound");
+    let mut state = model.initial_state().to_vec();
+    state[model.layout().position(model.hammers()[0].points[body::CYLINDER])] += 1.0;
+    let words = Coupled::new(&model).diagnose(0.25, &state);
+    let hammer = &scene.hammers[0].name;
+    let expected = format!("the chamber at the annulus of the telescope of hammer `{hammer}` is driven to a volume of");
+    assert!(words.starts_with(&expected), "{words}");
 }

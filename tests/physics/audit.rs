@@ -1,8 +1,9 @@
 //! The audits can fail: an error planted in any part of the books moves a residual, each by itself.
 
+use crate::common::changed::{Change, Changed, settings};
 use crate::common::studies::scene;
 use decore::hammer::chamber;
-use decore::integrate::{GuardSample, Integrator, Observer, Settings, Step, Stopped, Switching, System, Tsit5};
+use decore::integrate::{Integrator, Observer, Step, Stopped, System, Tsit5};
 use decore::metrics::{Recorder, RunTotals};
 use decore::system::{Coupled, CoupledModel, build};
 use std::sync::Arc;
@@ -23,24 +24,12 @@ enum Plant {
     Input(f64),
 }
 
-/// The coupled system with an error in its rates.
-struct Planted {
-    inner: Coupled,
-    plant: Plant,
-}
-
-impl System for Planted {
-    fn dimension(&self) -> usize {
-        self.inner.dimension()
-    }
-    fn scales(&self) -> &[f64] {
-        self.inner.scales()
-    }
-    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
-        self.inner.rhs(t, y, rate);
-        let layout = self.inner.model().layout();
+impl Change for Plant {
+    fn rhs(&self, inner: &mut Coupled, (t, y): (f64, &[f64]), rate: &mut [f64]) {
+        inner.rhs(t, y, rate);
+        let layout = inner.model().layout();
         let change = |at: usize, share: f64, rate: &mut [f64]| rate[at] *= 1.0 + share;
-        match self.plant {
+        match *self {
             Plant::Nothing => {}
             Plant::Pressure(index, share) => change(layout.pressures(0).start + index, share, rate),
             Plant::Drag(body, rate_per_s) => rate[layout.velocity(body)] -= rate_per_s * y[layout.velocity(body)],
@@ -55,40 +44,9 @@ impl System for Planted {
             Plant::Input(share) => change(layout.work_in(), share, rate),
         }
     }
-    fn diagnose(&self, t: f64, y: &[f64]) -> String {
-        self.inner.diagnose(t, y)
-    }
 }
 
-impl Switching for Planted {
-    fn guard_count(&self) -> usize {
-        self.inner.guard_count()
-    }
-    fn guard_support(&self, guard: usize) -> &[usize] {
-        self.inner.guard_support(guard)
-    }
-    fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64 {
-        self.inner.guard(guard, t, y)
-    }
-    fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
-        self.inner.sample_guards(t, y, rate, samples);
-    }
-    fn horizon(&self) -> f64 {
-        self.inner.horizon()
-    }
-    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
-        self.inner.rebase(t, y, rate);
-    }
-    fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {
-        self.inner.switch(guard, t, y);
-    }
-    fn next_stop(&self) -> f64 {
-        self.inner.next_stop()
-    }
-    fn pass_stop(&mut self) {
-        self.inner.pass_stop();
-    }
-}
+type Planted = Changed<Plant>;
 
 /// Shows a recorder the system within.
 struct Through(Recorder);
@@ -106,17 +64,8 @@ const DURATION_S: f64 = 0.25;
 
 /// The audits of a run of `model` with an error planted; books kept by the model itself.
 fn audits(model: &Arc<CoupledModel>, scene: &decore::scene::Scene, plant: Plant) -> RunTotals {
-    let mut system = Planted { inner: Coupled::new(model), plant };
-    let settings = Settings {
-        tolerance: 1e-5,
-        first_step_s: 1e-6,
-        longest_step_s: 1e-3,
-        step_s: 1e-5,
-        located: false,
-        max_steps: 1_000_000,
-        max_wall_time_s: 60.0,
-    };
-    let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings);
+    let mut system = Planted { inner: Coupled::new(model), change: plant };
+    let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5));
     let mut observer = Through(Recorder::new(model, scene));
     assert_eq!(integrator.run(&mut system, &mut observer, DURATION_S), Stopped::AtEnd, "{plant:?}");
     observer.0.finish(&system.inner, integrator.time(), integrator.state()).totals

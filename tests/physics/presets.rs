@@ -4,9 +4,11 @@ use std::path::Path;
 
 use decore::accuracy::main_differences;
 use decore::engine::{Engine, RowScene};
-use decore::metrics::RunMetrics;
+use decore::metrics::{HammerMetrics, RunMetrics};
 use decore::run::run_row;
 use decore::study::Study;
+
+use crate::common::studies::{outcome, scene};
 
 /// The whole structure: all modes of a basis that is complete up to 20 kHz, 525 of them.
 const WHOLE: [&str; 2] = ["structure.fixed_interface_cutoff_hz=20000", "structure.mode_tolerance=0"];
@@ -59,6 +61,63 @@ fn val_presets_keep_their_promise_against_the_whole_structure() {
     assert!(truncated.iter().all(|peak| *peak > 1e-3), "truncation is the larger error: {truncated:?}");
 }
 
+/// Scenes over which a preset's promise is held beside the rig: pressures, standoffs, castings on one and on four fixtures, soft and
+/// hard contacts, other places of the hammer. Study, row, settings.
+const SCENES: [(&str, usize, &[&str]); 12] = [
+    ("paper_rig.toml", 0, &["hammer.hammer.supply_bar=4"]),
+    ("paper_rig.toml", 0, &["hammer.hammer.supply_bar=6", "hammer.hammer.standoff_m=0.06"]),
+    ("paper_rig.toml", 0, &["hammer.hammer.standoff_m=0.1"]),
+    ("paper_rig.toml", 0, &["casting.part.mass_kg=1"]),
+    ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.stiffness_n_per_m=1e8"]),
+    ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.stiffness_n_per_m=1.2e9"]),
+    ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.law=hertz"]),
+    ("paper_rig.toml", 0, &["hammer.hammer.parameters.guide.stiffness_n_per_m=1e8"]),
+    ("placement.toml", 0, &[]),
+    ("placement.toml", 30, &[]),
+    ("placement.toml", 90, &[]),
+    ("placement.toml", 200, &[]),
+];
+
+/// `standard` against `reference` on each scene: what it promises, or the scene's own scatter over twins where that is larger.
+#[test]
+fn val_standard_keeps_its_promise_on_each_scene() {
+    for (study, row, settings) in SCENES {
+        let run = |more: &[&str]| {
+            let all: Vec<&str> = settings.iter().chain(more).copied().collect();
+            outcome(study, row, &all).metrics.unwrap()
+        };
+        let (standard, reference) = (run(&["outputs.twins=4"]), run(&["solver.fidelity=reference"]));
+        let errors = main_differences(&standard, &reference);
+        let scatter = standard.scatter.as_ref().expect("twins");
+        let relative = |name: &str| {
+            let value = HammerMetrics::QUANTITIES.iter().find(|quantity| quantity.name == name).unwrap().value;
+            let value = value(&standard.hammers[0]).unwrap().number().unwrap();
+            scatter.hammers[0][name].unwrap() / value
+        };
+        let [energy, frequency] = ["periodic_energy_mean_j", "hit_frequency_hz"].map(relative);
+        println!("{study} {row} {settings:?}: {errors:?}, scatter {energy:.1e} {frequency:.1e}");
+        // A range of five runs shows about as much as two of them differ by; three times that covers a third.
+        let promised = [3e-6, f64::max(1e-5, 3.0 * energy), f64::max(1e-5, 3.0 * frequency), 1e-4];
+        for (error, promised) in errors.iter().zip(promised) {
+            assert!(*error < promised, "{study} {row} {settings:?}: {errors:?}");
+        }
+        assert!(energy < 1e-3 && frequency < 1e-3, "{study} {row} {settings:?}: chaotic");
+    }
+}
+
+/// The default ties guides that are rigid beside their hammers, and no other.
+#[test]
+fn guides_are_tied_where_they_are_rigid() {
+    let ties = |settings: &[&str]| {
+        let (scene, _) = scene("paper_rig.toml", 0, settings).unwrap();
+        scene.ties(scene.solver.guide)
+    };
+    assert!(ties(&[]) && ties(&["solver.fidelity=draft"]));
+    assert!(!ties(&["hammer.hammer.parameters.guide.stiffness_n_per_m=1e9"]));
+    assert!(!ties(&["solver.fidelity=reference"]) && !ties(&["solver.guide=spring"]) && !ties(&["solver.method=rk4"]));
+    assert!(ties(&["solver.guide=tied", "hammer.hammer.parameters.guide.stiffness_n_per_m=1e9"]));
+}
+
 /// A preset selects modes only where the study does not say itself which count.
 #[test]
 fn a_study_overrides_its_presets_modes() {
@@ -66,11 +125,11 @@ fn a_study_overrides_its_presets_modes() {
         let study = with(given);
         (study.structure().mode_tolerance, study.structure().fixed_interface_cutoff_hz)
     };
-    assert_eq!(settings(&[]), (Some(1e-2), 20_000.0));
+    assert_eq!(settings(&[]), (Some(1e-3), 20_000.0));
     assert_eq!(settings(&["solver.fidelity=draft"]), (Some(1e-2), 6000.0));
     assert_eq!(settings(&["solver.fidelity=reference"]), (Some(1e-4), 20_000.0));
     assert_eq!(settings(&["structure.cutoff_hz=500"]), (None, 3000.0));
     assert_eq!(settings(&["structure.cutoff_hz=500", "structure.mode_tolerance=0.1"]), (Some(0.1), 20_000.0));
     assert_eq!(settings(&["structure.damping_ratio=[0.02, 0.03]"]), (None, 3000.0));
-    assert_eq!(settings(&["structure.fixed_interface_cutoff_hz=4000"]), (Some(1e-2), 4000.0));
+    assert_eq!(settings(&["structure.fixed_interface_cutoff_hz=4000"]), (Some(1e-3), 4000.0));
 }

@@ -57,6 +57,13 @@ fn the_station_is_reported_as_scipy_sees_it() {
     let page = quality_page(&report, "Station <1>").expect("drawn");
     assert!(page.contains("Station &lt;1&gt;") && page.matches("<svg").count() == 1 + report.mobility.len());
     assert!(!page.contains("NaN") && !page.contains("inf"));
+    // A phone: its own width, tables and plots scroll, and only the first curves are unfolded.
+    assert!(page.contains("name=\"viewport\" content=\"width=device-width"));
+    assert_eq!(page.matches("<table>").count(), page.matches("<div class=\"scroll\"><table>").count());
+    assert_eq!(page.matches("<svg").count(), page.matches("class=\"plot\"").count());
+    let mobility = page.find("<h2>Mobility").expect("the curves");
+    let unfolded = page[mobility..].split("<details>").next().expect("a part").matches("<svg").count();
+    assert_eq!(unfolded, report.mobility.len().min(4));
 }
 
 /// n masses in a row between walls, every one x of a node; points on the nodes given.

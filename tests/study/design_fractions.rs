@@ -1,6 +1,6 @@
 //! Two-level fractions against published tables of least aberration, and what they confuse.
 
-use decore::design::{Design, Distribution, Factor, Kind};
+use decore::design::{Design, Distribution, Factor, FractionalFactorial, Kind};
 
 /// Factors, basic factors and number of words by length from 3 on of the fractions of least aberration: up to 32 rows Chen, Sun and
 /// Wu (Int. Stat. Rev. 61, 1993); larger ones the catalogue of the R package FrF2 (Groemping, J. Stat. Softw. 56, 2014), counted from
@@ -60,7 +60,7 @@ const PUBLISHED: [(usize, u32, &[usize]); 50] = [
 
 fn fraction(factors: usize, resolution: u32) -> Design {
     let unit = Factor { distribution: Distribution::Uniform { low: 0.0, high: 1.0 }, levels: None };
-    Design::new(Kind::FractionalFactorial { resolution }, vec![unit; factors], 0).unwrap()
+    Design::new(Kind::FractionalFactorial(FractionalFactorial { resolution }), vec![unit; factors], 0).unwrap()
 }
 
 /// Rows as words, a bit per factor at its upper level.

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use decore::design::{
-    Axial, Constraints, Design, DesignError, Distribution, Factor, HypercubeKind, Kind, LatinHypercube, Level,
-    Placement, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy, wrap_around_discrepancy,
+    Axial, BoxBehnken, CentralComposite, Constraints, Design, DesignError, Distribution, Factor, FractionalFactorial,
+    FullFactorial, Halton, HypercubeKind, Kind, LatinHypercube, Level, Morris, OneAtATime, Placement, PlackettBurman,
+    Product, ProductPart, Quality, Random, Saltelli, Sobol, Table, Union, centred_discrepancy, l2_star_discrepancy,
+    mixture_discrepancy, wrap_around_discrepancy,
 };
 use proptest::prelude::*;
 use serde_json::Value;
@@ -63,23 +65,24 @@ fn val_discrepancies_equal_scipy() {
 #[test]
 fn val_sobol_and_halton_equal_scipy() {
     let reference = reference();
-    for (name, kind) in
-        [("sobol", Kind::Sobol { rows: 64, scramble: false }), ("halton", Kind::Halton { rows: 60, scramble: false })]
-    {
+    for (name, kind) in [
+        ("sobol", Kind::Sobol(Sobol { rows: 64, scramble: false })),
+        ("halton", Kind::Halton(Halton { rows: 60, scramble: false })),
+    ] {
         let scipy = table(&reference[name]);
         let ours = points(&Design::new(kind, cube(scipy[0].len()), 0).unwrap());
         for (ours, scipy) in ours.iter().flatten().zip(scipy.iter().flatten()) {
             assert!((ours - scipy).abs() < 1e-15, "{name}: {ours} against {scipy}");
         }
     }
-    let wide = Design::new(Kind::Sobol { rows: 16, scramble: false }, cube(1000), 0).unwrap();
+    let wide = Design::new(Kind::Sobol(Sobol { rows: 16, scramble: false }), cube(1000), 0).unwrap();
     let scipy: Vec<f64> = serde_json::from_value(reference["sobol_dimension_1000"].clone()).unwrap();
     let ours: Vec<f64> = points(&wide).iter().map(|row| row[999]).collect();
     assert_eq!(ours, scipy);
     let discrepancy = |kind| centred_discrepancy(&points(&Design::new(kind, cube(5), 0).unwrap()));
-    let sobol = discrepancy(Kind::Sobol { rows: 256, scramble: false });
+    let sobol = discrepancy(Kind::Sobol(Sobol { rows: 256, scramble: false }));
     assert!((sobol - reference["sobol_cd"].as_f64().unwrap()).abs() < 1e-12);
-    let halton = discrepancy(Kind::Halton { rows: 256, scramble: false });
+    let halton = discrepancy(Kind::Halton(Halton { rows: 256, scramble: false }));
     assert!((halton - reference["halton_cd"].as_f64().unwrap()).abs() < 1e-12);
 }
 
@@ -115,7 +118,11 @@ fn marginals_pass_kolmogorov_smirnov_over_seeds() {
     let n = 200;
     // Asymptotic 1 % point with Stephens' correction.
     let critical = 1.6276 / ((n as f64).sqrt() + 0.12 + 0.11 / (n as f64).sqrt());
-    let kinds = [Kind::Random { rows: n }, Kind::Sobol { rows: n, scramble: true }, latin(n, HypercubeKind::Random)];
+    let kinds = [
+        Kind::Random(Random { rows: n }),
+        Kind::Sobol(Sobol { rows: n, scramble: true }),
+        latin(n, HypercubeKind::Random),
+    ];
     for kind in kinds {
         for distribution in distributions() {
             let factor = Factor { distribution: distribution.clone(), levels: None };
@@ -225,11 +232,11 @@ proptest! {
     #[test]
     fn sequences_grow_and_stay_within_bounds(rows in 1_usize..200, seed: u64, kind in 0..5) {
         let kind = |rows: usize| match kind {
-            0 => Kind::Sobol { rows, scramble: true },
-            1 => Kind::Halton { rows, scramble: true },
-            2 => Kind::Random { rows },
-            3 => Kind::Morris { trajectories: rows, levels: 4 },
-            _ => Kind::Saltelli { base: rows, second_order: true },
+            0 => Kind::Sobol(Sobol { rows, scramble: true }),
+            1 => Kind::Halton(Halton { rows, scramble: true }),
+            2 => Kind::Random(Random { rows }),
+            3 => Kind::Morris(Morris { trajectories: rows, levels: 4 }),
+            _ => Kind::Saltelli(Saltelli { base: rows, second_order: true }),
         };
         let factors: Vec<Factor> =
             distributions().into_iter().map(|distribution| Factor { distribution, levels: None }).collect();
@@ -245,7 +252,7 @@ proptest! {
                 prop_assert!(value.is_finite() && (!bounded || (low..=high).contains(&value)));
             }
         }
-        if !matches!(kind(1), Kind::Saltelli { .. } | Kind::Morris { .. }) {
+        if !matches!(kind(1), Kind::Saltelli(_) | Kind::Morris(_)) {
             let [short, long] = [short, long].map(|design| constrained(&design, &[0], inside).unwrap());
             prop_assert_eq!(short.row_count(), rows);
             for row in 0..rows {
@@ -276,10 +283,10 @@ fn what_cannot_be_met_is_an_error() {
     let never = |_: &[Level]| Ok(false);
     let below = |levels: &[Level]| Ok(matches!(levels[0], Level::Real(x) if x < 0.5));
     for kind in [
-        Kind::Sobol { rows: 10, scramble: true },
-        Kind::Random { rows: 10 },
-        Kind::Morris { trajectories: 3, levels: 4 },
-        Kind::PlackettBurman,
+        Kind::Sobol(Sobol { rows: 10, scramble: true }),
+        Kind::Random(Random { rows: 10 }),
+        Kind::Morris(Morris { trajectories: 3, levels: 4 }),
+        Kind::PlackettBurman(PlackettBurman),
         latin(10, HypercubeKind::Random),
     ] {
         let error = constrained(&Design::new(kind.clone(), cube(3), 0).unwrap(), &[], never).unwrap_err();
@@ -289,11 +296,13 @@ fn what_cannot_be_met_is_an_error() {
     let hypercube = Design::new(latin(10, HypercubeKind::Random), cube(3), 0).unwrap();
     let error = constrained(&hypercube, &[0], below).unwrap_err();
     assert!(error.to_string().contains("at most 5 of 10 rows meet"), "{error}");
-    let random = constrained(&Design::new(Kind::Random { rows: 400 }, cube(3), 0).unwrap(), &[0], below).unwrap();
+    let random =
+        constrained(&Design::new(Kind::Random(Random { rows: 400 }), cube(3), 0).unwrap(), &[0], below).unwrap();
     let rate = random.acceptance().unwrap().rate();
     assert!((rate - 0.5).abs() < 0.08, "{rate}");
     let broken = |_: &[Level]| Err("1 / 0".to_string());
-    let error = constrained(&Design::new(Kind::Random { rows: 4 }, cube(1), 0).unwrap(), &[0], broken).unwrap_err();
+    let error =
+        constrained(&Design::new(Kind::Random(Random { rows: 4 }), cube(1), 0).unwrap(), &[0], broken).unwrap_err();
     assert_eq!(error, DesignError::Constraint("1 / 0".into()));
 }
 
@@ -373,8 +382,8 @@ fn rank_correlations_are_those_asked_for() {
     let matrix = vec![vec![1.0, 0.8, -0.3], vec![0.8, 1.0, 0.0], vec![-0.3, 0.0, 1.0]];
     for (kind, tolerance) in [
         (latin(500, HypercubeKind::Random), 0.02),
-        (Kind::Sobol { rows: 512, scramble: true }, 0.02),
-        (Kind::Random { rows: 4000 }, 0.05),
+        (Kind::Sobol(Sobol { rows: 512, scramble: true }), 0.02),
+        (Kind::Random(Random { rows: 4000 }), 0.05),
     ] {
         let design = Design::with_correlation(kind.clone(), cube(3), 1, &matrix).unwrap();
         let points = points(&design);
@@ -387,7 +396,7 @@ fn rank_correlations_are_those_asked_for() {
         }
     }
     let contradiction = vec![vec![1.0, 0.9, -0.9], vec![0.9, 1.0, 0.9], vec![-0.9, 0.9, 1.0]];
-    let error = Design::with_correlation(Kind::Random { rows: 9 }, cube(3), 0, &contradiction).unwrap_err();
+    let error = Design::with_correlation(Kind::Random(Random { rows: 9 }), cube(3), 0, &contradiction).unwrap_err();
     assert!(error.to_string().contains("contradict"), "{error}");
 }
 
@@ -427,25 +436,25 @@ fn classical_designs_have_their_sizes_and_are_orthogonal() {
         })
     };
     for (kind, factors, rows) in [
-        (Kind::FractionalFactorial { resolution: 3 }, 7, 8),
-        (Kind::FractionalFactorial { resolution: 4 }, 8, 16),
-        (Kind::FractionalFactorial { resolution: 5 }, 5, 16),
-        (Kind::FractionalFactorial { resolution: 5 }, 8, 64),
-        (Kind::PlackettBurman, 11, 12),
-        (Kind::PlackettBurman, 19, 20),
-        (Kind::PlackettBurman, 3, 4),
-        (Kind::CentralComposite { axial: Axial::Inscribed, centres: 1 }, 3, 15),
-        (Kind::CentralComposite { axial: Axial::Faces, centres: 2 }, 5, 28),
-        (Kind::BoxBehnken { centres: 1 }, 3, 13),
-        (Kind::BoxBehnken { centres: 3 }, 4, 27),
-        (Kind::BoxBehnken { centres: 1 }, 7, 57),
+        (Kind::FractionalFactorial(FractionalFactorial { resolution: 3 }), 7, 8),
+        (Kind::FractionalFactorial(FractionalFactorial { resolution: 4 }), 8, 16),
+        (Kind::FractionalFactorial(FractionalFactorial { resolution: 5 }), 5, 16),
+        (Kind::FractionalFactorial(FractionalFactorial { resolution: 5 }), 8, 64),
+        (Kind::PlackettBurman(PlackettBurman), 11, 12),
+        (Kind::PlackettBurman(PlackettBurman), 19, 20),
+        (Kind::PlackettBurman(PlackettBurman), 3, 4),
+        (Kind::CentralComposite(CentralComposite { axial: Axial::Inscribed, centres: 1 }), 3, 15),
+        (Kind::CentralComposite(CentralComposite { axial: Axial::Faces, centres: 2 }), 5, 28),
+        (Kind::BoxBehnken(BoxBehnken { centres: 1 }), 3, 13),
+        (Kind::BoxBehnken(BoxBehnken { centres: 3 }), 4, 27),
+        (Kind::BoxBehnken(BoxBehnken { centres: 1 }), 7, 57),
     ] {
         let design = Design::new(kind.clone(), cube(factors), 0).unwrap();
         assert_eq!(design.row_count(), rows, "{kind:?}");
         assert!(balanced(&design), "{kind:?}");
         assert!(points(&design).iter().flatten().all(|share| (0.0..=1.0).contains(share)));
     }
-    let one = Design::new(Kind::OneAtATime, cube(4), 0).unwrap();
+    let one = Design::new(Kind::OneAtATime(OneAtATime), cube(4), 0).unwrap();
     assert_eq!(one.row_count(), 9);
     assert_eq!(one.unit_row(0).unwrap(), [0.5; 4]);
     assert_eq!(one.unit_row(3).unwrap(), [0.5, 0.0, 0.5, 0.5]);
@@ -453,21 +462,27 @@ fn classical_designs_have_their_sizes_and_are_orthogonal() {
 
 #[test]
 fn unions_and_products() {
-    let union = Kind::Union(vec![Kind::BoxBehnken { centres: 1 }, Kind::Random { rows: 7 }]);
+    let union = Kind::Union(Union {
+        parts: vec![Kind::BoxBehnken(BoxBehnken { centres: 1 }), Kind::Random(Random { rows: 7 })],
+    });
     let design = Design::new(union, cube(3), 4).unwrap();
     assert_eq!(design.row_count(), 20);
     assert_eq!(design.unit_row(12).unwrap(), [0.5; 3]);
     let mut factors = cube(3);
     factors[1] = Factor { distribution: Distribution::Categories { count: 2 }, levels: None };
-    let parts = vec![(Kind::Sobol { rows: 4, scramble: true }, vec![0, 2]), (Kind::FullFactorial, vec![1])];
-    let design = Design::new(Kind::Product(parts), factors, 4).unwrap();
+    let part = |kind, factors| ProductPart { kind, factors };
+    let parts = vec![
+        part(Kind::Sobol(Sobol { rows: 4, scramble: true }), vec![0, 2]),
+        part(Kind::FullFactorial(FullFactorial), vec![1]),
+    ];
+    let design = Design::new(Kind::Product(Product { parts }), factors, 4).unwrap();
     assert_eq!(design.row_count(), 8);
     for point in 0..4 {
         let (first, second) = (design.row(2 * point).unwrap(), design.row(2 * point + 1).unwrap());
         assert_eq!((first[0], first[2]), (second[0], second[2]));
         assert_eq!((first[1], second[1]), (Level::Category(0), Level::Category(1)));
     }
-    let table = Kind::Table(Arc::new(vec![vec![Level::Real(0.25), Level::Real(1.0)]]));
+    let table = Kind::Table(Table { rows: Arc::new(vec![vec![Level::Real(0.25), Level::Real(1.0)]]) });
     let design = Design::new(table, cube(2), 0).unwrap();
     assert_eq!(design.unit_row(0).unwrap(), [0.25, 1.0]);
 }
@@ -508,7 +523,7 @@ fn angles() -> Vec<Factor> {
 
 #[test]
 fn analytic_saltelli_gives_the_indices_of_ishigami() {
-    let design = Design::new(Kind::Saltelli { base: 8192, second_order: false }, angles(), 1).unwrap();
+    let design = Design::new(Kind::Saltelli(Saltelli { base: 8192, second_order: false }), angles(), 1).unwrap();
     let (first, total) = sobol_indices(&design, ishigami);
     for (found, known) in first.iter().zip([0.31391, 0.44241, 0.0]).chain(total.iter().zip([0.55759, 0.44241, 0.24368]))
     {
@@ -520,7 +535,7 @@ fn analytic_saltelli_gives_the_indices_of_ishigami() {
 fn analytic_saltelli_gives_the_indices_of_sobols_g() {
     let a = [0.0, 1.0, 4.5, 9.0, 99.0, 99.0];
     let g = |x: &[f64]| x.iter().zip(a).map(|(x, a)| ((4.0 * x - 2.0).abs() + a) / (1.0 + a)).product::<f64>();
-    let design = Design::new(Kind::Saltelli { base: 16_384, second_order: false }, cube(6), 2).unwrap();
+    let design = Design::new(Kind::Saltelli(Saltelli { base: 16_384, second_order: false }), cube(6), 2).unwrap();
     let (first, total) = sobol_indices(&design, g);
     let partial = a.map(|a: f64| 1.0 / (3.0 * (1.0 + a).powi(2)));
     let all: f64 = partial.iter().map(|v| 1.0 + v).product();
@@ -537,7 +552,7 @@ fn analytic_morris_gives_the_elementary_effects_of_ishigami_and_g() {
     let a = [0.0, 1.0, 4.5, 9.0];
     let g = |x: &[f64]| x.iter().zip(a).map(|(x, a)| ((4.0 * x - 2.0).abs() + a) / (1.0 + a)).product::<f64>();
     for (factors, model) in [(angles(), &ishigami as &dyn Fn(&[f64]) -> f64), (cube(4), &g)] {
-        let design = Design::new(Kind::Morris { trajectories: 4000, levels: 4 }, factors.clone(), 3).unwrap();
+        let design = Design::new(Kind::Morris(Morris { trajectories: 4000, levels: 4 }), factors.clone(), 3).unwrap();
         let k = factors.len();
         let mut sums = vec![0.0; k];
         for trajectory in 0..4000 {
@@ -597,7 +612,7 @@ fn optimised_hypercubes_reach_the_best_known_distances() {
 
 #[test]
 fn a_million_rows_are_computed_alone() {
-    for kind in [Kind::Sobol { rows: 1 << 20, scramble: true }, latin(1_000_000, HypercubeKind::Random)] {
+    for kind in [Kind::Sobol(Sobol { rows: 1 << 20, scramble: true }), latin(1_000_000, HypercubeKind::Random)] {
         let design = Design::new(kind, cube(20), 3).unwrap();
         assert!(design.is_open());
         let last = design.row_count() - 1;

@@ -1,6 +1,8 @@
 //! Strata, grid levels and faults of designs.
 
-use decore::design::{Design, DesignError, Distribution, Factor, Kind, LatinHypercube, Level, MOST_ROWS, Placement};
+use decore::design::{
+    Design, DesignError, Distribution, Factor, FullFactorial, Kind, LatinHypercube, Level, MOST_ROWS, Placement, Single,
+};
 use proptest::prelude::*;
 
 fn factor(distribution: Distribution) -> Factor {
@@ -107,7 +109,7 @@ proptest! {
             factor(Distribution::Categories { count: b }),
             factor(Distribution::Integer { low: 0, high: c - 1 }),
         ];
-        let design = Design::new(Kind::FullFactorial, factors, 0).unwrap();
+        let design = Design::new(Kind::FullFactorial(FullFactorial), factors, 0).unwrap();
         prop_assert_eq!(design.row_count(), a * b * c as usize);
         let mut rows: Vec<String> = (0..design.row_count()).map(|row| format!("{:?}", design.row(row))).collect();
         rows.sort();
@@ -119,7 +121,9 @@ proptest! {
 #[test]
 fn grid_levels_include_their_ends() {
     let levels = |distribution, levels| {
-        let design = Design::new(Kind::FullFactorial, vec![Factor { distribution, levels: Some(levels) }], 0).unwrap();
+        let design =
+            Design::new(Kind::FullFactorial(FullFactorial), vec![Factor { distribution, levels: Some(levels) }], 0)
+                .unwrap();
         column(&design, 0)
     };
     let close = |levels: Vec<Level>, wanted: &[f64]| {
@@ -132,7 +136,9 @@ fn grid_levels_include_their_ends() {
     close(levels(Distribution::LogUniform { low: 1.0, high: 1e4 }, 5), &[1.0, 1e1, 1e2, 1e3, 1e4]);
     let integers = levels(Distribution::Integer { low: 1, high: 10 }, 4);
     assert_eq!(integers, [1, 4, 7, 10].map(Level::Integer));
-    let all = Design::new(Kind::FullFactorial, vec![factor(Distribution::Integer { low: -1, high: 1 })], 0).unwrap();
+    let all =
+        Design::new(Kind::FullFactorial(FullFactorial), vec![factor(Distribution::Integer { low: -1, high: 1 })], 0)
+            .unwrap();
     assert_eq!(column(&all, 0), [-1, 0, 1].map(Level::Integer));
 }
 
@@ -182,14 +188,18 @@ fn designs_that_make_no_sense_are_errors() {
     assert!(matches!(new(cube(), Distribution::Categories { count: 0 }, None), DesignError::NoCategories { .. }));
     let none = latin(0, Placement::Random);
     assert_eq!(new(none, range(0.0, 1.0), None), DesignError::NoRows);
-    assert!(matches!(new(Kind::FullFactorial, range(0.0, 1.0), None), DesignError::LevelsNeeded { factor: 0 }));
-    assert!(matches!(new(Kind::FullFactorial, range(0.0, 1.0), Some(1)), DesignError::Levels { .. }));
+    assert!(matches!(
+        new(Kind::FullFactorial(FullFactorial), range(0.0, 1.0), None),
+        DesignError::LevelsNeeded { factor: 0 }
+    ));
+    assert!(matches!(new(Kind::FullFactorial(FullFactorial), range(0.0, 1.0), Some(1)), DesignError::Levels { .. }));
     let few = Distribution::Integer { low: 1, high: 3 };
-    assert!(matches!(new(Kind::FullFactorial, few, Some(4)), DesignError::Levels { most: 3, .. }));
-    assert!(matches!(new(Kind::Single, range(0.0, 1.0), None), DesignError::Factors(_)));
+    assert!(matches!(new(Kind::FullFactorial(FullFactorial), few, Some(4)), DesignError::Levels { most: 3, .. }));
+    assert!(matches!(new(Kind::Single(Single), range(0.0, 1.0), None), DesignError::Factors(_)));
     assert!(matches!(Design::new(cube(), Vec::new(), 0), Err(DesignError::Factors(_))));
     let wide = Factor { distribution: Distribution::Integer { low: i64::MIN, high: i64::MAX }, levels: None };
-    assert_eq!(Design::new(Kind::FullFactorial, vec![wide.clone(); 2], 0), Err(DesignError::TooManyRows));
+    let error = Design::new(Kind::FullFactorial(FullFactorial), vec![wide.clone(); 2], 0).unwrap_err();
+    assert_eq!(error, DesignError::TooManyRows);
     assert!(Design::new(cube(), vec![wide], 0).unwrap().row(3).is_some());
 }
 
@@ -211,14 +221,15 @@ fn logarithmic_whole_numbers_have_their_shares() {
         let share = ((value as f64 + 0.5) / (value as f64 - 0.5)).ln() / all;
         assert!((*count as f64 - share * rows as f64).abs() < 2.0, "{value}: {count}");
     }
-    let grid = |levels| column(&Design::new(Kind::FullFactorial, vec![factor(Some(levels))], 0).unwrap(), 0);
+    let grid =
+        |levels| column(&Design::new(Kind::FullFactorial(FullFactorial), vec![factor(Some(levels))], 0).unwrap(), 0);
     assert_eq!(grid(4), [1, 10, 100, 1000].map(Level::Integer));
     // Where ratios are too fine for whole numbers, the levels are still different and end where they should.
     let fine: Vec<i64> =
         grid(40).iter().map(|level| if let Level::Integer(value) = level { *value } else { 0 }).collect();
     assert!(fine.windows(2).all(|pair| pair[0] < pair[1]) && fine[0] == 1 && fine[39] == 1000, "{fine:?}");
     let whole = Factor { distribution: Distribution::LogInteger { low: 3, high: 9 }, levels: None };
-    let all = Design::new(Kind::FullFactorial, vec![whole], 0).unwrap();
+    let all = Design::new(Kind::FullFactorial(FullFactorial), vec![whole], 0).unwrap();
     assert_eq!(column(&all, 0), [3, 4, 5, 6, 7, 8, 9].map(Level::Integer));
     let zero = vec![Factor { distribution: Distribution::LogInteger { low: 0, high: 9 }, levels: None }];
     assert!(matches!(Design::new(latin(3, Placement::Random), zero, 0).unwrap_err(), DesignError::NotPositive { .. }));

@@ -88,7 +88,7 @@ fn one_factor_drives_several_paths_with_factor_and_offset() {
          link = [{ path = 'hammer.right.supply_bar', factor = 0.5, offset = 1.0 },\n\
          { path = 'hammer.right.standoff_m', factor = 0.01 }]",
     );
-    assert_eq!(study.study().factors()[0].paths.len(), 3);
+    assert_eq!(study.study().factors()[0].paths().len(), 3);
     for (row, scene) in scenes(&study).iter().enumerate() {
         let pressure = number(&study.row_values(row)[0]);
         let gauge = |hammer: usize| (scene.hammers[hammer].supply_pressure_pa - 101_325.0) / 1e5;
@@ -167,6 +167,39 @@ fn tables_come_from_csv_and_parquet() {
             assert!((number(&values[0]) - position).abs() < 1e-8, "{name}: {values:?}");
             assert_eq!(values[1..], [Value::Text((*guide).into()), Value::Integer(i64::from(*steps))]);
         }
+    }
+}
+
+/// A design whose rows are a file of `tests/data/tables`.
+fn shipped_table(name: &str) -> Result<Study, StudyError> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables");
+    parse(&folder, &format!("[design]\nkind = 'table'\nfile = '{name}.parquet'\n{TABLE}"))
+}
+
+#[test]
+fn tables_of_other_programs_are_read_however_they_are_packed() {
+    let packed = ["none", "snappy", "gzip", "zstd", "lz4"].map(|name| format!("pyarrow_{name}"));
+    for name in packed.iter().map(String::as_str).chain(["pandas", "polars", "duckdb"]) {
+        let study = shipped_table(name).map(|study| rows_of(&study)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let rows: Vec<Vec<String>> =
+            (0..3).map(|row| study.row_values(row).iter().map(ToString::to_string).collect()).collect();
+        assert_eq!(rows, [["0.05", "tied", "1000"], ["-0.1", "spring", "1500"], ["0.0625", "tied", "2000"]], "{name}");
+    }
+    let brotli = message(shipped_table("pyarrow_brotli"));
+    assert!(brotli.contains("is packed with BROTLI") && brotli.contains("snappy, gzip, zstd, lz4"), "{brotli}");
+}
+
+/// Each of these ended the decoder by a panic, or took 700 MB.
+#[test]
+fn damaged_tables_are_refused_with_words() {
+    for number in 1..=3 {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables");
+        let fuzzed = std::fs::read_to_string(folder.join("../fuzz/kinds.toml")).expect("study");
+        let (before, after) = fuzzed.split_once("[design]").expect("design");
+        let (_, factors) = after.split_once("[design.factor.x]").expect("factors");
+        let table = format!("[design]\nkind = 'table'\nfile = 'damaged_{number}.parquet'\n[design.factor.x]{factors}");
+        let text = message(Study::parse(&format!("{before}{table}"), &folder, "test.toml"));
+        assert!(text.contains(&format!("damaged_{number}.parquet: ")) && text.contains("cannot read"), "{text}");
     }
 }
 
@@ -298,7 +331,7 @@ fn constraints_that_contradict_each_other_are_an_error_and_no_hang() {
     for (constraint, words) in [
         ("a + b", "expected a comparison"),
         ("a > c", "`c` is no factor"),
-        ("distance(left, rght) > 0", "there is no hammer `rght`; the study has: left, right"),
+        ("distance(left, rght) > 0", "there is no hammer `rght`; there is: left, right"),
         ("clearance(left) > 0", "there is no function `clearance`"),
     ] {
         let design = format!("[design]\nkind = 'random'\nrows = 9\nconstraints = ['{constraint}']\n{POSITIONS}");

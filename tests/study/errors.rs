@@ -46,7 +46,16 @@ fn likely_slips_are_named() {
     holds(&kind("ccd"), 14, 8, "design.kind", "did you mean `central_composite`?");
     assert_eq!(kind("xyz").nearest, None);
     let constraint = fault("rows = 4", "rows = 4\nconstraints = [\"presure > 4\"]");
-    holds(&constraint, 16, 15, "design.constraints", "did you mean `pressure`?");
+    holds(&constraint, 16, 17, "design.constraints.0", "did you mean `pressure`?");
+    let fault_in = |text: &str| fault("rows = 4", &format!("rows = 4\nconstraints = [\"{text}\"]"));
+    let hammer = fault_in("pressure < 9 and strike_margin(lft) > 0");
+    holds(&hammer, 16, 48, "design.constraints.0", "there is no hammer `lft`; there is: left\n");
+    assert_eq!(hammer.nearest.as_deref(), Some("left"));
+    holds(&fault_in("strike_margn(left) > 0"), 16, 17, "design.constraints.0", "did you mean `strike_margin`?");
+    let path = fault_in("pressure < 9 or casting.part.mas_kg > 0");
+    holds(&path, 16, 33, "design.constraints.0", "did you mean `casting.part.mass_kg`?");
+    let casting = fault("mount = \"R5\"", "mount = \"R5\"\ncasting = \"block\"");
+    holds(&casting, 7, 11, "hammer.left.casting", "the study has no casting `block`; it has: part");
 }
 
 #[test]
@@ -134,7 +143,8 @@ fn quantities_must_lie_in_their_range() {
         "structure.cutoff_hz",
         "is -1, expected a positive number",
     );
-    holds(&fault("cutoff_hz = 300.0", "damping_ratio = 1.5"), 4, 17, "structure.damping_ratio", "below 1");
+    holds(&fault("cutoff_hz = 300.0", "damping_ratio = 1.5"), 4, 17, "structure.damping_ratio", "from 0 to below 1");
+    holds(&fault("cutoff_hz = 300.0", "mode_tolerance = 1.0"), 4, 18, "structure.mode_tolerance", "from 0 to below 1");
     let deep = fault("[casting.part]", "parameters.piston.bore_m = 0.0\n[casting.part]");
     holds(&deep, 8, 28, "hammer.left.parameters.piston.bore_m", "is 0, expected a positive number");
     let contact = fault("[casting.part]", "parameters.valve.stop.stiffness_n_per_m = -1\n[casting.part]");

@@ -9,3 +9,4 @@ mod errors;
 mod faults;
 mod scene;
 mod station;
+mod warnings;

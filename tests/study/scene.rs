@@ -88,6 +88,63 @@ fn the_template_shows_every_key_of_the_schema_and_the_declared_defaults() {
     assert!(!template.contains("#!"), "all declared tables are filled in");
 }
 
+/// What rows and machines are given in numbers is declared with its range; the rest of the numbers are names of nodes and places on
+/// rails, whose range the machine tells.
+#[test]
+fn every_number_of_scene_and_machine_has_its_range_and_default_in_the_schema() {
+    let schema = study_schema();
+    let tables = ["StructureEntry", "HammerEntry", "CastingEntry", "FixtureEntry", "SolverEntry", "Environment"];
+    let tables = tables.map(|name| (name, &schema["$defs"][name])).into_iter().chain([("the study", &schema)]);
+    let mut numbers = 0;
+    for (table, (key, property)) in
+        tables.flat_map(|(name, table)| table["properties"].as_object().unwrap().iter().map(move |one| (name, one)))
+    {
+        let kinds = property["type"].to_string();
+        if ["dofs_per_node", "rail_position_m"].contains(&key.as_str()) || !kinds.contains("\"number\"") {
+            continue;
+        }
+        let text = property["description"].as_str().unwrap();
+        assert!(text.contains("Takes ") && text.contains("; "), "{table}, {key}: {text}");
+        numbers += 1;
+    }
+    assert!(numbers > 20, "{numbers}");
+    let at = |pointer: &str| schema.pointer(pointer).unwrap_or_else(|| panic!("{pointer}")).clone();
+    assert_eq!(at("/properties/duration_s/exclusiveMinimum"), 0);
+    assert_eq!(at("/$defs/HammerEntry/properties/supply_bar/minimum"), 0);
+    let structure = "/$defs/StructureEntry/properties";
+    assert_eq!(at(&format!("{structure}/mode_tolerance/exclusiveMaximum")), 1);
+    assert_eq!(at(&format!("{structure}/damping_ratio/exclusiveMaximum")), 1);
+    assert_eq!(at(&format!("{structure}/cutoff_hz/exclusiveMinimum")), 0);
+}
+
+#[test]
+fn a_study_lists_the_files_that_it_reads() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    for name in ["k.mtx", "m.mtx", "d.mtx", "points.csv", "modes.csv", "unused.toml"] {
+        std::fs::write(path(name), "").unwrap();
+    }
+    for name in ["a.toml", "b.toml"] {
+        std::fs::write(path(name), "piston.mass_kg = 0.4").unwrap();
+    }
+    std::fs::write(path("rows.csv"), "hammer,p\na.toml,5\nb.toml,6\n").unwrap();
+    let machine = "source = 'matrices'\nstiffness_file = 'k.mtx'\nmass_file = 'm.mtx'\npoints_file = 'points.csv'";
+    let further = "source = 'modal_table'\nmodal_file = 'modes.csv'\npoints_file = 'points.csv'";
+    let factors = "hammer = { path = 'hammer.left.file' }\np = { path = 'hammer.left.supply_bar' }";
+    let design = format!("[design]\nkind = 'table'\nfile = 'rows.csv'\n[design.factor]\n{factors}");
+    let text = format!(
+        "[structure]\n{machine}\ndamping_file = 'd.mtx'\n[structures.other]\n{further}\n{SMALL}{design}\n[outputs]\ntwins = 0\n"
+    );
+    std::fs::write(path("study.toml"), &text).unwrap();
+    let mut files = Study::load(&path("study.toml")).unwrap_or_else(|error| panic!("{error}")).files();
+    files.sort();
+    files.dedup();
+    let wanted = ["a.toml", "b.toml", "d.mtx", "k.mtx", "m.mtx", "modes.csv", "points.csv", "rows.csv", "study.toml"];
+    assert_eq!(files, wanted.map(path));
+    // A text alone has no file of its own.
+    assert!(Study::parse(SMALL, directory.path(), "test.toml").unwrap().files().is_empty());
+}
+
 #[test]
 fn the_hammer_file_is_the_built_in_hammer() {
     is_committed("studies/hammers/default.toml", &hammer_file().unwrap());
@@ -143,7 +200,7 @@ fn the_papers_rig_is_the_default_scene() {
     assert_eq!(casting.mass_kg, 0.517);
     assert_eq!(casting.fixtures[0].stiffness_n_per_m, 3e7);
     assert_eq!(casting.active_rotations(&scene.strike_points(0)), [false, false]);
-    assert_eq!((scene.solver.tolerance, scene.solver.guide), (1e-5, Guide::Spring));
+    assert_eq!((scene.solver.tolerance, scene.solver.guide), (1e-5, Guide::Automatic));
     // The same without the file: everything else is a default.
     let small = rows(&parse(SMALL)).scene(0).unwrap();
     assert_eq!(small.hammers[0].supply_pressure_pa, hammer.supply_pressure_pa);

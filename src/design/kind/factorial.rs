@@ -1,31 +1,147 @@
-//! Classical plans: Plackett-Burman, central composite, Box-Behnken, one factor at a time.
+//! Classical plans: two-level fractions, Plackett-Burman, central composite, Box-Behnken.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 use super::super::coordinate::Coordinate;
+use super::super::distribution::Distribution;
 use super::super::error::DesignError;
+use super::super::factor::Factor;
+use super::super::options::{Axial, DesignOptions, Needs};
 use super::super::orthogonal::plackett_burman;
-use super::fraction::{Fraction, MAX_RESOLUTION};
+use super::fraction::{Aliases, Fraction, MAX_RESOLUTION};
+use super::points::{Points, Request, Specification, bounded, numbers_only};
 
-/// Where the axial points of a central composite design lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Axial {
-    /// At the ends of the ranges, the corners drawn in so that all but the centre are as far from it as a rotatable design
-    /// wants: `alpha = F^(1/4)` for F corners.
-    #[default]
-    Inscribed,
-    /// In the middle of the faces, the corners at the ends of the ranges.
-    Faces,
+/// Resolution of a fractional factorial, where a study does not say it: main effects clear of products of two factors.
+const RESOLUTION: u64 = 4;
+
+/// A regular fraction of the two-level factorial: main effects clear of effects of up to `resolution - 2` factors; of least
+/// aberration up to 15 factors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FractionalFactorial {
+    /// 3 to 8.
+    pub resolution: u32,
 }
 
-/// Points given by shares of the ranges.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shares(pub(super) Vec<Vec<f64>>);
+impl Specification for FractionalFactorial {
+    fn of(keys: &DesignOptions) -> Result<Self, Needs> {
+        Ok(Self { resolution: u32::try_from(keys.resolution.unwrap_or(RESOLUTION)).unwrap_or(u32::MAX) })
+    }
+
+    fn points(&self, request: Request<'_>) -> Result<Arc<dyn Points>, DesignError> {
+        two_levels(request.factors)?;
+        let factors = request.factors.len();
+        Ok(Arc::new(Corners { fraction: Fraction::new(factors, self.resolution)?, factors }))
+    }
+}
+
+/// The rows of a two-level fraction.
+#[derive(Debug)]
+struct Corners {
+    fraction: Fraction,
+    factors: usize,
+}
+
+impl Points for Corners {
+    fn rows(&self) -> usize {
+        self.fraction.rows()
+    }
+
+    fn at(&self, row: usize) -> Vec<Coordinate> {
+        let end = |high: bool| Coordinate::Step { step: u64::from(high), count: 2 };
+        (0..self.factors).map(|factor| end(self.fraction.is_high(row as u64, factor))).collect()
+    }
+
+    fn aliases(&self) -> Option<Aliases> {
+        Some(Aliases::of(&self.fraction))
+    }
+}
+
+/// Points given by shares of the ranges, row by row.
+#[derive(Debug)]
+struct Shares(Vec<Vec<f64>>);
+
+impl Points for Shares {
+    fn rows(&self) -> usize {
+        self.0.len()
+    }
+
+    fn at(&self, row: usize) -> Vec<Coordinate> {
+        self.0.get(row).into_iter().flatten().map(|share| Coordinate::Share(*share)).collect()
+    }
+
+    fn is_open(&self) -> bool {
+        false
+    }
+}
+
+/// The smallest known orthogonal two-level design for main effects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlackettBurman;
+
+impl Specification for PlackettBurman {
+    fn of(_: &DesignOptions) -> Result<Self, Needs> {
+        Ok(Self)
+    }
+
+    fn points(&self, request: Request<'_>) -> Result<Arc<dyn Points>, DesignError> {
+        two_levels(request.factors)?;
+        Ok(Arc::new(Shares(screening(request.factors.len())?)))
+    }
+}
+
+/// Corners, axial points and centre, for quadratic models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CentralComposite {
+    /// Where the axial points lie.
+    pub axial: Axial,
+    /// Number of centre points.
+    pub centres: usize,
+}
+
+impl Specification for CentralComposite {
+    fn of(keys: &DesignOptions) -> Result<Self, Needs> {
+        Ok(Self { axial: keys.axial.unwrap_or_default(), centres: keys.centres() })
+    }
+
+    fn points(&self, request: Request<'_>) -> Result<Arc<dyn Points>, DesignError> {
+        numbers_only(request.factors)?;
+        bounded("centre_points", self.centres as u64)?;
+        Ok(Arc::new(Shares(central_composite(request.factors.len(), self.axial, self.centres)?)))
+    }
+}
+
+/// Middles of edges (or of faces) and centre, for quadratic models without corners.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BoxBehnken {
+    /// Number of centre points.
+    pub centres: usize,
+}
+
+impl Specification for BoxBehnken {
+    fn of(keys: &DesignOptions) -> Result<Self, Needs> {
+        Ok(Self { centres: keys.centres() })
+    }
+
+    fn points(&self, request: Request<'_>) -> Result<Arc<dyn Points>, DesignError> {
+        numbers_only(request.factors)?;
+        bounded("centre_points", self.centres as u64)?;
+        Ok(Arc::new(Shares(box_behnken(request.factors.len(), self.centres)?)))
+    }
+}
+
+fn two_levels(factors: &[Factor]) -> Result<(), DesignError> {
+    let odd = |factor: &Factor| matches!(factor.distribution, Distribution::Categories { count } if count != 2);
+    match factors.iter().position(odd) {
+        Some(factor) => Err(DesignError::FactorKind {
+            factor,
+            expected: "a two-level design needs exactly two values to choose from",
+        }),
+        None => Ok(()),
+    }
+}
 
 /// Central composite design: corners (a fraction of resolution five from five factors on), axial points, centre points.
-pub(super) fn central_composite(factors: usize, axial: Axial, centres: usize) -> Result<Shares, DesignError> {
+fn central_composite(factors: usize, axial: Axial, centres: usize) -> Result<Vec<Vec<f64>>, DesignError> {
     let corners = Fraction::new(factors, if factors < 5 { MAX_RESOLUTION } else { 5 })?;
     let alpha = (corners.rows() as f64).sqrt().sqrt();
     let reach = match axial {
@@ -43,13 +159,13 @@ pub(super) fn central_composite(factors: usize, axial: Axial, centres: usize) ->
         }
     }
     rows.extend(std::iter::repeat_n(vec![0.5; factors], centres));
-    Ok(Shares(rows))
+    Ok(rows)
 }
 
 /// Box-Behnken design: blocks of factors at all combinations of their ends, the others in the middle.
 ///
 /// Pairs of factors, except for six and seven factors, where Box and Behnken (1960) use triples.
-pub(super) fn box_behnken(factors: usize, centres: usize) -> Result<Shares, DesignError> {
+fn box_behnken(factors: usize, centres: usize) -> Result<Vec<Vec<f64>>, DesignError> {
     if factors < 3 {
         return Err(DesignError::Factors("a Box-Behnken design needs at least three factors"));
     }
@@ -73,55 +189,15 @@ pub(super) fn box_behnken(factors: usize, centres: usize) -> Result<Shares, Desi
         }
     }
     rows.extend(std::iter::repeat_n(vec![0.5; factors], centres));
-    Ok(Shares(rows))
+    Ok(rows)
 }
 
 /// Plackett-Burman design: the fewest rows, a multiple of four, for main effects at two levels.
-pub(super) fn screening(factors: usize) -> Result<Shares, DesignError> {
+fn screening(factors: usize) -> Result<Vec<Vec<f64>>, DesignError> {
     let sizes = (1..).map(|quarter| 4 * quarter).skip_while(|runs| *runs <= factors).take(16);
     let design = sizes.filter_map(plackett_burman).next().ok_or_else(|| {
         DesignError::setting("kind", format!("no Plackett-Burman design is known here for {factors} factors"))
     })?;
     let share = |sign: &i8| if *sign > 0 { 1.0 } else { 0.0 };
-    Ok(Shares(design.iter().map(|row| row.iter().take(factors).map(share).collect()).collect()))
-}
-
-/// One factor at a time: the base first, then each factor at its other levels.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct OneAtATime {
-    base: Vec<Coordinate>,
-    /// Factor and its coordinate, row 1 first.
-    departures: Vec<(usize, Coordinate)>,
-}
-
-impl OneAtATime {
-    /// `levels`: levels per factor, and whether it is real. Real factors have their base in the middle of the range,
-    /// others at the level in the middle (categories: the first).
-    pub(super) fn new(levels: &[(u64, bool, bool)]) -> Self {
-        let mut base = Vec::with_capacity(levels.len());
-        let mut departures = Vec::new();
-        for (factor, &(count, real, category)) in levels.iter().enumerate() {
-            let middle = if category { 0 } else { (count - 1) / 2 };
-            base.push(if real { Coordinate::Share(0.5) } else { Coordinate::Step { step: middle, count } });
-            let is_base = |step: u64| if real { 2 * step == count - 1 } else { step == middle };
-            let steps = (0..count).filter(|step| !is_base(*step));
-            departures.extend(steps.map(|step| (factor, Coordinate::Step { step, count })));
-        }
-        Self { base, departures }
-    }
-
-    pub(super) fn rows(&self) -> usize {
-        1 + self.departures.len()
-    }
-
-    pub(super) fn at(&self, row: usize) -> Vec<Coordinate> {
-        let mut coordinates = self.base.clone();
-        let departure = row.checked_sub(1).and_then(|index| self.departures.get(index));
-        if let Some((factor, coordinate)) = departure
-            && let Some(entry) = coordinates.get_mut(*factor)
-        {
-            *entry = *coordinate;
-        }
-        coordinates
-    }
+    Ok(design.iter().map(|row| row.iter().take(factors).map(share).collect()).collect())
 }

@@ -9,7 +9,7 @@ const MAX_DIGITS: u64 = 54;
 
 /// A Halton sequence: van der Corput sequences in the first primes.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Halton {
+pub(super) struct HaltonSequence {
     bases: Vec<u64>,
     /// By dimension; `None` without scrambling.
     digits: Option<Arc<Vec<Digits>>>,
@@ -23,7 +23,7 @@ struct Digits {
     zeros: Vec<f64>,
 }
 
-impl Halton {
+impl HaltonSequence {
     /// With a key every digit goes through a random permutation of its own that belongs to (dimension, position), the endless
     /// zeros included (Owen, arXiv:1706.02808).
     pub(super) fn new(dimensions: usize, scramble: Option<u64>) -> Self {

@@ -5,6 +5,7 @@ use toml::Value;
 use super::error::{Place, Problem};
 use super::keys::{Shape, shape_at};
 use super::path;
+use crate::words::nearest;
 
 /// Top-level keys that all rows share.
 pub(in crate::study) const SHARED_KEYS: [&str; 4] = ["title", "structure", "structures", "design"];
@@ -31,7 +32,15 @@ impl Override {
         let allowed = shape_at(shape, tree, &at)
             .map_err(|unknown| Box::new(fault(&key, unknown.message).nearest(unknown.nearest)))?;
         let value = read_value(right.trim(), allowed);
-        allowed.accepts(&value).map_err(|message| Box::new(fault(&key, message).expected(allowed.words())))?;
+        allowed.accepts(&value).map_err(|message| {
+            let comma = matches!(allowed, Shape::Number) && right.trim().replacen(',', ".", 1).parse::<f64>().is_ok();
+            let point = if comma { ", with a point as in 5.0" } else { "" };
+            let nearest = match (allowed, &value) {
+                (Shape::Choice(choices), Value::String(text)) => nearest(text, choices.iter().map(String::as_str)),
+                _ => None,
+            };
+            Box::new(fault(&key, message).expected(format!("{}{point}", allowed.words())).nearest(nearest))
+        })?;
         path::set(tree, &at, value.clone()).map_err(|message| fault(&key, message))?;
         Ok(Self { text: setting.to_string(), path: at, value })
     }

@@ -81,6 +81,18 @@ pub(in crate::study) fn get<'a>(table: &'a toml::Table, path: &[String]) -> Opti
     Some(value)
 }
 
+/// Paths of all values below a table; `at` is its own path.
+pub(in crate::study) fn leaves(table: &toml::Table, at: &mut Vec<String>, found: &mut Vec<String>) {
+    for (key, value) in table {
+        at.push(key.clone());
+        match value {
+            Value::Table(inner) => leaves(inner, at, found),
+            _ => found.push(join(at)),
+        }
+        at.pop();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -132,6 +132,19 @@ impl Document {
         (node, path.len())
     }
 
+    /// Place of a part of the text at a path, by the character of the text at which it begins, counted from 1; of the whole value
+    /// where the file spells the text in another way.
+    pub fn locate_part(&self, path: &[String], (text, column): (&str, usize), part: &str) -> Place {
+        let (node, depth) = self.nearest(path);
+        let written = self.text.get(node.span.clone()).filter(|_| depth == path.len());
+        let start = written.and_then(|written| written.find(text)).map(|begin| node.span.start + begin);
+        let before = text.char_indices().nth(column.saturating_sub(1)).map(|(before, _)| before);
+        match (start, before) {
+            (Some(start), Some(before)) => self.place(start + before..start + before + part.len()),
+            _ => self.locate(path),
+        }
+    }
+
     /// Place of the value at a path; where it is absent, of the key of the deepest table above it.
     pub fn locate(&self, path: &[String]) -> Place {
         let (node, depth) = self.nearest(path);

@@ -12,6 +12,8 @@ use super::tree::Document;
 #[derive(Debug, Clone)]
 pub(in crate::study) struct Typed {
     pub document: Document,
+    /// The file that it was read from; `None` for a text alone.
+    pub file: Option<PathBuf>,
     /// Where relative file names start.
     pub directory: PathBuf,
     /// What is set over the text, in order.

@@ -3,61 +3,81 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::factors::FactorInfo;
+use super::factor::FactorInfo;
 use super::table::{self, Span};
-use crate::design::{DesignError, Kind};
-use crate::study::design_kind::{DesignKind, Made};
+use crate::design::{DesignError, DesignKind, Kind, Needs, Product, ProductPart, Table, Union};
 use crate::study::file::{CorrelationEntry, DesignEntry, FactorEntry, PartEntry};
 
-/// Path of a key and what is wrong with it.
-pub(in crate::study) type Fault = (Vec<String>, String);
-/// Names of files and their contents.
-type Files = Vec<(String, String)>;
-/// A kind and the files it was read from.
-type Chosen = (Kind, Files);
-
-/// The drawn factors of a study, in the order of the design.
-pub(in crate::study) struct Drawn<'a> {
-    factors: Vec<&'a FactorInfo>,
+/// A key at fault.
+pub(super) struct Fault {
+    /// Its path.
+    pub at: Vec<String>,
+    pub message: String,
 }
 
-/// A part with its place in the study and its factors.
+/// A kind of design and the files that it was read from.
+pub(super) struct Chosen {
+    pub kind: Kind,
+    pub files: Vec<RowFile>,
+}
+
+/// A file with rows of the design.
+#[derive(Debug, Clone)]
+pub(in crate::study) struct RowFile {
+    /// As the study names it.
+    pub name: String,
+    /// Its rows, written out: they stand for the file, whose format does not matter.
+    pub content: String,
+}
+
+/// Reads how the rows of a study's design are chosen.
+pub(super) struct KindReader<'a> {
+    pub entry: &'a DesignEntry,
+    /// The drawn factors, in the order of the design.
+    pub drawn: Vec<&'a FactorInfo>,
+    /// Where relative file names start.
+    pub directory: &'a Path,
+}
+
+/// A part as typed, with its place in the study and its factors.
 struct Part<'a> {
     entry: &'a PartEntry,
     at: Vec<String>,
+    /// Indices of its factors among the drawn ones.
+    places: Vec<usize>,
     factors: Vec<&'a FactorInfo>,
     directory: &'a Path,
 }
 
-impl<'a> Drawn<'a> {
-    pub fn new(factors: &'a [FactorInfo]) -> Self {
-        Self { factors: factors.iter().filter(|factor| factor.distribution.is_some()).collect() }
-    }
-
+impl<'a> KindReader<'a> {
     /// The kind of design that the study asks for.
-    pub fn kind(&self, entry: &DesignEntry, directory: &Path) -> Result<Chosen, Vec<Fault>> {
-        let root = vec!["design".to_string()];
-        let fault = |key: &str, message: &str| Err(vec![(key_at(&root, key), message.to_string())]);
-        let whole = entry.as_part();
-        let kind = entry.kind.unwrap_or_default();
-        if !matches!(kind, DesignKind::Union | DesignKind::Product) {
+    pub fn kind(&self) -> Result<Chosen, Vec<Fault>> {
+        let (entry, whole) = (self.entry, self.entry.as_part());
+        let at = vec!["design".to_string()];
+        if !matches!(entry.kind, Some(DesignKind::Union | DesignKind::Product)) {
             if !entry.part.is_empty() {
-                return fault("part", "belongs to `kind = \"union\"` or `kind = \"product\"`");
+                return Err(one(&at, "part", "belongs to `kind = \"union\"` or `kind = \"product\"`"));
             }
-            return Part { entry: &whole, at: root, factors: self.factors.clone(), directory }.kind();
+            return self.part(&whole, at, (0..self.drawn.len()).collect()).kind();
         }
         if let Some(key) = whole.options().given().first() {
-            return fault(key, "belongs to a part (`[[design.part]]`), not to the whole union or product");
+            return Err(one(&at, key, "belongs to a part (`[[design.part]]`), not to the whole union or product"));
         }
         if entry.part.is_empty() {
-            return fault("part", "missing key: a union or product needs parts (`[[design.part]]`)");
+            return Err(one(&at, "part", "missing key: a union or product needs parts (`[[design.part]]`)"));
         }
-        let (mut kinds, mut files, mut faults) = (Vec::new(), Vec::new(), Vec::new());
-        for (index, part) in entry.part.iter().enumerate() {
-            let at = key_at(&key_at(&root, "part"), &index.to_string());
-            match self.part(part, at, (kind, directory)) {
-                Ok((kind, places, more)) => {
-                    kinds.push((kind, places));
+        self.parts(entry.kind == Some(DesignKind::Product))
+    }
+
+    /// A union or product of the design's parts.
+    fn parts(&self, product: bool) -> Result<Chosen, Vec<Fault>> {
+        let (mut parts, mut files, mut faults) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, entry) in self.entry.part.iter().enumerate() {
+            let at = ["design", "part", &index.to_string()].map(str::to_string).to_vec();
+            let part = self.part_places(entry, &at, product).map(|places| self.part(entry, at, places));
+            match part.and_then(|part| Ok((part.kind()?, part.places))) {
+                Ok((Chosen { kind, files: more }, factors)) => {
+                    parts.push(ProductPart { kind, factors });
                     files.extend(more);
                 }
                 Err(more) => faults.extend(more),
@@ -66,38 +86,32 @@ impl<'a> Drawn<'a> {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let kind = match kind {
-            DesignKind::Union => Kind::Union(kinds.into_iter().map(|(kind, _)| kind).collect()),
-            _ => Kind::Product(kinds),
+        let kind = match product {
+            true => Kind::Product(Product { parts }),
+            false => Kind::Union(Union { parts: parts.into_iter().map(|part| part.kind).collect() }),
         };
-        Ok((kind, files))
+        Ok(Chosen { kind, files })
     }
 
-    fn part(
-        &self,
-        entry: &PartEntry,
-        at: Vec<String>,
-        (whole, directory): (DesignKind, &Path),
-    ) -> Result<(Kind, Vec<usize>, Files), Vec<Fault>> {
-        let key = key_at(&at, "factors");
-        let places = match (whole, &entry.factors) {
-            (DesignKind::Product, Some(names)) => self.places(names).map_err(|message| vec![(key, message)])?,
-            (DesignKind::Product, None) => {
-                return Err(vec![(key, "missing key: name the factors of this part of the product".into())]);
-            }
-            (_, Some(_)) => {
-                return Err(vec![(key, "belongs to a product: all parts of a union have all factors".into())]);
-            }
-            (_, None) => (0..self.factors.len()).collect(),
-        };
-        let factors = places.iter().filter_map(|place| self.factors.get(*place).copied()).collect();
-        let (kind, files) = Part { entry, at, factors, directory }.kind()?;
-        Ok((kind, places, files))
+    fn part(&self, entry: &'a PartEntry, at: Vec<String>, places: Vec<usize>) -> Part<'a> {
+        let factors = places.iter().filter_map(|place| self.drawn.get(*place).copied()).collect();
+        Part { entry, at, places, factors, directory: self.directory }
+    }
+
+    /// Indices of a part's factors: those that it names in a product, all of them in a union.
+    fn part_places(&self, entry: &PartEntry, at: &[String], product: bool) -> Result<Vec<usize>, Vec<Fault>> {
+        let fault = |message: &str| Err(one(at, "factors", message));
+        match (product, &entry.factors) {
+            (true, Some(names)) => self.places(names).or_else(|message| fault(&message)),
+            (true, None) => fault("missing key: name the factors of this part of the product"),
+            (false, Some(_)) => fault("belongs to a product: all parts of a union have all factors"),
+            (false, None) => Ok((0..self.drawn.len()).collect()),
+        }
     }
 
     fn places(&self, names: &[String]) -> Result<Vec<usize>, String> {
         let place = |name: &String| {
-            let place = self.factors.iter().position(|factor| factor.name == *name);
+            let place = self.drawn.iter().position(|factor| factor.name == *name);
             place.ok_or_else(|| format!("there is no drawn factor `{name}`"))
         };
         names.iter().map(place).collect()
@@ -106,7 +120,7 @@ impl<'a> Drawn<'a> {
     /// The matrix of rank correlations of all drawn factors.
     pub fn correlations(&self, entry: &CorrelationEntry) -> Result<Vec<Vec<f64>>, DesignError> {
         let places = self.places(&entry.factors).map_err(DesignError::Correlation)?;
-        let size = self.factors.len();
+        let size = self.drawn.len();
         let mut whole: Vec<Vec<f64>> =
             (0..size).map(|i| (0..size).map(|j| if i == j { 1.0 } else { 0.0 }).collect()).collect();
         let square = entry.matrix.len() == places.len() && entry.matrix.iter().all(|row| row.len() == places.len());
@@ -127,7 +141,7 @@ impl<'a> Drawn<'a> {
 }
 
 /// A factor as typed, with what it varies over from a table's file where the study says nothing of it.
-pub(in crate::study) fn spanned(
+pub(super) fn spanned(
     design: &DesignEntry,
     (name, factor): (&str, &FactorEntry),
     directory: &Path,
@@ -145,7 +159,7 @@ pub(in crate::study) fn spanned(
     };
     let integer = factor.integer == Some(true);
     let span = table::span(&directory.join(file), name, integer)
-        .map_err(|message| (["design", "factor", name].map(str::to_string).to_vec(), message))?;
+        .map_err(|message| Fault { at: ["design", "factor", name].map(str::to_string).to_vec(), message })?;
     Ok(match span {
         Span::Range(range) => FactorEntry { range: Some(range), ..factor.clone() },
         // A single value or texts need none of the keys of a range.
@@ -155,38 +169,40 @@ pub(in crate::study) fn spanned(
     })
 }
 
+/// Path of a key of a table.
 fn key_at(at: &[String], key: &str) -> Vec<String> {
     at.iter().cloned().chain([key.to_string()]).collect()
 }
 
+/// One fault of a key of a table.
+fn one(at: &[String], key: &str, message: &str) -> Vec<Fault> {
+    vec![Fault { at: key_at(at, key), message: message.to_string() }]
+}
+
 impl Part<'_> {
     fn kind(&self) -> Result<Chosen, Vec<Fault>> {
-        let options = self.entry.options();
-        let (keys, make) = options.kind.unwrap_or_default().entry();
-        let stray = options.given().into_iter().filter(|key| !keys.contains(key));
-        let faults: Vec<Fault> = stray
-            .map(|key| (key_at(&self.at, key), "belongs to other kinds of design than this one".to_string()))
-            .collect();
+        let (kind, options) = (self.entry.kind.unwrap_or_default(), self.entry.options());
+        let stray = options.given().into_iter().filter(|key| !kind.keys().contains(key));
+        let faults: Vec<Fault> =
+            stray.flat_map(|key| one(&self.at, key, "belongs to other kinds of design than this one")).collect();
         if !faults.is_empty() {
             return Err(faults);
         }
-        let fault = |key: &str, message: &str| vec![(key_at(&self.at, key), message.to_string())];
-        match make(&options) {
-            Ok(Made::Kind(kind)) => Ok((kind, Vec::new())),
-            Ok(Made::Table) => self.table(),
-            Ok(Made::Union | Made::Product) => Err(fault("kind", "a part cannot have parts itself")),
-            Err(key) => Err(fault(key, "missing key: this kind of design needs a number")),
+        match kind.of(&options) {
+            Ok(kind) => Ok(Chosen { kind, files: Vec::new() }),
+            Err(Needs::Rows) => self.table(),
+            Err(Needs::Parts) => Err(one(&self.at, "kind", "a part cannot have parts itself")),
+            Err(Needs::Number(key)) => Err(one(&self.at, key, "missing key: this kind of design needs a number")),
         }
     }
 
     fn table(&self) -> Result<Chosen, Vec<Fault>> {
-        let at = key_at(&self.at, "file");
+        let fault = |message: &str| one(&self.at, "file", message);
         let Some(file) = &self.entry.file else {
-            return Err(vec![(at, "missing key: a table needs a file (CSV or Parquet)".into())]);
+            return Err(fault("missing key: a table needs a file (CSV or Parquet)"));
         };
-        let rows = table::read(&self.directory.join(file), &self.factors).map_err(|message| vec![(at, message)])?;
-        // The values themselves stand for the file: its format does not matter.
-        let content = format!("{rows:?}");
-        Ok((Kind::Table(Arc::new(rows)), vec![(file.clone(), content)]))
+        let rows = table::read(&self.directory.join(file), &self.factors).map_err(|message| fault(&message))?;
+        let files = vec![RowFile { name: file.clone(), content: format!("{rows:?}") }];
+        Ok(Chosen { kind: Kind::Table(Table { rows: Arc::new(rows) }), files })
     }
 }

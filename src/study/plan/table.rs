@@ -1,18 +1,9 @@
 //! Rows of a design given by the user: a CSV or Parquet file with a column per factor, named like it or `factor_` and its name.
 
-use std::fs::File;
 use std::path::Path;
-use std::sync::Arc;
 
-use arrow_array::cast::AsArray;
-use arrow_array::types::{
-    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
-};
-use arrow_array::{Array, ArrayRef};
-use arrow_schema::DataType;
-use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
-
-use super::factors::FactorInfo;
+use super::factor::FactorInfo;
+use super::parquet;
 use crate::design::{Distribution, Level};
 use crate::files::{self, Limit};
 use crate::quantity::{Kind, Value};
@@ -24,13 +15,10 @@ struct Row {
 }
 
 /// What begins the name of a factor's column in files that decore writes.
-pub(in crate::study) const PREFIX: &str = "factor_";
-
-/// Most rows of a Parquet table: they are kept in memory.
-const MOST_TABLE_ROWS: usize = 10_000_000;
+pub(super) const PREFIX: &str = "factor_";
 
 /// Reads the factors' columns; columns of other names are left alone.
-pub(in crate::study) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
+pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
     let name = file.display();
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
     let rows = cells(file, &names)?;
@@ -46,7 +34,7 @@ pub(in crate::study) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec
 
 /// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
 /// values typed as whole numbers.
-pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
+pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
     let column = cells(file, &[factor])?;
     let texts = || column.iter().filter_map(|row| row.cells.first());
     let numbers: Option<Vec<f64>> =
@@ -69,15 +57,20 @@ pub(in crate::study) fn span(file: &Path, factor: &str, integer: bool) -> Result
 }
 
 /// What the cells of a column span.
-pub(in crate::study) enum Span {
+pub(super) enum Span {
     Range([f64; 2]),
     Values(Vec<Value>),
 }
 
 /// The cells of these factors, row by row; at least one row.
 fn cells(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
-    let parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let rows = if parquet { read_parquet(file, factors)? } else { read_csv(file, factors)? };
+    let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let rows = if is_parquet {
+        let rows = parquet::read(file, factors, &|factor, header| place(file, factor, header))?;
+        rows.into_iter().enumerate().map(|(row, cells)| Row { place: format!("row {row}"), cells }).collect()
+    } else {
+        read_csv(file, factors)?
+    };
     if rows.is_empty() {
         return Err(format!("{} has no rows", file.display()));
     }
@@ -121,61 +114,6 @@ fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
     reader.records().map(row).collect()
 }
 
-fn read_parquet(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
-    let fault = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", file.display());
-    let opened = File::open(file).map_err(|error| fault(&error))?;
-    // As the file has them: what its writer had in memory (dictionaries, views of texts) does not matter.
-    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
-    let reader = ParquetRecordBatchReaderBuilder::try_new_with_options(opened, options);
-    let mut rows: Vec<Row> = Vec::new();
-    let reader = reader.map_err(|error| fault(&error))?;
-    // Packed, a column of a single value takes no bytes for its rows.
-    let stated = reader.metadata().file_metadata().num_rows();
-    if usize::try_from(stated).map_or(true, |rows| rows > MOST_TABLE_ROWS) {
-        return Err(fault(&format!("it states {stated} rows, expected at most {MOST_TABLE_ROWS}")));
-    }
-    for batch in reader.build().map_err(|error| fault(&error))? {
-        let batch = batch.map_err(|error| fault(&error))?;
-        let header: Vec<String> = batch.schema().fields().iter().map(|field| field.name().clone()).collect();
-        let column = |factor: &&str| place(file, factor, &header).map(|place| Arc::clone(batch.column(place)));
-        let columns = factors.iter().map(column).collect::<Result<Vec<ArrayRef>, String>>()?;
-        let before = rows.len();
-        for row in 0..batch.num_rows() {
-            let place = format!("row {}", before + row);
-            let cells = columns.iter().zip(factors).map(|(column, factor)| {
-                cell(column, row).ok_or_else(|| {
-                    let kind = column.data_type();
-                    format!("{}, {place}, column `{factor}`: no number or text ({kind})", file.display())
-                })
-            });
-            let cells = cells.collect::<Result<Vec<String>, String>>()?;
-            rows.push(Row { place, cells });
-        }
-    }
-    Ok(rows)
-}
-
-/// A cell as text; numbers in the shortest form that reads back the same.
-fn cell(column: &ArrayRef, row: usize) -> Option<String> {
-    if column.is_null(row) {
-        return None;
-    }
-    match column.data_type() {
-        DataType::Float64 => Some(column.as_primitive::<Float64Type>().value(row).to_string()),
-        DataType::Float32 => Some(column.as_primitive::<Float32Type>().value(row).to_string()),
-        DataType::Int64 => Some(column.as_primitive::<Int64Type>().value(row).to_string()),
-        DataType::Int32 => Some(column.as_primitive::<Int32Type>().value(row).to_string()),
-        DataType::Int16 => Some(column.as_primitive::<Int16Type>().value(row).to_string()),
-        DataType::Int8 => Some(column.as_primitive::<Int8Type>().value(row).to_string()),
-        DataType::UInt64 => Some(column.as_primitive::<UInt64Type>().value(row).to_string()),
-        DataType::UInt32 => Some(column.as_primitive::<UInt32Type>().value(row).to_string()),
-        DataType::UInt16 => Some(column.as_primitive::<UInt16Type>().value(row).to_string()),
-        DataType::UInt8 => Some(column.as_primitive::<UInt8Type>().value(row).to_string()),
-        DataType::Utf8 => Some(column.as_string::<i32>().value(row).to_string()),
-        _ => None,
-    }
-}
-
 fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
     if factor.kind == Kind::Text || !factor.values.is_empty() {
         let same = |value: &Value| match value {
@@ -185,7 +123,8 @@ fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
         let place = factor.values.iter().position(same);
         return place.map(Level::Category).ok_or_else(|| format!("`{cell}` is none of {}", factor.domain()));
     }
-    if let Some(Distribution::Integer { low, high } | Distribution::LogInteger { low, high }) = factor.distribution {
+    if let Some(&(Distribution::Integer { low, high } | Distribution::LogInteger { low, high })) = factor.distribution()
+    {
         let number = cell.parse::<f64>().ok().filter(|number| number.fract() == 0.0);
         let number = number.filter(|number| (low as f64..=high as f64).contains(number));
         return number
@@ -194,8 +133,8 @@ fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
     }
     let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
     let number = number.ok_or_else(|| format!("`{cell}` is no number"))?;
-    let unbounded = matches!(factor.distribution, Some(Distribution::Normal { .. }));
-    match factor.distribution.as_ref().and_then(Distribution::range).filter(|_| !unbounded) {
+    let unbounded = matches!(factor.distribution(), Some(Distribution::Normal { .. }));
+    match factor.distribution().and_then(Distribution::range).filter(|_| !unbounded) {
         Some((low, high)) if !(low..=high).contains(&number) => {
             Err(format!("{number} lies outside the factor's range, {low} to {high}"))
         }

@@ -1,7 +1,7 @@
 //! Whether what stands on the machine stands where its interface points are: strikes are vertical, so x and y must agree.
 
+use super::issue::Issue;
 use super::placement::PointTable;
-use super::scene::Issue;
 use crate::scene::HammerUnit;
 use crate::workpiece::Casting;
 

@@ -83,6 +83,11 @@ impl Library {
         (depth == parameter.len()).then(|| document.locate(parameter))
     }
 
+    /// Names of all files read, as the study has them.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
     /// Names and values of all files read, by name.
     pub fn contents(&self) -> Vec<(&str, toml::Table)> {
         let mut contents: Vec<_> =

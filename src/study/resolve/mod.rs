@@ -1,6 +1,7 @@
 //! From values to a scene: defaults filled in, names looked up, geometry worked out.
 
 mod geometry;
+pub(super) mod issue;
 mod layers;
 pub(super) mod library;
 pub(super) mod placement;

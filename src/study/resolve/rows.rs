@@ -2,9 +2,10 @@
 
 use toml::Value;
 
+use super::issue::Issue;
 use super::library::Library;
 use super::placement::{PointTable, Rail};
-use super::scene::{Context, Issue, resolve};
+use super::scene::{Context, resolve};
 use crate::scene::Scene;
 use crate::study::document::overrides::Override;
 use crate::study::document::path;

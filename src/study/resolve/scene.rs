@@ -1,36 +1,15 @@
 //! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
 
 use super::geometry;
+use super::issue::Issue;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
-use crate::scene::{HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings};
+use crate::scene::{
+    Guide, HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings, Supply,
+};
 use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, StudyFile};
 use crate::words::nearest;
 use crate::workpiece::{Casting, Fixture};
-
-/// Simulated time in s, unless the study says otherwise.
-const DURATION_S: f64 = 1.5;
-/// Supply pressure above ambient in bar.
-const SUPPLY_BAR: f64 = 5.0;
-/// One bar in Pa.
-const BAR_PA: f64 = 1e5;
-
-/// Something that keeps a study from being a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::study) struct Issue {
-    /// Path of the offending quantity.
-    pub path: String,
-    pub message: String,
-    pub nearest: Option<String>,
-    /// Whether only this row is at fault (a hammer beside its casting), not the study.
-    pub row_only: bool,
-}
-
-impl Issue {
-    pub fn new(path: String, message: impl Into<String>) -> Self {
-        Self { path, message: message.into(), nearest: None, row_only: false }
-    }
-}
 
 /// What rows share.
 pub(in crate::study) struct Context<'a> {
@@ -71,7 +50,7 @@ pub(in crate::study) fn resolve(file: &StudyFile, context: &Context<'_>) -> Resu
         environment: file.environment,
         hammers,
         castings,
-        duration_s: file.duration_s.unwrap_or(DURATION_S),
+        duration_s: file.duration_s.unwrap_or(Scene::default().duration_s),
         solver: solver(&file.solver),
         outputs: file.outputs,
     };
@@ -107,7 +86,9 @@ fn solver(entry: &SolverEntry) -> SolverSettings {
     let preset = Preset::of(entry.fidelity.unwrap_or_default());
     let default = SolverSettings { tolerance: preset.tolerance, guide: preset.guide, ..SolverSettings::default() };
     let fixed = entry.method.is_some_and(Method::is_fixed);
-    entry.over(if fixed { SolverSettings { modes: ModeTreatment::Integrated, ..default } } else { default })
+    // Fixed steps are for comparison: the model as published.
+    let published = SolverSettings { guide: Guide::Spring, modes: ModeTreatment::Integrated, ..default };
+    entry.over(if fixed { published } else { default })
 }
 
 fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut Vec<Issue>) -> Casting {
@@ -181,12 +162,12 @@ impl HammerResolver<'_> {
         };
         let centre = self.castings.get(casting).map_or([0.0; 2], |casting| casting.centre_m);
         let below = [placed.position[0] - centre[0], placed.position[1] - centre[1]];
-        let supply = BAR_PA * entry.supply_bar.unwrap_or(SUPPLY_BAR);
+        let supply = entry.supply_bar.map_or_else(Supply::default, |supply_bar| Supply { supply_bar });
         let default = HammerUnit::default();
         Some(HammerUnit {
             name: self.name.to_string(),
             parameters,
-            supply_pressure_pa: self.file.environment.ambient_pressure_pa + supply,
+            supply_pressure_pa: supply.pressure_pa(&self.file.environment),
             start_time_s: entry.start_time_s.unwrap_or(default.start_time_s),
             supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or(default.supply_switch_times_s),
             gate_delay_s: entry.gate_delay_s.unwrap_or(default.gate_delay_s),
@@ -227,7 +208,10 @@ impl HammerResolver<'_> {
         match (&self.entry.rail, rails) {
             (Some(name), _) => rails.iter().find(|rail| rail.name == *name).ok_or_else(|| Issue {
                 nearest: nearest(name, names()),
-                ..Issue::new(self.path("rail"), format!("the structure has no rail `{name}`"))
+                ..Issue::new(
+                    self.path("rail"),
+                    format!("the structure has no rail `{name}`; it has: {}", names().collect::<Vec<_>>().join(", ")),
+                )
             }),
             (None, [only]) => Ok(only),
             (None, _) => {
@@ -243,7 +227,10 @@ impl HammerResolver<'_> {
         match &self.entry.casting {
             Some(wanted) => names().position(|name| name == wanted).ok_or_else(|| Issue {
                 nearest: nearest(wanted, names()),
-                ..Issue::new(self.path("casting"), format!("the study has no casting `{wanted}`"))
+                ..Issue::new(
+                    self.path("casting"),
+                    format!("the study has no casting `{wanted}`; it has: {}", names().collect::<Vec<_>>().join(", ")),
+                )
             }),
             None if self.castings.len() <= 1 => Ok(0),
             None => {

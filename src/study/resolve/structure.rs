@@ -4,22 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::placement::Rail;
 use crate::files::{self, Limit};
+use crate::parameter::{Fault, Parameters};
 use crate::scene::{Fidelity, Preset};
 use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
 use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
 use crate::study::document::tree::Document;
 use crate::study::document::typed::{check_keys, read_tree};
-use crate::study::file::{Housings, SourceName, StructureEntry, StructureFile};
+use crate::study::file::{Housings, SourceName, StructureEntry, StructureFile, StructureParameters};
 
-/// Modes of the coupled machine are kept up to this frequency in Hz, where none are selected.
-const CUTOFF_HZ: f64 = 1000.0;
-/// Fixed-interface modes are kept up to this frequency in Hz.
-const FIXED_INTERFACE_CUTOFF_HZ: f64 = 3000.0;
-/// Band for which modes are selected, in Hz: half the period of a contact of chisel and casting is some 100 us.
-const MODE_BAND_HZ: f64 = 5000.0;
-/// Modal damping ratio.
-const DAMPING_RATIO: f64 = 0.02;
 /// The rail of the built-in station.
 const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);
 
@@ -48,18 +41,25 @@ pub struct MatrixSource {
     pub cache: bool,
 }
 
-impl MatrixSource {
-    /// Every file with its key in the study.
-    pub fn keyed_files(&self) -> Vec<(&'static str, &Path)> {
-        let files = &self.files;
-        let mut keyed: Vec<(&'static str, &Path)> = vec![
-            ("stiffness_file", &files.stiffness.path),
-            ("mass_file", &files.mass.path),
-            ("points_file", &files.points),
-        ];
-        keyed.extend(files.damping.iter().map(|matrix| ("damping_file", matrix.path.as_path())));
-        keyed.extend(files.dofs.iter().map(|path| ("dof_file", path.as_path())));
-        keyed
+impl StructureSource {
+    /// Every file that it reads, with its key in the study.
+    pub fn files(&self) -> Vec<(&'static str, &Path)> {
+        match self {
+            Self::Station => Vec::new(),
+            Self::ModalTable { table, points } => vec![("modal_file", table), ("points_file", points)],
+            Self::Matrices(source) => {
+                let files = &source.files;
+                let damping = files.damping.as_ref().map(|matrix| matrix.path.as_path());
+                let all = [
+                    ("stiffness_file", Some(files.stiffness.path.as_path())),
+                    ("mass_file", Some(&files.mass.path)),
+                    ("points_file", Some(&files.points)),
+                    ("damping_file", damping),
+                    ("dof_file", files.dofs.as_deref()),
+                ];
+                all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
+            }
+        }
     }
 }
 
@@ -104,39 +104,32 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
         StudyError::one(Problem::new(document.locate(&at), key, message))
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
-    StructureSettings::read(&file.structure, (&document, directory), (&["structure"], Fidelity::default()))
-        .map(Some)
-        .map_err(StudyError::several)
+    let table = MachineTable { entry: &file.structure, document: &document, directory, at: &["structure"] };
+    StructureSettings::read(table, Fidelity::default()).map(Some).map_err(StudyError::several)
 }
 
 impl StructureSettings {
     /// Fills in defaults and resolves paths against the study's directory.
     ///
-    /// `at`: where the table stands in the document; `fidelity`: the preset that selects modes where the table is silent.
-    pub(in crate::study) fn read(
-        entry: &StructureEntry,
-        (document, directory): (&Document, &Path),
-        (at, fidelity): (&[&str], Fidelity),
-    ) -> Result<Self, Vec<Problem>> {
-        let mut reader = Reader { entry, document, directory, at, problems: Vec::new() };
+    /// `fidelity`: the preset that selects modes where the table is silent.
+    pub(in crate::study) fn read(table: MachineTable<'_>, fidelity: Fidelity) -> Result<Self, Vec<Problem>> {
+        let entry = table.entry;
+        let mut reader = Reader { table, problems: Vec::new() };
         let source = reader.source();
         let preset = Preset::of(fidelity);
-        let mode_tolerance = reader.mode_tolerance(preset.mode_tolerance);
-        let basis_hz = match (&source, mode_tolerance) {
-            (StructureSource::Station, Some(_)) => preset.station_basis_hz,
-            _ => FIXED_INTERFACE_CUTOFF_HZ,
-        };
+        let mut base = StructureParameters { mode_tolerance: preset.mode_tolerance, ..StructureParameters::default() };
+        if reader.selects_modes() && source == StructureSource::Station {
+            base.fixed_interface_cutoff_hz = preset.station_basis_hz;
+        }
+        let numbers = entry.over(base);
+        reader.check(&numbers);
         let settings = Self {
             source,
-            cutoff_hz: reader.frequency("cutoff_hz", entry.cutoff_hz, CUTOFF_HZ),
-            mode_tolerance,
-            mode_band_hz: reader.frequency("mode_band_hz", entry.mode_band_hz, MODE_BAND_HZ),
-            fixed_interface_cutoff_hz: reader.frequency(
-                "fixed_interface_cutoff_hz",
-                entry.fixed_interface_cutoff_hz,
-                basis_hz,
-            ),
-            damping_ratio: reader.damping(),
+            cutoff_hz: numbers.cutoff_hz,
+            mode_tolerance: reader.selects_modes().then_some(numbers.mode_tolerance),
+            mode_band_hz: numbers.mode_band_hz,
+            fixed_interface_cutoff_hz: numbers.fixed_interface_cutoff_hz,
+            damping_ratio: numbers.damping_ratio,
             housings: entry.housings.unwrap_or_default(),
             rails: reader.rails(),
         };
@@ -144,35 +137,49 @@ impl StructureSettings {
     }
 }
 
+/// The table of a machine as typed.
+#[derive(Clone, Copy)]
+pub(in crate::study) struct MachineTable<'a> {
+    pub entry: &'a StructureEntry,
+    pub document: &'a Document,
+    /// Where relative file names start.
+    pub directory: &'a Path,
+    /// Where it stands in the document.
+    pub at: &'a [&'a str],
+}
+
 struct Reader<'a> {
-    entry: &'a StructureEntry,
-    document: &'a Document,
-    directory: &'a Path,
-    at: &'a [&'a str],
+    table: MachineTable<'a>,
     problems: Vec<Problem>,
 }
 
 impl Reader<'_> {
     fn problem(&mut self, keys: &[&str], message: impl Into<String>) {
-        let at: Vec<String> = self.at.iter().chain(keys).copied().map(str::to_string).collect();
-        let problem = Problem::new(self.document.locate(&at), crate::study::document::path::join(&at), message);
+        let at: Vec<String> = self.table.at.iter().chain(keys).copied().map(str::to_string).collect();
+        let problem = Problem::new(self.table.document.locate(&at), crate::study::document::path::join(&at), message);
         self.problems.push(problem);
     }
 
-    /// The tolerance given, else the preset's unless the study says itself which modes count: by a cut-off, or by a list of
-    /// damping ratios, one per mode.
-    fn mode_tolerance(&mut self, preset: f64) -> Option<f64> {
-        let listed = matches!(self.entry.damping_ratio, Some(Damping::PerMode(_)));
-        let silent = self.entry.cutoff_hz.is_none() && !listed;
-        let tolerance = self.entry.mode_tolerance.or(silent.then_some(preset))?;
-        if !(0.0..1.0).contains(&tolerance) {
-            self.problem(&["mode_tolerance"], format!("expected a number from 0 to below 1, found {tolerance}"));
+    /// Whether a tolerance says which modes count: one that is given, else the preset's unless the study says it itself, by a
+    /// cut-off or by a list of damping ratios, one per mode.
+    fn selects_modes(&self) -> bool {
+        let listed = matches!(self.table.entry.damping_ratio, Some(Damping::PerMode(_)));
+        self.table.entry.mode_tolerance.is_some() || (self.table.entry.cutoff_hz.is_none() && !listed)
+    }
+
+    fn check(&mut self, numbers: &StructureParameters) {
+        let mut faults = Vec::new();
+        numbers.check("", &mut faults);
+        for Fault { path, message } in faults {
+            self.problem(&[path.as_str()], message);
         }
-        Some(tolerance)
+        if matches!(&numbers.damping_ratio, Damping::PerMode(list) if list.is_empty()) {
+            self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
+        }
     }
 
     fn source(&mut self) -> StructureSource {
-        let name = self.entry.source.unwrap_or_default();
+        let name = self.table.entry.source.unwrap_or_default();
         let (wanted, words): (&[&str], _) = match name {
             SourceName::Station => (&[], "station"),
             SourceName::Matrices => (&["stiffness_file", "mass_file", "points_file"], "matrices"),
@@ -180,12 +187,12 @@ impl Reader<'_> {
         };
         let optional: &[&str] = if name == SourceName::Matrices { &["damping_file", "dof_file"] } else { &[] };
         let given = [
-            ("stiffness_file", &self.entry.stiffness_file),
-            ("mass_file", &self.entry.mass_file),
-            ("damping_file", &self.entry.damping_file),
-            ("dof_file", &self.entry.dof_file),
-            ("modal_file", &self.entry.modal_file),
-            ("points_file", &self.entry.points_file),
+            ("stiffness_file", &self.table.entry.stiffness_file),
+            ("mass_file", &self.table.entry.mass_file),
+            ("damping_file", &self.table.entry.damping_file),
+            ("dof_file", &self.table.entry.dof_file),
+            ("modal_file", &self.table.entry.modal_file),
+            ("points_file", &self.table.entry.points_file),
         ];
         for (key, file) in given {
             match (wanted.contains(&key), file) {
@@ -193,8 +200,8 @@ impl Reader<'_> {
                 (false, Some(_)) if !optional.contains(&key) => {
                     self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
                 }
-                (_, Some(file)) if !self.directory.join(file).is_file() => {
-                    self.problem(&[key], format!("there is no file {}", self.directory.join(file).display()));
+                (_, Some(file)) if !self.table.directory.join(file).is_file() => {
+                    self.problem(&[key], format!("there is no file {}", self.table.directory.join(file).display()));
                 }
                 _ => {}
             }
@@ -206,18 +213,18 @@ impl Reader<'_> {
             SourceName::Station => StructureSource::Station,
             SourceName::Matrices => StructureSource::Matrices(Box::new(self.matrices())),
             SourceName::ModalTable => StructureSource::ModalTable {
-                table: self.full(&self.entry.modal_file),
-                points: self.full(&self.entry.points_file),
+                table: self.full(&self.table.entry.modal_file),
+                points: self.full(&self.table.entry.points_file),
             },
         }
     }
 
     fn full(&self, file: &Option<String>) -> PathBuf {
-        self.directory.join(file.as_deref().unwrap_or_default())
+        self.table.directory.join(file.as_deref().unwrap_or_default())
     }
 
     fn refuse_matrix_keys(&mut self, words: &str) {
-        let entry = self.entry;
+        let entry = self.table.entry;
         let given = [
             ("format", entry.format.is_some()),
             ("units", entry.units.is_some()),
@@ -233,7 +240,7 @@ impl Reader<'_> {
     }
 
     fn matrices(&mut self) -> MatrixSource {
-        let entry = self.entry;
+        let entry = self.table.entry;
         let stiffness = entry.stiffness_file.as_deref().unwrap_or_default();
         let format = entry.format.or_else(|| MatrixFormat::of_file(stiffness)).unwrap_or_else(|| {
             if !stiffness.is_empty() {
@@ -262,46 +269,27 @@ impl Reader<'_> {
         MatrixSource { files, cache: entry.cache.unwrap_or(true) }
     }
 
-    fn frequency(&mut self, key: &str, given: Option<f64>, default: f64) -> f64 {
-        let value = given.unwrap_or(default);
-        if value <= 0.0 {
-            self.problem(&[key], format!("is {value}, expected a positive number"));
-        }
-        value
-    }
-
-    fn damping(&mut self) -> Damping {
-        let ratio = self.entry.damping_ratio.clone().unwrap_or(Damping::Ratio(DAMPING_RATIO));
-        let sound = |ratio: &f64| (0.0..1.0).contains(ratio);
-        let bad = match &ratio {
-            Damping::Ratio(one) => (!sound(one)).then_some(*one),
-            Damping::PerMode(list) => list.iter().copied().find(|one| !sound(one)),
-        };
-        if let Some(bad) = bad {
-            self.problem(&["damping_ratio"], format!("is {bad}, expected 0 or more and below 1"));
-        }
-        if matches!(&ratio, Damping::PerMode(list) if list.is_empty()) {
-            self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
-        }
-        ratio
-    }
-
     fn rails(&mut self) -> Vec<Rail> {
-        if self.at.first() != Some(&"structure") {
-            if !self.entry.rails.is_empty() {
+        if self.table.at.first() != Some(&"structure") {
+            if !self.table.entry.rails.is_empty() {
                 self.problem(&["rails"], "rails belong to the table [structure]: all machines of a study share them");
             }
             return Vec::new();
         }
-        let mut rails: Vec<Rail> =
-            self.entry.rails.iter().map(|(name, points)| Rail { name: name.clone(), points: points.clone() }).collect();
+        let mut rails: Vec<Rail> = self
+            .table
+            .entry
+            .rails
+            .iter()
+            .map(|(name, points)| Rail { name: name.clone(), points: points.clone() })
+            .collect();
         let short: Vec<String> =
             rails.iter().filter(|rail| rail.points.len() < 2).map(|rail| rail.name.clone()).collect();
         for name in short {
             self.problem(&["rails", &name], "a rail needs at least two interface points");
         }
         let (name, points) = STATION_RAIL;
-        let station = self.entry.source.unwrap_or_default() == SourceName::Station;
+        let station = self.table.entry.source.unwrap_or_default() == SourceName::Station;
         if station && rails.iter().all(|rail| rail.name != name) {
             rails.insert(0, Rail { name: name.to_string(), points: points.map(str::to_string).to_vec() });
         }

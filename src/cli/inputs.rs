@@ -1,0 +1,113 @@
+//! What was given in place of a study or a dataset, and what to do about it.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use super::exit::Failure;
+use crate::words::nearest;
+
+/// File in the folder of every dataset.
+const MANIFEST: &str = "manifest.json";
+
+/// `out/<name of the study file>`.
+pub(super) fn default_folder(study: &Path) -> PathBuf {
+    Path::new("out").join(study.file_stem().unwrap_or(study.as_os_str()))
+}
+
+/// Refuses what cannot be a study, before anything is read.
+pub(super) fn expect_study(path: &Path) -> Result<(), Failure> {
+    let shown = path.display();
+    let fault = |message: String| Err(Failure::Argument(message));
+    if path.join(MANIFEST).is_file() {
+        return fault(format!(
+            "{shown} is a dataset, where a study (a TOML file) is expected; `decore report {shown}` and `decore status {shown}` \
+             take datasets"
+        ));
+    }
+    if path.is_dir() {
+        let inside = names(path).filter(|name| name.ends_with(".toml")).collect::<Vec<_>>();
+        let hint = match inside.as_slice() {
+            [] => "it holds none".to_owned(),
+            some => format!("it holds {}", some.iter().take(5).cloned().collect::<Vec<_>>().join(", ")),
+        };
+        return fault(format!("{shown} is a folder, where a study (a TOML file) is expected; {hint}"));
+    }
+    if !path.exists() {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return fault(format!("there is no study {shown}: the folder {} does not exist", folder.display()));
+        }
+        let known: Vec<String> = names(folder).filter(|name| name.ends_with(".toml")).collect();
+        let wanted = path.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
+        let hint = match nearest(&wanted, known.iter().map(String::as_str)) {
+            Some(name) => format!("did you mean {}?", path.with_file_name(name).display()),
+            None => format!("`decore init {shown}` writes one to start from"),
+        };
+        return fault(format!("there is no study {shown}; {hint}"));
+    }
+    if path.extension().is_some_and(|kind| ["json", "parquet", "csv", "svg", "html"].iter().any(|known| kind == *known))
+    {
+        return fault(format!("{shown} is no study: a TOML file is expected"));
+    }
+    Ok(())
+}
+
+/// Refuses what cannot be a dataset, before anything is read.
+pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
+    let shown = path.display();
+    let fault = |message: String| Err(Failure::Argument(message));
+    if path.is_file() {
+        let inside = path.ancestors().skip(1).take(2).find(|folder| folder.join(MANIFEST).is_file());
+        let hint = match inside {
+            Some(folder) => format!("give the folder {}", folder.display()),
+            None if default_folder(path).join(MANIFEST).is_file() => {
+                format!("`decore run {shown}` wrote {}", default_folder(path).display())
+            }
+            None => {
+                format!("`decore run` writes one, {} unless --output names another", default_folder(path).display())
+            }
+        };
+        return fault(format!("{shown} is a file, where the folder of a dataset is expected; {hint}"));
+    }
+    let parent = path.parent().filter(|folder| folder.join(MANIFEST).is_file());
+    if let Some(parent) = parent.filter(|_| path.is_dir() && !path.join(MANIFEST).is_file()) {
+        return fault(format!("{shown} is a part of the dataset {0}: give {0}", parent.display()));
+    }
+    if !path.exists() {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let known: Vec<String> = names(folder).filter(|name| folder.join(name).join(MANIFEST).is_file()).collect();
+        let wanted = path.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
+        let hint = nearest(&wanted, known.iter().map(String::as_str)).map_or_else(
+            || "give the folder that `decore run` wrote".to_owned(),
+            |name| format!("did you mean {}?", path.with_file_name(name).display()),
+        );
+        return fault(format!("there is no dataset {shown}; {hint}"));
+    }
+    Ok(())
+}
+
+/// Refuses a file to write whose name says that it is of another kind; `flag`: what names it.
+pub(super) fn expect_ending(flag: &str, file: Option<&PathBuf>, ending: &str) -> Result<(), Failure> {
+    let Some(file) = file else { return Ok(()) };
+    let shown = file.display();
+    if file.is_dir() {
+        return Err(Failure::Argument(format!(
+            "{flag} {shown} is a folder: give the name of a file that ends in .{ending}"
+        )));
+    }
+    match file.extension().is_some_and(|kind| kind.eq_ignore_ascii_case(ending)) {
+        true => Ok(()),
+        false => Err(Failure::Argument(format!(
+            "{flag} {shown}: what is written is {}, so the name has to end in .{ending}",
+            ending.to_uppercase()
+        ))),
+    }
+}
+
+/// Names of what is in a folder, in order; none where it cannot be read.
+fn names(folder: &Path) -> impl Iterator<Item = String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names.into_iter()
+}

@@ -1,0 +1,50 @@
+//! `decore report`: what a dataset holds, as text for a terminal.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use console::Term;
+
+use super::exit::{Exit, Failure};
+use super::inputs::expect_dataset;
+use super::text::{fit, say};
+use crate::dataset::DatasetReader;
+use crate::report::{Charts, Paper, ReportSettings, summarise};
+
+#[derive(Debug, Args)]
+pub(super) struct ReportArguments {
+    /// Folder of the dataset.
+    dataset: PathBuf,
+    /// Column of the table of runs by which rows are ranked.
+    #[arg(long, default_value = crate::report::DEFAULT_RANKING)]
+    rank_by: String,
+    /// Number of best rows.
+    #[arg(long, default_value_t = ReportSettings::default().best, value_name = "ROWS")]
+    best: usize,
+}
+
+pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
+    expect_dataset(&arguments.dataset)?;
+    let settings =
+        ReportSettings { rank_by: arguments.rank_by.clone(), best: arguments.best, ..ReportSettings::default() };
+    let reader = DatasetReader::open(&arguments.dataset)?;
+    let summary = summarise(&reader, &settings)?;
+    let paper = Paper { columns: columns(), blocks: shows_blocks() };
+    let charts = Charts::of(&reader, &settings)?.text(paper);
+    let summary = summary.to_string();
+    let summary = paper.columns.map_or_else(|| summary.clone(), |columns| fit(&summary, columns));
+    say(&format_args!("{}\n{}", summary.trim_end(), charts.trim_end()))?;
+    Ok(Exit::Done)
+}
+
+/// Columns of the terminal that reads; `None` for a file or a pipe.
+fn columns() -> Option<usize> {
+    Term::stdout().size_checked().map(|(_, columns)| usize::from(columns))
+}
+
+/// Whether the locale says that characters are UTF-8.
+fn shows_blocks() -> bool {
+    let set = ["LC_ALL", "LC_CTYPE", "LANG"].iter().filter_map(|name| std::env::var(name).ok());
+    let locale = set.into_iter().find(|value| !value.is_empty()).unwrap_or_default().to_lowercase();
+    locale.contains("utf-8") || locale.contains("utf8")
+}

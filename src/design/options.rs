@@ -1,0 +1,124 @@
+//! The keys with which a study says how rows are chosen: what a new one needs is an entry here.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::strata::HypercubeKind;
+
+/// Where the axial points of a central composite design lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axial {
+    /// At the ends of the ranges, the corners drawn in so that all but the centre are as far from it as a rotatable design
+    /// wants: `alpha = F^(1/4)` for F corners.
+    #[default]
+    Inscribed,
+    /// In the middle of the faces, the corners at the ends of the ranges.
+    Faces,
+}
+
+/// Hands the keys to a macro: one list for `[design]`, for the parts of a union or product, and for [`DesignOptions`]. A key has a
+/// text, a name, a type and a value to show (TOML).
+macro_rules! design_keys {
+    ($then:ident) => {
+        $then! {
+            /// Number of rows (Latin hypercube, Sobol', Halton, random).
+            rows: u64 = "20",
+            /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false; true where the
+            /// hypercube is optimised.
+            centred: bool = "false",
+            /// What a Latin hypercube is chosen for. Default `none`.
+            optimise: HypercubeKind = "\"none\"",
+            /// Numbers of rows that a Latin hypercube had before: its first rows are that design's.
+            grown_from: Vec<u64> = "[10]",
+            /// Whether Sobol' or Halton points are scrambled. Default true.
+            scramble: bool = "true",
+            /// Resolution of a fractional factorial, 3 to 8. Default 4.
+            resolution: u64 = "4",
+            /// Where a central composite design has its axial points. Default `inscribed`.
+            axial: Axial = "\"inscribed\"",
+            /// Number of centre points (central composite, Box-Behnken). Default 1.
+            centre_points: u64 = "1",
+            /// Number of Morris trajectories. Default 10.
+            trajectories: u64 = "10",
+            /// Levels of the Morris grid, even. Default 4.
+            morris_levels: u64 = "4",
+            /// Number of base points of a Saltelli design; powers of two are best.
+            base_points: u64 = "64",
+            /// Whether a Saltelli design serves second-order indices. Default false.
+            second_order: bool = "false",
+            /// File with the rows of a table, CSV or Parquet, relative to the study: a column per factor, named like it or `factor_` and
+            /// its name, as `decore design` writes them.
+            file: String = "\"rows.csv\"",
+        }
+    };
+}
+pub(crate) use design_keys;
+
+macro_rules! design_options {
+    ($($(#[doc = $text:tt])+ $name:ident: $kind:ty = $shown:literal,)*) => {
+        /// The keys of a design or a part as given.
+        #[derive(Debug, Clone, Default)]
+        pub struct DesignOptions {
+            $($(#[doc = $text])+ pub $name: Option<$kind>,)*
+        }
+
+        impl DesignOptions {
+            /// All keys, in the order of the file.
+            pub const KEYS: &'static [DesignKey] =
+                &[$(DesignKey { name: stringify!($name), text: &[$($text),+], shown: $shown }),*];
+
+            /// Names of the keys that are given.
+            pub fn given(&self) -> Vec<&'static str> {
+                let all = [$((stringify!($name), self.$name.is_some())),*];
+                all.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect()
+            }
+        }
+    };
+}
+
+design_keys!(design_options);
+
+/// A key with which a study says how rows are chosen.
+#[derive(Debug, Clone, Copy)]
+pub struct DesignKey {
+    /// Its name.
+    pub name: &'static str,
+    /// Its text, line by line.
+    pub text: &'static [&'static str],
+    /// A value to show (TOML): the default where there is one.
+    pub shown: &'static str,
+}
+
+/// Centre points, where a study does not say how many: more would repeat a deterministic simulation.
+const CENTRE_POINTS: u64 = 1;
+
+impl DesignOptions {
+    pub(super) fn row_count(&self) -> Result<usize, Needs> {
+        self.rows.map(count).ok_or(Needs::Number("rows"))
+    }
+
+    pub(super) fn centres(&self) -> usize {
+        count(self.centre_points.unwrap_or(CENTRE_POINTS))
+    }
+
+    pub(super) fn scrambled(&self) -> bool {
+        self.scramble.unwrap_or(true)
+    }
+}
+
+/// What the keys alone do not tell of a kind of design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Needs {
+    /// A number: the key of this name.
+    Number(&'static str),
+    /// The rows of a file.
+    Rows,
+    /// Parts.
+    Parts,
+}
+
+/// A number of a study as a count; what no memory holds is the largest.
+pub(super) fn count(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}

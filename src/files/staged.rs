@@ -1,0 +1,81 @@
+//! Files that are either whole or not there.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+/// Others who share the folder may read the file, as far as the user's mask lets them.
+#[cfg(unix)]
+const READABLE: u32 = 0o666;
+
+/// A file that is whole under a passing name, not yet in place; removed if it is not put there.
+///
+/// The name is one that nobody can foresee and that was free (a link planted there is not followed), so that several
+/// processes may write the same file at once: the last one to put it in place wins.
+#[derive(Debug)]
+pub struct Staged {
+    file: NamedTempFile,
+    target: PathBuf,
+}
+
+impl Staged {
+    /// Writes `bytes` to a file of the folder `staging`, which must be on the disk of `target`.
+    ///
+    /// # Errors
+    /// The system's, such as a full disk; nothing is left then.
+    pub fn write(staging: &Path, target: &Path, bytes: &[u8]) -> io::Result<Self> {
+        let prefix = passing_prefix(target);
+        let mut builder = Builder::new();
+        // A suffix that no glob for `*.parquet` matches.
+        builder.prefix(&prefix).suffix(PASSING_SUFFIX);
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(READABLE));
+        let mut file = builder.tempfile_in(staging)?;
+        file.write_all(bytes)?;
+        Ok(Self { file, target: target.to_owned() })
+    }
+
+    /// Waits until its bytes are on the disk.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn sync(&self) -> io::Result<()> {
+        self.file.as_file().sync_all()
+    }
+
+    /// Where it is until it is put in place.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Where it is to go.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Moves the file into place, over one that is there. The name outlives a power cut once the folder is synced.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn put_in_place(self) -> io::Result<()> {
+        self.file.persist(&self.target).map(drop).map_err(|error| error.error)
+    }
+}
+
+const PASSING_SUFFIX: &str = ".partial";
+
+/// Hidden: readers pass over such names.
+fn passing_prefix(target: &Path) -> OsString {
+    let mut prefix = OsString::from(".");
+    prefix.push(target.file_name().unwrap_or_default());
+    prefix.push(".");
+    prefix
+}
+
+/// Whether `name` may be the passing name of the file `target`, left by a process that was killed.
+pub fn is_passing_name(name: &Path, target: &Path) -> bool {
+    let name = name.as_os_str().as_encoded_bytes();
+    name.starts_with(passing_prefix(target).as_encoded_bytes()) && name.ends_with(PASSING_SUFFIX.as_bytes())
+}

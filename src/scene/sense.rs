@@ -1,0 +1,44 @@
+//! What about a scene's values is possible but unlikely: slips of units, a fixture on a hammer's mount.
+
+use crate::parameter::{Fault, Parameters};
+
+use super::model::{Scene, Supply};
+
+impl Scene {
+    /// Remarks about what is not as usual, by paths in a study; it keeps no scene from being run.
+    pub fn remarks(&self) -> Vec<Fault> {
+        let mut remarks = Vec::new();
+        self.unusual("", &mut remarks);
+        for hammer in &self.hammers {
+            let prefix = format!("hammer.{}", hammer.name);
+            Supply::of(hammer, &self.environment).unusual(&prefix, &mut remarks);
+            hammer.unusual(&prefix, &mut remarks);
+            hammer.parameters.unusual(&format!("{prefix}.parameters"), &mut remarks);
+        }
+        for casting in &self.castings {
+            let prefix = format!("casting.{}", casting.name);
+            casting.unusual(&prefix, &mut remarks);
+            for fixture in &casting.fixtures {
+                let prefix = format!("{prefix}.fixture.{}", fixture.name);
+                fixture.unusual(&prefix, &mut remarks);
+                remarks.extend(
+                    self.on_a_mount(&fixture.point).map(|message| Fault { path: format!("{prefix}.point"), message }),
+                );
+            }
+        }
+        self.environment.unusual("environment", &mut remarks);
+        self.solver.unusual("solver", &mut remarks);
+        self.outputs.unusual("outputs", &mut remarks);
+        remarks
+    }
+
+    /// What is said of a fixture on a point that carries a hammer.
+    fn on_a_mount(&self, point: &str) -> Option<String> {
+        let carries = |(carrier, _): &(String, f64)| carrier == point;
+        let hammer = self.hammers.iter().find(|hammer| hammer.mount.points.iter().any(carries))?;
+        let name = &hammer.name;
+        Some(format!(
+            "`{point}` carries hammer `{name}`: a casting usually stands on points of the table, not on a mount"
+        ))
+    }
+}

@@ -1,0 +1,61 @@
+//! A factor as typed while it is read, with what is wrong with it.
+
+use std::path::Path;
+
+use crate::quantity::Value;
+use crate::study::document::error::Problem;
+use crate::study::document::keys::Shape;
+use crate::study::document::path;
+use crate::study::document::tree::Document;
+use crate::study::file::FactorEntry;
+
+/// What the design section of a study stands in.
+pub(in crate::study) struct Surroundings<'a> {
+    pub document: &'a Document,
+    /// Where relative file names start.
+    pub directory: &'a Path,
+    pub shape: &'a Shape,
+    /// The study's tree of values, for the names in it.
+    pub tree: &'a toml::Table,
+}
+
+impl Surroundings<'_> {
+    /// A fault of a key.
+    pub fn problem(&self, at: &[String], message: impl Into<String>) -> Problem {
+        Problem::new(self.document.locate(at), path::join(at), message)
+    }
+}
+
+/// Reads one factor, part by part.
+pub(super) struct FactorReader<'a> {
+    pub around: &'a Surroundings<'a>,
+    pub name: &'a str,
+    pub entry: &'a FactorEntry,
+    /// What was found wrong.
+    pub problems: Vec<Problem>,
+}
+
+impl<'a> FactorReader<'a> {
+    /// The values that it chooses from; empty for a range.
+    pub fn values(&self) -> &'a [Value] {
+        self.entry.values.as_deref().unwrap_or_default()
+    }
+
+    /// Path of a key of the factor.
+    pub fn at(&self, keys: &[&str]) -> Vec<String> {
+        ["design", "factor", self.name].iter().chain(keys).map(|key| (*key).to_owned()).collect()
+    }
+
+    /// Notes a fault of a key of the factor.
+    pub fn problem(&mut self, keys: &[&str], message: impl Into<String>) -> &mut Problem {
+        let at = self.at(keys);
+        self.problem_at(&at, message)
+    }
+
+    /// Notes a fault of a key by its path.
+    pub fn problem_at(&mut self, at: &[String], message: impl Into<String>) -> &mut Problem {
+        self.problems.push(self.around.problem(at, message));
+        let last = self.problems.len() - 1;
+        &mut self.problems[last]
+    }
+}

@@ -1,0 +1,103 @@
+//! Common mistakes, and what the program says to do about them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+/// A folder with the shipped studies.
+fn folder() -> TempDir {
+    let scratch = TempDir::new().expect("a folder");
+    let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
+    fs::create_dir(scratch.path().join("hammers")).expect("a folder");
+    for name in ["paper_rig.toml", "pressure_grid.toml", "hammers/default.toml"] {
+        fs::copy(studies.join(name), scratch.path().join(name)).expect("copied");
+    }
+    scratch
+}
+
+/// Exit code and what is said on both streams.
+fn says(scratch: &TempDir, arguments: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+    let output = command.args(arguments).current_dir(scratch.path()).output().expect("the program starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stderr) + &text(&output.stdout))
+}
+
+#[test]
+fn what_is_given_in_place_of_a_study_or_a_dataset_is_named() {
+    let scratch = folder();
+    let quick = ["--set", "duration_s=0.01", "--set", "solver.guide=tied"];
+    let run = says(&scratch, &[&["run", "pressure_grid.toml"], &quick[..]].concat());
+    assert!(run.0 == Some(0) || run.0 == Some(4), "{}", run.1);
+    for (arguments, words) in [
+        (vec!["run", "paper_rg.toml"], "there is no study paper_rg.toml; did you mean paper_rig.toml?"),
+        (vec!["run", "no/paper_rig.toml"], "the folder no does not exist"),
+        (vec!["check", "zzz"], "`decore init zzz` writes one to start from"),
+        (
+            vec!["scene", "."],
+            ". is a folder, where a study (a TOML file) is expected; it holds paper_rig.toml, pressure_grid.toml",
+        ),
+        (vec!["run", "out/pressure_grid"], "out/pressure_grid is a dataset, where a study (a TOML file) is expected"),
+        (vec!["accuracy", "out/pressure_grid/manifest.json"], "is no study: a TOML file is expected"),
+        (vec!["status", "pressure_grid.toml"], "`decore run pressure_grid.toml` wrote out/pressure_grid"),
+        (vec!["report", "out/presure_grid"], "there is no dataset out/presure_grid; did you mean out/pressure_grid?"),
+        (vec!["report", "out/pressure_grid/runs"], "give out/pressure_grid"),
+        (vec!["verify", "out/pressure_grid/manifest.json"], "give the folder out/pressure_grid"),
+        (vec!["help", "accuarcy"], "did you mean accuracy?"),
+        (
+            vec!["scene", "paper_rig.toml", "--plot", "rig.png"],
+            "what is written is SVG, so the name has to end in .svg",
+        ),
+        (vec!["scene", "paper_rig.toml", "--signals", "out"], "--signals out is a folder"),
+        (vec!["scene", "paper_rig.toml", "--row", "1"], "--row is 1, but the study has row 0 only"),
+        (vec!["scene", "paper_rig.toml", "--set", "hammer.hammer.supply_bar=5,0"], "a number, with a point as in 5.0"),
+        (vec!["scene", "paper_rig.toml", "--set", "solver.fidelity=standart"], "did you mean `standard`?"),
+    ] {
+        let (code, text) = says(&scratch, &arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {text}");
+        assert!(text.contains(words), "{arguments:?}: {text}");
+    }
+    let (code, text) = says(&scratch, &["init", "no/study.toml"]);
+    assert!(code == Some(3) && text.contains("make the folder no first"), "{text}");
+}
+
+#[test]
+fn a_report_shows_distributions_and_fits_its_reader() {
+    let scratch = folder();
+    let quick = ["run", "pressure_grid.toml", "--set", "duration_s=0.1", "--set", "solver.guide=tied"];
+    assert_eq!(says(&scratch, &quick).0, Some(0));
+    let report = |locale: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+        command.args(["report", "out/pressure_grid"]).current_dir(scratch.path()).env("LC_ALL", locale);
+        String::from_utf8(command.output().expect("the program starts").stdout).expect("UTF-8")
+    };
+    let (blocks, plain) = (report("C.UTF-8"), report("C"));
+    for text in [&blocks, &plain] {
+        assert!(
+            text.contains("Best rows by `delivered_work_j`") && text.contains("Distributions (rows done)"),
+            "{text}"
+        );
+        assert!(text.contains("`delivered_work_j` over factor `"), "{text}");
+    }
+    assert!(blocks.contains('\u{2588}') && plain.is_ascii(), "{blocks}{plain}");
+    let tables: PathBuf = scratch.path().join("out/pressure_grid/runs");
+    assert!(tables.is_dir() && plain.contains("out/pressure_grid/runs"), "{plain}");
+}
+
+/// Slips of units are told once, and the row is run nevertheless.
+#[test]
+fn warnings_are_told_once() {
+    let scratch = folder();
+    let slip = ["--set", "environment.temperature_k=20", "--set", "duration_s=0.01"];
+    for command in ["scene", "run", "check"] {
+        let (code, text) = says(&scratch, &[&[command, "paper_rig.toml"], &slip[..]].concat());
+        assert_ne!(code, Some(2), "{text}");
+        assert_eq!(text.matches("20 K is unusual").count(), 1, "{command}: {text}");
+        assert!(
+            text.contains("warning: ") && text.contains("is it in degrees Celsius (293.1 K)?"),
+            "{command}: {text}"
+        );
+    }
+}
