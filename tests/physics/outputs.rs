@@ -298,7 +298,8 @@ fn largest_relative(metrics: &RunMetrics) -> (f64, String) {
     worst.into_inner()
 }
 
-/// The rig's outputs do not move with its twins; over a heavy casting they do, by what the standard error says of their mean.
+/// The rig's outputs do not move with its twins; over heavy castings they do, by what the standard error says of their mean. The
+/// standard error of a single aperiodic run is a matter of chance itself: the middle one of three castings counts.
 #[test]
 fn twins_show_the_scatter() {
     let rig_metrics = rig(&["outputs.twins=4"]);
@@ -306,14 +307,18 @@ fn twins_show_the_scatter() {
     println!("rig: {worst:.1e} ({name})");
     assert!(worst > 0.0 && worst < 1e-5, "{name}: {worst:e}");
     assert_eq!(rig_metrics.scatter.as_ref().unwrap().twins_done, 4);
-    let heavy = rig(&["outputs.twins=6", "casting.part.mass_kg=20"]);
-    let hammer = &heavy.hammers[0];
-    let scatter = heavy.scatter.as_ref().unwrap().hammers[0]["periodic_energy_mean_j"].unwrap();
-    let (mean, error) = (hammer.periodic_energy_mean_j.unwrap(), hammer.periodic_energy_mean_error_j.unwrap());
-    println!("20 kg: scatter {:.2} %, standard error {:.2} %", 100.0 * scatter / mean, 100.0 * error / mean);
-    assert!(scatter / mean > 0.005 && scatter / mean < 0.05, "{}", scatter / mean);
-    assert!(error / scatter > 0.2 && error / scatter < 5.0, "{error} and {scatter}");
-    assert_eq!(hammer.percussion, Percussion::Aperiodic);
+    let mut ratios = [18, 20, 22].map(|mass_kg| {
+        let heavy = rig(&["outputs.twins=6", &format!("casting.part.mass_kg={mass_kg}")]);
+        let hammer = &heavy.hammers[0];
+        let scatter = heavy.scatter.as_ref().unwrap().hammers[0]["periodic_energy_mean_j"].unwrap();
+        let (mean, error) = (hammer.periodic_energy_mean_j.unwrap(), hammer.periodic_energy_mean_error_j.unwrap());
+        println!("{mass_kg} kg: scatter {:.2} %, standard error {:.2} %", 100.0 * scatter / mean, 100.0 * error / mean);
+        assert!(scatter / mean > 0.005 && scatter / mean < 0.05, "{}", scatter / mean);
+        assert_eq!(hammer.percussion, Percussion::Aperiodic);
+        error / scatter
+    });
+    ratios.sort_by(f64::total_cmp);
+    assert!(ratios[1] > 0.2 && ratios[1] < 5.0, "{ratios:?}");
     assert!(rig(&["duration_s=0.1"]).scatter.is_none());
 }
 
