@@ -7,10 +7,10 @@ use crate::system::{Coupled, CoupledModel};
 /// Work in J below which residuals are taken relative to this value: a hammer that never starts puts in next to nothing, and a
 /// ratio of rounding errors says nothing.
 const LEAST_WORK_J: f64 = 1.0;
-/// Longest time between two nodes in s: twice the 0.1 ms of an impact, which bends the modes' velocities.
-const LONGEST_INTERVAL_S: f64 = 2.5e-4;
-/// The same as a share of the condensation's horizon: the fastest mode turns by 3 rad, its squared velocity by less than a
-/// whole period.
+/// Longest time between two nodes in s: that of an impact, which bends the modes' velocities.
+const LONGEST_INTERVAL_S: f64 = 1.25e-4;
+/// The same as a share of the condensation's horizon: the fastest mode turns by 3 rad, its squared velocity by less than a whole
+/// period.
 const INTERVAL_SHARE: f64 = 0.75;
 
 /// Follows what the state does not carry: the energy that condensed modes dissipate, `int sum 2 xi omega x'^2 dt`.
