@@ -11,6 +11,7 @@
 //!          tables <--dataset-- RowOutcome <--run------------------------------------------------------+
 //!             |
 //!             +--report--> summary
+//!             +--sensitivity, analysis--> indices of the factors
 //! ```
 //!
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
@@ -22,34 +23,40 @@
 //! Within a module the files import each other one way too.
 //!
 //! ```text
-//! design     :
-//! expression :
-//! files      :
-//! guide      :
-//! linalg     :
-//! parameter  :
-//! plot       :
-//! quantity   :
-//! words      :
-//! contact    : parameter
-//! workpiece  : parameter
-//! hammer     : contact parameter
-//! integrate  : quantity
-//! structure  : files linalg parameter plot words
-//! scene      : hammer integrate parameter workpiece
-//! study      : contact design expression files hammer parameter quantity scene structure words workpiece
-//! system     : contact hammer integrate scene workpiece
-//! metrics    : hammer integrate quantity scene system
-//! run        : integrate metrics quantity scene system
-//! accuracy   : integrate metrics plot quantity run scene system
-//! dataset    : files integrate metrics quantity run words
-//! report     : dataset metrics quantity run
-//! engine     : dataset design integrate metrics quantity run scene structure study system
-//! cli        : accuracy dataset design engine guide integrate metrics plot quantity report run scene structure study system words
+//! analysis    : random
+//! design      : random
+//! expression  :
+//! files       :
+//! guide       :
+//! linalg      :
+//! number      :
+//! parameter   :
+//! plot        :
+//! quantity    :
+//! random      :
+//! words       :
+//! contact     : number parameter
+//! workpiece   : parameter
+//! hammer      : contact number parameter
+//! integrate   : number quantity
+//! structure   : files linalg parameter plot words
+//! scene       : hammer integrate parameter workpiece
+//! study       : contact design expression files hammer parameter quantity scene structure words workpiece
+//! system      : contact hammer integrate number scene workpiece
+//! metrics     : hammer integrate quantity scene system
+//! run         : integrate metrics number quantity scene system
+//! accuracy    : integrate metrics plot quantity run scene system
+//! dataset     : files integrate metrics quantity run words
+//! report      : dataset metrics quantity run
+//! engine      : dataset design integrate metrics quantity run scene structure study system
+//! sensitivity : analysis dataset design metrics quantity run study
+//! cli         : accuracy analysis dataset design engine guide integrate metrics plot quantity report run scene sensitivity structure study system words
 //! ```
 //!
+//! - [`random`]: random numbers addressed by position.
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`number`]: one number or several in the lanes of a vector, what a row's arithmetic is written over.
 //! - [`parameter`]: parameters declared once, with unit, default, range and source.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
 //! - [`expression`]: arithmetic and logic over names, for constraints and derived factors.
@@ -61,6 +68,7 @@
 //! - [`run`]: one row, the parallel batch.
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
+//! - [`analysis`], [`sensitivity`]: which factor matters: of plain tables of numbers, and of a dataset.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
@@ -73,6 +81,7 @@
 pub mod parameter;
 
 pub mod accuracy;
+pub mod analysis;
 pub mod cli;
 pub mod contact;
 pub mod dataset;
@@ -85,11 +94,14 @@ pub mod hammer;
 pub mod integrate;
 pub mod linalg;
 pub mod metrics;
+pub mod number;
 pub mod plot;
 pub mod quantity;
+pub mod random;
 pub mod report;
 pub mod run;
 pub mod scene;
+pub mod sensitivity;
 pub mod structure;
 pub mod study;
 pub mod system;

@@ -8,6 +8,7 @@ use crate::dataset::DatasetError;
 use crate::engine::EngineError;
 use crate::plot::PlotError;
 use crate::run::BatchError;
+use crate::sensitivity::SensitivityError;
 use crate::structure::StructureError;
 use crate::study::StudyError;
 
@@ -50,6 +51,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Dataset(#[from] DatasetError),
     #[error("{0}")]
+    Sensitivity(SensitivityError),
+    #[error("{0}")]
     Plot(#[from] PlotError),
     #[error("{0}")]
     Argument(String),
@@ -80,7 +83,18 @@ impl Failure {
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
             Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
-            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
+            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) | Self::Sensitivity(_) => {
+                Exit::BadInput
+            }
+        }
+    }
+}
+
+impl From<SensitivityError> for Failure {
+    fn from(error: SensitivityError) -> Self {
+        match error {
+            SensitivityError::Dataset(error) => Self::Dataset(error),
+            other => Self::Sensitivity(other),
         }
     }
 }

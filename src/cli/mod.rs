@@ -1,6 +1,7 @@
 //! The command line: one file per command.
 
 mod accuracy;
+mod analyse;
 mod check;
 mod cluster;
 mod design;
@@ -70,6 +71,8 @@ enum Command {
     Verify(verify::VerifyArguments),
     /// Summarise a dataset: best rows, ranges, distributions.
     Report(report::ReportArguments),
+    /// Tell which factors matter to a dataset's outputs: Sobol' indices or elementary effects, with intervals.
+    Analyse(analyse::AnalyseArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -120,6 +123,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Status(arguments) => status::status(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),
         Command::Report(arguments) => report::report(&arguments),
+        Command::Analyse(arguments) => analyse::analyse(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),

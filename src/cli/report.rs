@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use console::Term;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::text::{fit, say};
+use super::text::{fit, say, terminal_columns};
 use crate::dataset::DatasetReader;
 use crate::report::{Charts, Paper, ReportSettings, summarise};
 
@@ -29,17 +28,12 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
         ReportSettings { rank_by: arguments.rank_by.clone(), best: arguments.best, ..ReportSettings::default() };
     let reader = DatasetReader::open(&arguments.dataset)?;
     let summary = summarise(&reader, &settings)?;
-    let paper = Paper { columns: columns(), blocks: shows_blocks() };
+    let paper = Paper { columns: terminal_columns(), blocks: shows_blocks() };
     let charts = Charts::of(&reader, &settings)?.text(paper);
     let summary = summary.to_string();
     let summary = paper.columns.map_or_else(|| summary.clone(), |columns| fit(&summary, columns));
     say(&format_args!("{}\n{}", summary.trim_end(), charts.trim_end()))?;
     Ok(Exit::Done)
-}
-
-/// Columns of the terminal that reads; `None` for a file or a pipe.
-fn columns() -> Option<usize> {
-    Term::stdout().size_checked().map(|(_, columns)| usize::from(columns))
 }
 
 /// Whether the locale says that characters are UTF-8.

@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::fmt::{Display, Write as _};
 use std::io::{self, ErrorKind, Write};
 
+use console::Term;
+
 use super::exit::Failure;
 use crate::engine::{Engine, Rows};
 use crate::study::CheckedStudy;
@@ -94,6 +96,11 @@ pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
 /// Tells what looks wrong with a study; it is run nevertheless.
 pub(super) fn warn(study: &CheckedStudy) {
     study.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
+}
+
+/// Columns of the terminal that reads; `None` for a file or a pipe.
+pub(super) fn terminal_columns() -> Option<usize> {
+    Term::stdout().size_checked().map(|(_, columns)| usize::from(columns))
 }
 
 /// A text whose lines end where a terminal does: longer ones go on below, two blanks further in. Words stay whole.

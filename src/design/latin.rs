@@ -7,9 +7,10 @@ use super::distribution::Distribution;
 use super::error::{DesignError, MOST_ROWS};
 use super::factor::Factor;
 use super::orthogonal::{Field, bose};
-use super::permutation::{Permutation, hash};
+use super::permutation::Permutation;
 use super::strata::{HypercubeKind, LatinHypercube, OpenHypercube};
 use super::table::{Builder, OPTIMISER_STREAM, Table};
+use crate::random::hash;
 
 /// Most rows of an optimised hypercube: its effort and memory grow with their square.
 const MAX_OPTIMISED_ROWS: usize = 3000;

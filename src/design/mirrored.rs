@@ -4,7 +4,7 @@
 //! image's, so a swap and its mirror image together cost hardly more than a swap alone.
 
 use super::optimise::{Criterion, Crowding, Swap, inverse_power};
-use super::permutation::Stream;
+use crate::random::Stream;
 
 /// [`Crowding`] of a hypercube whose row `i` is the mirror image of row `rows - 1 - i`; every swap takes its mirror image along.
 pub(super) struct Mirrored<const SQUARINGS: u32> {

@@ -4,7 +4,7 @@
 //! falls geometrically to nothing (Dueck and Scheuer, J. Comput. Phys. 90, 1990): annealing without the exponential
 //! function, whose last digit differs from one system's library to the next, while a design must not.
 
-use super::permutation::Stream;
+use crate::random::Stream;
 
 /// Steps in which the threshold falls.
 const STAGES: u64 = 400;

@@ -4,10 +4,10 @@ use super::constraint::Conditions;
 use super::error::DesignError;
 use super::mirrored::{self, Mirrored};
 use super::optimise::{CentredDiscrepancy, Criterion, Crowding, Freedom, Schedule, Swap, anneal};
-use super::permutation::Stream;
 use super::ranks::Ranks;
 use super::strata::HypercubeKind;
 use super::table::{Builder, Table};
+use crate::random::Stream;
 
 /// Rank correlations are refined until none is farther than this from the one asked for.
 const REFINED: f64 = 1e-3;

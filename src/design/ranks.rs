@@ -2,7 +2,7 @@
 
 use super::correlation::Correlation;
 use super::optimise::Swap;
-use super::permutation::Stream;
+use crate::random::Stream;
 
 /// Neighbours in rank are up to this share of the rows apart.
 const NEIGHBOURHOOD: usize = 10;

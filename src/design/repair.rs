@@ -7,9 +7,9 @@
 
 use super::constraint::Conditions;
 use super::error::DesignError;
-use super::permutation::Stream;
 use super::strata::Placement;
 use super::table::{Builder, Table};
+use crate::random::Stream;
 
 /// Evaluations of rows that the search by matchings may take, per square of the number of rows, and bounds of their number.
 const EVALUATIONS_PER_SQUARE: usize = 100;

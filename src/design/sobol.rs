@@ -1,6 +1,6 @@
 //! Sobol' points, plain or scrambled after Owen, any of them computed alone.
 
-use super::permutation::hash;
+use crate::random::hash;
 
 /// Direction numbers of the first [`MAX_DIMENSIONS`] dimensions.
 const TABLE: &str = include_str!("../assets/joe_kuo.txt");

@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::permutation::{Permutation, hash, uniform};
+use super::permutation::Permutation;
+use crate::random::{hash, uniform};
 
 /// Place of a point within its stratum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

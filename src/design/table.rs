@@ -4,8 +4,8 @@ use super::constraint::Conditions;
 use super::coordinate::Coordinate;
 use super::correlation::Correlation;
 use super::error::DesignError;
-use super::permutation::{Stream, hash};
 use super::strata::OpenHypercube;
+use crate::random::{Stream, hash};
 
 /// Streams of random numbers beyond those of the factors, counted on by the stage.
 pub(super) const OPTIMISER_STREAM: u64 = 1 << 40;

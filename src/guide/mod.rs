@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 8] = [
+pub const TOPICS: [Topic; 9] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -38,6 +38,11 @@ pub const TOPICS: [Topic; 8] = [
         name: "sweeps",
         about: "stopping and going on, shards, Slurm, HyperQueue, exit codes",
         text: include_str!("sweeps.md"),
+    },
+    Topic {
+        name: "sensitivity",
+        about: "which factor matters: Sobol' indices, elementary effects",
+        text: include_str!("sensitivity.md"),
     },
     Topic {
         name: "accuracy",

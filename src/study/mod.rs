@@ -19,6 +19,7 @@ mod file;
 mod growth;
 mod hash;
 mod loaded;
+mod outline;
 mod plan;
 mod resolve;
 mod schema;
@@ -32,6 +33,7 @@ pub use file::{
     LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StructureParameters, StudyFile,
 };
 pub use loaded::Study;
+pub use outline::{DesignOutline, FactorOutline};
 pub use plan::factor::FactorInfo;
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};

@@ -8,6 +8,7 @@ use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
 use decore::quantity::{Kind, Value};
 use decore::scene::{Guide, HammerUnit};
+use decore::sensitivity::sensitivity_schema;
 use decore::study::{InterfaceDemand, Study, hammer_file, hammer_schema, study_schema, template};
 use decore::workpiece::Fixture;
 
@@ -165,7 +166,12 @@ fn is_committed(file: &str, text: &str) {
 
 #[test]
 fn schemas_are_the_committed_ones() {
-    for (file, schema) in [("study.schema.json", study_schema()), ("hammer.schema.json", hammer_schema())] {
+    let schemas = [
+        ("study.schema.json", study_schema()),
+        ("hammer.schema.json", hammer_schema()),
+        ("sensitivity.schema.json", sensitivity_schema()),
+    ];
+    for (file, schema) in schemas {
         let text = format!("{}\n", serde_json::to_string_pretty(&schema).unwrap());
         is_committed(&format!("schemas/{file}"), &text);
     }

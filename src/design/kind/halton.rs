@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::super::permutation::{Permutation, hash};
+use super::super::permutation::Permutation;
+use crate::random::hash;
 
 /// Digits scrambled: beyond them a float holds none, whatever the base.
 const MAX_DIGITS: u64 = 54;

@@ -19,8 +19,8 @@ use super::distribution::Level;
 use super::error::{DesignError, MOST_ROWS};
 use super::factor::Factor;
 use super::options::{DesignOptions, Needs};
-use super::permutation::hash;
 use super::strata::LatinHypercube;
+use crate::random::hash;
 
 pub use factorial::{BoxBehnken, CentralComposite, FractionalFactorial, PlackettBurman};
 pub use fraction::Aliases;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::super::coordinate::Coordinate;
 use super::super::error::DesignError;
 use super::super::options::{DesignOptions, Needs};
-use super::super::permutation::uniform;
 use super::super::sobol::{MAX_DIMENSIONS, SobolSequence};
 use super::halton::HaltonSequence;
 use super::points::{Points, Request, Specification};
+use crate::random::uniform;
 
 /// Sobol' points in the order of the Gray code, direction numbers of Joe and Kuo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,10 +6,11 @@ use super::super::coordinate::Coordinate;
 use super::super::error::DesignError;
 use super::super::factor::Factor;
 use super::super::options::{DesignOptions, Needs, count};
-use super::super::permutation::{Permutation, below, hash};
+use super::super::permutation::Permutation;
 use super::super::sobol::SobolSequence;
 use super::points::{Points, Request, Specification, blocks};
 use super::sampled::sobol;
+use crate::random::{below, hash};
 
 /// Morris trajectories, where a study does not say how many.
 const TRAJECTORIES: u64 = 10;

@@ -1,0 +1,70 @@
+//! Why there are no indices.
+
+/// Why a table has no indices.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AnalysisError {
+    /// A value is NaN or infinite.
+    #[error("the value of row {row} is {value}, where a finite number is needed")]
+    NotFinite {
+        /// Place in the table, from 0.
+        row: usize,
+        /// The value.
+        value: f64,
+    },
+    /// All values are the same but for rounding: there is no variance to share out.
+    #[error("it is constant ({value}): there is no variance to share out")]
+    Constant {
+        /// The value.
+        value: f64,
+    },
+    /// Too few units (blocks, trajectories, rows).
+    #[error("{found} {unit} are too few: at least {least} are needed")]
+    TooFew {
+        /// What they are, in the plural.
+        unit: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// The table does not consist of whole blocks or trajectories.
+    #[error("{rows} rows are no whole number of {unit} of {size} rows")]
+    Length {
+        /// Rows of the table.
+        rows: usize,
+        /// What it should consist of, in the plural.
+        unit: &'static str,
+        /// Rows of one of them.
+        size: usize,
+    },
+    /// More factors than there is time for.
+    #[error("{found} factors are too many: at most {most}, as the time doubles with each")]
+    Factors {
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// From one row of a trajectory to the next, another number of factors than one changes.
+    #[error("rows {row} and {} differ in {changed} factors, where a trajectory changes one at a time", row + 1)]
+    NoTrajectory {
+        /// The first of the two rows.
+        row: usize,
+        /// Number of factors that change.
+        changed: usize,
+    },
+}
+
+/// The range of finite values that are not all the same.
+///
+/// # Errors
+/// [`AnalysisError::NotFinite`]; [`AnalysisError::Constant`] where they differ by rounding at most.
+pub(super) fn check_values(values: &[f64]) -> Result<(), AnalysisError> {
+    if let Some((row, &value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+        return Err(AnalysisError::NotFinite { row, value });
+    }
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let rounding = 4.0 * f64::EPSILON * low.abs().max(high.abs());
+    if high - low > rounding { Ok(()) } else { Err(AnalysisError::Constant { value: high }) }
+}

@@ -1,0 +1,30 @@
+//! Which factor matters: sensitivity indices of plain tables of numbers. Knows nothing of studies or datasets.
+//!
+//! - [`sobol()`]: shares of the variance, from the blocks of a Saltelli design.
+//! - [`morris()`]: elementary effects, from trajectories.
+//! - [`given()`]: first-order indices by ranks, correlation ratios, PAWN and HSIC, from any rows.
+//! - [`shapley()`]: Shapley effects, from any rows, also of factors that depend on each other.
+//! - [`Bootstrap`]: confidence intervals by resampling whole blocks, trajectories or rows.
+//!
+//! All figures are the same for any number of threads: what runs in parallel is whole replicates, each of which is computed in
+//! one order from random numbers that are addressed by (seed, replicate, draw).
+
+mod error;
+mod estimate;
+mod factor;
+mod given;
+mod hsic;
+mod morris;
+mod pawn;
+mod shapley;
+mod sobol;
+
+pub use error::AnalysisError;
+pub use estimate::{Bootstrap, Estimate};
+pub use factor::FactorValues;
+pub use given::{GivenIndices, given};
+pub use hsic::Hsic;
+pub use morris::{Effects, Trajectories, morris};
+pub use pawn::Pawn;
+pub use shapley::shapley;
+pub use sobol::{Estimator, PairIndex, SaltelliBlocks, SobolIndices, sobol};

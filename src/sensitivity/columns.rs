@@ -1,0 +1,47 @@
+//! The indices as a table: a row per output and index.
+
+use super::result::{Index, OutputSensitivity, Sensitivity};
+use crate::dataset::{TableColumn, TableValues};
+
+/// A row per output and index, in the order of the result.
+pub fn columns(found: &Sensitivity) -> Vec<TableColumn> {
+    let rows: Vec<(&OutputSensitivity, &Index)> =
+        found.outputs.iter().flat_map(|output| output.indices.iter().map(move |index| (output, index))).collect();
+    let text = |name: &str, description: &str, value: &dyn Fn(&OutputSensitivity, &Index) -> String| TableColumn {
+        name: name.to_owned(),
+        unit: String::new(),
+        description: description.to_owned(),
+        values: TableValues::Text(rows.iter().map(|(output, index)| value(output, index)).collect()),
+    };
+    let real = |name: &str, description: &str, value: &dyn Fn(&Index) -> Option<f64>| TableColumn {
+        name: name.to_owned(),
+        unit: "1".to_owned(),
+        description: description.to_owned(),
+        values: TableValues::Real(rows.iter().map(|(_, index)| value(index).unwrap_or(f64::NAN)).collect()),
+    };
+    let count = |name: &str, description: &str, value: &dyn Fn(&OutputSensitivity) -> u64| TableColumn {
+        name: name.to_owned(),
+        unit: "1".to_owned(),
+        description: description.to_owned(),
+        values: TableValues::Integer(rows.iter().map(|(output, _)| value(output).cast_signed()).collect()),
+    };
+    let factor = |index: &Index, place: usize| index.factors.get(place).cloned().unwrap_or_default();
+    vec![
+        text("output", "Column of the table of runs.", &|output, _| output.output.clone()),
+        text("index", "Name of the index: s1, st, s2, mu_star, mu, sigma.", &|_, index| index.index.name().to_owned()),
+        text("factor", "Name of the factor, as in the study.", &|_, index| factor(index, 0)),
+        text("second_factor", "The other factor of a pair; empty for one factor.", &|_, index| factor(index, 1)),
+        real("value", "The index; mu_star, mu and sigma in the output's unit, which `output_unit` has.", &|index| {
+            index.value
+        }),
+        real("low", "Lower end of its interval; NaN where there is none.", &|index| index.interval.map(|ends| ends[0])),
+        real("high", "Upper end of its interval; NaN where there is none.", &|index| {
+            index.interval.map(|ends| ends[1])
+        }),
+        text("output_unit", "Unit of the output.", &|output, _| output.unit.clone()),
+        count("units_used", "Blocks or trajectories that were used: those that are whole.", &|output| {
+            output.used.whole
+        }),
+        count("units", "Blocks or trajectories of the design.", &|output| output.used.of),
+    ]
+}

@@ -1,0 +1,182 @@
+//! Indices of datasets: by the command, from rows that are made up, some of which fail.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const MACHINE: &str = r#"
+title = "Analysed"
+[hammer.left]
+rail = "rail"
+rail_position_m = 0.0
+[casting.part]
+mass_kg = 3.0
+size_m = [0.30, 0.28]
+inertia_kg_m2 = [0.0135, 0.026]
+[casting.part.fixture.front]
+point = "T1"
+[casting.part.fixture.middle]
+point = "T6"
+[casting.part.fixture.back]
+point = "T7"
+"#;
+
+const FACTORS: &str = r#"
+[design.factor.position]
+path = "hammer.left.rail_position_m"
+range = [-0.10, 0.10]
+[design.factor.pressure]
+path = "hammer.left.supply_bar"
+range = [4.0, 6.0]
+[design.factor.guide]
+path = "solver.guide"
+values = ["spring", "tied"]
+"#;
+
+/// A dataset of made-up rows: row 613 diverges.
+struct Dataset {
+    scratch: TempDir,
+}
+
+impl Dataset {
+    fn of(design: &str) -> Self {
+        let dataset = Self { scratch: TempDir::new().expect("scratch folder") };
+        dataset.run(design, &["--stub-row-ms", "0"]);
+        dataset
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.scratch.path().join("out")
+    }
+
+    fn run(&self, design: &str, arguments: &[&str]) {
+        let study = self.scratch.path().join("study.toml");
+        fs::write(&study, format!("{MACHINE}\n[design]\n{design}\n{FACTORS}")).expect("study");
+        let output = decore().arg("run").arg(study).arg("--output").arg(self.folder()).args(arguments).output();
+        let output = output.expect("runs");
+        assert!(matches!(output.status.code(), Some(0 | 4)), "{}", text(&output.stderr));
+    }
+
+    fn analyse(&self, arguments: &[&str]) -> Output {
+        decore().arg("analyse").arg(self.folder()).args(arguments).output().expect("runs")
+    }
+
+    fn json(&self, arguments: &[&str]) -> Value {
+        let output = self.analyse(&[arguments, &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    }
+}
+
+fn decore() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_decore"))
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn failed_rows_are_named_and_their_blocks_left_out() {
+    // Blocks of five rows: 613 is the fourth row of block 122.
+    let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 128");
+    let found = dataset.json(&["--output", "delivered_work_j", "--bootstrap", "20"]);
+    let used = &found["outputs"][0]["used"];
+    assert_eq!(
+        (used["unit"].as_str(), used["whole"].as_u64(), used["of"].as_u64()),
+        (Some("blocks"), Some(127), Some(128))
+    );
+    assert_eq!((used["left_out"][0]["count"].as_u64(), used["left_out"][0]["rows"][0].as_u64()), (Some(1), Some(613)));
+    assert!(used["left_out"][0]["reason"].as_str().expect("a text").starts_with("diverged: "));
+    assert!(found["outputs"][0]["indices"].as_array().expect("a list").iter().all(|index| index["value"].is_number()));
+    let shown = text(&dataset.analyse(&["--output", "delivered_work_j", "--bootstrap", "0"]).stdout);
+    for expected in
+        ["FROM 127 OF 128 blocks: 1 are incomplete and left out", "1 row (613): diverged: ", "estimator salib"]
+    {
+        assert!(shown.contains(expected), "{expected} in\n{shown}");
+    }
+}
+
+#[test]
+fn rows_that_are_not_run_yet_and_constant_outputs_are_said() {
+    let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 128\nsecond_order = true");
+    let names = ["left_contact_count", "left_hit_frequency_hz", "left_arm_rms_steady_m_s"];
+    let found = dataset.json(&[&["--bootstrap", "0", "--output"][..], &names].concat());
+    let refused = |output: usize| found["outputs"][output]["refused"].as_str().unwrap_or_default().to_owned();
+    assert!(refused(0).contains("constant (30)"), "{}", refused(0));
+    assert!(refused(1).is_empty());
+    assert!(refused(2).contains("0 blocks are too few"), "{}", refused(2));
+    let left_out = &found["outputs"][2]["used"]["left_out"];
+    assert!(left_out.to_string().contains("done, but without this output"), "{left_out}");
+    let pairs = found["outputs"][1]["indices"].as_array().expect("a list").iter();
+    assert_eq!(pairs.filter(|index| index["index"] == "s2").count(), 3);
+}
+
+#[test]
+fn bytes_depend_on_the_seed_and_on_no_number_of_threads() {
+    let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 32");
+    let bytes = |threads: &str, seed: &str| {
+        let mut command = decore();
+        command.env("RAYON_NUM_THREADS", threads).arg("analyse").arg(dataset.folder());
+        command.args(["--json", "--bootstrap", "200", "--seed", seed]).output().expect("runs").stdout
+    };
+    for seed in ["0", "1"] {
+        assert_eq!(text(&bytes("1", seed)), text(&bytes("3", seed)), "seed {seed}");
+    }
+    assert_ne!(bytes("1", "0"), bytes("1", "1"));
+}
+
+#[test]
+fn names_have_only_the_size_of_their_effects() {
+    let dataset = Dataset::of("kind = \"morris\"\ntrajectories = 20");
+    let found = dataset.json(&["--output", "delivered_work_j", "--bootstrap", "50"]);
+    let of = |factor: &str| -> Vec<String> {
+        let indices = found["outputs"][0]["indices"].as_array().expect("a list").iter();
+        let own = indices.filter(|index| index["factors"][0] == factor);
+        own.map(|index| index["index"].as_str().expect("a name").to_owned()).collect()
+    };
+    assert_eq!(
+        (of("pressure"), of("guide")),
+        (vec!["mu_star".into(), "mu".into(), "sigma".into()], vec!["mu_star".into()])
+    );
+    assert!(found["notes"].to_string().contains("`guide`"), "{}", found["notes"]);
+}
+
+#[test]
+fn blocks_that_constraints_choose_have_no_sobol_indices() {
+    let dataset =
+        Dataset::of("kind = \"saltelli\"\nbase_points = 8\nconstraints = [\"pressure <= 5.9 - abs(position)\"]");
+    let output = dataset.analyse(&[]);
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("pressure <= 5.9 - abs(position)") && told.contains("Sobol'"), "{told}");
+}
+
+#[test]
+fn tables_have_a_row_per_index() {
+    let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 16\nsecond_order = true");
+    let file = dataset.scratch.path().join("indices.parquet");
+    let output = dataset.analyse(&["--parquet", file.to_str().expect("a path"), "--output", "delivered_work_j"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let Some(python) = std::env::var_os("DECORE_PYTHON") else {
+        eprintln!("DECORE_PYTHON is not set: the table was not read, the JSON not held to its schema");
+        return;
+    };
+    let json = dataset.scratch.path().join("found.json");
+    fs::write(&json, dataset.analyse(&["--output", "delivered_work_j", "--json"]).stdout).expect("written");
+    let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/schemas/sensitivity.schema.json");
+    let script = "import json, sys, jsonschema, pyarrow.parquet\n\
+        rows = pyarrow.parquet.read_table(sys.argv[1]).to_pylist()\n\
+        found, schema = (json.load(open(name)) for name in sys.argv[2:])\n\
+        jsonschema.Draft202012Validator(schema).validate(found)\n\
+        listed = found['outputs'][0]['indices']\n\
+        assert len(rows) == len(listed) == 9, len(rows)\n\
+        assert [row['value'] for row in rows] == [index['value'] for index in listed]\n\
+        assert [row['low'] for row in rows] == [index['interval'][0] for index in listed]\n\
+        assert rows[6]['index'] == 's2' and rows[6]['second_factor'] == 'pressure', rows[6]\n";
+    let output = Command::new(python).args(["-c", script]).args([&file, &json]).arg(schema).output().expect("runs");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
