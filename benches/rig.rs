@@ -2,13 +2,16 @@
 //!
 //! `cargo bench --bench rig` prints its tables and writes its section of `benches/RESULTS.md`. Times are CPU times of one thread,
 //! medians of turns of a second at least; compare them with each other only. Names of sections after `--` run these alone and write
-//! nothing: `methods`, `peers`, `presets`, `located`, `hammers`, `modes`, `threads`.
+//! nothing: `methods`, `peers`, `presets`, `located`, `lanes`, `hammers`,
+//! `modes`, `threads`.
 //! `peers` builds a program of its own; SUNDIALS (`libsundials-cvode6`) and SciPy count where they are installed.
 
 #[path = "../tests/common/changed.rs"]
 mod changed;
 #[path = "rig/growth.rs"]
 mod growth;
+#[path = "rig/lanes.rs"]
+mod lanes;
 #[path = "rig/located.rs"]
 mod located;
 #[path = "rig/methods.rs"]
@@ -42,14 +45,12 @@ thread, medians of interleaved turns of a second at least; trust their ratios.
 const RESERVES: &str = "
 ## Open reserves
 
-- Where the chisel rests on nose and casting, exponential steps take the linear contacts exactly. Their length is bounded by the
-  small share of the tolerance that they are held to (`src/integrate/exponential_control.rs`), and by rebases of the condensed modes (every
-  0.64 ms at 1000 Hz).
+- Where the chisel rests on nose and casting, stability bounds the explicit steps at 70 to 90 us although nothing happens.
 - Most other steps resolve the ringing of contacts at 10 to 60 us, which may open at any time: exact propagation would need
   events located on its own dense output.
 - With tied guides every event of one hammer ends the common step of all: steps grow about as the square root of the hammers,
   while a step costs less per hammer.
-- A guide on its spring bounds every step, whatever the number of hammers; exponential steps leave it out.
+- A guide on its spring bounds every step, whatever the number of hammers.
 ";
 
 /// The shipped study of the rig.
@@ -77,6 +78,9 @@ fn main() {
     }
     if wanted("located") {
         located::text(&mut text, &rig);
+    }
+    if wanted("lanes") {
+        lanes::text(&mut text, &rig, FEW_REPEATS);
     }
     if wanted("hammers") {
         growth::hammers_text(&mut text, FEW_REPEATS);

@@ -29,21 +29,22 @@
 //! files       :
 //! guide       :
 //! linalg      :
+//! number      :
 //! parameter   :
 //! plot        :
 //! quantity    :
 //! random      :
 //! words       :
-//! contact     : parameter
+//! contact     : number parameter
 //! workpiece   : parameter
-//! hammer      : contact parameter
-//! integrate   : quantity
+//! hammer      : contact number parameter
+//! integrate   : number quantity
 //! structure   : files linalg parameter plot words
 //! scene       : hammer integrate parameter workpiece
 //! study       : contact design expression files hammer parameter quantity scene structure words workpiece
-//! system      : contact hammer integrate scene workpiece
+//! system      : contact hammer integrate number scene workpiece
 //! metrics     : hammer integrate quantity scene system
-//! run         : integrate metrics quantity scene system
+//! run         : integrate metrics number quantity scene system
 //! accuracy    : integrate metrics plot quantity run scene system
 //! dataset     : files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
@@ -55,6 +56,7 @@
 //! - [`random`]: random numbers addressed by position.
 //! - [`quantity`]: one type of value; names, units and texts of outputs, declared once.
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`number`]: one number or several in the lanes of a vector, what a row's arithmetic is written over.
 //! - [`parameter`]: parameters declared once, with unit, default, range and source.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
 //! - [`expression`]: arithmetic and logic over names, for constraints and derived factors.
@@ -92,6 +94,7 @@ pub mod hammer;
 pub mod integrate;
 pub mod linalg;
 pub mod metrics;
+pub mod number;
 pub mod plot;
 pub mod quantity;
 pub mod random;

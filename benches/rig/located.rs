@@ -30,24 +30,24 @@ struct Hiding {
 }
 
 /// A system with events hidden from location.
-type Hidden<'a> = Changed<'a, Hiding>;
+type Hidden = Changed<Hiding>;
 
 impl Hiding {
     /// Whether the next switch of a contact is hidden. The first blow on the casting starts the gate's clock: it is located.
-    fn hides(&self, inner: &Coupled<'_>, contact: usize) -> bool {
+    fn hides(&self, inner: &Coupled, contact: usize) -> bool {
         let strike = inner.model().elements().contacts()[contact].kind == ContactKind::ChiselCasting;
         let waiting = strike && inner.next_stop().is_infinite() && !inner.gate_open(0);
         self.hidden[contact][usize::from(inner.is_closed(contact))] && !waiting
     }
 
     /// The contacts whose next switch is hidden.
-    fn contacts(&self, inner: &Coupled<'_>) -> impl Iterator<Item = usize> {
+    fn contacts(&self, inner: &Coupled) -> impl Iterator<Item = usize> {
         (0..self.hidden.len()).filter(|&contact| self.hides(inner, contact))
     }
 }
 
 impl Change for Hiding {
-    fn rhs(&self, inner: &mut Coupled<'_>, (t, y): (f64, &[f64]), rate: &mut [f64]) {
+    fn rhs(&self, inner: &mut Coupled, (t, y): (f64, &[f64]), rate: &mut [f64]) {
         let mut state = y.to_vec();
         let due: Vec<usize> = self.contacts(inner).filter(|&contact| inner.guard(contact, t, y) > 0.0).collect();
         due.iter().for_each(|&contact| inner.switch(contact, t, &mut state));
@@ -55,12 +55,12 @@ impl Change for Hiding {
         due.iter().for_each(|&contact| inner.switch(contact, t, &mut state));
     }
 
-    fn guard(&self, inner: &Coupled<'_>, guard: usize, (t, y): (f64, &[f64])) -> f64 {
+    fn guard(&self, inner: &Coupled, guard: usize, (t, y): (f64, &[f64])) -> f64 {
         // Within a step nothing is to be seen of it: it is switched at the end.
         if self.hides(inner, guard) && t < self.sampled_s { -1.0 } else { inner.guard(guard, t, y) }
     }
 
-    fn change_samples(&mut self, inner: &Coupled<'_>, t: f64, samples: &mut [GuardSample]) {
+    fn change_samples(&mut self, inner: &Coupled, t: f64, samples: &mut [GuardSample]) {
         self.sampled_s = t;
         for (guard, sample) in samples.iter_mut().enumerate() {
             if self.hides(inner, guard) {
@@ -78,12 +78,14 @@ struct Book {
     booked: Vec<usize>,
 }
 
-impl<'a> Observer<Hidden<'a>> for Book {
-    fn step(&mut self, system: &Hidden<'a>, step: &Step<'_>) {
+impl Observer<Hidden> for Book {
+    fn step(&mut self, system: &Hidden, step: &Step<'_>) {
         self.recorder.step(&system.inner, step);
         self.booked.clear();
+        let mut end = vec![0.0; step.dimension()];
+        step.write_end(&mut end);
         for guard in system.change.contacts(&system.inner) {
-            if system.inner.guard(guard, step.t1(), step.end()) <= 0.0 {
+            if system.inner.guard(guard, step.t1(), &end) <= 0.0 {
                 continue;
             }
             let (mut low, mut high) = (0.0, step.theta_end);
@@ -105,7 +107,7 @@ impl<'a> Observer<Hidden<'a>> for Book {
         }
     }
 
-    fn event(&mut self, system: &Hidden<'a>, guard: usize, t: f64, y: &[f64]) {
+    fn event(&mut self, system: &Hidden, guard: usize, t: f64, y: &[f64]) {
         if !self.booked.contains(&guard) {
             self.recorder.event(&system.inner, guard, t, y);
         }

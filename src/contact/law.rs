@@ -1,5 +1,7 @@
 //! The laws as pure functions of penetration and rate.
 
+use crate::number::{Lanes, Number, odd_power};
+
 /// Exponent of the Hertz law.
 pub(super) const HERTZ_EXPONENT: f64 = 1.5;
 
@@ -11,80 +13,112 @@ pub(super) const HERTZ_EXPONENT: f64 = 1.5;
 /// their zero mean something. For `d < 0`, which a step may touch before its switch is located, elastic forces are
 /// continued as odd functions of `d`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ContactLaw {
+pub enum ContactLaw<R = f64> {
     /// `N = max(0, k d + c d')` for `d > 0`: pushes and never pulls. Jumps by `c d'` at onset, continuous at release.
     KelvinVoigt {
         /// `k` in N/m.
-        stiffness_n_per_m: f64,
+        stiffness_n_per_m: R,
         /// `c` in N s/m.
-        damping_n_s_per_m: f64,
+        damping_n_s_per_m: R,
     },
     /// `N = k d + c d'` for `d > 0`: the bodies part at zero penetration and pull a little just before.
     KelvinVoigtSeparating {
         /// `k` in N/m.
-        stiffness_n_per_m: f64,
+        stiffness_n_per_m: R,
         /// `c` in N s/m.
-        damping_n_s_per_m: f64,
+        damping_n_s_per_m: R,
     },
     /// `N = max(0, K d^n (1 + a d'))` for `d > 0` (Hunt and Crossley 1975): continuous at onset and release.
     HuntCrossley {
         /// `K` in N/m^n.
-        stiffness_n_per_m_n: f64,
+        stiffness_n_per_m_n: R,
         /// `n`, at least 1.
-        exponent: f64,
+        exponent: R,
         /// `a` in s/m.
-        damping_s_per_m: f64,
+        damping_s_per_m: R,
     },
     /// `N = max(0, K d^(3/2) + C d^(1/4) d')` for `d > 0`: Hertz with the damping of Tsuji, Tanaka and Ishida (1992),
     /// whose restitution does not depend on the speed.
     Hertz {
         /// `K` in N/m^(3/2).
-        stiffness_n_per_m_1_5: f64,
+        stiffness_n_per_m_1_5: R,
         /// `C` in N s/m^(5/4).
-        damping_n_s_per_m_1_25: f64,
+        damping_n_s_per_m_1_25: R,
     },
 }
 
-/// `sign(x) |x|^n`.
-#[inline]
-fn odd_power(x: f64, exponent: f64) -> f64 {
-    if exponent == HERTZ_EXPONENT { x * x.abs().sqrt() } else { x.abs().powf(exponent).copysign(x) }
-}
-
 /// `|x|^(1/4)`.
-#[inline]
-fn fourth_root(x: f64) -> f64 {
+#[inline(always)]
+fn fourth_root<R: Number>(x: R) -> R {
     x.abs().sqrt().sqrt()
 }
 
 /// `K sign(d) |d|^(5/4) + C d'` with coefficients `(K, C)`: the Hertz force without its common factor `|d|^(1/4)`.
-#[inline]
-fn reduced_hertz((stiffness, damping): (f64, f64), penetration: f64, rate: f64) -> f64 {
+#[inline(always)]
+fn reduced_hertz<R: Number>((stiffness, damping): (R, R), penetration: R, rate: R) -> R {
     stiffness * penetration * fourth_root(penetration) + damping * rate
 }
 
-impl ContactLaw {
+impl<R: Number> Lanes for ContactLaw<R> {
+    type Alone = ContactLaw;
+
+    /// Sets the coefficients of a lane: the laws of all lanes are of one kind, another law changes nothing.
+    fn put(&mut self, lane: usize, alone: &ContactLaw) {
+        use ContactLaw::{Hertz, HuntCrossley, KelvinVoigt, KelvinVoigtSeparating};
+        match (self, alone) {
+            (
+                KelvinVoigt { stiffness_n_per_m: k, damping_n_s_per_m: c },
+                KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m },
+            )
+            | (
+                KelvinVoigtSeparating { stiffness_n_per_m: k, damping_n_s_per_m: c },
+                KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m },
+            ) => {
+                k.put(lane, stiffness_n_per_m);
+                c.put(lane, damping_n_s_per_m);
+            }
+            (
+                HuntCrossley { stiffness_n_per_m_n: k, exponent: n, damping_s_per_m: a },
+                HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m },
+            ) => {
+                k.put(lane, stiffness_n_per_m_n);
+                n.put(lane, exponent);
+                a.put(lane, damping_s_per_m);
+            }
+            (
+                Hertz { stiffness_n_per_m_1_5: k, damping_n_s_per_m_1_25: c },
+                Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 },
+            ) => {
+                k.put(lane, stiffness_n_per_m_1_5);
+                c.put(lane, damping_n_s_per_m_1_25);
+            }
+            _ => {}
+        }
+    }
+}
+
+impl<R: Number> ContactLaw<R> {
     /// Force of the closed contact in N; may be negative once the contact should have opened.
-    #[inline]
-    pub fn closed_force(&self, penetration: f64, rate: f64) -> f64 {
+    #[inline(always)]
+    pub fn closed_force(&self, penetration: R, rate: R) -> R {
         match *self {
             Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m }
             | Self::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => {
                 stiffness_n_per_m * penetration + damping_n_s_per_m * rate
             }
             Self::HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m } => {
-                stiffness_n_per_m_n * odd_power(penetration, exponent) * (1.0 + damping_s_per_m * rate)
+                stiffness_n_per_m_n * odd_power(penetration, exponent) * (R::splat(1.0) + damping_s_per_m * rate)
             }
             Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
-                stiffness_n_per_m_1_5 * odd_power(penetration, HERTZ_EXPONENT)
+                stiffness_n_per_m_1_5 * odd_power(penetration, R::splat(HERTZ_EXPONENT))
                     + damping_n_s_per_m_1_25 * fourth_root(penetration) * rate
             }
         }
     }
 
     /// Power dissipated by the closed contact in W: the closed force less the elastic one, times the rate.
-    #[inline]
-    pub fn dissipated_power(&self, penetration: f64, rate: f64) -> f64 {
+    #[inline(always)]
+    pub fn dissipated_power(&self, penetration: R, rate: R) -> R {
         match *self {
             Self::KelvinVoigt { damping_n_s_per_m, .. } | Self::KelvinVoigtSeparating { damping_n_s_per_m, .. } => {
                 damping_n_s_per_m * rate * rate
@@ -99,17 +133,18 @@ impl ContactLaw {
     }
 
     /// Energy stored in the closed contact in J: `k d^2 / 2`, `K |d|^(n + 1) / (n + 1)`.
-    #[inline]
-    pub fn stored_energy(&self, penetration: f64) -> f64 {
+    #[inline(always)]
+    pub fn stored_energy(&self, penetration: R) -> R {
         match *self {
             Self::KelvinVoigt { stiffness_n_per_m, .. } | Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
-                0.5 * stiffness_n_per_m * penetration * penetration
+                R::splat(0.5) * stiffness_n_per_m * penetration * penetration
             }
             Self::HuntCrossley { stiffness_n_per_m_n, exponent, .. } => {
-                stiffness_n_per_m_n * odd_power(penetration, exponent) * penetration / (exponent + 1.0)
+                stiffness_n_per_m_n * odd_power(penetration, exponent) * penetration / (exponent + R::splat(1.0))
             }
             Self::Hertz { stiffness_n_per_m_1_5, .. } => {
-                stiffness_n_per_m_1_5 * odd_power(penetration, HERTZ_EXPONENT) * penetration / (HERTZ_EXPONENT + 1.0)
+                stiffness_n_per_m_1_5 * odd_power(penetration, R::splat(HERTZ_EXPONENT)) * penetration
+                    / R::splat(HERTZ_EXPONENT + 1.0)
             }
         }
     }
@@ -120,28 +155,30 @@ impl ContactLaw {
     /// `d > 0` because it would have pulled) that of the force. Kelvin-Voigt: `k d + c min(d', 0)` in N; with
     /// separation: `k d`; Hunt-Crossley: the lesser of `d` and `1 + a d'`; Hertz: `K d^(5/4) + C min(d', 0)`, the force
     /// without its common factor `d^(1/4)`.
-    #[inline]
-    pub fn onset_indicator(&self, penetration: f64, rate: f64) -> f64 {
+    #[inline(always)]
+    pub fn onset_indicator(&self, penetration: R, rate: R) -> R {
         match *self {
             Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m } => {
-                stiffness_n_per_m * penetration + damping_n_s_per_m * rate.min(0.0)
+                stiffness_n_per_m * penetration + damping_n_s_per_m * rate.least(R::splat(0.0))
             }
             Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => stiffness_n_per_m * penetration,
-            Self::HuntCrossley { damping_s_per_m, .. } => penetration.min(1.0 + damping_s_per_m * rate),
+            Self::HuntCrossley { damping_s_per_m, .. } => penetration.least(R::splat(1.0) + damping_s_per_m * rate),
             Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
-                reduced_hertz((stiffness_n_per_m_1_5, damping_n_s_per_m_1_25), penetration, rate.min(0.0))
+                reduced_hertz((stiffness_n_per_m_1_5, damping_n_s_per_m_1_25), penetration, rate.least(R::splat(0.0)))
             }
         }
     }
 
     /// Positive when a closed contact must open: where it would pull, or for separation at zero penetration where the
     /// bodies part.
-    #[inline]
-    pub fn release_indicator(&self, penetration: f64, rate: f64) -> f64 {
+    #[inline(always)]
+    pub fn release_indicator(&self, penetration: R, rate: R) -> R {
         match *self {
             Self::KelvinVoigt { .. } => -self.closed_force(penetration, rate),
             Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => -stiffness_n_per_m * penetration,
-            Self::HuntCrossley { damping_s_per_m, .. } => (-penetration).max(-1.0 - damping_s_per_m * rate),
+            Self::HuntCrossley { damping_s_per_m, .. } => {
+                (-penetration).greatest(R::splat(-1.0) - damping_s_per_m * rate)
+            }
             Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
                 -reduced_hertz((stiffness_n_per_m_1_5, damping_n_s_per_m_1_25), penetration, rate)
             }
@@ -150,8 +187,8 @@ impl ContactLaw {
 
     /// A smooth function that is positive only where [`Self::release_indicator`] is, and its rate along a motion of
     /// penetration `penetration`, rate `rate` and acceleration `acceleration`.
-    #[inline]
-    pub fn smooth_release(&self, penetration: f64, rate: f64, acceleration: f64) -> (f64, f64) {
+    #[inline(always)]
+    pub fn smooth_release(&self, penetration: R, rate: R, acceleration: R) -> (R, R) {
         match *self {
             Self::KelvinVoigt { .. } => (-self.closed_force(penetration, rate), -self.closed_force(rate, acceleration)),
             Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
@@ -159,21 +196,35 @@ impl ContactLaw {
             }
             Self::HuntCrossley { .. } => (-penetration, -rate),
             Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => {
-                let elastic = 1.25 * stiffness_n_per_m_1_5 * fourth_root(penetration) * rate;
+                let elastic = R::splat(1.25) * stiffness_n_per_m_1_5 * fourth_root(penetration) * rate;
                 let coefficients = (stiffness_n_per_m_1_5, damping_n_s_per_m_1_25);
                 (-reduced_hertz(coefficients, penetration, rate), -(elastic + damping_n_s_per_m_1_25 * acceleration))
             }
         }
     }
+}
 
-    /// Stiffness in N/m and damping in N s/m of the closed contact if its force is linear, `k d + c d'`.
-    pub fn linear(&self) -> Option<[f64; 2]> {
+impl ContactLaw {
+    /// The same law in all lanes.
+    pub fn in_lanes<R: Number>(&self) -> ContactLaw<R> {
         match *self {
-            Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m }
-            | Self::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => {
-                Some([stiffness_n_per_m, damping_n_s_per_m])
-            }
-            Self::HuntCrossley { .. } | Self::Hertz { .. } => None,
+            Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m } => ContactLaw::KelvinVoigt {
+                stiffness_n_per_m: R::splat(stiffness_n_per_m),
+                damping_n_s_per_m: R::splat(damping_n_s_per_m),
+            },
+            Self::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => ContactLaw::KelvinVoigtSeparating {
+                stiffness_n_per_m: R::splat(stiffness_n_per_m),
+                damping_n_s_per_m: R::splat(damping_n_s_per_m),
+            },
+            Self::HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m } => ContactLaw::HuntCrossley {
+                stiffness_n_per_m_n: R::splat(stiffness_n_per_m_n),
+                exponent: R::splat(exponent),
+                damping_s_per_m: R::splat(damping_s_per_m),
+            },
+            Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => ContactLaw::Hertz {
+                stiffness_n_per_m_1_5: R::splat(stiffness_n_per_m_1_5),
+                damping_n_s_per_m_1_25: R::splat(damping_n_s_per_m_1_25),
+            },
         }
     }
 

@@ -1,6 +1,8 @@
 //! A study made ready: checked against its machines, the machines reduced.
 
+use std::any::Any;
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use super::error::{EngineError, MOST_SIGNAL_BYTES};
@@ -9,7 +11,7 @@ use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
 use crate::dataset::DatasetInfo;
 use crate::metrics::{Signal, SignalRecorder};
-use crate::run::{DEFAULT_RETRIES, RowOutcome, run_row_with_retries, run_row_with_retries_observed};
+use crate::run::{DEFAULT_RETRIES, JobSource, RowJob, RowOutcome, RowSource, run_jobs, run_one_by_one};
 use crate::scene::Scene;
 use crate::structure::StructureError;
 use crate::study::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
@@ -30,6 +32,10 @@ pub trait Rows: Sync {
     fn info(&self) -> DatasetInfo;
     /// Runs a row. Pure: depends on the study and the row alone.
     fn outcome(&self, row: usize) -> RowOutcome;
+    /// Runs rows on one thread until there are no more, with the outcomes that [`Rows::outcome`] gives; here one after the other.
+    fn run(&self, rows: &mut dyn RowSource) {
+        run_one_by_one(rows, |row| self.outcome(row as usize));
+    }
 }
 
 /// A study ready to run.
@@ -103,6 +109,12 @@ impl Engine {
         Ok(RowScene { scene, modes })
     }
 
+    /// What is to be done for a row, retries and twins included.
+    fn job(&self, row: usize) -> Result<RowJob, InvalidRow> {
+        let RowScene { scene, modes } = self.scene(row)?;
+        Ok(RowJob::new(scene, modes, self.retries))
+    }
+
     /// The modes of its machine for any scene whose mounts and fixtures are points that the study uses.
     ///
     /// # Errors
@@ -138,7 +150,7 @@ impl Engine {
         let study = self.study();
         let names = (study.hammer_names(), study.casting_names());
         let recorder = |model: &CoupledModel| SignalRecorder::new(model, (&names.0, &names.1), interval_s);
-        let (outcome, recorder) = run_row_with_retries_observed(&scene, &modes, self.retries, recorder);
+        let (outcome, recorder) = RowJob::new(scene, modes, self.retries).run_observed(recorder);
         Ok((outcome, recorder.map(SignalRecorder::into_signals)))
     }
 }
@@ -155,10 +167,42 @@ impl Rows for Engine {
 
     /// Simulates a row, retries and twins included.
     fn outcome(&self, row: usize) -> RowOutcome {
-        match self.scene(row) {
-            Ok(RowScene { scene, modes }) => run_row_with_retries(&scene, &modes, self.retries),
+        match self.job(row) {
+            Ok(job) => job.run(),
             Err(invalid) => RowOutcome::invalid(invalid.reason),
         }
+    }
+
+    /// Rows of one shape side by side.
+    fn run(&self, rows: &mut dyn RowSource) {
+        run_jobs(&mut Jobs { engine: self, rows });
+    }
+}
+
+/// Rows of an engine as what is to be done.
+struct Jobs<'j> {
+    engine: &'j Engine,
+    rows: &'j mut dyn RowSource,
+}
+
+impl JobSource for Jobs<'_> {
+    fn next(&mut self, wait: bool) -> Option<(u64, RowJob)> {
+        loop {
+            let row = self.rows.next(wait)?;
+            match catch_unwind(AssertUnwindSafe(|| self.engine.job(row as usize))) {
+                Ok(Ok(job)) => return Some((row, job)),
+                Ok(Err(invalid)) => self.rows.ended(row, RowOutcome::invalid(invalid.reason)),
+                Err(payload) => self.panicked(row, payload),
+            }
+        }
+    }
+
+    fn ended(&mut self, row: u64, outcome: RowOutcome) {
+        self.rows.ended(row, outcome);
+    }
+
+    fn panicked(&mut self, row: u64, payload: Box<dyn Any + Send>) {
+        self.rows.ended(row, RowOutcome::panicked(payload.as_ref()));
     }
 }
 

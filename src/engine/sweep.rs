@@ -12,7 +12,7 @@ use crate::dataset::{
     Chosen, DatasetError, DatasetWriter, Existing, Manifest, RowRecorder, RowSpan, StoredRow, SweepState, SweepStatus,
     grow,
 };
-use crate::run::{BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowTask, run_batch};
+use crate::run::{BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowSource, RowTask, run_batch};
 
 /// How to run a sweep. The default runs all rows on all threads, goes on with a dataset that is there, and tells nobody.
 #[derive(Clone, Copy)]
@@ -144,8 +144,8 @@ struct SweepTask<'a> {
 impl RowTask for SweepTask<'_> {
     type Kept = Result<StoredRow, DatasetError>;
 
-    fn run(&self, row: u64) -> RowOutcome {
-        self.rows.outcome(row as usize)
+    fn run(&self, rows: &mut dyn RowSource) {
+        self.rows.run(rows);
     }
 
     fn keep(&self, row: u64, outcome: RowOutcome) -> Self::Kept {

@@ -1,5 +1,7 @@
 //! Isentropic flow through an orifice between two chambers.
 
+use crate::number::{Mask, Number, per_lane};
+
 /// Pressure ratio above which the flow function is replaced by a straight line to zero (square-root singularity).
 const LINEAR_ABOVE: f64 = 0.999;
 /// Chebyshev terms of the subsonic part; 14 suffice for exponents between 1.1 and 1.7.
@@ -22,24 +24,34 @@ pub struct Gas {
     pub ambient_pressure_pa: f64,
 }
 
-/// The flow function `psi(r)` of the pressure ratio `r = Pd / Pu`, and the mass flow built on it.
-///
-/// `m(Pu, Pd, A) = A Pu sqrt(kappa / (R T)) psi(Pd / Pu)` in kg/s. `psi` is constant in choked flow,
-/// `sqrt(2 / (kappa - 1) (r^(2/kappa) - r^((kappa+1)/kappa)))` below, and a straight line for `r > 0.999`.
-///
-/// The subsonic branch is `sqrt((1 - r) g(r))` with a smooth `g`, here a polynomial fitted once per gas: it costs half
-/// of what the power function does and agrees with it to 1e-12, where that function's own rounding ends.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FlowFunction {
-    /// `sqrt(kappa / (R T))` in s/m.
-    flow_factor: f64,
-    critical_ratio: f64,
-    choked: f64,
-    tail_slope: f64,
-    /// Coefficients of `g` in powers of the interval's own coordinate in [-1, 1].
-    coefficients: [f64; TERMS],
-    centre: f64,
-    inverse_half_width: f64,
+per_lane! {
+    /// The flow function `psi(r)` of the pressure ratio `r = Pd / Pu`, and the mass flow built on it.
+    ///
+    /// `m(Pu, Pd, A) = A Pu sqrt(kappa / (R T)) psi(Pd / Pu)` in kg/s. `psi` is constant in choked flow,
+    /// `sqrt(2 / (kappa - 1) (r^(2/kappa) - r^((kappa+1)/kappa)))` below, and a straight line for `r > 0.999`.
+    ///
+    /// The subsonic branch is `sqrt((1 - r) g(r))` with a smooth `g`, here a polynomial fitted once per gas: it costs half
+    /// of what the power function does and agrees with it to 1e-12, where that function's own rounding ends. All is a function of
+    /// `1 - r`, which is exactly 0 at equal pressures.
+    pub(super) struct FlowFunction<R> {
+        /// `sqrt(kappa / (R T))` in s/m.
+        flow_factor: R,
+        /// `1 - r` from which on flow is choked.
+        critical: R,
+        choked: R,
+        tail_slope: R,
+        /// Coefficients of `g` in powers of the interval's own coordinate in [-1, 1], that of `1 - r`.
+        coefficients: [R; TERMS],
+        centre: R,
+        inverse_half_width: R,
+    }
+}
+
+/// A pressure in Pa and its inverse.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pressure<R> {
+    pub pa: R,
+    pub inverse: R,
 }
 
 /// `psi` of choked flow.
@@ -60,68 +72,72 @@ fn subsonic(kappa: f64, ratio: f64) -> f64 {
     (2.0 / (kappa - 1.0) * root * (root - ratio)).max(0.0).sqrt()
 }
 
-impl FlowFunction {
+impl FlowFunction<f64> {
     /// Prepares the flow function of a gas.
     pub fn new(gas: &Gas) -> Self {
         let kappa = gas.isentropic_exponent;
-        let critical_ratio = (2.0 / (kappa + 1.0)).powf(kappa / (kappa - 1.0));
-        let centre = 0.5 * (critical_ratio + LINEAR_ABOVE);
-        let half_width = 0.5 * (LINEAR_ABOVE - critical_ratio);
+        let critical = 1.0 - (2.0 / (kappa + 1.0)).powf(kappa / (kappa - 1.0));
+        let linear = 1.0 - LINEAR_ABOVE;
+        let (centre, half_width) = (0.5 * (critical + linear), 0.5 * (critical - linear));
         let coefficients = fit(|s| {
-            let ratio = centre + half_width * s;
-            let psi = subsonic(kappa, ratio);
-            psi * psi / (1.0 - ratio)
+            let less = centre + half_width * s;
+            let psi = subsonic(kappa, 1.0 - less);
+            psi * psi / less
         });
         Self {
             flow_factor: (kappa / gas.specific_energy_j_per_kg).sqrt(),
-            critical_ratio,
+            critical,
             choked: choked(kappa),
-            tail_slope: subsonic(kappa, LINEAR_ABOVE) / (1.0 - LINEAR_ABOVE),
+            tail_slope: subsonic(kappa, LINEAR_ABOVE) / linear,
             coefficients,
             centre,
             inverse_half_width: 1.0 / half_width,
         }
     }
+}
 
-    /// The flow function at pressure ratio `ratio` in [0, 1].
+impl<R: Number> FlowFunction<R> {
+    /// The flow function at pressure ratio `1 - less`, `less` in [0, 1].
     #[inline(always)]
-    pub fn psi(&self, ratio: f64) -> f64 {
-        if ratio <= self.critical_ratio {
-            return self.choked;
+    fn psi(&self, less: R) -> R {
+        let linear = less.less(R::splat(1.0 - LINEAR_ABOVE));
+        let outside = R::select(linear, self.tail_slope * less, self.choked);
+        let subsonic = less.less(self.critical).and(less.greater_equal(R::splat(1.0 - LINEAR_ABOVE)));
+        if !subsonic.any() {
+            return outside;
         }
-        if ratio > LINEAR_ABOVE {
-            return self.tail_slope * (1.0 - ratio);
-        }
-        let s = (ratio - self.centre) * self.inverse_half_width;
-        ((1.0 - ratio) * even_odd_polynomial(&self.coefficients, s)).sqrt()
+        let s = (less - self.centre) * self.inverse_half_width;
+        R::select(subsonic, (less * even_odd_polynomial(&self.coefficients, s)).sqrt(), outside)
     }
 
-    /// Mass flow in kg/s from `from_pa` to `to_pa` through the effective area `area_m2`; negative when it reverses.
+    /// Mass flow in kg/s from one pressure to another through the effective area `area_m2`; negative when it reverses, 0 through no
+    /// area.
     #[inline(always)]
-    pub fn mass_flow(&self, from_pa: f64, to_pa: f64, area_m2: f64) -> f64 {
-        if from_pa >= to_pa {
-            area_m2 * from_pa * self.flow_factor * self.psi(to_pa / from_pa)
-        } else {
-            -area_m2 * to_pa * self.flow_factor * self.psi(from_pa / to_pa)
+    pub(super) fn mass_flow(&self, from: Pressure<R>, to: Pressure<R>, area_m2: R) -> R {
+        let none = R::splat(0.0);
+        let open = area_m2.greater(none);
+        if !open.any() {
+            return none;
         }
-    }
-
-    /// How much the mass flow from `chamber_pa` to `ambient_pa` grows per Pa in the chamber where it is linear, close to equal
-    /// pressures, in kg/(s Pa); 0 elsewhere.
-    pub fn linear_conductance(&self, chamber_pa: f64, ambient_pa: f64, area_m2: f64) -> f64 {
-        let linear = chamber_pa.min(ambient_pa) > LINEAR_ABOVE * chamber_pa.max(ambient_pa);
-        if linear { area_m2 * self.flow_factor * self.tail_slope } else { 0.0 }
+        let forward = from.pa.greater_equal(to.pa);
+        let high = R::select(forward, from.pa, to.pa);
+        let low = R::select(forward, to.pa, from.pa);
+        let inverse = R::select(forward, from.inverse, to.inverse);
+        let flow = area_m2 * high * self.flow_factor * self.psi((high - low) * inverse);
+        R::select(open, R::select(forward, flow, -flow), none)
     }
 }
 
 /// Even and odd parts by Horner's rule in `s^2`: two short chains instead of one long one.
-#[inline]
-fn even_odd_polynomial(coefficients: &[f64; TERMS], s: f64) -> f64 {
+#[inline(always)]
+fn even_odd_polynomial<R: Number>(coefficients: &[R; TERMS], s: R) -> R {
     let square = s * s;
-    let (mut even, mut odd) = (0.0, 0.0);
-    for pair in coefficients.chunks_exact(2).rev() {
-        even = even * square + pair[0];
-        odd = odd * square + pair[1];
+    let (mut even, mut odd) = (R::splat(0.0), R::splat(0.0));
+    let mut at = TERMS;
+    while at > 0 {
+        at -= 2;
+        even = even * square + coefficients[at];
+        odd = odd * square + coefficients[at + 1];
     }
     even + s * odd
 }
@@ -176,8 +192,8 @@ pub(super) mod tests {
             let flow = FlowFunction::new(&gas);
             let worst = (0..=20_000)
                 .map(|i| f64::from(i) / 20_000.0)
-                .filter(|r| *r > flow.critical_ratio && *r <= LINEAR_ABOVE)
-                .map(|r| (flow.psi(r) / subsonic(kappa, r) - 1.0).abs())
+                .filter(|r| 1.0 - *r < flow.critical && *r <= LINEAR_ABOVE)
+                .map(|r| (flow.psi(1.0 - r) / subsonic(kappa, r) - 1.0).abs())
                 .fold(0.0, f64::max);
             assert!(worst < 1e-12, "kappa {kappa}: {worst:e}");
         }
@@ -186,15 +202,18 @@ pub(super) mod tests {
     #[test]
     fn analytic_choked_flow_and_limits() {
         let flow = FlowFunction::new(&air());
-        assert!((flow.critical_ratio - 0.528_281_787_717_174).abs() < 1e-12);
-        assert!((flow.psi(0.0) - 0.578_703_703_703_703).abs() < 1e-12);
-        assert_eq!(flow.psi(1.0), 0.0);
+        assert!((1.0 - flow.critical - 0.528_281_787_717_174).abs() < 1e-12);
+        assert!((flow.psi(1.0) - 0.578_703_703_703_703).abs() < 1e-12);
+        assert_eq!(flow.psi(0.0), 0.0);
         // Continuous at both joints.
-        for joint in [flow.critical_ratio, LINEAR_ABOVE] {
+        for joint in [flow.critical, 1.0 - LINEAR_ABOVE] {
             let jump = flow.psi(joint * (1.0 + 1e-12)) - flow.psi(joint * (1.0 - 1e-12));
             assert!(jump.abs() < 1e-6, "{jump:e}");
         }
-        let forward = flow.mass_flow(6e5, 1e5, 1e-5);
-        assert_eq!(forward, -flow.mass_flow(1e5, 6e5, 1e-5));
+        let [high, low] = [6e5, 1e5].map(|pa| Pressure { pa, inverse: 1.0 / pa });
+        let forward = flow.mass_flow(high, low, 1e-5);
+        assert!((forward / choked_flow(1.4, air().specific_energy_j_per_kg, 6e5, 1e-5) - 1.0).abs() < 1e-14);
+        assert_eq!(forward, -flow.mass_flow(low, high, 1e-5));
+        assert_eq!((flow.mass_flow(high, high, 1e-5), flow.mass_flow(high, low, 0.0)), (0.0, 0.0));
     }
 }

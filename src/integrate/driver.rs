@@ -1,82 +1,80 @@
-//! The step loop, one for all methods: time, budgets, scheduled stops, event location, acceptance.
+//! The step loop, one for all methods and any number of rows side by side: time, budgets, scheduled stops, event location,
+//! acceptance.
+//!
+//! All lanes make a step at once, each of its own length from its own time; a lane whose step is rejected or cut stands where
+//! that leaves it while the others go on. What a lane does depends on its own row alone.
 
 use std::marker::PhantomData;
 use std::time::Instant;
 
+use crate::integrate::blend::{blend, blend_samples, suspects};
 use crate::integrate::counters::Counters;
-use crate::integrate::locate::{Ends, Locator};
+use crate::integrate::lane::{Lane, Stopped, Work};
+use crate::integrate::locate::{Ends, Place, first_events};
 use crate::integrate::observer::Observer;
-use crate::integrate::step::Step;
+use crate::integrate::step::{Ingredients, Step};
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
-use crate::integrate::system::{GuardSample, Switching};
+use crate::integrate::system::{GuardSample, InLanes, Switching, System};
+use crate::number::{Mask, Number};
 
 /// Steps between two looks at the clock.
 const CLOCK_INTERVAL: u64 = 256;
 
-/// Why an integration ended.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Stopped {
-    /// It reached its end.
-    AtEnd,
-    /// No step succeeds any more; the system's own words for the state.
-    Diverged(String),
-    /// The budget of steps is used up.
-    StepBudget,
-    /// The budget of wall time is used up.
-    TimeBudget,
-}
-
-/// An integration of a system `S` by the method `P`, with its working memory: nothing is allocated once it exists.
+/// An integration of rows `S` by the method `P` in the lanes of `R`, with its working memory: nothing is allocated once it exists.
 #[derive(Debug)]
-pub struct Integrator<S, P> {
+pub struct Integrator<S, P, R: Number = f64> {
     system: PhantomData<fn(&mut S)>,
     stepper: P,
-    max_steps: u64,
-    max_wall_time_s: f64,
-    t: f64,
-    y: Vec<f64>,
-    y_new: Vec<f64>,
-    rates: Vec<f64>,
-    /// Whether the first rate is that at `(t, y)`, and the first samples are the guards there.
-    rate_known: bool,
+    lanes: Vec<Lane>,
+    y: Vec<R>,
+    y_new: Vec<R>,
+    rates: Vec<R>,
+    /// Rates at the start of steps before they are taken over.
+    fresh_rate: Vec<R>,
+    /// Guards at the start of the step, known with the rate there, and at its end.
+    samples: Vec<GuardSample<R>>,
+    samples_new: Vec<GuardSample<R>>,
     /// Whether the system's right-hand side follows the state alone.
     following: bool,
-    /// Guards that switched at the start of the present step.
-    fresh: Vec<bool>,
-    /// Guards that end the present step.
-    locator: Locator,
-    /// Guards at the start of the step, known with the rate there, and at its end.
-    samples: Vec<GuardSample>,
-    samples_new: Vec<GuardSample>,
-    counters: Counters,
+    /// A lane's state and rate.
+    state: Vec<f64>,
+    rate: Vec<f64>,
+    tries: u64,
+    clock: Instant,
 }
 
+/// What a row begins with.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'a> {
+    /// Time at the start in s.
+    pub t0: f64,
+    /// State there.
+    pub y0: &'a [f64],
+    /// Time at the end in s.
+    pub t_end: f64,
+}
+
+/// One row alone.
 impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
     /// Prepares an integration of `system` from `(t0, y0)`.
     pub fn new(system: &S, t0: f64, y0: &[f64], settings: &Settings) -> Self {
-        let guards = system.guard_count();
-        Self {
-            system: PhantomData,
-            stepper: P::new(system, settings),
-            max_steps: settings.max_steps,
-            max_wall_time_s: settings.max_wall_time_s,
-            t: t0,
-            y: y0.to_vec(),
-            y_new: y0.to_vec(),
-            rates: vec![0.0; P::DENSE.rates() * y0.len()],
-            rate_known: false,
-            following: false,
-            fresh: vec![false; guards],
-            locator: Locator::new(guards, y0),
-            samples: vec![GuardSample::default(); guards],
-            samples_new: vec![GuardSample::default(); guards],
-            counters: Counters::default(),
-        }
+        let mut integrator = Self::idle(system);
+        integrator.load(system, 0, &Start { t0, y0, t_end: t0 }, settings);
+        integrator
+    }
+
+    /// Integrates to `t_end` and shows every step and switch to `observer`.
+    pub fn run<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, t_end: f64) -> Stopped {
+        self.lanes[0].t_end = t_end;
+        self.lanes[0].work = Work::Running;
+        self.following = system.follow_state(self.stepper.follows_state());
+        self.clock = Instant::now();
+        self.run_until_one_ends(system, std::slice::from_mut(observer)).map_or(Stopped::AtEnd, |(_, stopped)| stopped)
     }
 
     /// Present time in s.
     pub fn time(&self) -> f64 {
-        self.t
+        self.lanes[0].t
     }
 
     /// Present state.
@@ -86,152 +84,322 @@ impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
 
     /// Work done so far.
     pub fn counters(&self) -> Counters {
-        self.counters
+        self.lanes[0].counters
+    }
+}
+
+impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
+    /// Prepares integrations of rows like that in the first lane of `system`.
+    pub fn idle(system: &S) -> Self {
+        let row = system.row(0);
+        let (n, guards) = (row.dimension(), row.guard_count());
+        let zeros = |length: usize| vec![R::splat(0.0); length];
+        let sample = GuardSample::default();
+        Self {
+            system: PhantomData,
+            stepper: P::new(system),
+            lanes: vec![Lane::idle(guards); R::LANES],
+            y: zeros(n),
+            y_new: zeros(n),
+            rates: zeros(P::DENSE.rates() * n),
+            fresh_rate: zeros(n),
+            samples: vec![sample; guards],
+            samples_new: vec![sample; guards],
+            following: false,
+            state: vec![0.0; n],
+            rate: vec![0.0; n],
+            tries: 0,
+            clock: Instant::now(),
+        }
     }
 
-    /// Integrates to `t_end` and shows every step and switch to `observer`.
-    pub fn run<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, t_end: f64) -> Stopped {
-        let begin = Instant::now();
-        self.following = system.follow_state(self.stepper.follows_state());
-        while self.t < t_end {
-            if let Some(stopped) = self.spent(begin) {
-                return stopped;
+    /// Begins with the row that is in a lane now.
+    pub fn load(&mut self, system: &S, lane: usize, start: &Start<'_>, settings: &Settings) {
+        self.look_at_the_clock();
+        self.stepper.load(lane, system.row(lane), settings);
+        self.lanes[lane].load(start.t0, start.t_end, settings);
+        write(start.y0, lane, &mut self.y);
+    }
+
+    /// Where a lane's row is: its time, its state (written into `y`), what it has taken and the wall time, shared with its
+    /// neighbours, in s.
+    pub fn reached(&self, lane: usize, y: &mut [f64]) -> (f64, Counters, f64) {
+        read(&self.y, lane, y);
+        (self.lanes[lane].t, self.lanes[lane].counters, self.lanes[lane].wall_time_s)
+    }
+
+    /// Integrates all lanes until the row in one of them ends; returns that lane and why. `None` if no lane has a row. Steps and
+    /// switches of each lane are shown to its own observer.
+    pub fn run_until_one_ends<O: Observer<S::Row>>(
+        &mut self,
+        system: &mut S,
+        observers: &mut [O],
+    ) -> Option<(usize, Stopped)> {
+        loop {
+            (0..R::LANES).for_each(|lane| self.begin(system, lane));
+            if let Some(lane) = self.lanes.iter().position(|lane| matches!(lane.work, Work::Ended(_))) {
+                self.look_at_the_clock();
+                if let Work::Ended(stopped) = std::mem::replace(&mut self.lanes[lane].work, Work::Idle) {
+                    return Some((lane, stopped));
+                }
             }
-            let next = self.pass_stops(system);
-            let stop = if self.stepper.locates() { next.min(t_end) } else { t_end };
-            if stop - self.t <= self.stepper.rounding_s().max(4.0 * f64::EPSILON * stop.abs()) {
-                // An event fell on the stop to within rounding.
-                self.t = stop;
-            } else if let Err(reason) = self.step(system, observer, stop) {
-                return Stopped::Diverged(reason);
+            if !self.lanes.iter().any(Lane::is_running) {
+                return None;
+            }
+            self.know_rates(system);
+            (0..R::LANES).for_each(|lane| self.plan(system, lane));
+            self.step(system, observers);
+            self.tries += 1;
+            if self.tries.is_multiple_of(CLOCK_INTERVAL) {
+                self.look_at_the_clock();
             }
         }
-        Stopped::AtEnd
     }
 
-    /// Which budget is used up; the clock is looked at now and then.
-    fn spent(&self, begin: Instant) -> Option<Stopped> {
-        let tried = self.counters.steps + self.counters.rejected_steps;
-        if tried >= self.max_steps {
-            return Some(Stopped::StepBudget);
+    /// Shares the time since the last look among the rows.
+    fn look_at_the_clock(&mut self) {
+        let now = Instant::now();
+        let passed_s = now.duration_since(self.clock).as_secs_f64();
+        self.clock = now;
+        let rows = self.lanes.iter().filter(|lane| lane.work != Work::Idle).count();
+        for lane in self.lanes.iter_mut().filter(|lane| lane.work != Work::Idle) {
+            lane.wall_time_s += passed_s / rows as f64;
         }
-        let look = tried % CLOCK_INTERVAL == CLOCK_INTERVAL - 1;
-        (look && begin.elapsed().as_secs_f64() > self.max_wall_time_s).then_some(Stopped::TimeBudget)
     }
 
-    /// Passes the scheduled stops that are due; returns the time of the next one.
-    fn pass_stops(&mut self, system: &mut S) -> f64 {
-        while system.next_stop() <= self.t + self.stepper.rounding_s() {
-            system.pass_stop();
-            self.rate_known = false;
+    /// Passes what is due before a lane's next step, and notices that its row has ended.
+    fn begin(&mut self, system: &mut S, at: usize) {
+        let lane = &mut self.lanes[at];
+        while lane.is_running() {
+            let ended = if lane.t >= lane.t_end { Some(Stopped::AtEnd) } else { lane.spent() };
+            if let Some(stopped) = ended {
+                lane.work = Work::Ended(stopped);
+                return;
+            }
+            let mut next = lane.next_stop.unwrap_or_else(|| system.row(at).next_stop());
+            while next <= lane.t + self.stepper.rounding_s() {
+                system.row_mut(at).pass_stop();
+                system.switched(at);
+                lane.rate_known = false;
+                next = system.row(at).next_stop();
+            }
+            lane.next_stop = Some(next);
+            lane.stop = if self.stepper.locates() { next.min(lane.t_end) } else { lane.t_end };
+            if lane.stop - lane.t > self.stepper.rounding_s().max(4.0 * f64::EPSILON * lane.stop.abs()) {
+                return;
+            }
+            // An event fell on the stop to within rounding.
+            lane.t = lane.stop;
         }
-        system.next_stop()
     }
 
-    /// Tries a step up to `stop`, and accepts or rejects it; the error says why no step succeeds.
-    fn step<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, stop: f64) -> Result<(), String> {
-        let plan = self.plan(system, stop);
-        // Too short to move the clock: the steps before have shrunk to nothing.
-        if self.t + 0.5 * plan.h <= self.t {
-            return Err(system.diagnose(self.t, &self.y));
+    /// One value of each lane.
+    fn gathered(&self, value: impl Fn(&Lane) -> f64) -> R {
+        let mut gathered = R::splat(0.0);
+        self.lanes.iter().enumerate().for_each(|(at, lane)| gathered.put(at, &value(lane)));
+        gathered
+    }
+
+    /// Where something holds of a lane.
+    fn mask(&self, holds: impl Fn(&Lane) -> bool) -> R::Mask {
+        let mut mask = R::Mask::default();
+        self.lanes.iter().enumerate().for_each(|(at, lane)| mask.put(at, holds(lane)));
+        mask
+    }
+
+    /// Makes sure that rates and guards at the present states are known.
+    fn know_rates(&mut self, system: &mut S) {
+        let unknown = |lane: &Lane| lane.is_running() && !lane.rate_known;
+        if !self.lanes.iter().any(unknown) {
+            return;
         }
-        let trial = Trial {
-            t: self.t,
-            h: plan.h,
-            y: &self.y,
-            y_new: &mut self.y_new,
-            rates: &mut self.rates,
-            counters: &mut self.counters,
-        };
-        let error = self.stepper.attempt(system, trial)?;
-        if error <= 1.0 {
-            self.accept(system, observer, &plan, error);
+        let (t, n) = (self.gathered(|lane| lane.t), self.y.len());
+        let mask = self.mask(unknown);
+        // The rates of lanes without a row do not matter.
+        if self.lanes.iter().all(|lane| !lane.is_running() || !lane.rate_known) {
+            system.rhs(t, &self.y, &mut self.rates[..n]);
+            system.sample_guards(t, &self.y, &self.rates[..n], &mut self.samples);
         } else {
-            self.counters.rejected_steps += 1;
-            self.stepper.rejected(plan.h, error);
+            system.rhs(t, &self.y, &mut self.fresh_rate);
+            system.sample_guards(t, &self.y, &self.fresh_rate, &mut self.samples_new);
+            blend(mask, &self.fresh_rate, &mut self.rates[..n]);
+            blend_samples(mask, &self.samples_new, &mut self.samples);
         }
-        Ok(())
+        for lane in self.lanes.iter_mut().filter(|lane| unknown(lane)) {
+            lane.rate_known = true;
+            lane.counters.rhs_evaluations += 1;
+        }
     }
 
-    /// Makes sure that rate and guards at the present state are known; the next step, up to `stop` at most, and within the
-    /// horizon of what the system carries outside the state.
-    fn plan(&mut self, system: &mut S, stop: f64) -> Plan {
-        let rate = &mut self.rates[..self.y.len()];
-        if !self.rate_known {
-            system.rhs(self.t, &self.y, rate);
-            system.sample_guards(self.t, &self.y, rate, &mut self.samples);
-            self.rate_known = true;
-            self.counters.rhs_evaluations += 1;
+    /// A lane's next step, up to its stop at most, and within the horizon of what its row carries outside the state.
+    fn plan(&mut self, system: &mut S, at: usize) {
+        if !self.lanes[at].is_running() {
+            self.lanes[at].plan = Plan { h: 0.0, end: None };
+            return;
         }
-        let remaining = stop - self.t;
-        let mut plan = self.stepper.plan(system, self.t, remaining);
-        if self.t + plan.h > system.horizon() {
-            system.rebase(self.t, &mut self.y, rate);
-            let room = system.horizon() - self.t;
-            plan = self.stepper.plan(system, self.t, remaining.min(room));
+        let (t, remaining) = (self.lanes[at].t, self.lanes[at].stop - self.lanes[at].t);
+        let mut plan = self.stepper.plan(at, t);
+        if t + plan.h > system.row(at).horizon() {
+            self.rebase(system, at);
+            let room = system.row(at).horizon() - t;
+            plan = self.stepper.plan(at, t);
             if plan.h > room {
                 plan = Plan { h: room, end: None };
             }
         }
-        if plan.h > remaining { Plan { h: remaining, end: Some(stop) } } else { plan }
+        let stop = self.lanes[at].stop;
+        let plan = if plan.h > remaining { Plan { h: remaining, end: Some(stop) } } else { plan };
+        // Too short to move the clock: the steps before have shrunk to nothing.
+        if t + 0.5 * plan.h <= t {
+            read(&self.y, at, &mut self.state);
+            let words = system.row(at).diagnose(t, &self.state);
+            self.lanes[at].work = Work::Ended(Stopped::Diverged(words));
+            self.lanes[at].plan = Plan { h: 0.0, end: None };
+        } else {
+            self.lanes[at].plan = plan;
+        }
     }
 
-    /// Ends the step at its first event, shows it to the observer, switches the system.
-    fn accept<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, plan: &Plan, error: f64) {
-        let (n, h) = (self.y.len(), plan.h);
-        let last = P::DENSE.last() * n..(P::DENSE.last() + 1) * n;
-        system.sample_guards(self.t + h, &self.y_new, &self.rates[last.clone()], &mut self.samples_new);
-        let mut step =
-            Step { t0: self.t, h, theta_end: 1.0, dense: P::DENSE, y0: &self.y, y1: &self.y_new, rates: &self.rates };
-        let ends = Ends { start: &self.samples, end: &self.samples_new, fresh: &self.fresh };
-        let theta = if self.stepper.locates() {
-            self.locator.first_events(system, &step, &ends)
-        } else {
-            self.locator.events_at_end(&ends)
+    /// Brings what a lane's row carries outside the state to the present.
+    fn rebase(&mut self, system: &mut S, at: usize) {
+        let n = self.y.len();
+        read(&self.y, at, &mut self.state);
+        read(&self.rates[..n], at, &mut self.rate);
+        system.row_mut(at).rebase(self.lanes[at].t, &mut self.state, &mut self.rate);
+        system.rebased(at);
+        write(&self.state, at, &mut self.y);
+        write(&self.rate, at, &mut self.rates[..n]);
+    }
+
+    /// Tries a step in all lanes, and accepts or rejects each.
+    fn step<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O]) {
+        let (t, h) = (self.gathered(|lane| lane.t), self.gathered(|lane| lane.plan.h));
+        let (mut rhs_evaluations, mut factorisations) = (0, 0);
+        let trial = Trial {
+            t,
+            h,
+            y: &self.y,
+            y_new: &mut self.y_new,
+            rates: &mut self.rates,
+            rhs_evaluations: &mut rhs_evaluations,
+            factorisations: &mut factorisations,
         };
-        if !self.locator.hits.is_empty() && !self.stepper.may_be_cut() {
-            self.counters.rejected_steps += 1;
-            return;
+        let tried = self.stepper.attempt(system, trial);
+        for (at, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.is_running()) {
+            lane.counters.rhs_evaluations += rhs_evaluations;
+            lane.counters.factorisations += factorisations;
+            lane.accepted = None;
+            match &tried {
+                Ok(error) => lane.error = error.lane(at),
+                Err(words) => lane.work = Work::Ended(Stopped::Diverged(words.clone())),
+            }
         }
-        self.counters.steps += 1;
-        if theta < 1.0 {
-            step.state(theta, &mut self.locator.state);
-            step.theta_end = theta;
-            step.y1 = &self.locator.state;
+        if self.lanes.iter().any(Lane::is_good) {
+            self.end_steps(system, observers);
         }
-        if theta > 0.0 {
-            observer.step(system, &step);
+        for at in 0..R::LANES {
+            if self.lanes[at].accepted.is_some() {
+                self.accepted(system, observers, at);
+            } else if self.lanes[at].is_running() {
+                self.lanes[at].counters.rejected_steps += 1;
+                self.stepper.rejected(at, self.lanes[at].plan.h, self.lanes[at].error);
+            }
         }
-        let begin = self.t;
-        self.t = plan.end.filter(|_| theta == 1.0).unwrap_or(step.t1());
-        if theta < 1.0 {
-            self.y.copy_from_slice(&self.locator.state);
-        } else {
+    }
+
+    /// Ends the good steps, each at its first event, shows them to the observers and moves the states.
+    fn end_steps<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O]) {
+        let n = self.y.len();
+        let (t1, good) = (self.gathered(|lane| lane.t + lane.plan.h), self.mask(Lane::is_good));
+        let last = P::DENSE.last() * n..(P::DENSE.last() + 1) * n;
+        system.sample_guards(t1, &self.y_new, &self.rates[last.clone()], &mut self.samples_new);
+        let ends = Ends { start: &self.samples, end: &self.samples_new };
+        let suspects = suspects(&ends);
+        for (at, lane) in self.lanes.iter_mut().enumerate().filter(|(at, _)| good.lane(*at)) {
+            let of = Ingredients { ends: [&self.y, &self.y_new], rates: &self.rates, dense: P::DENSE };
+            let mut step = Step::new(&of, at, (lane.t, lane.plan.h));
+            lane.hits.clear();
+            let mut theta = 1.0;
+            if suspects.lane(at) {
+                if self.stepper.locates() {
+                    let place = Place { lane: at, fresh: &lane.fresh };
+                    let memory = (&mut lane.hits, &mut self.state[..]);
+                    theta = first_events(system.row(at), &step, (&ends, &place), memory);
+                } else {
+                    // What has happened in the step is noticed at its end.
+                    let hits = self.samples_new.iter().enumerate().filter(|(_, end)| end.value.lane(at) > 0.0);
+                    lane.hits.extend(hits.map(|(guard, _)| guard));
+                }
+            }
+            if theta < 1.0 {
+                step.state(theta, &mut self.state);
+                write(&self.state, at, &mut self.y_new);
+                let of = Ingredients { ends: [&self.y, &self.y_new], rates: &self.rates, dense: P::DENSE };
+                step = Step::new(&of, at, (lane.t, lane.plan.h));
+                step.theta_end = theta;
+            }
+            if theta > 0.0 {
+                observers[at].step(system.row(at), &step);
+            }
+            lane.accepted = Some(theta);
+        }
+        // The rate at the end is the first of the next step; after an event it will be computed anew.
+        if self.lanes.iter().all(|lane| !lane.is_running() || lane.accepted.is_some()) {
             std::mem::swap(&mut self.y, &mut self.y_new);
-            // The rate at the end is the first of the next step.
             self.rates.copy_within(last, 0);
             std::mem::swap(&mut self.samples, &mut self.samples_new);
+        } else {
+            blend(good, &self.y_new, &mut self.y);
+            let (first, others) = self.rates.split_at_mut(n);
+            blend(good, &others[last.start - n..last.end - n], first);
+            blend_samples(good, &self.samples_new, &mut self.samples);
         }
-        self.rate_known = theta == 1.0;
-        self.stepper.accepted(h, error, self.rate_known.then_some(&self.samples[..]));
-        // A switch at the very start of a step happens together with the one before.
-        if theta > 0.0 {
-            self.fresh.fill(false);
-        }
-        self.switch_hits(system, observer, begin);
     }
 
-    /// Switches the system at every guard hit, all at the present time and state; `begin` is where the step began.
-    fn switch_hits<O: Observer<S>>(&mut self, system: &mut S, observer: &mut O, begin: f64) {
-        for &guard in &self.locator.hits {
-            // What a right-hand side that follows the state has already acted upon is booked where the step began.
-            let (t, y) = if self.following { (begin, &mut self.y_new) } else { (self.t, &mut self.y) };
-            system.switch(guard, t, y);
-            observer.event(system, guard, t, y);
-            self.fresh[guard] = true;
-            self.stepper.switched(guard);
-            self.rate_known = false;
-            self.counters.located_events += 1;
+    /// Takes note of a lane's accepted step, and switches its row at every guard hit, all at the present time and state.
+    fn accepted<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O], at: usize) {
+        let lane = &mut self.lanes[at];
+        let Some(theta) = lane.accepted else { return };
+        lane.counters.steps += 1;
+        let (begin, h) = (lane.t, lane.plan.h);
+        lane.t = lane.plan.end.filter(|_| theta == 1.0).unwrap_or(begin + theta * h);
+        lane.rate_known = theta == 1.0;
+        self.stepper.accepted(at, h, lane.error);
+        // A switch at the very start of a step happens together with the one before.
+        if theta > 0.0 {
+            lane.fresh.fill(false);
         }
+        if lane.hits.is_empty() {
+            return;
+        }
+        // What a right-hand side that follows the state has already acted upon is booked where the step began.
+        let (t, y) = if self.following { (begin, &mut self.y_new) } else { (lane.t, &mut self.y) };
+        read(y, at, &mut self.state);
+        for &guard in &lane.hits {
+            system.row_mut(at).switch(guard, t, &mut self.state);
+            observers[at].event(system.row(at), guard, t, &self.state);
+            lane.fresh[guard] = true;
+            self.stepper.switched(at, guard);
+            lane.counters.located_events += 1;
+        }
+        write(&self.state, at, y);
+        (lane.rate_known, lane.next_stop) = (false, None);
+        system.switched(at);
+    }
+}
+
+/// Reads one lane.
+fn read<R: Number>(all: &[R], lane: usize, one: &mut [f64]) {
+    let all: &[f64] = bytemuck::cast_slice(all);
+    for (one, lanes) in one.iter_mut().zip(all.chunks_exact(R::LANES)) {
+        *one = lanes[lane];
+    }
+}
+
+/// Writes one lane.
+fn write<R: Number>(one: &[f64], lane: usize, all: &mut [R]) {
+    let all: &mut [f64] = bytemuck::cast_slice_mut(all);
+    for (lanes, one) in all.chunks_exact_mut(R::LANES).zip(one) {
+        lanes[lane] = *one;
     }
 }

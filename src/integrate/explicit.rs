@@ -4,8 +4,9 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::integrate::step::Dense;
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
-use crate::integrate::system::{GuardSample, Switching, System};
+use crate::integrate::system::{InLanes, Switching, System};
 use crate::integrate::tsit5::{A, C, CONTROL_ORDER, ERROR, STAGES};
+use crate::number::{Number, exp, ln};
 
 /// Safety factor of step size control.
 const SAFETY: f64 = 0.9;
@@ -20,16 +21,25 @@ const LEAST_ERROR_LOG: f64 = -9.210_340_371_976_182;
 
 /// The explicit pair of order 5(4) under error control.
 #[derive(Debug)]
-pub struct Tsit5 {
-    pub(super) tolerance: f64,
-    pub(super) longest_step_s: f64,
-    pub(super) inverse_scales: Vec<f64>,
-    /// Length of the next step, s.
-    pub(super) h: f64,
+pub struct Tsit5<R = f64> {
+    tolerance: R,
+    inverse_scales: Vec<R>,
     /// State of the present stage.
-    stage: Vec<f64>,
-    /// Logarithm of the last accepted step's error.
-    last_error_log: f64,
+    stage: Vec<R>,
+    /// Logarithm of each lane's last accepted error, and that of the present step's.
+    last_error_log: R,
+    error_log: R,
+    /// Change of the step that proportional-integral control asks for after the present step.
+    change: R,
+    controls: Vec<Control>,
+}
+
+/// Step size control of a lane.
+#[derive(Debug, Clone)]
+struct Control {
+    longest_step_s: f64,
+    /// Length of the next step, s.
+    h: f64,
     /// First accepted step after the last switch of each guard, for either parity of its switches.
     step_after: Vec<[f64; 2]>,
     parity: Vec<bool>,
@@ -37,128 +47,71 @@ pub struct Tsit5 {
     learning: Option<usize>,
 }
 
-/// What another method changes in the explicit stages, which are counted from 0; the last is the end of the step.
-pub(super) trait Correction {
-    /// Corrects the explicit state `out` of stage `k`; `rates` are those of the stages before.
-    fn correct(&mut self, k: usize, y: &[f64], rates: &[f64], out: &mut [f64]);
-
-    /// Takes note of stage `k` with the state `state`; the last of `rates` is its own.
-    fn observe(&mut self, k: usize, y: &[f64], state: &[f64], rates: &[f64]);
-}
-
-/// Nothing is changed.
-impl Correction for () {
-    fn correct(&mut self, _k: usize, _y: &[f64], _rates: &[f64], _out: &mut [f64]) {}
-
-    fn observe(&mut self, _k: usize, _y: &[f64], _state: &[f64], _rates: &[f64]) {}
-}
-
-impl Tsit5 {
+impl<R: Number> Tsit5<R> {
     /// Computes the stages and the end of a step.
-    pub(super) fn stages<S: System, K: Correction>(
-        &mut self,
-        system: &mut S,
-        trial: &mut Trial<'_>,
-        correction: &mut K,
-    ) {
-        self.stage::<S, K, 1>(system, trial, correction);
-        self.stage::<S, K, 2>(system, trial, correction);
-        self.stage::<S, K, 3>(system, trial, correction);
-        self.stage::<S, K, 4>(system, trial, correction);
-        self.stage::<S, K, 5>(system, trial, correction);
+    fn stages<S: InLanes<R>>(&mut self, system: &mut S, trial: &mut Trial<'_, R>) {
+        let times = Arch::new().dispatch(Times { t: trial.t, h: trial.h });
+        self.stage::<S, 1>(system, trial, times[1]);
+        self.stage::<S, 2>(system, trial, times[2]);
+        self.stage::<S, 3>(system, trial, times[3]);
+        self.stage::<S, 4>(system, trial, times[4]);
+        self.stage::<S, 5>(system, trial, times[5]);
         const END: usize = STAGES - 1;
         let n = trial.y.len();
         let (done, rate) = trial.rates.split_at_mut(END * n);
         let out = &mut *trial.y_new;
-        Arch::new().dispatch(Combination::<END> { weights: &A[END], h: trial.h, y: trial.y, rates: done, out });
-        correction.correct(END, trial.y, done, out);
-        system.rhs(trial.t + trial.h, out, rate);
-        correction.observe(END, trial.y, out, trial.rates);
-        trial.counters.rhs_evaluations += END as u64;
+        Arch::new().dispatch(Combination::<R, END> { weights: &A[END], h: trial.h, y: trial.y, rates: done, out });
+        system.rhs(times[END], out, rate);
+        *trial.rhs_evaluations += END as u64;
     }
 
-    /// Computes stage `K` (counted from 0).
-    fn stage<S: System, X: Correction, const K: usize>(
-        &mut self,
-        system: &mut S,
-        trial: &mut Trial<'_>,
-        correction: &mut X,
-    ) {
+    /// Computes stage `K` (counted from 0), which is at time `t`.
+    fn stage<S: InLanes<R>, const K: usize>(&mut self, system: &mut S, trial: &mut Trial<'_, R>, t: R) {
         let n = trial.y.len();
         let (done, rest) = trial.rates.split_at_mut(K * n);
         // Quadratures feed no right-hand side: their stage values are not needed.
         let out = &mut self.stage[..self.inverse_scales.len()];
-        Arch::new().dispatch(Combination::<K> { weights: &A[K], h: trial.h, y: trial.y, rates: done, out });
-        correction.correct(K, trial.y, done, &mut self.stage);
-        system.rhs(trial.t + C[K] * trial.h, &self.stage, &mut rest[..n]);
-        correction.observe(K, trial.y, &self.stage, &trial.rates[..(K + 1) * n]);
-    }
-
-    /// Error of a step that was computed, in units of the tolerance.
-    pub(super) fn error(&self, inverse_scales: &[f64], trial: &Trial<'_>) -> f64 {
-        let norm = ErrorNorm { inverse_scales, h: trial.h, rates: trial.rates, n: trial.y.len() };
-        Arch::new().dispatch(norm) / self.tolerance
+        Arch::new().dispatch(Combination::<R, K> { weights: &A[K], h: trial.h, y: trial.y, rates: done, out });
+        system.rhs(t, &self.stage, &mut rest[..n]);
     }
 }
 
-/// Change of the step that would bring its error to the tolerance, with a reserve.
-fn ideal_change(error: f64) -> f64 {
-    SAFETY * error.max(LEAST_ERROR).powf(-1.0 / CONTROL_ORDER)
+/// Change of the step that would bring its error, given by its logarithm, to the tolerance, with a reserve.
+fn ideal_change(error_log: f64) -> f64 {
+    SAFETY * exp(error_log * (-1.0 / CONTROL_ORDER))
 }
 
-/// Length after an accepted step of length `h` by its own error alone.
-pub(super) fn lengthened(h: f64, error: f64) -> f64 {
-    h * ideal_change(error).clamp(CHANGE.0, CHANGE.1)
-}
-
-/// Length after a rejected step of length `h`.
-pub(super) fn shortened(h: f64, error: f64) -> f64 {
-    h * if error.is_finite() { ideal_change(error).clamp(CHANGE.0, 1.0) } else { CHANGE.0 }
-}
-
-impl<S: Switching> Stepper<S> for Tsit5 {
-    const DENSE: Dense = Dense::Tsit5;
-
-    fn new(system: &S, settings: &Settings) -> Self {
-        let guards = system.guard_count();
+impl Control {
+    fn new(guards: usize) -> Self {
         Self {
-            tolerance: settings.tolerance,
-            longest_step_s: settings.longest_step_s,
-            inverse_scales: system.scales().iter().map(|scale| 1.0 / scale).collect(),
-            h: settings.first_step_s,
-            stage: vec![0.0; system.dimension()],
-            last_error_log: 0.0,
+            longest_step_s: 0.0,
+            h: 0.0,
             step_after: vec![[f64::INFINITY; 2]; guards],
             parity: vec![false; guards],
             learning: None,
         }
     }
 
-    fn plan(&mut self, _system: &mut S, _t: f64, _room_s: f64) -> Plan {
-        Plan { h: self.h.min(self.longest_step_s), end: None }
+    fn load(&mut self, settings: &Settings) {
+        (self.longest_step_s, self.h) = (settings.longest_step_s, settings.first_step_s);
+        self.learning = None;
+        self.step_after.fill([f64::INFINITY; 2]);
+        self.parity.fill(false);
     }
 
-    fn attempt(&mut self, system: &mut S, mut trial: Trial<'_>) -> Result<f64, String> {
-        self.stages(system, &mut trial, &mut ());
-        Ok(self.error(&self.inverse_scales, &trial))
-    }
-
-    fn accepted(&mut self, h: f64, error: f64, _guards: Option<&[GuardSample]>) {
+    fn accepted(&mut self, h: f64, error_log: f64, change: f64) {
         if let Some(guard) = self.learning.take() {
-            let ideal = h * ideal_change(error).min(CHANGE.1);
+            let ideal = h * ideal_change(error_log).min(CHANGE.1);
             self.step_after[guard][usize::from(self.parity[guard])] = ideal;
         }
-        let (proportional, integral) = PROPORTIONAL_INTEGRAL;
-        let log = error.max(LEAST_ERROR).ln();
-        let change = SAFETY * ((integral * self.last_error_log - proportional * log) / CONTROL_ORDER).exp();
         let next = h * change.clamp(CHANGE.0, CHANGE.1);
         // A step that a scheduled stop cut short says nothing against the step planned before.
         self.h = if h < self.h { next.max(self.h) } else { next };
-        self.last_error_log = log.max(LEAST_ERROR_LOG);
     }
 
-    fn rejected(&mut self, h: f64, error: f64) {
-        self.h = shortened(h, error);
+    fn rejected(&mut self, h: f64, error: f64, error_log: f64) {
+        let change = if error.is_finite() { ideal_change(error_log).clamp(CHANGE.0, 1.0) } else { CHANGE.0 };
+        self.h = h * change;
     }
 
     fn switched(&mut self, guard: usize) {
@@ -168,16 +121,90 @@ impl<S: Switching> Stepper<S> for Tsit5 {
     }
 }
 
-/// `out = y + h sum_j weights[j] k_j` over the leading `out.len()` components; stage `j` starts at `j * n`.
-struct Combination<'c, const K: usize> {
-    weights: &'c [f64],
-    h: f64,
-    y: &'c [f64],
-    rates: &'c [f64],
-    out: &'c mut [f64],
+impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
+    const DENSE: Dense = Dense::Tsit5;
+
+    fn new(system: &S) -> Self {
+        let row = system.row(0);
+        Self {
+            tolerance: R::splat(1.0),
+            inverse_scales: vec![R::splat(0.0); row.controlled()],
+            stage: vec![R::splat(0.0); row.dimension()],
+            last_error_log: R::splat(0.0),
+            error_log: R::splat(0.0),
+            change: R::splat(0.0),
+            controls: vec![Control::new(row.guard_count()); R::LANES],
+        }
+    }
+
+    fn load(&mut self, lane: usize, row: &S::Row, settings: &Settings) {
+        self.tolerance.put(lane, &settings.tolerance);
+        for (inverse, scale) in self.inverse_scales.iter_mut().zip(row.scales()) {
+            inverse.put(lane, &(1.0 / scale));
+        }
+        self.last_error_log.put(lane, &0.0);
+        self.controls[lane].load(settings);
+    }
+
+    fn plan(&mut self, lane: usize, _t: f64) -> Plan {
+        let control = &self.controls[lane];
+        Plan { h: control.h.min(control.longest_step_s), end: None }
+    }
+
+    fn attempt(&mut self, system: &mut S, mut trial: Trial<'_, R>) -> Result<R, String> {
+        self.stages(system, &mut trial);
+        let inverse_scales = &self.inverse_scales;
+        let norm = ErrorNorm { inverse_scales, h: trial.h, rates: trial.rates, n: trial.y.len() };
+        let judgement = Judgement { norm, tolerance: self.tolerance, last_error_log: self.last_error_log };
+        let error;
+        (error, self.error_log, self.change) = Arch::new().dispatch(judgement);
+        Ok(error)
+    }
+
+    fn accepted(&mut self, lane: usize, h: f64, _error: f64) {
+        let error_log = self.error_log.lane(lane);
+        self.controls[lane].accepted(h, error_log, self.change.lane(lane));
+        self.last_error_log.put(lane, &error_log.max(LEAST_ERROR_LOG));
+    }
+
+    fn rejected(&mut self, lane: usize, h: f64, error: f64) {
+        self.controls[lane].rejected(h, error, self.error_log.lane(lane));
+    }
+
+    fn switched(&mut self, lane: usize, guard: usize) {
+        self.controls[lane].switched(guard);
+    }
 }
 
-impl<const K: usize> WithSimd for Combination<'_, K> {
+/// Times of the stages of a step.
+struct Times<R> {
+    t: R,
+    h: R,
+}
+
+impl<R: Number> WithSimd for Times<R> {
+    type Output = [R; STAGES];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [R; STAGES] {
+        let mut times = [self.t; STAGES];
+        for k in 1..STAGES {
+            times[k] = self.t + R::splat(C[k]) * self.h;
+        }
+        times
+    }
+}
+
+/// `out = y + h sum_j weights[j] k_j` over the leading `out.len()` components; stage `j` starts at `j * n`.
+struct Combination<'c, R, const K: usize> {
+    weights: &'c [f64],
+    h: R,
+    y: &'c [R],
+    rates: &'c [R],
+    out: &'c mut [R],
+}
+
+impl<R: Number, const K: usize> WithSimd for Combination<'_, R, K> {
     type Output = ();
 
     #[inline(always)]
@@ -185,8 +212,11 @@ impl<const K: usize> WithSimd for Combination<'_, K> {
         let Self { weights, h, y, rates, out } = self;
         let n = rates.len() / K;
         let len = out.len();
-        let w: [f64; K] = std::array::from_fn(|j| h * weights[j]);
-        let k: [&[f64]; K] = std::array::from_fn(|j| &rates[j * n..j * n + len]);
+        let mut w = [h; K];
+        for j in 0..K {
+            w[j] = h * R::splat(weights[j]);
+        }
+        let k: [&[R]; K] = std::array::from_fn(|j| &rates[j * n..j * n + len]);
         let y = &y[..len];
         for i in 0..len {
             let mut sum = y[i];
@@ -198,52 +228,79 @@ impl<const K: usize> WithSimd for Combination<'_, K> {
     }
 }
 
-/// Components treated together: independent chains that the compiler can put into vector registers.
-const LANES: usize = 4;
+/// Components treated together: independent chains.
+const BLOCK: usize = 4;
+
+/// A step that is to be judged: its error in units of the tolerance, the logarithm of that, and the change of the step that
+/// proportional-integral control asks for.
+struct Judgement<'e, R> {
+    norm: ErrorNorm<'e, R>,
+    tolerance: R,
+    last_error_log: R,
+}
+
+impl<R: Number> WithSimd for Judgement<'_, R> {
+    type Output = (R, R, R);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> (R, R, R) {
+        let error = self.norm.with_simd(simd) / self.tolerance;
+        let log = ln(error.greatest(R::splat(LEAST_ERROR)));
+        let (proportional, integral) = PROPORTIONAL_INTEGRAL;
+        let exponent =
+            R::splat(integral / CONTROL_ORDER) * self.last_error_log - R::splat(proportional / CONTROL_ORDER) * log;
+        (error, log, R::splat(SAFETY) * exp(exponent))
+    }
+}
 
 /// Largest error estimate over the controlled components, each in units of its scale; NaN if any is not finite.
-struct ErrorNorm<'e> {
-    inverse_scales: &'e [f64],
-    h: f64,
-    rates: &'e [f64],
+struct ErrorNorm<'e, R> {
+    inverse_scales: &'e [R],
+    h: R,
+    rates: &'e [R],
     /// Length of a stage.
     n: usize,
 }
 
-impl WithSimd for ErrorNorm<'_> {
-    type Output = f64;
+impl<R: Number> WithSimd for ErrorNorm<'_, R> {
+    type Output = R;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
+    fn with_simd<S: Simd>(self, _: S) -> R {
         let Self { inverse_scales, h, rates, n } = self;
         let len = inverse_scales.len();
-        let k: [&[f64]; STAGES] = std::array::from_fn(|j| &rates[j * n..j * n + len]);
-        let (scale_blocks, scales_left) = inverse_scales.as_chunks::<LANES>();
-        let k_blocks = k.map(|k| k.as_chunks::<LANES>().0);
+        let k: [&[R]; STAGES] = std::array::from_fn(|j| &rates[j * n..j * n + len]);
+        let (scale_blocks, scales_left) = inverse_scales.as_chunks::<BLOCK>();
+        let k_blocks = k.map(|k| k.as_chunks::<BLOCK>().0);
         // A NaN must survive: a maximum alone would drop it, a sum keeps it.
-        let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+        let (mut largest, mut sum) = ([R::splat(0.0); BLOCK], [R::splat(0.0); BLOCK]);
         for (block, scales) in scale_blocks.iter().enumerate() {
-            let mut estimate = [0.0; LANES];
+            let mut estimate = [R::splat(0.0); BLOCK];
             for (k, weight) in k_blocks.iter().zip(ERROR) {
                 let k = &k[block];
-                for lane in 0..LANES {
-                    estimate[lane] += weight * k[lane];
+                for i in 0..BLOCK {
+                    estimate[i] += R::splat(weight) * k[i];
                 }
             }
-            for lane in 0..LANES {
-                let value = (h * estimate[lane] * scales[lane]).abs();
-                largest[lane] = if value > largest[lane] { value } else { largest[lane] };
-                sum[lane] += value;
+            for i in 0..BLOCK {
+                let value = (h * estimate[i] * scales[i]).abs();
+                largest[i] = value.greatest(largest[i]);
+                sum[i] += value;
             }
         }
         let done = len - scales_left.len();
         for (i, scale) in scales_left.iter().enumerate() {
-            let estimate: f64 = k.iter().zip(ERROR).map(|(k, weight)| weight * k[done + i]).sum();
-            let value = (h * estimate * scale).abs();
-            largest[0] = largest[0].max(value);
+            let mut estimate = R::splat(0.0);
+            for (k, weight) in k.iter().zip(ERROR) {
+                estimate += R::splat(weight) * k[done + i];
+            }
+            let value = (h * estimate * *scale).abs();
+            largest[0] = value.greatest(largest[0]);
             sum[0] += value;
         }
-        if sum.iter().sum::<f64>().is_finite() { largest.into_iter().fold(0.0, f64::max) } else { f64::NAN }
+        let finite = ((sum[0] + sum[1]) + (sum[2] + sum[3])).less(R::splat(f64::INFINITY));
+        let largest = largest[0].greatest(largest[1]).greatest(largest[2].greatest(largest[3]));
+        R::select(finite, largest, R::splat(f64::NAN))
     }
 }
 
@@ -255,7 +312,7 @@ mod tests {
     /// any stage of any controlled component survives.
     #[test]
     fn error_norm_keeps_what_is_not_finite() {
-        const CONTROLLED: usize = 2 * LANES + 2;
+        const CONTROLLED: usize = 2 * BLOCK + 2;
         let n = CONTROLLED + 1;
         let inverse_scales: Vec<f64> = (1..=CONTROLLED).map(|i| 1.0 / i as f64).collect();
         let norm =

@@ -11,7 +11,7 @@
 
 use crate::integrate::step::Dense;
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
-use crate::integrate::system::{GuardSample, System};
+use crate::integrate::system::{Switching, System};
 
 /// Share of a step by which a stop may lie beyond its end and still be passed there: times on a grid carry rounding.
 const ROUNDING: f64 = 1e-6;
@@ -49,12 +49,16 @@ impl<R> FixedStep<R> {
     }
 }
 
-impl<S: System, R: Rule> Stepper<S> for FixedStep<R> {
+impl<S: Switching, R: Rule> Stepper<S> for FixedStep<R> {
     const DENSE: Dense = Dense::Hermite;
 
-    fn new(system: &S, settings: &Settings) -> Self {
+    fn new(system: &S) -> Self {
+        Self { rule: R::new(system), step_s: f64::NAN, located: false, from: f64::NAN, count: 0 }
+    }
+
+    fn load(&mut self, _lane: usize, row: &S, settings: &Settings) {
         let Settings { step_s, located, .. } = *settings;
-        Self { rule: R::new(system), step_s, located, from: f64::NAN, count: 0 }
+        *self = Self { rule: R::new(row), step_s, located, from: f64::NAN, count: 0 };
     }
 
     fn locates(&self) -> bool {
@@ -69,7 +73,7 @@ impl<S: System, R: Rule> Stepper<S> for FixedStep<R> {
         ROUNDING * self.step_s
     }
 
-    fn plan(&mut self, _system: &mut S, t: f64, _room_s: f64) -> Plan {
+    fn plan(&mut self, _lane: usize, t: f64) -> Plan {
         if self.end(self.count) != t {
             (self.from, self.count) = (t, 0);
         }
@@ -78,20 +82,20 @@ impl<S: System, R: Rule> Stepper<S> for FixedStep<R> {
 
     fn attempt(&mut self, system: &mut S, mut trial: Trial<'_>) -> Result<f64, String> {
         self.rule.step(system, &mut trial)?;
-        let Trial { t, h, y, y_new, rates, counters } = trial;
+        let Trial { t, h, y, y_new, rates, rhs_evaluations, .. } = trial;
         if !y_new.iter().all(|value| value.is_finite()) {
             return Err(system.diagnose(t + h, y_new));
         }
         let (last, mean) = rates[y.len()..].split_at_mut(y.len());
-        system.rhs(t + h, y_new, last);
-        counters.rhs_evaluations += 1;
+        System::rhs(system, t + h, y_new, last);
+        *rhs_evaluations += 1;
         for ((mean, new), old) in mean.iter_mut().zip(&*y_new).zip(y) {
             *mean = (new - old) / h;
         }
         Ok(0.0)
     }
 
-    fn accepted(&mut self, _h: f64, _error: f64, _guards: Option<&[GuardSample]>) {
+    fn accepted(&mut self, _lane: usize, _h: f64, _error: f64) {
         self.count += 1;
     }
 }

@@ -1,7 +1,8 @@
 //! Location of a guard's upward zero on the dense output of a step.
 
-use crate::integrate::step::Step;
+use crate::integrate::step::{Polynomial, Step};
 use crate::integrate::system::{GuardSample, Switching};
+use crate::number::{Mask, Number};
 
 /// Interior fraction from which the guards that have just switched are watched: at the switch itself their value is a
 /// rounding error of either sign.
@@ -27,71 +28,73 @@ struct Watch {
     positive: (f64, f64),
 }
 
-/// Guards at both ends of a step.
-pub(super) struct Ends<'a> {
+/// Guards at both ends of a step in each lane.
+pub(super) struct Ends<'a, R> {
     /// At the start.
-    pub start: &'a [GuardSample],
+    pub start: &'a [GuardSample<R>],
     /// At the end.
-    pub end: &'a [GuardSample],
+    pub end: &'a [GuardSample<R>],
+}
+
+impl<R: Number> Ends<'_, R> {
+    /// Lanes in which a guard may be positive somewhere within the step: the others need no search.
+    #[inline(always)]
+    pub fn suspects(&self) -> R::Mask {
+        let none = R::splat(0.0);
+        let mut suspects = R::Mask::splat(false);
+        for (start, end) in self.start.iter().zip(self.end) {
+            let hump = start.smooth_rate.greater(none).and(end.smooth_rate.less(none));
+            suspects = suspects.or(end.value.greater(none)).or(hump);
+        }
+        suspects
+    }
+}
+
+/// One lane of a step, and its guards that have just switched.
+pub(super) struct Place<'a> {
+    /// The lane.
+    pub lane: usize,
     /// Guards that switched at the start.
     pub fresh: &'a [bool],
 }
 
-/// Events of a step, and memory to find them.
-#[derive(Debug)]
-pub(super) struct Locator {
-    /// Guards that cross zero at the first event, all those of the same instant.
-    pub hits: Vec<usize>,
-    /// A state.
-    pub state: Vec<f64>,
-}
-
-impl Locator {
-    /// For a number of guards and states like `y`.
-    pub fn new(guards: usize, y: &[f64]) -> Self {
-        Self { hits: Vec::with_capacity(guards), state: y.to_vec() }
-    }
-
-    /// Finds the first events of a step whose dense output is `step` (complete, not yet cut).
-    ///
-    /// Returns the fraction of the step at which they are; 1 with no hits if there are none.
-    pub fn first_events<S: Switching>(&mut self, system: &S, step: &Step<'_>, ends: &Ends<'_>) -> f64 {
-        let Self { hits, state: y } = self;
-        hits.clear();
-        let mut first = 1.0;
-        for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
-            // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
-            let positive = if end.value > 0.0 {
-                (1.0, end.value)
-            } else {
-                let Some(theta) = cubic_maximum(start, end, step.h) else { continue };
-                step.components(system.guard_support(guard), theta, y);
-                let value = system.guard(guard, step.time(theta), y);
-                if value <= 0.0 {
-                    continue;
-                }
-                (theta, value)
-            };
-            let at_start = (!ends.fresh[guard]).then_some(start.value);
-            let theta = upward_zero(system, step, &Watch { guard, at_start, positive }, y);
-            if hits.is_empty() || theta < first - SAME_INSTANT {
-                hits.clear();
-                hits.push(guard);
-                first = theta;
-            } else if theta <= first + SAME_INSTANT {
-                hits.push(guard);
-                first = first.max(theta);
+/// Finds the first events of a lane's step, whose dense output is `step` (complete, not yet cut), with `y` as scratch of the state's
+/// length. `hits` gets the guards that cross zero at the first event, all those of the same instant.
+///
+/// Returns the fraction of the step at which they are; 1 with no hits if there are none.
+pub(super) fn first_events<S: Switching, R: Number>(
+    system: &S,
+    step: &Step<'_>,
+    (ends, place): (&Ends<'_, R>, &Place<'_>),
+    (hits, y): (&mut Vec<usize>, &mut [f64]),
+) -> f64 {
+    hits.clear();
+    let mut first = 1.0;
+    for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
+        let (start, end) = (start.lane(place.lane), end.lane(place.lane));
+        // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
+        let positive = if end.value > 0.0 {
+            (1.0, end.value)
+        } else {
+            let Some(theta) = cubic_maximum(&start, &end, step.h) else { continue };
+            let value = Along::new(system, step, guard, y).value(theta);
+            if value <= 0.0 {
+                continue;
             }
+            (theta, value)
+        };
+        let at_start = (!place.fresh[guard]).then_some(start.value);
+        let theta = upward_zero(system, step, &Watch { guard, at_start, positive }, y);
+        if hits.is_empty() || theta < first - SAME_INSTANT {
+            hits.clear();
+            hits.push(guard);
+            first = theta;
+        } else if theta <= first + SAME_INSTANT {
+            hits.push(guard);
+            first = first.max(theta);
         }
-        first
     }
-
-    /// Notices at the end of a step what has happened in it; returns 1, the fraction there.
-    pub fn events_at_end(&mut self, ends: &Ends<'_>) -> f64 {
-        self.hits.clear();
-        self.hits.extend(ends.end.iter().enumerate().filter(|(_, end)| end.value > 0.0).map(|(guard, _)| guard));
-        1.0
-    }
+    first
 }
 
 /// Where the cubic through a smooth function's values and rates at both ends of a step of length `h` has a positive
@@ -112,23 +115,45 @@ fn cubic_maximum(start: &GuardSample, end: &GuardSample, h: f64) -> Option<f64> 
     (q > 0.0 && q < 1.0 && value > 0.0).then_some(q)
 }
 
+/// A guard along a step.
+struct Along<'a, S> {
+    system: &'a S,
+    step: &'a Step<'a>,
+    guard: usize,
+    /// Its sums; `None` for one that takes the state.
+    sums: Option<[Polynomial; 2]>,
+    /// Scratch of the state's length.
+    y: &'a mut [f64],
+}
+
+impl<'a, S: Switching> Along<'a, S> {
+    fn new(system: &'a S, step: &'a Step<'_>, guard: usize, y: &'a mut [f64]) -> Self {
+        let sums = system.guard_sums(guard).map(|sums| sums.each_ref().map(|terms| step.polynomial(terms)));
+        Self { system, step, guard, sums, y }
+    }
+
+    fn value(&mut self, theta: f64) -> f64 {
+        if let Some(sums) = &self.sums {
+            return self.system.guard_of(self.guard, sums.map(|sum| sum.at(theta)));
+        }
+        self.step.components(self.system.guard_support(self.guard), theta, self.y);
+        self.system.guard(self.guard, self.step.time(theta), self.y)
+    }
+}
+
 /// Fraction of the step at which the watched guard first reaches zero from below, on the non-negative side.
 ///
 /// `y` is scratch of the state's length.
 fn upward_zero<S: Switching>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f64]) -> f64 {
-    let support = system.guard_support(watch.guard);
-    let mut value = |theta: f64| {
-        step.components(support, theta, y);
-        system.guard(watch.guard, step.time(theta), y)
-    };
+    let mut guard = Along::new(system, step, watch.guard, y);
     let (low, at_low) = match watch.at_start {
         Some(at_start) => (0.0, at_start),
         None => {
             let low = INTERIOR.min(watch.positive.0);
-            (low, value(low))
+            (low, guard.value(low))
         }
     };
-    if at_low >= 0.0 { low } else { zero_between((low, at_low), watch.positive, value) }
+    if at_low >= 0.0 { low } else { zero_between((low, at_low), watch.positive, |theta| guard.value(theta)) }
 }
 
 /// Zero of `value` between a place where it is negative and one where it is not, as the latter end of a bracket of width

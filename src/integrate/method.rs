@@ -4,13 +4,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::integrate::counters::Counters;
-use crate::integrate::driver::{Integrator, Stopped};
-use crate::integrate::exponential_control::ExponentialTsit5;
+use crate::integrate::driver::Integrator;
+use crate::integrate::explicit::Tsit5;
 use crate::integrate::fixed::FixedStep;
+use crate::integrate::lane::Stopped;
 use crate::integrate::observer::Observer;
 use crate::integrate::rk4::Rk4;
 use crate::integrate::stepper::{Settings, Stepper};
-use crate::integrate::system::{LinearPart, Switching};
+use crate::integrate::system::Switching;
 use crate::integrate::trapezoid::Trapezoid;
 
 /// Declares the methods: documentation, name in a study, whether its steps have a fixed length, stepper.
@@ -36,7 +37,7 @@ macro_rules! methods {
             /// Integrates `system` from rest at time 0 over `span`; shows every step and switch to `observer`.
             pub fn integrate<S, O>(self, system: &mut S, observer: &mut O, settings: &Settings, span: &Span<'_>) -> End
             where
-                S: Switching + LinearPart,
+                S: Switching,
                 O: Observer<S>,
             {
                 match self { $(Self::$method => run::<$stepper, S, O>(system, observer, settings, span),)+ }
@@ -48,7 +49,7 @@ macro_rules! methods {
 methods! {
     /// Explicit Runge-Kutta pair of order 5(4) under error control, contacts located.
     #[default]
-    Tsit5("tsit5", fixed: false, ExponentialTsit5),
+    Tsit5("tsit5", fixed: false, Tsit5),
     /// Classical Runge-Kutta rule of order 4 at a fixed step, for comparison.
     Rk4("rk4", fixed: true, FixedStep<Rk4>),
     /// Implicit trapezoid at a fixed step (the published program's way), for comparison.

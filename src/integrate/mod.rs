@@ -5,25 +5,25 @@
 //! output, ends the step there and lets the system switch. Times known beforehand (a valve that opens) are scheduled stops.
 //! A method is a [`Stepper`]: it computes a step, all else is done once for all of them.
 //!
-//! - `system`: what is integrated
+//! - `system`: what is integrated, alone or side by side
 //! - `tsit5`: coefficients of the explicit pair
 //! - `step`, `observer`: an accepted step with its dense output, and who sees it
 //! - `stepper`: what the driver asks of a method
-//! - `explicit`, `exponential`, `exponential_control`, `phi`: the default method
+//! - `explicit`: the default method
 //! - `fixed`, `rk4`, `trapezoid`: rules at a fixed step
-//! - `locate`, `driver`: events within a step, and the step loop
+//! - `locate`: events within a step
+//! - `lane`, `blend`, `driver`: one lane, some lanes of a vector, and the step loop
 //! - `method`: the methods by name
 
+mod blend;
 mod counters;
 mod driver;
 mod explicit;
-mod exponential;
-mod exponential_control;
 mod fixed;
+mod lane;
 mod locate;
 mod method;
 mod observer;
-mod phi;
 mod rk4;
 mod step;
 mod stepper;
@@ -32,14 +32,14 @@ mod trapezoid;
 mod tsit5;
 
 pub use counters::Counters;
-pub use driver::{Integrator, Stopped};
+pub use driver::{Integrator, Start};
 pub use explicit::Tsit5;
-pub use exponential_control::ExponentialTsit5;
 pub use fixed::{FixedStep, Rule};
+pub use lane::Stopped;
 pub use method::{End, Method, Span};
 pub use observer::Observer;
 pub use rk4::Rk4;
 pub use step::{Dense, Step};
 pub use stepper::{Plan, Settings, Stepper, Trial};
-pub use system::{GuardSample, Integrals, LinearPart, StiffBlock, StiffMatrices, Switching, System};
+pub use system::{GuardSample, InLanes, Switching, System};
 pub use trapezoid::Trapezoid;

@@ -30,3 +30,14 @@ impl<S, A: Observer<S>, B: Observer<S>> Observer<S> for (A, B) {
         self.1.event(system, guard, t, y);
     }
 }
+
+/// An observer that may be missing.
+impl<S, O: Observer<S>> Observer<S> for Option<O> {
+    fn step(&mut self, system: &S, step: &Step<'_>) {
+        self.iter_mut().for_each(|observer| observer.step(system, step));
+    }
+
+    fn event(&mut self, system: &S, guard: usize, t: f64, y: &[f64]) {
+        self.iter_mut().for_each(|observer| observer.event(system, guard, t, y));
+    }
+}

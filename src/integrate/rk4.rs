@@ -33,7 +33,7 @@ impl Rule for Rk4 {
                 self.scratch[i] = start + reach * h * self.rate[i];
             }
         }
-        trial.counters.rhs_evaluations += 3;
+        *trial.rhs_evaluations += 3;
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! One accepted step with its dense output.
 
 use crate::integrate::tsit5::{self, STAGES};
+use crate::number::Number;
 
 /// How a step is interpolated, from rates of which the first is that at its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +29,18 @@ impl Dense {
         }
     }
 
+    /// Coefficients of the weights of the rates, by powers of the fraction from 1 on.
+    const fn coefficients(self) -> [[f64; 4]; STAGES] {
+        match self {
+            Self::Tsit5 => tsit5::INTERPOLANT,
+            Self::Hermite => {
+                let none = [0.0; 4];
+                let [start, end, mean] = [[1.0, -2.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0], [0.0, 3.0, -2.0, 0.0]];
+                [start, end, mean, none, none, none, none]
+            }
+        }
+    }
+
     /// Weights of the rates at fraction `theta`; what a method does not have carries none.
     #[inline]
     fn weights(self, theta: f64) -> [f64; STAGES] {
@@ -41,6 +54,50 @@ impl Dense {
     }
 }
 
+/// The values of one lane.
+#[derive(Debug, Clone, Copy)]
+struct Values<'a> {
+    /// Those of all lanes, of each component one after the other.
+    all: &'a [f64],
+    lanes: usize,
+    lane: usize,
+}
+
+impl<'a> Values<'a> {
+    fn new<R: Number>(all: &'a [R], lane: usize) -> Self {
+        Self { all: bytemuck::cast_slice(all), lanes: R::LANES, lane }
+    }
+
+    #[inline(always)]
+    fn at(&self, index: usize) -> f64 {
+        self.all[index * self.lanes + self.lane]
+    }
+}
+
+/// A polynomial in the fraction of a step: its value at 0, and the coefficients from the first power on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Polynomial {
+    constant: f64,
+    coefficients: [f64; 4],
+}
+
+impl Polynomial {
+    /// Its value.
+    pub fn at(&self, theta: f64) -> f64 {
+        self.constant + self.coefficients.iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient) * theta)
+    }
+}
+
+/// What a step of one lane is made of.
+pub(super) struct Ingredients<'a, R> {
+    /// The state at its start and that at its end, cut or not.
+    pub ends: [&'a [R]; 2],
+    /// Rates, one after the other, each of the state's length.
+    pub rates: &'a [R],
+    /// How they are interpolated.
+    pub dense: Dense,
+}
+
 /// An accepted step: from `t0`, `theta_end * h` long, with dense output at any fraction of `h` up to `theta_end`.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
@@ -50,14 +107,29 @@ pub struct Step<'a> {
     pub h: f64,
     /// Fraction of `h` that was accepted: 1, or less where an event ended the step.
     pub theta_end: f64,
-    pub(super) dense: Dense,
-    pub(super) y0: &'a [f64],
-    pub(super) y1: &'a [f64],
-    /// Rates, one after the other, each of the state's length.
-    pub(super) rates: &'a [f64],
+    dense: Dense,
+    n: usize,
+    y0: Values<'a>,
+    y1: Values<'a>,
+    rates: Values<'a>,
 }
 
 impl<'a> Step<'a> {
+    /// The step of a lane that begins at `t0` and is `h` long.
+    pub(super) fn new<R: Number>(of: &Ingredients<'a, R>, lane: usize, (t0, h): (f64, f64)) -> Self {
+        let values = |all| Values::new(all, lane);
+        Self {
+            t0,
+            h,
+            theta_end: 1.0,
+            dense: of.dense,
+            n: of.ends[0].len(),
+            y0: values(of.ends[0]),
+            y1: values(of.ends[1]),
+            rates: values(of.rates),
+        }
+    }
+
     /// Time at the end of the accepted part in s.
     pub fn t1(&self) -> f64 {
         self.time(self.theta_end)
@@ -73,26 +145,35 @@ impl<'a> Step<'a> {
         ((t - self.t0) / self.h).clamp(0.0, self.theta_end)
     }
 
-    /// State at the start.
-    pub fn start(&self) -> &'a [f64] {
-        self.y0
+    /// Number of components of the state.
+    pub fn dimension(&self) -> usize {
+        self.n
     }
 
-    /// State at the end of the accepted part.
-    pub fn end(&self) -> &'a [f64] {
-        self.y1
+    /// Component `index` of the state at the start.
+    pub fn start(&self, index: usize) -> f64 {
+        self.y0.at(index)
     }
 
-    /// Rates of component `index`.
-    #[inline]
-    fn rates_of(&self, index: usize) -> impl Iterator<Item = f64> {
-        self.rates[index..].iter().step_by(self.y0.len()).copied()
+    /// Component `index` of the state at the end of the accepted part.
+    pub fn end(&self, index: usize) -> f64 {
+        self.y1.at(index)
+    }
+
+    /// Writes the state at the start into `y`.
+    pub fn write_start(&self, y: &mut [f64]) {
+        y.iter_mut().enumerate().for_each(|(index, value)| *value = self.start(index));
+    }
+
+    /// Writes the state at the end of the accepted part into `y`.
+    pub fn write_end(&self, y: &mut [f64]) {
+        y.iter_mut().enumerate().for_each(|(index, value)| *value = self.end(index));
     }
 
     /// Largest absolute rate of a sum of components with coefficients: a practical bound of its rate within the step.
     pub fn largest_rate(&self, terms: impl Iterator<Item = (usize, f64)> + Clone) -> f64 {
-        let rate = |rates: &[f64]| terms.clone().map(|(index, c)| c * rates[index]).sum::<f64>().abs();
-        self.rates.chunks_exact(self.y0.len()).map(rate).fold(0.0, f64::max)
+        let rate = |j: usize| terms.clone().map(|(index, c)| c * self.rates.at(j * self.n + index)).sum::<f64>().abs();
+        (0..self.dense.rates()).map(rate).fold(0.0, f64::max)
     }
 
     /// Component `index` of the state at fraction `theta`.
@@ -111,23 +192,32 @@ impl<'a> Step<'a> {
     /// Writes the whole state at fraction `theta` into `y`.
     pub fn state(&self, theta: f64, y: &mut [f64]) {
         let weights = self.dense.weights(theta);
-        y.fill(0.0);
-        for (weight, rates) in weights.iter().zip(self.rates.chunks_exact(self.y0.len())) {
-            for (sum, rate) in y.iter_mut().zip(rates) {
-                *sum += weight * rate;
-            }
-        }
-        for (value, start) in y.iter_mut().zip(self.y0) {
-            *value = start + self.h * *value;
+        for (index, value) in y.iter_mut().enumerate() {
+            *value = self.component_with(index, &weights);
         }
     }
 
+    /// A sum of components with coefficients, as a polynomial in the fraction of the step.
+    pub(super) fn polynomial(&self, terms: &[(usize, f64)]) -> Polynomial {
+        let sum =
+            |values: &Values<'_>, from: usize| terms.iter().map(|(index, c)| c * values.at(from + index)).sum::<f64>();
+        let mut coefficients = [0.0; 4];
+        for (j, weights) in self.dense.coefficients().iter().enumerate().take(self.dense.rates()) {
+            let rate = self.h * sum(&self.rates, j * self.n);
+            for (coefficient, weight) in coefficients.iter_mut().zip(weights) {
+                *coefficient += weight * rate;
+            }
+        }
+        Polynomial { constant: sum(&self.y0, 0), coefficients }
+    }
+
+    #[inline(always)]
     fn component_with(&self, index: usize, weights: &[f64; STAGES]) -> f64 {
         let mut sum = 0.0;
-        for (weight, rate) in weights.iter().zip(self.rates_of(index)) {
-            sum += weight * rate;
+        for (j, weight) in weights.iter().enumerate().take(self.dense.rates()) {
+            sum += weight * self.rates.at(j * self.n + index);
         }
-        self.y0[index] + self.h * sum
+        self.y0.at(index) + self.h * sum
     }
 }
 
@@ -143,7 +233,8 @@ mod tests {
         let (t0, h) = (0.3, 0.7);
         let (y0, y1) = (cubic(t0), cubic(t0 + h));
         let rates = [slope(t0), slope(t0 + h), (y1[0] - y0[0]) / h];
-        let step = Step { t0, h, theta_end: 1.0, dense: Dense::Hermite, y0: &y0, y1: &y1, rates: &rates };
+        let of = Ingredients { ends: [&y0, &y1], rates: &rates, dense: Dense::Hermite };
+        let step = Step::new(&of, 0, (t0, h));
         for theta in [0.0, 0.2, 0.5, 0.9, 1.0] {
             assert!((step.component(0, theta) - cubic(t0 + theta * h)[0]).abs() < 1e-14);
         }

@@ -1,8 +1,8 @@
 //! What the driver asks of a method: how long a step is to be, and the step.
 
-use crate::integrate::counters::Counters;
 use crate::integrate::step::Dense;
-use crate::integrate::system::{GuardSample, System};
+use crate::integrate::system::InLanes;
+use crate::number::Number;
 
 /// Accuracy and effort of an integration. What a method has no use for it leaves alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,37 +32,42 @@ pub struct Plan {
     pub end: Option<f64>,
 }
 
-/// A step to be computed.
+/// A step to be computed, in each lane one.
 #[derive(Debug)]
-pub struct Trial<'a> {
+pub struct Trial<'a, R = f64> {
     /// Time at its start in s.
-    pub t: f64,
-    /// Length in s.
-    pub h: f64,
+    pub t: R,
+    /// Length in s; 0 in a lane without a row.
+    pub h: R,
     /// State at its start.
-    pub y: &'a [f64],
+    pub y: &'a [R],
     /// Becomes the state at its end.
-    pub y_new: &'a mut [f64],
+    pub y_new: &'a mut [R],
     /// Becomes the rates that [`Stepper::DENSE`] asks for, one after the other; the first, at the start, is known.
-    pub rates: &'a mut [f64],
-    /// Work to be added to.
-    pub counters: &'a mut Counters,
+    pub rates: &'a mut [R],
+    /// Right-hand sides evaluated in each lane, to be added to.
+    pub rhs_evaluations: &'a mut u64,
+    /// Factorisations of a matrix, to be added to.
+    pub factorisations: &'a mut u64,
 }
 
-impl Trial<'_> {
+impl<R> Trial<'_, R> {
     /// Rate at its start.
-    pub fn rate(&self) -> &[f64] {
+    pub fn rate(&self) -> &[R] {
         &self.rates[..self.y.len()]
     }
 }
 
 /// A method as the driver sees it; time, budgets, stops, events and acceptance are the driver's.
-pub trait Stepper<S: System> {
+pub trait Stepper<S: InLanes<R>, R: Number = f64> {
     /// How its steps are interpolated, and from which rates.
     const DENSE: Dense;
 
-    /// The method for `system`.
-    fn new(system: &S, settings: &Settings) -> Self;
+    /// The method for rows like those of `system`.
+    fn new(system: &S) -> Self;
+
+    /// Begins anew with the row that is in a lane now.
+    fn load(&mut self, lane: usize, row: &S::Row, settings: &Settings);
 
     /// Whether switches and stops are located within steps; otherwise they are noticed at the ends of steps.
     fn locates(&self) -> bool {
@@ -79,26 +84,21 @@ pub trait Stepper<S: System> {
         0.0
     }
 
-    /// The step to be made from `t`; no more than `room_s` of it is of use.
-    fn plan(&mut self, system: &mut S, t: f64, room_s: f64) -> Plan;
+    /// The step to be made from `t` in a lane; it does not change what a lane does if it is asked for twice.
+    fn plan(&mut self, lane: usize, t: f64) -> Plan;
 
-    /// Computes a step; returns its error in units of the tolerance, up to 1 if it may be accepted.
+    /// Computes a step; returns its error in units of the tolerance, up to 1 where it may be accepted.
     ///
     /// # Errors
     /// Words for why there is no state at its end and a repetition would not help.
-    fn attempt(&mut self, system: &mut S, trial: Trial<'_>) -> Result<f64, String>;
+    fn attempt(&mut self, system: &mut S, trial: Trial<'_, R>) -> Result<R, String>;
 
-    /// Whether the step just computed may end at an event within it; otherwise it is rejected.
-    fn may_be_cut(&mut self) -> bool {
-        true
-    }
+    /// Takes note of a step of length `h` that was accepted in a lane, and its error.
+    fn accepted(&mut self, lane: usize, h: f64, error: f64);
 
-    /// Takes note of a step of length `h` that was accepted: its error, and the guards at its end unless an event cut it.
-    fn accepted(&mut self, h: f64, error: f64, guards: Option<&[GuardSample]>);
+    /// Takes note of a step of length `h` that was rejected in a lane for its error.
+    fn rejected(&mut self, _lane: usize, _h: f64, _error: f64) {}
 
-    /// Takes note of a step of length `h` that was rejected for its error.
-    fn rejected(&mut self, _h: f64, _error: f64) {}
-
-    /// Takes note of a switch of `guard` at the end of the last step.
-    fn switched(&mut self, _guard: usize) {}
+    /// Takes note of a switch of `guard` at the end of a lane's last step.
+    fn switched(&mut self, _lane: usize, _guard: usize) {}
 }

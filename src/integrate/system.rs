@@ -1,8 +1,6 @@
-//! What is integrated, by what a method asks of it: every system, one that switches, one that knows a linear part.
+//! What is integrated, by what a method asks of it: every system, one that switches, rows side by side.
 
-use std::ops::Range;
-
-use nalgebra::DMatrix;
+use crate::number::Number;
 
 /// An initial value problem `y' = f(t, y)`.
 ///
@@ -44,6 +42,17 @@ pub trait Switching: System {
     /// Value of a guard; only the components of its support are valid in `y`. Negative: nothing to do.
     fn guard(&self, guard: usize, t: f64, y: &[f64]) -> f64;
 
+    /// The two sums of components, each with its coefficient, that guard `guard` is a function of, for a guard that is one of no
+    /// more; see [`Switching::guard_of`]. Default: `None`.
+    fn guard_sums(&self, _guard: usize) -> Option<&[Vec<(usize, f64)>; 2]> {
+        None
+    }
+
+    /// Value of a guard by its [`Switching::guard_sums`]. Default: not a number.
+    fn guard_of(&self, _guard: usize, _sums: [f64; 2]) -> f64 {
+        f64::NAN
+    }
+
     /// Samples every guard at the time and state for which [`System::rhs`] was called last, and that rate: see
     /// [`GuardSample`].
     fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]);
@@ -51,7 +60,7 @@ pub trait Switching: System {
     /// Changes the discrete state because `guard` has crossed zero at `(t, y)`; an impact law may change `y` too.
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]);
 
-    /// Time of the first scheduled stop that is not yet passed, or infinity.
+    /// Time of the first scheduled stop that is not yet passed, or infinity. It changes at switches and stops only.
     fn next_stop(&self) -> f64;
 
     /// Changes the discrete state at the scheduled stop that was due first.
@@ -73,19 +82,56 @@ pub trait Switching: System {
     fn rebase(&mut self, _t: f64, _y: &mut [f64], _rate: &mut [f64]) {}
 }
 
-/// A system that knows the linear part of its rates in each discrete state, for exponential steps.
-pub trait LinearPart: System {
-    /// Where linear springs and dampers join bodies so stiffly that exponential steps may pay; `None`: nowhere.
-    fn stiff_block(&self) -> Option<StiffBlock>;
+/// Rows integrated side by side, one in each lane of `R`, all of one shape: with the same components of the state and guards.
+///
+/// Each row keeps its discrete state by itself; what is evaluated at every step is evaluated for all lanes at once, and no lane
+/// depends on another.
+pub trait InLanes<R: Number> {
+    /// A row by itself.
+    type Row: Switching;
 
-    /// A number that names what [`LinearPart::stiff_matrices`] depends on.
-    fn discrete_state(&self) -> u64;
+    /// The row in a lane.
+    fn row(&self, lane: usize) -> &Self::Row;
 
-    /// Writes the matrices of the block in the present discrete state.
-    fn stiff_matrices(&mut self, matrices: &mut StiffMatrices);
+    /// The row in a lane, to be changed; [`InLanes::switched`] or [`InLanes::rebased`] is called after.
+    fn row_mut(&mut self, lane: usize) -> &mut Self::Row;
 
-    /// Writes the `lambda >= 0` of the block's relaxing components at a state, 1/s.
-    fn relaxation(&self, t: f64, y: &[f64], lambda: &mut [f64]);
+    /// Takes note that the discrete state of the row in a lane has changed.
+    fn switched(&mut self, lane: usize);
+
+    /// Takes note that what the row in a lane carries outside `y` has changed.
+    fn rebased(&mut self, lane: usize);
+
+    /// Writes `f(t, y)` of each lane into `rate`.
+    fn rhs(&mut self, t: R, y: &[R], rate: &mut [R]);
+
+    /// Samples the guards of each lane, as [`Switching::sample_guards`].
+    fn sample_guards(&mut self, t: R, y: &[R], rate: &[R], samples: &mut [GuardSample<R>]);
+}
+
+/// A row alone.
+impl<S: Switching> InLanes<f64> for S {
+    type Row = S;
+
+    fn row(&self, _: usize) -> &S {
+        self
+    }
+
+    fn row_mut(&mut self, _: usize) -> &mut S {
+        self
+    }
+
+    fn switched(&mut self, _: usize) {}
+
+    fn rebased(&mut self, _: usize) {}
+
+    fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
+        System::rhs(self, t, y, rate);
+    }
+
+    fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
+        Switching::sample_guards(self, t, y, rate, samples);
+    }
 }
 
 /// A guard at one end of a step.
@@ -93,70 +139,32 @@ pub trait LinearPart: System {
 /// A guard that is negative at both ends may still be positive in between: the step has passed over a short contact. To
 /// see that, the system gives besides the guard's value a smooth function that is positive only if the guard is.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct GuardSample {
+pub struct GuardSample<R = f64> {
     /// Value of the guard.
-    pub value: f64,
+    pub value: R,
     /// The smooth function.
-    pub smooth: f64,
+    pub smooth: R,
     /// Its rate along the solution.
-    pub smooth_rate: f64,
+    pub smooth_rate: R,
 }
 
-/// Bodies in the state whose rates have a known linear part: `x' = v`, `v' = -K x - C v + (the rest)`; and integrals.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StiffBlock {
-    /// Index of the first position.
-    pub positions: usize,
-    /// Index of the first velocity.
-    pub velocities: usize,
-    /// Number of bodies.
-    pub bodies: usize,
-    /// Repeated integrals.
-    pub integrals: Integrals,
-    /// Components that may relax by themselves, `y' = -lambda y + (the rest)`.
-    pub relaxing: Range<usize>,
-}
-
-/// Repeated integrals `z_{k+1}' = z_k` in the state: `width` quantities, each integrated `depth` times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Integrals {
-    /// Index of the first integral of the first quantity; those of one order stand together.
-    pub from: usize,
-    /// Quantities that are integrated.
-    pub width: usize,
-    /// How many times.
-    pub depth: usize,
-}
-
-impl Integrals {
-    /// Their components of the state.
-    pub fn range(&self) -> Range<usize> {
-        self.from..self.from + self.width * self.depth
+impl<R: Number> GuardSample<R> {
+    /// That of a lane.
+    pub(super) fn lane(&self, lane: usize) -> GuardSample {
+        GuardSample {
+            value: self.value.lane(lane),
+            smooth: self.smooth.lane(lane),
+            smooth_rate: self.smooth_rate.lane(lane),
+        }
     }
-}
 
-/// The linear part of a [`StiffBlock`]'s rates.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StiffMatrices {
-    /// `K`, in 1/s2: bodies x bodies.
-    pub stiffness: DMatrix<f64>,
-    /// `C`, in 1/s: bodies x bodies.
-    pub damping: DMatrix<f64>,
-    /// What positions add to the rates of the first integrals: integrals x bodies.
-    pub integrated_stiffness: DMatrix<f64>,
-    /// What velocities add to the rates of the first integrals: integrals x bodies.
-    pub integrated_damping: DMatrix<f64>,
-}
-
-impl StiffMatrices {
-    /// Zero matrices of a block.
-    pub fn zeros(block: &StiffBlock) -> Self {
-        let (b, p) = (block.bodies, block.integrals.width);
+    /// The one or the other, lane by lane.
+    #[inline(always)]
+    pub(super) fn select(mask: R::Mask, yes: &Self, no: &Self) -> Self {
         Self {
-            stiffness: DMatrix::zeros(b, b),
-            damping: DMatrix::zeros(b, b),
-            integrated_stiffness: DMatrix::zeros(p, b),
-            integrated_damping: DMatrix::zeros(p, b),
+            value: R::select(mask, yes.value, no.value),
+            smooth: R::select(mask, yes.smooth, no.smooth),
+            smooth_rate: R::select(mask, yes.smooth_rate, no.smooth_rate),
         }
     }
 }

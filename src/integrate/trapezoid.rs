@@ -72,7 +72,7 @@ impl Trapezoid {
         let mut before = f64::INFINITY;
         for _ in 0..ITERATIONS {
             system.rhs(t + h, trial.y_new, &mut self.rate);
-            trial.counters.rhs_evaluations += 1;
+            *trial.rhs_evaluations += 1;
             for (i, correction) in self.correction.iter_mut().enumerate() {
                 *correction = y[i] - trial.y_new[i] + 0.5 * h * (trial.rates[i] + self.rate[i]);
             }
@@ -111,8 +111,8 @@ impl Trapezoid {
                 matrix[(i, j)] -= 0.5 * trial.h * (self.rate[i] - trial.rates[i]) / by;
             }
         }
-        trial.counters.rhs_evaluations += states as u64;
-        trial.counters.factorisations += 1;
+        *trial.rhs_evaluations += states as u64;
+        *trial.factorisations += 1;
         self.factors = Some(matrix.lu());
     }
 }

@@ -7,26 +7,22 @@ use crate::system::{Coupled, CoupledModel};
 /// Work in J below which residuals are taken relative to this value: a hammer that never starts puts in next to nothing, and a
 /// ratio of rounding errors says nothing.
 const LEAST_WORK_J: f64 = 1.0;
-/// Nodes of the Gauss rule with four points on [0, 1], and its weights.
-const NODES: [f64; 4] =
-    [0.069_431_844_202_973_71, 0.330_009_478_207_571_87, 0.669_990_521_792_428_1, 0.930_568_155_797_026_3];
-/// See [`NODES`].
-const WEIGHTS: [f64; 4] =
-    [0.173_927_422_568_726_93, 0.326_072_577_431_273_07, 0.326_072_577_431_273_07, 0.173_927_422_568_726_93];
-/// Longest panel of that rule in s: a few times the 0.1 ms of an impact, which bends the modes' velocities.
-const LONGEST_PANEL_S: f64 = 5e-4;
-/// Longest panel as a share of the condensation's horizon: the fastest mode turns by 3 rad, and the mean of its squared velocity
-/// errs by 2e-3; that of a mode half as fast by 1e-5.
-const PANEL_SHARE: f64 = 0.75;
+/// Longest time between two nodes in s: that of an impact, which bends the modes' velocities.
+const LONGEST_INTERVAL_S: f64 = 1.25e-4;
+/// The same as a share of the condensation's horizon: the fastest mode turns by 3 rad, its squared velocity by less than a whole
+/// period.
+const INTERVAL_SHARE: f64 = 0.75;
 
 /// Follows what the state does not carry: the energy that condensed modes dissipate, `int sum 2 xi omega x'^2 dt`.
 ///
-/// Their velocities are known at any time but integrated nowhere. The simulated time is cut into panels, and each gets a Gauss rule.
+/// Their velocities are known at any time but integrated nowhere: they are read in the middles of equal intervals. Of an
+/// oscillation that is read more than once in a period, equal weights give the mean exactly; what remains are the ends of the
+/// run, where the modes hardly move.
 pub(super) struct Audit {
-    /// Length of a panel in s; `None` where modes are integrated.
-    panel_s: Option<f64>,
+    /// Time between two nodes in s; `None` where modes are integrated.
+    interval_s: Option<f64>,
     /// Index of the next node, counted from the beginning.
-    next: usize,
+    next: u64,
     dissipated_j: f64,
     /// Components of the state that condensed modes are read from.
     support: Vec<usize>,
@@ -35,12 +31,12 @@ pub(super) struct Audit {
 impl Audit {
     /// Prepares the books of a run of `duration_s`.
     pub fn new(model: &CoupledModel, duration_s: f64) -> Self {
-        let panel = |horizon_s: f64| {
-            let longest_s = (PANEL_SHARE * horizon_s).min(LONGEST_PANEL_S);
+        let interval = |horizon_s: f64| {
+            let longest_s = (INTERVAL_SHARE * horizon_s).min(LONGEST_INTERVAL_S);
             duration_s / (duration_s / longest_s).ceil().max(1.0)
         };
         Self {
-            panel_s: model.condensed_horizon_s().map(panel),
+            interval_s: model.condensed_horizon_s().map(interval),
             next: 0,
             dissipated_j: 0.0,
             support: model.layout().structure_displacements().collect(),
@@ -48,25 +44,24 @@ impl Audit {
     }
 
     /// Follows a step.
-    pub fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>, scratch: &mut [f64]) {
-        let Some(panel_s) = self.panel_s else { return };
+    pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
+        let Some(interval_s) = self.interval_s else { return };
         loop {
-            let (panel, node) = (self.next / NODES.len(), self.next % NODES.len());
-            let t = (panel as f64 + NODES[node]) * panel_s;
+            let t = (self.next as f64 + 0.5) * interval_s;
             if t > step.t1() {
                 return;
             }
             step.components(&self.support, step.fraction(t), scratch);
-            self.dissipated_j += WEIGHTS[node] * panel_s * system.condensed_dissipation_w(t, scratch);
+            self.dissipated_j += interval_s * system.condensed_dissipation_w(t, scratch);
             self.next += 1;
         }
     }
 
     /// `(work put in - stored - dissipated) / (work put in)`, stored energy relative to rest.
-    pub fn energy_residual(&self, system: &Coupled<'_>, (t, y): (f64, &[f64])) -> f64 {
+    pub fn energy_residual(&self, system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
         let model = system.model();
         let put_in = y[model.layout().work_in()];
-        let at_rest = Coupled::new(model).stored_energy(0.0, model.initial_state());
+        let at_rest = system.at_rest().stored_energy(0.0, model.initial_state());
         let stored = system.stored_energy(t, y) - at_rest;
         let dissipated = system.dissipated_energy(y) + self.dissipated_j;
         (put_in - stored - dissipated) / put_in.abs().max(LEAST_WORK_J)
@@ -75,9 +70,9 @@ impl Audit {
 
 /// Largest over the chambers of `|D(P V) - int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt) dt|` over `int |P dV|`; NaN if one
 /// of them is.
-pub(super) fn chamber_residual(system: &Coupled<'_>, (t, y): (f64, &[f64])) -> f64 {
+pub(super) fn chamber_residual(system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
     let model = system.model();
-    let at_rest = Coupled::new(model);
+    let at_rest = system.at_rest();
     let mut largest = 0.0_f64;
     for hammer in 0..model.layout().hammers {
         let begin = chamber_energies(&at_rest, hammer, (0.0, model.initial_state()));
@@ -95,7 +90,7 @@ pub(super) fn chamber_residual(system: &Coupled<'_>, (t, y): (f64, &[f64])) -> f
 }
 
 /// `P V` of a hammer's chambers in J.
-fn chamber_energies(system: &Coupled<'_>, hammer: usize, (t, y): (f64, &[f64])) -> [f64; chamber::COUNT] {
+fn chamber_energies(system: &Coupled, hammer: usize, (t, y): (f64, &[f64])) -> [f64; chamber::COUNT] {
     let state = system.hammer_state(hammer, t, y);
     let volumes = system.model().hammers()[hammer].model.volumes(&state.position);
     std::array::from_fn(|chamber| state.pressure[chamber] * volumes[chamber])

@@ -61,10 +61,13 @@ impl HammerTrack {
     }
 
     /// Follows a step: the time with the gate open, and the window if one is open.
-    pub fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>, scratch: &mut [f64]) {
+    pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
         if system.is_closed(system.model().hammers()[self.hammer].strike) {
             // The chisel rests on the casting where the supply is switched on.
-            self.impact(system, (step.t0, step.start()));
+            if system.strokes(self.hammer) > self.impact_of {
+                step.write_start(scratch);
+                self.impact(system, (step.t0, scratch));
+            }
         }
         if system.gate_open(self.hammer) {
             self.gated_s += step.t1() - step.t0;
@@ -78,13 +81,13 @@ impl HammerTrack {
     }
 
     /// A contact of the chisel with the casting began.
-    pub fn contact(&mut self, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
+    pub fn contact(&mut self, system: &Coupled, (t, y): (f64, &[f64])) {
         self.contacts += 1;
         self.impact(system, (t, y));
     }
 
     /// The chisel touches the casting: in each stroke the first contact starts the stroke's impact.
-    fn impact(&mut self, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
+    fn impact(&mut self, system: &Coupled, (t, y): (f64, &[f64])) {
         let stroke = system.strokes(self.hammer);
         if stroke > self.impact_of {
             self.impact_of = stroke;
@@ -96,7 +99,7 @@ impl HammerTrack {
     }
 
     /// The piston met the chisel with the gate open: a blow of the percussion, if it is fast and late enough.
-    pub fn percussion(&mut self, closing_m_s: f64, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
+    pub fn percussion(&mut self, closing_m_s: f64, system: &Coupled, (t, y): (f64, &[f64])) {
         let separate = t - self.last_blow_s >= self.settings.blow_separation_s;
         if separate && closing_m_s >= self.settings.blow_closing_speed_m_s {
             // Whether it is blank or settling is known when its window closes.
@@ -104,7 +107,7 @@ impl HammerTrack {
         }
     }
 
-    fn start(&mut self, kind: BlowKind, system: &Coupled<'_>, (t, y): (f64, &[f64])) {
+    fn start(&mut self, kind: BlowKind, system: &Coupled, (t, y): (f64, &[f64])) {
         self.close(system, |index| y[index]);
         let model = system.model();
         let slot = &model.hammers()[self.hammer];
@@ -132,7 +135,7 @@ impl HammerTrack {
     }
 
     /// Closes the window, if one is open; `component` reads the state at its end.
-    fn close(&mut self, system: &Coupled<'_>, component: impl Fn(usize) -> f64) {
+    fn close(&mut self, system: &Coupled, component: impl Fn(usize) -> f64) {
         let Some(Window { mut recorded, work_at_start, impulse_at_start, .. }) = self.window.take() else { return };
         let quadrature = |q| component(system.model().layout().quadrature(self.hammer, q));
         let blow = &mut recorded.blow;
@@ -157,7 +160,7 @@ impl HammerTrack {
     }
 
     /// The blows and the outputs at the end of the simulation, at time `t` and state `y`.
-    pub fn finish(self, system: &Coupled<'_>, (t, y): (f64, &[f64])) -> (HammerMetrics, Vec<Blow>) {
+    pub fn finish(self, system: &Coupled, (t, y): (f64, &[f64])) -> (HammerMetrics, Vec<Blow>) {
         let quadrature = |q| y[system.model().layout().quadrature(self.hammer, q)];
         let rms = |integral: f64, duration: f64| (duration > 0.0).then(|| (integral.max(0.0) / duration).sqrt());
         let arm_total = quadrature(HammerQuadrature::ArmVelocitySquared);
@@ -188,19 +191,18 @@ impl HammerTrack {
 
 impl Window {
     /// Follows the peaks over what of a step belongs to the window.
-    fn watch(&mut self, system: &Coupled<'_>, step: &Step<'_>, scratch: &mut [f64]) {
+    fn watch(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
         let blow = &mut self.recorded.blow;
         let model = system.model();
         let slot = &model.hammers()[blow.hammer];
         let support = system.guard_support(slot.strike);
         let theta = step.fraction(self.end_s);
-        let [largest_force, largest_speed] = strike_reach(system, blow.hammer, step);
-        if system.is_closed(slot.strike) && largest_force > blow.peak_force_n {
+        if system.is_closed(slot.strike) && force_reach(system, blow.hammer, step) > blow.peak_force_n {
             let force = |t: f64, y: &[f64]| system.contact_force(slot.strike, t, y);
             let (value, _) = peak(step, theta, Probe { support, scratch }, force);
             blow.peak_force_n = blow.peak_force_n.max(value);
         }
-        if largest_speed > blow.casting_peak_velocity_m_s {
+        if speed_reach(system, blow.hammer, step) > blow.casting_peak_velocity_m_s {
             let (row, chisel) =
                 (model.elements().contact_row(slot.strike), model.layout().velocity(slot.points[body::CHISEL]));
             let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
@@ -210,20 +212,25 @@ impl Window {
     }
 }
 
-/// Practical bounds within a step of the force, were it closed, between a hammer's chisel and its casting, N, and of the
-/// casting's velocity there, m/s.
-fn strike_reach(system: &Coupled<'_>, hammer: usize, step: &Step<'_>) -> [f64; 2] {
+/// Practical bound within a step of the force, were it closed, between a hammer's chisel and its casting, N.
+fn force_reach(system: &Coupled, hammer: usize, step: &Step<'_>) -> f64 {
     let model = system.model();
-    let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
-    let contact = &elements.contacts()[slot.strike];
+    let (layout, elements, strike) = (model.layout(), model.elements(), model.hammers()[hammer].strike);
+    let contact = &elements.contacts()[strike];
     // Chisel and casting are bodies: no point of the structure is among them.
-    let row = || elements.row(elements.contact_row(slot.strike));
-    let velocities = || row().map(|(body, c)| (layout.velocity(body), c));
+    let row = || elements.row(elements.contact_row(strike));
     let penetration = reach(step, row().map(|(body, c)| (layout.position(body), c)), contact.offset_m);
     // The absolute force of every law is largest where both are.
-    let force = contact.law.closed_force(penetration, reach(step, velocities(), 0.0));
-    let chisel = layout.velocity(slot.points[body::CHISEL]);
-    [force, reach(step, velocities().filter(|(index, _)| *index != chisel), 0.0)]
+    contact.law.closed_force(penetration, reach(step, row().map(|(body, c)| (layout.velocity(body), c)), 0.0))
+}
+
+/// Practical bound within a step of the casting's velocity where a hammer strikes it, m/s.
+fn speed_reach(system: &Coupled, hammer: usize, step: &Step<'_>) -> f64 {
+    let model = system.model();
+    let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
+    let chisel = slot.points[body::CHISEL];
+    let row = elements.row(elements.contact_row(slot.strike)).filter(|(body, _)| *body != chisel);
+    reach(step, row.map(|(body, c)| (layout.velocity(body), c)), 0.0)
 }
 
 /// Standard litres of a mass of gas in kg.

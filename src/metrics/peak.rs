@@ -19,7 +19,7 @@ pub(super) struct Probe<'a> {
 
 /// Practical bound of the absolute value that a sum of components with coefficients, less `offset`, takes within a step.
 pub(super) fn reach(step: &Step<'_>, terms: impl Iterator<Item = (usize, f64)> + Clone, offset: f64) -> f64 {
-    let start = terms.clone().map(|(index, c)| c * step.start()[index]).sum::<f64>() - offset;
+    let start = terms.clone().map(|(index, c)| c * step.start(index)).sum::<f64>() - offset;
     start.abs() + step.h * step.largest_rate(terms)
 }
 

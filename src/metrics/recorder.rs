@@ -29,7 +29,7 @@ impl Recorder {
     }
 
     /// The outputs, once the end of the simulation is reached at state `y` and time `t`.
-    pub fn finish(self, system: &Coupled<'_>, t: f64, y: &[f64]) -> RunMetrics {
+    pub fn finish(self, system: &Coupled, t: f64, y: &[f64]) -> RunMetrics {
         let end = (t, y);
         let (hammers, blows): (Vec<_>, Vec<_>) =
             self.hammers.into_iter().map(|track| track.finish(system, end)).unzip();
@@ -51,8 +51,8 @@ fn sum(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |sum, value| sum + value)
 }
 
-impl Observer<Coupled<'_>> for Recorder {
-    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+impl Observer<Coupled> for Recorder {
+    fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         for track in &mut self.hammers {
             track.step(system, step, &mut self.scratch);
         }
@@ -62,7 +62,7 @@ impl Observer<Coupled<'_>> for Recorder {
         self.audit.step(system, step, &mut self.scratch);
     }
 
-    fn event(&mut self, system: &Coupled<'_>, guard: usize, t: f64, y: &[f64]) {
+    fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         if !system.is_closed(guard) {
             return;
         }

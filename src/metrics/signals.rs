@@ -81,7 +81,7 @@ quantities! {
 }
 
 impl HammerSignals {
-    fn at(system: &Coupled<'_>, hammer: usize, (t, y): (f64, &[f64])) -> Self {
+    fn at(system: &Coupled, hammer: usize, (t, y): (f64, &[f64])) -> Self {
         let (model, layout) = (system.model(), system.model().layout());
         let slot = &model.hammers()[hammer];
         let position = system.hammer_state(hammer, t, y).position;
@@ -171,8 +171,8 @@ fn push<'s, T>(signals: &mut impl Iterator<Item = &'s mut Signal>, quantities: &
     }
 }
 
-impl Observer<Coupled<'_>> for SignalRecorder {
-    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+impl Observer<Coupled> for SignalRecorder {
+    fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         let model = system.model();
         loop {
             let time_s = self.next as f64 * self.interval_s;
@@ -192,5 +192,5 @@ impl Observer<Coupled<'_>> for SignalRecorder {
         }
     }
 
-    fn event(&mut self, _system: &Coupled<'_>, _guard: usize, _t: f64, _y: &[f64]) {}
+    fn event(&mut self, _system: &Coupled, _guard: usize, _t: f64, _y: &[f64]) {}
 }

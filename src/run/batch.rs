@@ -1,6 +1,5 @@
 //! Runs the rows of a study on several threads and hands the outcomes over in row order.
 
-use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +9,6 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPoolBuilder;
 
 use super::outcome::{RowOutcome, RowStatus};
-use crate::integrate::Counters;
 
 /// Default of [`BatchSettings::window`].
 pub const DEFAULT_WINDOW: u64 = 1024;
@@ -80,13 +78,23 @@ pub enum BatchError<E: std::error::Error + 'static> {
     },
 }
 
-/// What is done with a row, on the thread that runs it.
+/// Where a thread gets its rows and leaves their outcomes.
+pub trait RowSource {
+    /// Starts the next row; `None` if there is none. While no row may be started because the window is full, it waits if `wait` is
+    /// set, which asks for all rows of this thread to have ended; otherwise there is none now.
+    fn next(&mut self, wait: bool) -> Option<u64>;
+
+    /// A row has ended.
+    fn ended(&mut self, row: u64, outcome: RowOutcome);
+}
+
+/// What is done with rows, on the threads that run them.
 pub trait RowTask: Sync {
     /// What is kept of an outcome.
     type Kept: Send;
 
-    /// Runs a row. Must be pure; may panic.
-    fn run(&self, row: u64) -> RowOutcome;
+    /// Runs rows on one thread until there are no more. What comes of a row must depend on the row alone.
+    fn run(&self, rows: &mut dyn RowSource);
 
     /// Makes what is kept, as soon as the row has ended: the place to store it. Comes before the order is restored.
     fn keep(&self, row: u64, outcome: RowOutcome) -> Self::Kept;
@@ -95,8 +103,8 @@ pub trait RowTask: Sync {
 impl<F: Fn(u64) -> RowOutcome + Sync> RowTask for F {
     type Kept = RowOutcome;
 
-    fn run(&self, row: u64) -> RowOutcome {
-        self(row)
+    fn run(&self, rows: &mut dyn RowSource) {
+        run_one_by_one(rows, self);
     }
 
     fn keep(&self, _: u64, outcome: RowOutcome) -> RowOutcome {
@@ -104,11 +112,23 @@ impl<F: Fn(u64) -> RowOutcome + Sync> RowTask for F {
     }
 }
 
+/// Runs rows one after the other; a panic becomes a failed row.
+pub fn run_one_by_one(rows: &mut dyn RowSource, run: impl Fn(u64) -> RowOutcome) {
+    while let Some(row) = rows.next(true) {
+        let start = Instant::now();
+        // A pure function leaves nothing behind that a panic could have broken.
+        let outcome = catch_unwind(AssertUnwindSafe(|| run(row))).unwrap_or_else(|payload| RowOutcome {
+            wall_time_s: start.elapsed().as_secs_f64(),
+            ..RowOutcome::panicked(payload.as_ref())
+        });
+        rows.ended(row, outcome);
+    }
+}
+
 /// Runs `task` for every row and hands what it keeps to `sink` in the order of `rows`.
 ///
 /// Rows are given out one at a time, so long ones hold up no others (within the window). As running a row is pure, the
-/// outcomes (wall times apart) are the same for any number of threads. `sink` runs on the calling thread. A panic in
-/// [`RowTask::run`] becomes a row with status `diverged` and the panic's message as reason.
+/// outcomes (wall times apart) are the same for any number of threads. `sink` runs on the calling thread.
 ///
 /// On stop no more rows are started; the running ones end and are handed over. As rows are started in order, what the
 /// sink gets is always a beginning of `rows` without gap.
@@ -200,13 +220,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     /// One thread's loop.
     fn run_rows<T: RowTask<Kept = K>>(&self, task: &T, progress: &dyn BatchProgress) {
         let _ended = EndThreadOnDrop(self);
-        while let Some((ticket, row)) = self.next_row() {
-            let outcome = run_row(task, row);
-            let status = outcome.status;
-            let kept = task.keep(row, outcome);
-            progress.row_ended(status);
-            self.hand_in(ticket, Ready { row, failed: status != RowStatus::Done, kept });
-        }
+        task.run(&mut ThreadRows { queue: self, task, progress, started: Vec::new() });
     }
 
     /// Notes what a row gave; wakes the calling thread only now and then, as short rows would else cost a switch each.
@@ -221,8 +235,8 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
         }
     }
 
-    /// The next row and its ticket; waits while the window is full.
-    fn next_row(&self) -> Option<(u64, u64)> {
+    /// The next row and its ticket; while the window is full it waits, or there is none.
+    fn next_row(&self, wait: bool) -> Option<(u64, u64)> {
         let mut state = self.lock();
         loop {
             if state.closed || self.stop.load(Ordering::Relaxed) {
@@ -230,6 +244,9 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
             }
             if state.started - state.delivered < self.window {
                 break;
+            }
+            if !wait {
+                return None;
             }
             state.waiting += 1;
             state = self.moved.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -309,32 +326,29 @@ impl<I: Iterator<Item = u64>, K> Drop for EndThreadOnDrop<'_, '_, I, K> {
     }
 }
 
-/// Runs one row; a panic becomes a failed row.
-fn run_row(task: &impl RowTask, row: u64) -> RowOutcome {
-    let start = Instant::now();
-    // A pure function leaves nothing behind that a panic could have broken.
-    catch_unwind(AssertUnwindSafe(|| task.run(row))).unwrap_or_else(|payload| RowOutcome {
-        status: RowStatus::Diverged,
-        reason: format!(
-            "the program panicked in this row: {} (a defect of the program: please report it with the study)",
-            panic_message(payload.as_ref())
-        ),
-        time_reached_s: 0.0,
-        modes: 0,
-        states: 0,
-        metrics: None,
-        counters: Counters::default(),
-        wall_time_s: start.elapsed().as_secs_f64(),
-    })
+/// The rows of one thread.
+struct ThreadRows<'r, 'a, T: RowTask, I> {
+    queue: &'r Queue<'a, I, T::Kept>,
+    task: &'r T,
+    progress: &'r dyn BatchProgress,
+    /// Rows that have not ended, with their tickets.
+    started: Vec<(u64, u64)>,
 }
 
-fn panic_message(payload: &(dyn Any + Send)) -> &str {
-    if let Some(message) = payload.downcast_ref::<&str>() {
-        message
-    } else if let Some(message) = payload.downcast_ref::<String>() {
-        message
-    } else {
-        "no message"
+impl<T: RowTask, I: Iterator<Item = u64>> RowSource for ThreadRows<'_, '_, T, I> {
+    fn next(&mut self, wait: bool) -> Option<u64> {
+        let (ticket, row) = self.queue.next_row(wait)?;
+        self.started.push((row, ticket));
+        Some(row)
+    }
+
+    fn ended(&mut self, row: u64, outcome: RowOutcome) {
+        let Some(at) = self.started.iter().position(|started| started.0 == row) else { return };
+        let (_, ticket) = self.started.swap_remove(at);
+        let status = outcome.status;
+        let kept = self.task.keep(row, outcome);
+        self.progress.row_ended(status);
+        self.queue.hand_in(ticket, Ready { row, failed: status != RowStatus::Done, kept });
     }
 }
 
@@ -346,6 +360,7 @@ mod tests {
     use std::thread::sleep;
 
     use super::*;
+    use crate::integrate::Counters;
 
     struct Silent;
 

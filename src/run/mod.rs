@@ -1,13 +1,18 @@
-//! Runs rows: one row (pure), the batch.
+//! Runs rows: one row (pure), rows side by side, the batch.
 
 mod batch;
+mod group;
+mod job;
 mod outcome;
-mod retry;
 mod row;
 mod twins;
 
-pub use batch::{BatchError, BatchProgress, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowTask, run_batch};
+pub use batch::{
+    BatchError, BatchProgress, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowSource, RowTask, run_batch,
+    run_one_by_one,
+};
+pub use group::{JobSource, run_jobs, run_jobs_in};
+pub use job::{DEFAULT_RETRIES, RowJob, TIGHTENING};
 pub use outcome::{RowOutcome, RowStatus};
-pub use retry::{DEFAULT_RETRIES, TIGHTENING, run_row_with_retries, run_row_with_retries_observed};
 pub use row::{RESIDUAL_LIMIT, run_row, run_row_observed};
 pub use twins::{PERTURBATION, amplifies, perturbed, twin};

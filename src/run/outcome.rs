@@ -1,5 +1,7 @@
 //! How one row ended: a failed row is data, not an error.
 
+use std::any::Any;
+
 use serde::Serialize;
 
 use crate::integrate::Counters;
@@ -69,6 +71,19 @@ quantities! {
 }
 
 impl RowOutcome {
+    /// A row in which the program panicked, with what it said.
+    pub fn panicked(payload: &(dyn Any + Send)) -> Self {
+        let said = match (payload.downcast_ref::<&str>(), payload.downcast_ref::<String>()) {
+            (Some(message), _) => message,
+            (None, Some(message)) => message.as_str(),
+            (None, None) => "no message",
+        };
+        let reason = format!(
+            "the program panicked in this row: {said} (a defect of the program: please report it with the study)"
+        );
+        Self { status: RowStatus::Diverged, ..Self::invalid(reason) }
+    }
+
     /// A row whose parameters describe no scene that can be simulated.
     pub fn invalid(reason: String) -> Self {
         Self {

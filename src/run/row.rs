@@ -1,5 +1,6 @@
 //! One row: a scene and the structure's modes in, an outcome out. Pure: no files, no clocks in the results.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::outcome::{RowOutcome, RowStatus};
@@ -17,8 +18,7 @@ const LONGEST_STEP_S: f64 = 1e-3;
 pub(super) const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// Residual of energies or of chambers above which the audit of a row fails. At the default tolerance energies close to 1e-5 and
-/// chambers to 1e-10; the latter to a few 1e-4 where an annulus at ambient pressure relaxes within a step for a minute, or steps
-/// are exponential.
+/// chambers to 1e-10; the latter to a few 1e-4 where an annulus at ambient pressure relaxes within a step for a minute.
 pub const RESIDUAL_LIMIT: f64 = 1e-3;
 
 /// Simulates a scene on the modes of its structure.
@@ -37,7 +37,7 @@ pub fn run_row_observed<O>(
     observer: impl FnOnce(&CoupledModel) -> O,
 ) -> (RowOutcome, Option<O>)
 where
-    O: for<'a> Observer<Coupled<'a>>,
+    O: Observer<Coupled>,
 {
     let begin = Instant::now();
     let (mut outcome, extra) = match build(scene, modes) {
@@ -51,36 +51,22 @@ where
     (outcome, extra)
 }
 
-fn simulate<O>(scene: &Scene, model: &CoupledModel, extra: O) -> (RowOutcome, O)
+fn simulate<O>(scene: &Scene, model: &Arc<CoupledModel>, extra: O) -> (RowOutcome, O)
 where
-    O: for<'a> Observer<Coupled<'a>>,
+    O: Observer<Coupled>,
 {
     let mut system = Coupled::new(model);
     let mut observers = (Recorder::new(model, scene), extra);
-    let End { stopped, t, y, counters } = integrate(scene, &mut system, &mut observers);
+    let span = Span { y0: model.initial_state(), t_end: scene.duration_s };
+    let end = scene.solver.method.integrate(&mut system, &mut observers, &settings(scene), &span);
     let (recorder, extra) = observers;
-    let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(&system, t, &y));
-    let (status, reason) = match &metrics {
-        Some(metrics) => audited(&metrics.totals, scene),
-        None => describe(&stopped, scene),
-    };
-    let outcome = RowOutcome {
-        status,
-        reason,
-        time_reached_s: t,
-        modes: model.layout().modes,
-        states: model.layout().states(),
-        metrics,
-        counters,
-        wall_time_s: 0.0,
-    };
-    (outcome, extra)
+    (outcome(scene, &system, recorder, end), extra)
 }
 
-/// Integrates a scene's system from rest with the scene's method.
-fn integrate<'a, O: Observer<Coupled<'a>>>(scene: &Scene, system: &mut Coupled<'a>, observer: &mut O) -> End {
-    let SolverSettings { tolerance, method, step_s, located, max_steps, max_wall_time_s, .. } = scene.solver;
-    let settings = Settings {
+/// Accuracy and effort that a scene asks for.
+pub(super) fn settings(scene: &Scene) -> Settings {
+    let SolverSettings { tolerance, step_s, located, max_steps, max_wall_time_s, .. } = scene.solver;
+    Settings {
         tolerance,
         first_step_s: FIRST_STEP_S,
         longest_step_s: LONGEST_STEP_S,
@@ -88,9 +74,28 @@ fn integrate<'a, O: Observer<Coupled<'a>>>(scene: &Scene, system: &mut Coupled<'
         located,
         max_steps,
         max_wall_time_s,
+    }
+}
+
+/// The outcome of a scene whose integration has ended; its wall time is left at 0.
+pub(super) fn outcome(scene: &Scene, system: &Coupled, recorder: Recorder, end: End) -> RowOutcome {
+    let End { stopped, t, y, counters } = end;
+    let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(system, t, &y));
+    let (status, reason) = match &metrics {
+        Some(metrics) => audited(&metrics.totals, scene),
+        None => describe(&stopped, scene),
     };
-    let span = Span { y0: system.model().initial_state(), t_end: scene.duration_s };
-    method.integrate(system, observer, &settings, &span)
+    let layout = system.model().layout();
+    RowOutcome {
+        status,
+        reason,
+        time_reached_s: t,
+        modes: layout.modes,
+        states: layout.states(),
+        metrics,
+        counters,
+        wall_time_s: 0.0,
+    }
 }
 
 /// Status of a run that reached its end, by its audits.

@@ -1,10 +1,7 @@
-//! Runs a row's twins: the same scene with inputs that are the same for every purpose, to see how far its outputs move.
+//! A row's twins: the same scene with inputs that are the same for every purpose, to see how far its outputs move.
 
-use super::outcome::RowOutcome;
-use super::row::{LEAST_TOLERANCE, run_row};
-use crate::metrics::RunMetrics;
+use super::row::LEAST_TOLERANCE;
 use crate::scene::{HammerUnit, Scene};
-use crate::system::InterfaceModes;
 
 /// Relative change of supply pressures and standoffs from one twin to the next.
 pub const PERTURBATION: f64 = 1e-9;
@@ -46,15 +43,4 @@ pub fn perturbed(scene: &Scene, number: usize) -> Scene {
         hammer.standoff_m *= factor;
     }
     moved
-}
-
-/// Takes the twins (`outputs.twins` of them, none by default) into the outcome of a scene that was simulated to its end: the
-/// scatter, and the kind of percussion that they show most often. A twin that does not reach its end is left out and missing in the count; wall times add up.
-pub(super) fn with_twins(scene: &Scene, modes: &InterfaceModes, mut outcome: RowOutcome) -> RowOutcome {
-    let Some(metrics) = outcome.metrics.as_mut().filter(|_| scene.outputs.twins > 0) else { return outcome };
-    let runs: Vec<RowOutcome> = (0..scene.outputs.twins).map(|number| run_row(&twin(scene, number), modes)).collect();
-    outcome.wall_time_s += runs.iter().map(|run| run.wall_time_s).sum::<f64>();
-    let twins: Vec<RunMetrics> = runs.into_iter().filter_map(|run| run.metrics).collect();
-    metrics.take_twins(&twins);
-    outcome
 }

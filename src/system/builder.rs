@@ -1,5 +1,7 @@
 //! From a scene and the structure's modes at its interface points to a coupled model. The only part that knows scenes.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::{ContactLaw, ContactParameters};
@@ -9,7 +11,7 @@ use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, S
 use crate::system::impulse_response::{self, Condensation};
 use crate::system::layout::Layout;
 use crate::system::modal::{Modes, TiedGuides};
-use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};
+use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT, Sums};
 use crate::workpiece::WorkpieceError;
 
 /// Error scale of a body's position in m. At tolerance 1 it would be 29.5 kN in the contact of chisel and casting, 0.4 of the
@@ -128,7 +130,7 @@ impl Numbering {
 ///
 /// # Errors
 /// [`BuildError`] if a casting is not held, a hammer's casting does not exist, or the mode shapes do not fit the scene.
-pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, BuildError> {
+pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>, BuildError> {
     check_shapes(scene, modes)?;
     let numbering = Numbering::new(scene)?;
     let modes = excited_modes(modes);
@@ -151,6 +153,7 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, Buil
         layout,
         scales: scales(&layout, &numbering, &modes.phi, condensation.as_ref()),
         supports: supports(&elements, &layout),
+        sums: sums(&elements, &layout),
         elements,
         castings: castings(scene, &numbering),
         body_mass: body_masses(scene, &numbering, &hammers),
@@ -163,7 +166,7 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<CoupledModel, Buil
         initial: Vec::new(),
     };
     model.initial = rest(&model);
-    Ok(model)
+    Ok(Arc::new(model))
 }
 
 /// The modes condensed, if the scene asks for it or it costs less.
@@ -210,11 +213,11 @@ fn excited_modes(modes: &InterfaceModes) -> Modes {
     let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
     let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
     let omega = |k: &usize| modes.omega_rad_s[*k];
-    Modes::new(
-        DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
-        DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
-        DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
-    )
+    Modes {
+        omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
+        damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
+        phi: DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
+    }
 }
 
 /// Adds the springs and contacts of one hammer.
@@ -408,6 +411,21 @@ fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
         components
     };
     (0..elements.contacts().len()).map(support).collect()
+}
+
+/// Penetration and rate of each contact of bodies alone as sums of components.
+fn sums(elements: &Elements, layout: &Layout) -> Vec<Option<Sums>> {
+    let sums = |contact: usize| {
+        let row = || elements.row(elements.contact_row(contact));
+        let bodies = row().all(|(point, _)| point < layout.bodies);
+        bodies.then(|| {
+            [
+                row().map(|(point, c)| (layout.position(point), c)).collect(),
+                row().map(|(point, c)| (layout.velocity(point), c)).collect(),
+            ]
+        })
+    };
+    (0..elements.contacts().len()).map(sums).collect()
 }
 
 /// State of rest.

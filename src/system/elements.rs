@@ -2,8 +2,7 @@
 //!
 //! Every element acts along one relative coordinate, a sparse row `r` over the points: hammer bodies, casting degrees of
 //! freedom, then interface points of the structure. Its elongation (or penetration) is `r u - offset`, its force `f` acts
-//! as `-r' f`. One matrix serves motion and force, so reciprocity holds by construction; an element more is a row more. sprs
-//! assembles the rows and carries them through the step loop: entries copied out into one list of pairs took no less time.
+//! as `-r' f`. One matrix serves motion and force, so reciprocity holds by construction; an element more is a row more.
 
 use sprs::{CsMat, TriMat};
 
@@ -127,29 +126,5 @@ impl Elements {
         let entries = self.rows.indptr().outer_inds_sz(row);
         let points = self.rows.indices()[entries.clone()].iter().copied();
         points.zip(self.rows.data()[entries].iter().copied())
-    }
-
-    /// `r u` of a row for several `u`.
-    #[inline(always)]
-    pub fn values<const N: usize>(&self, row: usize, points: [&[f64]; N]) -> [f64; N] {
-        let mut sums = [0.0; N];
-        if let Some(row) = self.rows.outer_view(row) {
-            for (point, coefficient) in row.iter() {
-                for (sum, points) in sums.iter_mut().zip(points) {
-                    *sum += coefficient * points[point];
-                }
-            }
-        }
-        sums
-    }
-
-    /// Adds `-r' f` to the forces on the points.
-    #[inline(always)]
-    pub fn apply(&self, row: usize, force: f64, forces: &mut [f64]) {
-        if let Some(row) = self.rows.outer_view(row) {
-            for (point, coefficient) in row.iter() {
-                forces[point] -= coefficient * force;
-            }
-        }
     }
 }

@@ -25,19 +25,14 @@
 use nalgebra::{DMatrix, SMatrix, SVector};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::system::modal::{Modes, Motion};
-use crate::system::products::{LANES, add_products};
+use crate::system::kernel::{Free, Kernel, ORDER, TERMS};
+use crate::system::modal::Modes;
 
-/// Repeated integrals per interface point.
-pub(super) const ORDER: usize = 11;
 /// Coefficients of `g`.
 const GAMMAS: usize = ORDER - 1;
 /// Angle by which the fastest mode may turn between rebases, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
 /// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less.
 const TURN_RAD: f64 = 4.0;
-/// Terms of the series of the free motion, from `tau^0` to `tau^ORDER`, rounded up to whole vector registers.
-const TERMS: usize = (ORDER + 1).next_multiple_of(LANES);
-
 /// Time in s that a right-hand side advances by on average, a sixth of a step between contacts.
 const ADVANCE_S: f64 = 8e-6;
 
@@ -103,9 +98,7 @@ pub(super) struct Condensation {
     blocks: Vec<Block>,
     /// Shapes of each block at each point, the index of the point fastest.
     shapes: Vec<Lanes>,
-    /// `Gamma_k[n, m]`, the index of `n` slowest, that of `m` fastest: what meets the integrals in their own order.
-    /// `Gamma_ORDER` is zero.
-    kernel: Vec<f64>,
+    kernel: Kernel<f64>,
 }
 
 /// Some modes: `omega^2`, `2 xi omega` and `gamma_1` to `gamma_GAMMAS`.
@@ -155,7 +148,7 @@ impl Condensation {
                     gamma: std::array::from_fn(|k| padded(gamma.column(k).as_slice(), block)),
                 })
                 .collect(),
-            kernel,
+            kernel: Kernel { points, entries: kernel },
         })
     }
 
@@ -169,68 +162,22 @@ impl Condensation {
         self.points
     }
 
-    /// `Gamma_1[n, m]`: acceleration of point `n` per force on point `m`.
-    #[inline]
-    pub fn direct(&self, n: usize, m: usize) -> f64 {
-        self.kernel[n * ORDER * self.points + m]
+    /// What motion of the points follows from.
+    pub fn kernel(&self) -> &Kernel<f64> {
+        &self.kernel
     }
 
     /// Scale of the first integral at a point whose velocity has scale 1, infinite for a point that cannot move.
     pub fn force_scale(&self, point: usize) -> f64 {
-        let largest = (0..self.points).map(|n| self.direct(n, point).abs()).fold(0.0, f64::max);
+        let largest = (0..self.points).map(|n| self.kernel.direct(n, point).abs()).fold(0.0, f64::max);
         1.0 / largest
     }
 
-    /// Motion of all points at `tau` after the base; `z` are the integrals.
-    #[inline(always)]
-    pub fn motion(&self, base: &Base, tau: f64, z: &[f64], out: &mut Motion<'_>) {
-        let powers = powers(tau);
-        for n in 0..self.points {
-            if n < out.acceleration.len() {
-                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(base, &powers, z, n);
-            } else {
-                [out.displacement[n], out.velocity[n]] = self.at::<2>(base, &powers, z, n);
-            }
-        }
-    }
-
-    /// Displacement, velocity and acceleration (without its direct part) of point `n`.
+    /// Displacement, velocity and acceleration (without its direct part) of point `n` at `tau` after the base; `z` are the
+    /// integrals.
     pub fn point(&self, base: &Base, tau: f64, z: &[f64], n: usize) -> [f64; 3] {
-        self.at(base, &powers(tau), z, n)
+        self.kernel.point(&base.free, tau, z, n)
     }
-
-    /// The first `D` of displacement, velocity and acceleration of point `n`: one pass over the kernel serves all.
-    #[inline(always)]
-    fn at<const D: usize>(&self, base: &Base, powers: &[f64; TERMS], z: &[f64], n: usize) -> [f64; D] {
-        let (states, points) = (self.states(), self.points);
-        let kernel = &self.kernel[n * states..(n + 1) * states];
-        let mut sums = [[0.0; LANES]; D];
-        for (sum, free) in sums.iter_mut().zip(&base.free[n]) {
-            add_products(sum, free, powers);
-        }
-        // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}.
-        let (early, late) = (&z[..states - points], &z[points..states]);
-        let (first, next) = (&kernel[..states - points], &kernel[points..]);
-        let mut rest = [
-            add_products(&mut sums[0], first, late),
-            add_products(&mut sums[1], next, late),
-            if D == 3 { add_products(&mut sums[2], next, early) } else { 0.0 },
-        ];
-        rest[1] += kernel.iter().zip(z).take(points).map(|(kernel, z)| kernel * z).sum::<f64>();
-        std::array::from_fn(|i| (sums[i][0] + sums[i][2]) + (sums[i][1] + sums[i][3]) + rest[i])
-    }
-}
-
-/// Powers of `tau` from 0 on.
-#[inline(always)]
-fn powers(tau: f64) -> [f64; TERMS] {
-    let square = tau * tau;
-    let mut powers = [1.0; TERMS];
-    powers[1] = tau;
-    for k in 2..TERMS {
-        powers[k] = powers[k - 2] * square;
-    }
-    powers
 }
 
 /// Modes treated together in a rebase: sums along the series are long chains, and several hide each other's latency.
@@ -265,8 +212,8 @@ pub(super) struct Base {
     pub time_s: f64,
     displacement: Vec<Lanes>,
     velocity: Vec<Lanes>,
-    /// Coefficients of the free displacement, velocity and acceleration of each interface point.
-    free: Vec<[[f64; TERMS]; 3]>,
+    /// The free motion of each interface point.
+    pub free: Vec<Free<f64>>,
     /// Coefficients of the free displacement of each point while they are summed.
     sums: Vec<[Lanes; ORDER + 1]>,
 }
@@ -441,11 +388,11 @@ mod tests {
     /// Two points, three modes: one that floats, one undamped, one damped.
     fn modes() -> Modes {
         let (omega, ratio): ([f64; 3], [f64; 3]) = ([0.0, 700.0, 2000.0], [0.0, 0.0, 0.05]);
-        Modes::new(
-            DVector::from_fn(3, |s, _| omega[s] * omega[s]),
-            DVector::from_fn(3, |s, _| 2.0 * ratio[s] * omega[s]),
-            DMatrix::from_row_slice(3, 2, &[0.1, 0.1, 0.3, -0.2, 0.25, 0.4]),
-        )
+        Modes {
+            omega_squared: DVector::from_fn(3, |s, _| omega[s] * omega[s]),
+            damping: DVector::from_fn(3, |s, _| 2.0 * ratio[s] * omega[s]),
+            phi: DMatrix::from_row_slice(3, 2, &[0.1, 0.1, 0.3, -0.2, 0.25, 0.4]),
+        }
     }
 
     /// Displacement and velocity of a mode under the constant modal force `f` from rest: the closed form.
@@ -467,11 +414,11 @@ mod tests {
         let omega = 900.0_f64;
         for ratio in [0.0, 0.02, 0.5, 0.999, 1.001, 5.0_f64] {
             let (decay, rest) = (ratio * omega, (1.0 - ratio * ratio).abs().sqrt() * omega);
-            let one = Modes::new(
-                DVector::from_element(1, omega * omega),
-                DVector::from_element(1, 2.0 * decay),
-                DMatrix::from_element(1, 1, 1.0),
-            );
+            let one = Modes {
+                omega_squared: DVector::from_element(1, omega * omega),
+                damping: DVector::from_element(1, 2.0 * decay),
+                phi: DMatrix::from_element(1, 1, 1.0),
+            };
             let horizon_s = TURN_RAD / fastest(&one);
             let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s).unwrap();
             for part in 0..=50_u32 {
@@ -517,7 +464,7 @@ mod tests {
                 let modal = exact(t0 + tau);
                 for n in 0..2 {
                     let [w, v, a] = condensation.point(&base, tau, &z(tau), n);
-                    let direct: f64 = (0..2).map(|m| condensation.direct(n, m) * force[m]).sum();
+                    let direct: f64 = (0..2).map(|m| condensation.kernel().direct(n, m) * force[m]).sum();
                     let sum = |value: &dyn Fn(usize) -> f64| (0..3).map(|s| modes.phi[(s, n)] * value(s)).sum::<f64>();
                     let (we, ve) = (sum(&|s| modal[s][0]), sum(&|s| modal[s][1]));
                     let ae = sum(&|s| {
@@ -543,12 +490,10 @@ mod tests {
     /// A mode that is not a number is not condensed; one that only floats is, for ever.
     #[test]
     fn modes_that_are_not_finite() {
-        let one = |omega_squared: f64, damping: f64| {
-            Modes::new(
-                DVector::from_element(1, omega_squared),
-                DVector::from_element(1, damping),
-                DMatrix::from_element(1, 1, 0.5),
-            )
+        let one = |omega_squared: f64, damping: f64| Modes {
+            omega_squared: DVector::from_element(1, omega_squared),
+            damping: DVector::from_element(1, damping),
+            phi: DMatrix::from_element(1, 1, 0.5),
         };
         for (omega_squared, damping) in [(f64::NAN, 0.0), (1e6, f64::NAN), (f64::INFINITY, 0.0)] {
             assert!(Condensation::new(&one(omega_squared, damping)).is_none(), "{omega_squared}, {damping}");
@@ -564,12 +509,10 @@ mod tests {
     /// Few points and slow modes are condensed, many points or fast modes are integrated.
     #[test]
     fn what_pays() {
-        let some = |count: usize, points: usize, fastest: f64| {
-            Modes::new(
-                DVector::from_element(count, fastest * fastest),
-                DVector::zeros(count),
-                DMatrix::from_element(count, points, 0.1),
-            )
+        let some = |count: usize, points: usize, fastest: f64| Modes {
+            omega_squared: DVector::from_element(count, fastest * fastest),
+            damping: DVector::zeros(count),
+            phi: DMatrix::from_element(count, points, 0.1),
         };
         assert!(pays(&some(60, 2, 6283.0)) && pays(&some(171, 2, 18_850.0)));
         // Where both cost the same was measured: between three hammers on fixtures of their own and four.

@@ -6,17 +6,23 @@
 //! - `model`: constants of the coupled system
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
+//! - `kernel`: motion of interface points from integrals of the forces on them
 //! - `impulse_response`: impulse-response condensation of the modes to their interface points
+//! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
-//! - `rates`: the right-hand side
+//! - `rates`: the right-hand side, of one row or of one in each lane
+//! - `lanes`: rows of one shape side by side
 //! - `integration`: the system as the integrator sees it
 
 mod builder;
 mod coupled;
+mod discrete;
 mod elements;
 mod impulse_response;
 mod integration;
+mod kernel;
+mod lanes;
 mod layout;
 mod modal;
 mod model;
@@ -27,5 +33,6 @@ mod rates;
 pub use builder::{BuildError, InterfaceModes, build};
 pub use coupled::Coupled;
 pub use elements::{Contact, ContactKind, Elements, Spring};
+pub use lanes::{CoupledLanes, Shape};
 pub use layout::{HammerQuadrature, Layout};
 pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};

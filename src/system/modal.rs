@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::system::products::{Blocks, LANES, add_columns};
+use crate::number::Number;
+use crate::system::products::{Blocks, LANES, add_columns, put_all};
 
 /// The structure's modes.
 #[derive(Debug, Clone)]
@@ -12,49 +13,76 @@ pub(super) struct Modes {
     pub damping: DVector<f64>,
     /// Mode shapes at the interface points: modes x points of the structure.
     pub phi: DMatrix<f64>,
-    /// The same, several points together.
-    shapes: Blocks,
 }
 
 /// Motion of the interface points, accelerations without what forces on them cause at once.
-pub(super) struct Motion<'a> {
-    pub displacement: &'a mut [f64],
-    pub velocity: &'a mut [f64],
+pub(super) struct Motion<'a, R> {
+    pub displacement: &'a mut [R],
+    pub velocity: &'a mut [R],
     /// Of the first points only, as many as are asked for.
-    pub acceleration: &'a mut [f64],
+    pub acceleration: &'a mut [R],
 }
 
 impl Modes {
-    /// Modes of given `omega^2`, `2 xi omega` and shapes.
-    pub fn new(omega_squared: DVector<f64>, damping: DVector<f64>, phi: DMatrix<f64>) -> Self {
-        let shapes = Blocks::new(&phi);
-        Self { omega_squared, damping, phi, shapes }
-    }
-
     /// Value at interface point `n` of a field given by its modal coordinates.
     pub fn at(&self, n: usize, modal: &[f64]) -> f64 {
         self.phi.column(n).iter().zip(modal).map(|(phi, x)| phi * x).sum()
     }
+}
+
+/// Modes of each lane, to be integrated.
+#[derive(Debug, Clone)]
+pub(super) struct ModalRates<R> {
+    points: usize,
+    omega_squared: Vec<R>,
+    damping: Vec<R>,
+    /// Shapes at the points, one point after the other.
+    phi: Vec<R>,
+    /// The same, several points together.
+    shapes: Blocks<R>,
+}
+
+impl<R: Number> ModalRates<R> {
+    /// Room for modes of a shape.
+    pub fn like(modes: &Modes) -> Self {
+        let (count, points) = modes.phi.shape();
+        let zeros = |length: usize| vec![R::splat(0.0); length];
+        Self {
+            points,
+            omega_squared: zeros(count),
+            damping: zeros(count),
+            phi: zeros(count * points),
+            shapes: Blocks::zeros((count, points)),
+        }
+    }
+
+    /// Sets the modes of a lane.
+    pub fn put(&mut self, lane: usize, modes: &Modes) {
+        put_all(&mut self.omega_squared, lane, &modes.omega_squared);
+        put_all(&mut self.damping, lane, &modes.damping);
+        put_all(&mut self.phi, lane, &modes.phi);
+        self.shapes.put(lane, &modes.phi);
+    }
 
     /// Writes the accelerations that modes have without forces, `-omega^2 x - 2 xi omega v`; returns the power dissipated, W.
     #[inline(always)]
-    pub fn free_accelerations(&self, x: &[f64], v: &[f64], acceleration: &mut [f64]) -> f64 {
-        let mut loss = 0.0;
-        let constants = self.omega_squared.as_slice().iter().zip(self.damping.as_slice());
+    pub fn free_accelerations(&self, x: &[R], v: &[R], acceleration: &mut [R]) -> R {
+        let mut loss = R::splat(0.0);
+        let constants = self.omega_squared.iter().zip(&self.damping);
         for (((acceleration, (omega_squared, damping)), x), v) in acceleration.iter_mut().zip(constants).zip(x).zip(v) {
-            let resistance = damping * v;
-            *acceleration = -omega_squared * x - resistance;
-            loss += resistance * v;
+            let resistance = *damping * *v;
+            *acceleration = -*omega_squared * *x - resistance;
+            loss += resistance * *v;
         }
         loss
     }
 
     /// Motion of all points from the modes' displacements, velocities and free accelerations.
     #[inline(always)]
-    pub fn motion(&self, [x, v, free]: [&[f64]; 3], out: &mut Motion<'_>) {
-        let (points, accelerated) = (self.phi.ncols(), out.acceleration.len());
-        for (at, first) in (0..points).step_by(LANES).enumerate() {
-            let range = first..points.min(first + LANES);
+    pub fn motion(&self, [x, v, free]: [&[R]; 3], out: &mut Motion<'_, R>) {
+        let accelerated = out.acceleration.len();
+        for (at, first) in (0..self.points).step_by(LANES).enumerate() {
+            let range = first..self.points.min(first + LANES);
             let (displacement, velocity);
             if first < accelerated {
                 let acceleration;
@@ -71,8 +99,15 @@ impl Modes {
 
     /// Adds to the modes' accelerations what forces on the interface points cause, `Phi F`.
     #[inline(always)]
-    pub fn add_forces(&self, force: &[f64], acceleration: &mut [f64]) {
-        add_columns(acceleration, self.phi.as_slice(), force);
+    pub fn add_forces(&self, force: &[R], acceleration: &mut [R]) {
+        add_columns(acceleration, &self.phi, force);
+    }
+
+    /// Shapes at point `n`.
+    #[inline(always)]
+    pub fn shapes_at(&self, n: usize) -> &[R] {
+        let count = self.omega_squared.len();
+        &self.phi[n * count..(n + 1) * count]
     }
 }
 
@@ -99,14 +134,41 @@ impl TiedGuides {
         let update = -matrix.cholesky()?.inverse();
         Some(Self { mass, update, direct: columns.tr_mul(phi) })
     }
+}
+
+/// Tied guides of each lane.
+#[derive(Debug, Clone)]
+pub(super) struct GuideShares<R> {
+    guides: usize,
+    update: Vec<R>,
+    direct: Vec<R>,
+}
+
+impl<R: Number> GuideShares<R> {
+    /// Room for guides of a number.
+    pub fn like(tied: &TiedGuides) -> Self {
+        let zeros = |length: usize| vec![R::splat(0.0); length];
+        Self { guides: tied.mass.len(), update: zeros(tied.update.len()), direct: zeros(tied.direct.len()) }
+    }
+
+    /// Sets the guides of a lane.
+    pub fn put(&mut self, lane: usize, tied: &TiedGuides) {
+        put_all(&mut self.update, lane, &tied.update);
+        put_all(&mut self.direct, lane, &tied.direct);
+    }
+
+    /// Number of guides.
+    #[inline(always)]
+    pub fn guides(&self) -> usize {
+        self.guides
+    }
 
     /// Takes from the forces on the interface points what moves the guides; `own` are the accelerations of their mounts without
     /// any force, changed to those with the forces but without the guides.
     #[inline(always)]
-    pub fn share(&self, force: &mut [f64], own: &mut [f64]) {
-        let guides = self.mass.len();
-        add_columns(&mut own[..guides], self.direct.as_slice(), force);
-        add_columns(&mut force[..guides], self.update.as_slice(), &own[..guides]);
+    pub fn share(&self, force: &mut [R], own: &mut [R]) {
+        add_columns(&mut own[..self.guides], &self.direct, force);
+        add_columns(&mut force[..self.guides], &self.update, &own[..self.guides]);
     }
 }
 
@@ -127,7 +189,9 @@ mod tests {
         let mut force = DVector::from_fn(4, |i, _| 3.0 - i as f64);
         let expected = full.lu().solve(&(&free + &phi * &force)).unwrap();
         let tied = TiedGuides::new(&phi, mass).unwrap();
-        tied.share(force.as_mut_slice(), phi.tr_mul(&free).as_mut_slice());
+        let mut shares = GuideShares::<f64>::like(&tied);
+        shares.put(0, &tied);
+        shares.share(force.as_mut_slice(), phi.tr_mul(&free).as_mut_slice());
         assert!((free + phi * force - expected).amax() < 1e-13);
         // A mount that no mode moves is still positive definite; a negative mass is not.
         assert!(TiedGuides::new(&DMatrix::zeros(2, 1), vec![1.0]).is_some());
@@ -141,10 +205,12 @@ mod tests {
         let wave = |seed: f64| DVector::from_fn(count, |s, _| (seed * (s + 1) as f64).sin());
         let (omega_squared, damping) = (wave(0.3).abs() * 1e4, wave(0.7).abs());
         let phi = DMatrix::from_fn(count, points, |s, n| (0.9 * (s + 5 * n) as f64).cos());
-        let modes = Modes::new(omega_squared.clone(), damping.clone(), phi.clone());
+        let modes = Modes { omega_squared: omega_squared.clone(), damping: damping.clone(), phi: phi.clone() };
+        let mut rates = ModalRates::<f64>::like(&modes);
+        rates.put(0, &modes);
         let (x, v) = (wave(1.1), wave(1.3));
         let mut free = vec![0.0; count];
-        let loss = modes.free_accelerations(x.as_slice(), v.as_slice(), &mut free);
+        let loss = rates.free_accelerations(x.as_slice(), v.as_slice(), &mut free);
         let expected = -omega_squared.component_mul(&x) - damping.component_mul(&v);
         assert!((DVector::from_row_slice(&free) - &expected).amax() < 1e-10);
         assert!((loss - damping.component_mul(&v).dot(&v)).abs() < 1e-13);
@@ -152,7 +218,7 @@ mod tests {
         let mut found = vec![vec![f64::NAN; points]; 3];
         let [displacement, velocity, acceleration] = &mut found[..] else { unreachable!() };
         let mut motion = Motion { displacement, velocity, acceleration: &mut acceleration[..accelerated] };
-        modes.motion([x.as_slice(), v.as_slice(), &free], &mut motion);
+        rates.motion([x.as_slice(), v.as_slice(), &free], &mut motion);
         for (found, (modal, count)) in found.iter().zip([(&x, points), (&v, points), (&expected, accelerated)]) {
             for (n, found) in found.iter().enumerate().take(count) {
                 let expected = phi.column(n).dot(modal);

@@ -53,6 +53,9 @@ pub struct CastingPoint {
 /// Name of a casting's measuring point among its points.
 pub const MEASURING_POINT: &str = "measuring_point";
 
+/// Two sums of components of the state, each with its coefficient.
+pub(super) type Sums = [Vec<(usize, f64)>; 2];
+
 /// The coupled system: constant while it is integrated.
 #[derive(Debug, Clone)]
 pub struct CoupledModel {
@@ -69,6 +72,9 @@ pub struct CoupledModel {
     pub(super) scales: Vec<f64>,
     /// Components of the state that each contact's guard depends on.
     pub(super) supports: Vec<Vec<usize>>,
+    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` where a point of the structure
+    /// takes part.
+    pub(super) sums: Vec<Option<Sums>>,
     pub(super) ambient_pressure_pa: f64,
     pub(super) gas_constant_j_per_kg_k: f64,
     pub(super) initial: Vec<f64>,

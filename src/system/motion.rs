@@ -3,10 +3,10 @@
 use crate::hammer::{HammerState, body};
 use crate::system::coupled::Coupled;
 
-impl Coupled<'_> {
+impl Coupled {
     /// Displacement and velocity of interface point `node` of the structure at time `t`.
     pub fn interface_motion(&self, node: usize, t: f64, y: &[f64]) -> (f64, f64) {
-        let model = self.model;
+        let model = &self.model;
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
                 let [w, v, _] =
@@ -18,21 +18,6 @@ impl Coupled<'_> {
                 let at = |modal: &[f64]| model.modes.at(node, modal);
                 (at(&y[layout.structure_displacements()]), at(&y[layout.structure_velocities()]))
             }
-        }
-    }
-
-    /// Acceleration of an interface point at a state whose rate is known.
-    fn interface_acceleration(&self, node: usize, t: f64, y: &[f64], rate: &[f64]) -> f64 {
-        let model = self.model;
-        match (&self.base, &model.condensation) {
-            (Some(base), Some(condensation)) => {
-                let [_, _, rest] =
-                    condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
-                let forces = &rate[..model.modes.phi.ncols()];
-                let direct = forces.iter().enumerate().map(|(m, force)| condensation.direct(node, m) * force);
-                rest + direct.sum::<f64>()
-            }
-            _ => model.modes.at(node, &rate[model.layout.structure_velocities()]),
         }
     }
 
@@ -51,16 +36,6 @@ impl Coupled<'_> {
         (d, rate)
     }
 
-    /// Relative acceleration along an element's row at a state whose rate is known.
-    pub(super) fn relative_acceleration(&self, row: usize, t: f64, y: &[f64], rate: &[f64]) -> f64 {
-        let layout = &self.model.layout;
-        let acceleration = |point: usize| match point.checked_sub(layout.bodies) {
-            None => rate[layout.velocity(point)],
-            Some(node) => self.interface_acceleration(node, t, y, rate),
-        };
-        self.model.elements.row(row).map(|(point, c)| c * acceleration(point)).sum()
-    }
-
     /// Penetration and its rate of a contact.
     pub fn penetration(&self, contact: usize, t: f64, y: &[f64]) -> (f64, f64) {
         let elements = &self.model.elements;
@@ -70,7 +45,7 @@ impl Coupled<'_> {
 
     /// Force of a contact at a state in N; 0 while it is open.
     pub fn contact_force(&self, contact: usize, t: f64, y: &[f64]) -> f64 {
-        if !self.closed[contact] {
+        if !self.discrete.closed[contact] {
             return 0.0;
         }
         let (d, rate) = self.penetration(contact, t, y);
@@ -94,7 +69,7 @@ impl Coupled<'_> {
 
     /// Energy stored at a state in J: kinetic, modal strain, springs, return springs, and the closed contacts.
     pub fn stored_energy(&self, t: f64, y: &[f64]) -> f64 {
-        let model = self.model;
+        let model = &self.model;
         let layout = &model.layout;
         let mut energy = self.modal_energy(t, y);
         for (body, mass) in model.body_mass.iter().enumerate() {
@@ -116,7 +91,7 @@ impl Coupled<'_> {
             let extension = state.position[body::CYLINDER] - state.position[body::GUIDE];
             energy += model.hammers[hammer].model.return_spring_energy(extension);
         }
-        for (contact, _) in self.closed.iter().enumerate().filter(|(_, closed)| **closed) {
+        for (contact, _) in self.discrete.closed.iter().enumerate().filter(|(_, closed)| **closed) {
             let (d, _) = self.penetration(contact, t, y);
             energy += model.elements.contacts()[contact].law.stored_energy(d);
         }
@@ -124,7 +99,7 @@ impl Coupled<'_> {
     }
 
     fn modal_energy(&self, t: f64, y: &[f64]) -> f64 {
-        let model = self.model;
+        let model = &self.model;
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
                 base.energy(condensation, t, &y[model.layout.structure_displacements()])

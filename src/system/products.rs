@@ -3,24 +3,46 @@
 
 use nalgebra::DMatrix;
 
+use crate::number::Number;
+
 /// Independent sums.
 pub(super) const LANES: usize = 4;
 
+/// Sum of no products: adding it changes nothing, not even the sign of a zero.
+const NONE: f64 = -0.0;
+
 /// Adds `a b` to independent sums; returns the sum of what fills no whole block of them.
 #[inline(always)]
-pub(super) fn add_products(sums: &mut [f64; LANES], a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn add_products<R: Number>(sums: &mut [R; LANES], a: &[R], b: &[R]) -> R {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     for (a, b) in a.iter().zip(b) {
         for lane in 0..LANES {
             sums[lane] += a[lane] * b[lane];
         }
     }
-    a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum()
+    sum(a_rest, b_rest)
+}
+
+/// `sum a b`, one after the other.
+#[inline(always)]
+pub(super) fn sum<R: Number>(a: &[R], b: &[R]) -> R {
+    let mut sum = R::splat(NONE);
+    for (a, b) in a.iter().zip(b) {
+        sum += *a * *b;
+    }
+    sum
+}
+
+/// Sets a lane of numbers that stand one after the other.
+pub(super) fn put_all<'v, R: Number>(own: &mut [R], lane: usize, values: impl IntoIterator<Item = &'v f64>) {
+    for (own, value) in own.iter_mut().zip(values) {
+        own.put(lane, value);
+    }
 }
 
 /// `out += A factors`, the columns of `A` one after the other. Several columns are taken in one pass over `out`.
 #[inline(always)]
-pub(super) fn add_columns(out: &mut [f64], columns: &[f64], factors: &[f64]) {
+pub(super) fn add_columns<R: Number>(out: &mut [R], columns: &[R], factors: &[R]) {
     let rows = out.len();
     if rows == 0 {
         return;
@@ -37,7 +59,7 @@ pub(super) fn add_columns(out: &mut [f64], columns: &[f64], factors: &[f64]) {
 
 /// `out += sum_i factors[i] vectors[i]` of vectors as long as `out`.
 #[inline(always)]
-fn add_scaled<const N: usize>(out: &mut [f64], vectors: [&[f64]; N], factors: &[f64; N]) {
+fn add_scaled<R: Number, const N: usize>(out: &mut [R], vectors: [&[R]; N], factors: &[R; N]) {
     let (blocks, rest) = out.as_chunks_mut::<LANES>();
     let whole = vectors.map(|vector| &vector.as_chunks::<LANES>().0[..blocks.len()]);
     for (at, out) in blocks.iter_mut().enumerate() {
@@ -45,42 +67,47 @@ fn add_scaled<const N: usize>(out: &mut [f64], vectors: [&[f64]; N], factors: &[
         for (factor, vector) in factors.iter().zip(whole) {
             let values = vector[at];
             for lane in 0..LANES {
-                sums[lane] += factor * values[lane];
+                sums[lane] += *factor * values[lane];
             }
         }
         *out = sums;
     }
     for (factor, vector) in factors.iter().zip(vectors) {
         for (out, value) in rest.iter_mut().zip(vector.as_chunks::<LANES>().1) {
-            *out += factor * value;
+            *out += *factor * *value;
         }
     }
 }
 
 /// A matrix whose columns stand in blocks: several of them together, row by row, filled up with zeros.
 #[derive(Debug, Clone)]
-pub(super) struct Blocks {
+pub(super) struct Blocks<R> {
     rows: usize,
-    entries: Vec<[f64; LANES]>,
+    entries: Vec<[R; LANES]>,
 }
 
-impl Blocks {
-    /// Takes a matrix.
-    pub fn new(matrix: &DMatrix<f64>) -> Self {
-        let (rows, columns) = matrix.shape();
-        let entry = |i: usize, j: usize| if j < columns { matrix[(i, j)] } else { 0.0 };
-        let places = (0..columns.div_ceil(LANES)).flat_map(|at| (0..rows).map(move |i| (i, LANES * at)));
-        let entries = places.map(|(i, first)| std::array::from_fn(|lane| entry(i, first + lane)));
-        Self { rows, entries: entries.collect() }
+impl<R: Number> Blocks<R> {
+    /// Zeros of a shape.
+    pub fn zeros((rows, columns): (usize, usize)) -> Self {
+        Self { rows, entries: vec![[R::splat(0.0); LANES]; rows * columns.div_ceil(LANES)] }
+    }
+
+    /// Takes the matrix of a lane, of the same shape.
+    pub fn put(&mut self, lane: usize, matrix: &DMatrix<f64>) {
+        for (j, column) in matrix.column_iter().enumerate() {
+            for (i, value) in column.iter().enumerate() {
+                self.entries[j / LANES * self.rows + i][j % LANES].put(lane, value);
+            }
+        }
     }
 
     /// Products of the columns of block `at` with several vectors: one pass over the block serves all.
     #[inline(always)]
-    pub fn products<const D: usize>(&self, at: usize, vectors: [&[f64]; D]) -> [[f64; LANES]; D] {
+    pub fn products<const D: usize>(&self, at: usize, vectors: [&[R]; D]) -> [[R; LANES]; D] {
         // Rows two by two: two chains of sums per product hide each other's latency.
         let (pairs, last) = self.entries[at * self.rows..(at + 1) * self.rows].as_chunks::<2>();
         let factors = vectors.map(|vector| &vector.as_chunks::<2>().0[..pairs.len()]);
-        let mut sums = [[[0.0; LANES]; 2]; D];
+        let mut sums = [[[R::splat(0.0); LANES]; 2]; D];
         for (i, pair) in pairs.iter().enumerate() {
             for (sums, factors) in sums.iter_mut().zip(factors) {
                 for half in 0..2 {
@@ -97,7 +124,13 @@ impl Blocks {
                 }
             }
         }
-        sums.map(|[even, odd]| std::array::from_fn(|lane| even[lane] + odd[lane]))
+        let mut products = [[R::splat(0.0); LANES]; D];
+        for (products, [even, odd]) in products.iter_mut().zip(&sums) {
+            for lane in 0..LANES {
+                products[lane] = even[lane] + odd[lane];
+            }
+        }
+        products
     }
 }
 
@@ -117,7 +150,9 @@ mod tests {
             add_columns(out.as_mut_slice(), matrix.as_slice(), factors.as_slice());
             assert!((&out - expected).iter().all(|d| d.abs() < 1e-14));
 
-            let (blocks, other) = (Blocks::new(&matrix), out.map(|value| value * value - 3.0));
+            let other = out.map(|value: f64| value * value - 3.0);
+            let mut blocks = Blocks::<f64>::zeros(matrix.shape());
+            blocks.put(0, &matrix);
             let expected = [matrix.tr_mul(&out), matrix.tr_mul(&other)];
             for at in 0..columns.div_ceil(LANES) {
                 let found = blocks.products(at, [out.as_slice(), other.as_slice()]);

@@ -1,97 +1,316 @@
-//! The right-hand side of the coupled system: motion of all points, forces, accelerations, quadratures.
+//! The right-hand side of the coupled system, of one row or of one in each lane: motion of all points, forces, accelerations,
+//! quadratures.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::hammer::{HammerState, body};
-use crate::system::coupled::Coupled;
+use crate::contact::ContactLaw;
+use crate::hammer::{HammerConstants, HammerState, body};
+use crate::integrate::GuardSample;
+use crate::number::{Lanes, Mask, Number, in_lanes};
+use crate::system::discrete::Discrete;
 use crate::system::elements::ContactKind;
-use crate::system::layout::HammerQuadrature;
-use crate::system::modal::Motion;
+use crate::system::impulse_response::Base;
+use crate::system::kernel::{Free, Kernel};
+use crate::system::layout::{HammerQuadrature, Layout};
+use crate::system::modal::{GuideShares, ModalRates, Motion};
+use crate::system::model::CoupledModel;
+use crate::system::products::{put_all, sum};
 
 /// Sums over one right-hand side.
-#[derive(Default)]
-struct Power {
-    put_in: f64,
-    dissipated: f64,
+struct Power<R> {
+    put_in: R,
+    dissipated: R,
 }
 
-impl Coupled<'_> {
-    /// Writes the rates of the state at `(t, y)`.
-    pub(super) fn rates(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
-        // The widest vector registers that the processor has; the order of sums, and so the result, is the same with all.
-        Arch::new().dispatch(Evaluation { system: self, t, y, rate });
+/// One hammer of each lane.
+#[derive(Debug, Clone)]
+struct Hammer<R: Number> {
+    points: [usize; body::COUNT],
+    mount: usize,
+    constants: HammerConstants<R>,
+    supply_pa: R,
+    /// Whether the supply has been switched off: what then flows back does not return to it.
+    vented: R::Mask,
+    gate_open: R::Mask,
+}
+
+/// A spring of each lane.
+#[derive(Debug, Clone, Copy)]
+struct Spring<R> {
+    stiffness_n_per_m: R,
+    damping_n_s_per_m: R,
+}
+
+/// A contact of each lane.
+#[derive(Debug, Clone, Copy)]
+struct Contact<R: Number> {
+    hammer: usize,
+    strikes_casting: bool,
+    law: ContactLaw<R>,
+    offset_m: R,
+    closed: R::Mask,
+}
+
+/// Rows of elements over the points: the pattern, and the coefficients of each lane.
+#[derive(Debug, Clone)]
+struct ElementRows<R> {
+    /// Where each row begins, and the last ends.
+    begins: Vec<usize>,
+    entries: Vec<(usize, R)>,
+}
+
+impl<R: Number> ElementRows<R> {
+    #[inline(always)]
+    fn row(&self, row: usize) -> &[(usize, R)] {
+        &self.entries[self.begins[row]..self.begins[row + 1]]
     }
 
-    /// Writes the right-hand side.
+    /// `r u` for two `u`.
     #[inline(always)]
-    fn evaluate(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
-        let mut power = Power::default();
+    fn values(&self, row: usize, displacement: &[R], velocity: &[R]) -> [R; 2] {
+        let mut sums = [R::splat(0.0); 2];
+        for &(point, coefficient) in self.row(row) {
+            sums[0] += coefficient * displacement[point];
+            sums[1] += coefficient * velocity[point];
+        }
+        sums
+    }
+
+    /// Adds `-r' f` to the forces on the points.
+    #[inline(always)]
+    fn apply(&self, row: usize, force: R, forces: &mut [R]) {
+        for &(point, coefficient) in self.row(row) {
+            forces[point] -= coefficient * force;
+        }
+    }
+}
+
+/// What the structure's part of the state is.
+#[derive(Debug, Clone)]
+enum Structure<R> {
+    /// Modes, integrated.
+    Integrated {
+        modes: ModalRates<R>,
+        /// Their accelerations without forces, and the power that they dissipate, W.
+        free: Vec<R>,
+        loss: R,
+    },
+    /// Integrals of the forces, from a base on.
+    Condensed { kernel: Kernel<R>, base_s: R, free: Vec<Free<R>> },
+}
+
+/// The right-hand side with its constants, the discrete state that it follows, and scratch memory.
+#[derive(Debug, Clone)]
+pub(super) struct Rates<R: Number> {
+    layout: Layout,
+    rows: ElementRows<R>,
+    springs: Vec<Spring<R>>,
+    contacts: Vec<Contact<R>>,
+    hammers: Vec<Hammer<R>>,
+    inverse_mass: Vec<R>,
+    structure: Structure<R>,
+    tied: Option<GuideShares<R>>,
+    following: bool,
+    displacement: Vec<R>,
+    velocity: Vec<R>,
+    force: Vec<R>,
+    /// Accelerations of interface points without what forces on them cause at once; changed when guides take their share.
+    acceleration: Vec<R>,
+}
+
+impl<R: Number> Rates<R> {
+    /// Room for rows of a model's shape, all lanes with its constants.
+    pub fn new(model: &CoupledModel, discrete: &Discrete) -> Self {
+        let layout = model.layout;
+        let zero = R::splat(0.0);
+        let interface = model.modes.phi.ncols();
+        let points = layout.bodies + interface;
+        let rows = 0..model.elements.springs().len() + model.elements.contacts().len();
+        let mut begins = vec![0];
+        let mut entries = Vec::new();
+        for row in rows {
+            entries.extend(model.elements.row(row).map(|(point, _)| (point, zero)));
+            begins.push(entries.len());
+        }
+        let structure = match &model.condensation {
+            Some(condensation) => Structure::Condensed {
+                kernel: Kernel::like(condensation.kernel()),
+                base_s: zero,
+                free: vec![Default::default(); interface],
+            },
+            None => Structure::Integrated {
+                modes: ModalRates::like(&model.modes),
+                free: vec![zero; layout.structure[1]],
+                loss: zero,
+            },
+        };
+        let mut rates = Self {
+            layout,
+            rows: ElementRows { begins, entries },
+            springs: vec![Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero }; model.elements.springs().len()],
+            contacts: model.elements.contacts().iter().map(Contact::like).collect(),
+            hammers: (model.hammers.iter())
+                .map(|slot| Hammer {
+                    points: slot.points,
+                    mount: slot.mount,
+                    constants: in_lanes::<R, _>(slot.model.constants()),
+                    supply_pa: zero,
+                    vented: R::Mask::default(),
+                    gate_open: R::Mask::default(),
+                })
+                .collect(),
+            inverse_mass: vec![zero; layout.bodies],
+            structure,
+            tied: model.tied.as_ref().map(GuideShares::like),
+            following: false,
+            displacement: vec![zero; points],
+            velocity: vec![zero; points],
+            force: vec![zero; points],
+            acceleration: vec![zero; interface],
+        };
+        for lane in 0..R::LANES {
+            rates.put_model(lane, model);
+            rates.put_discrete(lane, model, discrete);
+        }
+        rates
+    }
+
+    /// Sets the constants of a lane, of the same shape.
+    pub fn put_model(&mut self, lane: usize, model: &CoupledModel) {
+        let elements = &model.elements;
+        for row in 0..self.rows.begins.len() - 1 {
+            let own = &mut self.rows.entries[self.rows.begins[row]..self.rows.begins[row + 1]];
+            for ((_, own), (_, coefficient)) in own.iter_mut().zip(elements.row(row)) {
+                own.put(lane, &coefficient);
+            }
+        }
+        for (own, spring) in self.springs.iter_mut().zip(elements.springs()) {
+            own.stiffness_n_per_m.put(lane, &spring.stiffness_n_per_m);
+            own.damping_n_s_per_m.put(lane, &spring.damping_n_s_per_m);
+        }
+        for (own, contact) in self.contacts.iter_mut().zip(elements.contacts()) {
+            own.law.put(lane, &contact.law);
+            own.offset_m.put(lane, &contact.offset_m);
+        }
+        for (own, slot) in self.hammers.iter_mut().zip(&model.hammers) {
+            own.constants.put(lane, slot.model.constants());
+        }
+        for (own, mass) in self.inverse_mass.iter_mut().zip(&model.body_mass) {
+            own.put(lane, &(1.0 / mass));
+        }
+        match &mut self.structure {
+            Structure::Integrated { modes, .. } => modes.put(lane, &model.modes),
+            Structure::Condensed { kernel, .. } => {
+                model.condensation.iter().for_each(|other| kernel.put(lane, other.kernel()));
+            }
+        }
+        if let (Some(own), Some(tied)) = (&mut self.tied, &model.tied) {
+            own.put(lane, tied);
+        }
+    }
+
+    /// Sets the discrete state of a lane.
+    pub fn put_discrete(&mut self, lane: usize, model: &CoupledModel, discrete: &Discrete) {
+        for (own, closed) in self.contacts.iter_mut().zip(&discrete.closed) {
+            own.closed.put(lane, *closed);
+        }
+        for (h, (own, slot)) in self.hammers.iter_mut().zip(&model.hammers).enumerate() {
+            let on = discrete.supply_switched[h] % 2 == 1;
+            own.supply_pa.put(lane, if on { &slot.supply_pressure_pa } else { &model.ambient_pressure_pa });
+            own.vented.put(lane, discrete.vented(h));
+            own.gate_open.put(lane, discrete.gate_open[h]);
+        }
+    }
+
+    /// Sets what a lane's condensed modes follow from.
+    pub fn put_base(&mut self, lane: usize, base: &Base) {
+        if let Structure::Condensed { base_s, free, .. } = &mut self.structure {
+            base_s.put(lane, &base.time_s);
+            for (own, free) in free.iter_mut().flatten().zip(base.free.iter().flatten()) {
+                put_all(own, lane, free);
+            }
+        }
+    }
+
+    /// Whether forces of contacts follow the state alone, see [`crate::integrate::Switching::follow_state`].
+    pub fn follow(&mut self, following: bool) {
+        self.following = following;
+    }
+
+    /// Writes the rates of the state at `(t, y)`.
+    pub fn evaluate(&mut self, t: R, y: &[R], rate: &mut [R]) {
+        // The widest vector registers that the processor has; the order of sums, and so the result, is the same with all.
+        Arch::new().dispatch(Evaluation { rates: self, t, y, rate });
+    }
+
+    /// Samples the guards where the rates were evaluated last.
+    pub fn sample(&mut self, t: R, y: &[R], rate: &[R], samples: &mut [GuardSample<R>]) {
+        Arch::new().dispatch(Sampling { rates: self, t, y, rate, samples });
+    }
+
+    #[inline(always)]
+    fn write(&mut self, t: R, y: &[R], rate: &mut [R]) {
+        let mut power = Power { put_in: R::splat(0.0), dissipated: R::splat(0.0) };
         self.gather(t, y);
-        self.force.fill(0.0);
+        self.force.fill(R::splat(0.0));
         self.hammers(y, rate, &mut power);
         self.elements(rate, &mut power);
         self.accelerations(y, rate, &mut power);
-        rate[self.model.layout.work_in()] = power.put_in;
-        rate[self.model.layout.dissipated()] = power.dissipated;
+        rate[self.layout.work_in()] = power.put_in;
+        rate[self.layout.dissipated()] = power.dissipated;
     }
 
     /// Displacements and velocities of all points: bodies as they are, interface points from the structure.
     #[inline(always)]
-    fn gather(&mut self, t: f64, y: &[f64]) {
-        let layout = &self.model.layout;
+    fn gather(&mut self, t: R, y: &[R]) {
+        let layout = &self.layout;
         let b = layout.bodies;
         self.displacement[..b].copy_from_slice(&y[layout.position(0)..layout.velocities()]);
         self.velocity[..b].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
         // Only tied guides ask for accelerations, and hammers' mounts are the first points.
-        let accelerated = self.model.tied.as_ref().map_or(0, |tied| tied.mass.len());
+        let accelerated = self.tied.as_ref().map_or(0, GuideShares::guides);
         let mut motion = Motion {
             displacement: &mut self.displacement[b..],
             velocity: &mut self.velocity[b..],
             acceleration: &mut self.acceleration[..accelerated],
         };
         let states = &y[layout.structure_displacements()];
-        match (&self.base, &self.model.condensation) {
-            (Some(base), Some(condensation)) => {
-                condensation.motion(base, t - base.time_s, states, &mut motion);
-            }
-            _ => {
+        match &mut self.structure {
+            Structure::Condensed { kernel, base_s, free } => kernel.motion(free, t - *base_s, states, &mut motion),
+            Structure::Integrated { modes, free, loss } => {
                 let velocities = &y[layout.structure_velocities()];
-                let modes = &self.model.modes;
-                self.modal_loss = modes.free_accelerations(states, velocities, &mut self.free);
-                modes.motion([states, velocities, &self.free], &mut motion);
+                *loss = modes.free_accelerations(states, velocities, free);
+                modes.motion([states, velocities, free], &mut motion);
             }
         }
     }
 
     /// Forces, pressure rates and quadratures of the hammers.
     #[inline(always)]
-    fn hammers(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
-        let model = self.model;
-        let layout = &model.layout;
-        for (h, slot) in model.hammers.iter().enumerate() {
-            let mut pressure = [0.0; 4];
+    fn hammers(&mut self, y: &[R], rate: &mut [R], power: &mut Power<R>) {
+        let (layout, none) = (&self.layout, R::splat(0.0));
+        for (h, hammer) in self.hammers.iter().enumerate() {
+            let mut pressure = [none; 4];
             pressure.copy_from_slice(&y[layout.pressures(h)]);
-            let supply_on = self.supply_switched[h] % 2 == 1;
-            let supply_pa = if supply_on { slot.supply_pressure_pa } else { model.ambient_pressure_pa };
-            let state = HammerState {
-                position: slot.points.map(|point| self.displacement[point]),
-                velocity: slot.points.map(|point| self.velocity[point]),
-                pressure,
-                supply_pa,
-                gate_open: self.gate_open[h],
-            };
-            let rates = slot.model.evaluate(&state);
+            let (mut position, mut velocity) = ([none; body::COUNT], [none; body::COUNT]);
             for i in 0..body::COUNT {
-                self.force[slot.points[i]] += rates.force[i];
+                position[i] = self.displacement[hammer.points[i]];
+                velocity[i] = self.velocity[hammer.points[i]];
+            }
+            let state =
+                HammerState { position, velocity, pressure, supply_pa: hammer.supply_pa, gate_open: hammer.gate_open };
+            let rates = hammer.constants.evaluate(&state);
+            for i in 0..body::COUNT {
+                self.force[hammer.points[i]] += rates.force[i];
             }
             rate[layout.pressures(h)].copy_from_slice(&rates.pressure_rate);
             // What flows back into a line that is vented does not return to the supply.
-            let drawn = if self.vented(h) { 0.0 } else { rates.supply_flow_kg_s };
+            let drawn = R::select(hammer.vented, none, rates.supply_flow_kg_s);
             rate[layout.quadrature(h, HammerQuadrature::Air)] = drawn;
-            let arm = self.velocity[layout.bodies + slot.mount];
+            let arm = self.velocity[layout.bodies + hammer.mount];
             rate[layout.quadrature(h, HammerQuadrature::ArmVelocitySquared)] = arm * arm;
-            rate[layout.quadrature(h, HammerQuadrature::Work)] = 0.0;
-            rate[layout.quadrature(h, HammerQuadrature::Impulse)] = 0.0;
+            rate[layout.quadrature(h, HammerQuadrature::Work)] = none;
+            rate[layout.quadrature(h, HammerQuadrature::Impulse)] = none;
             let (supplied, expansion) = (layout.chambers_supplied(h), layout.chambers_expansion(h));
             for ((balance, supplied), expansion) in rates.balance.iter().zip(supplied).zip(expansion) {
                 rate[supplied] = balance.supplied_w;
@@ -102,33 +321,38 @@ impl Coupled<'_> {
         }
     }
 
-    /// Forces of springs and closed contacts.
+    /// Forces of springs and closed contacts. A force of 0 in a lane leaves all sums there as they are, signs of zeros included,
+    /// as they begin at +0: a contact that is open in all lanes can be passed over.
     #[inline(always)]
-    fn elements(&mut self, rate: &mut [f64], power: &mut Power) {
-        let model = self.model;
-        let elements = &model.elements;
-        for (row, spring) in elements.springs().iter().enumerate() {
-            let [extension, speed] = elements.values(row, [&self.displacement, &self.velocity]);
+    fn elements(&mut self, rate: &mut [R], power: &mut Power<R>) {
+        let none = R::splat(0.0);
+        for (row, spring) in self.springs.iter().enumerate() {
+            let [extension, speed] = self.rows.values(row, &self.displacement, &self.velocity);
             let force = spring.stiffness_n_per_m * extension + spring.damping_n_s_per_m * speed;
-            elements.apply(row, force, &mut self.force);
+            self.rows.apply(row, force, &mut self.force);
             power.dissipated += spring.damping_n_s_per_m * speed * speed;
         }
-        for &index in &self.acting {
-            let (contact, row) = (&elements.contacts()[index], elements.contact_row(index));
-            let [d, speed] = elements.values(row, [&self.displacement, &self.velocity]);
-            let penetration = d - contact.offset_m;
-            if self.following && contact.law.onset_indicator(penetration, speed) <= 0.0 {
+        for (at, contact) in self.contacts.iter().enumerate() {
+            if !self.following && !contact.closed.any() {
                 continue;
             }
-            let force = contact.law.closed_force(penetration, speed);
-            elements.apply(row, force, &mut self.force);
-            power.dissipated += contact.law.dissipated_power(penetration, speed);
-            if contact.kind == ContactKind::ChiselCasting {
-                let chisel = model.hammers[contact.hammer].points[body::CHISEL];
+            let row = self.springs.len() + at;
+            let [d, speed] = self.rows.values(row, &self.displacement, &self.velocity);
+            let penetration = d - contact.offset_m;
+            let acts = if self.following {
+                contact.law.onset_indicator(penetration, speed).greater(none)
+            } else {
+                contact.closed
+            };
+            let force = R::select(acts, contact.law.closed_force(penetration, speed), none);
+            self.rows.apply(row, force, &mut self.force);
+            power.dissipated += R::select(acts, contact.law.dissipated_power(penetration, speed), none);
+            if contact.strikes_casting {
+                let chisel = self.hammers[contact.hammer].points[body::CHISEL];
                 let casting_speed = self.velocity[chisel] - speed;
-                let quadrature = |q| model.layout.quadrature(contact.hammer, q);
-                rate[quadrature(HammerQuadrature::Work)] = force * casting_speed;
-                rate[quadrature(HammerQuadrature::Impulse)] = force;
+                let work = R::select(acts, force * casting_speed, none);
+                rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Work)] = work;
+                rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Impulse)] = force;
             }
         }
     }
@@ -136,61 +360,130 @@ impl Coupled<'_> {
     /// Accelerations of the bodies and rates of the structure from the forces on the points; tied guides take their share of the
     /// forces on their mounts.
     #[inline(always)]
-    fn accelerations(&mut self, y: &[f64], rate: &mut [f64], power: &mut Power) {
-        let model = self.model;
-        let layout = &model.layout;
+    fn accelerations(&mut self, y: &[R], rate: &mut [R], power: &mut Power<R>) {
+        let layout = &self.layout;
         let b = layout.bodies;
         rate[layout.position(0)..layout.velocities()].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
         let acceleration = &mut rate[layout.velocity(0)..layout.velocity(b)];
-        for ((acceleration, force), mass) in acceleration.iter_mut().zip(&self.force).zip(&model.body_mass) {
-            *acceleration = force / mass;
+        for ((acceleration, force), inverse) in acceleration.iter_mut().zip(&self.force).zip(&self.inverse_mass) {
+            *acceleration = *force * *inverse;
         }
         let force = &mut self.force[b..];
-        if let Some(tied) = &model.tied {
+        if let Some(tied) = &self.tied {
             tied.share(force, &mut self.acceleration);
         }
-        if model.condensation.is_some() {
-            self.integral_rates(y, rate);
-        } else {
-            self.modal_rates(y, rate);
-            power.dissipated += self.modal_loss;
+        match &self.structure {
+            // `z_1' = F`, `z_{k+1}' = z_k`.
+            Structure::Condensed { .. } => {
+                let (points, states) = (force.len(), layout.structure[0]);
+                rate[..points].copy_from_slice(force);
+                rate[points..states].copy_from_slice(&y[..states - points]);
+            }
+            // `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode.
+            Structure::Integrated { modes, free, loss } => {
+                rate[layout.structure_displacements()].copy_from_slice(&y[layout.structure_velocities()]);
+                let acceleration = &mut rate[layout.structure_velocities()];
+                acceleration.copy_from_slice(free);
+                modes.add_forces(force, acceleration);
+                power.dissipated += *loss;
+            }
         }
     }
 
-    /// `z_1' = F`, `z_{k+1}' = z_k`.
     #[inline(always)]
-    fn integral_rates(&self, y: &[f64], rate: &mut [f64]) {
-        let layout = &self.model.layout;
-        let force = &self.force[layout.bodies..];
-        let (points, states) = (force.len(), layout.structure[0]);
-        rate[..points].copy_from_slice(force);
-        rate[points..states].copy_from_slice(&y[..states - points]);
+    fn write_samples(&mut self, t: R, y: &[R], rate: &[R], samples: &mut [GuardSample<R>]) {
+        for (guard, sample) in samples.iter_mut().enumerate() {
+            let (contact, row) = (&self.contacts[guard], self.springs.len() + guard);
+            let [d, speed] = self.rows.values(row, &self.displacement, &self.velocity);
+            let d = d - contact.offset_m;
+            *sample = GuardSample { value: contact.law.onset_indicator(d, speed), smooth: d, smooth_rate: speed };
+            if contact.closed.any() {
+                let acceleration = self.relative_acceleration(row, t, y, rate);
+                let (smooth, smooth_rate) = contact.law.smooth_release(d, speed, acceleration);
+                let value = contact.law.release_indicator(d, speed);
+                sample.value = R::select(contact.closed, value, sample.value);
+                sample.smooth = R::select(contact.closed, smooth, sample.smooth);
+                sample.smooth_rate = R::select(contact.closed, smooth_rate, sample.smooth_rate);
+            }
+        }
     }
 
-    /// `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode.
+    /// Relative acceleration along an element's row at a state whose rate is known.
     #[inline(always)]
-    fn modal_rates(&self, y: &[f64], rate: &mut [f64]) {
-        let layout = &self.model.layout;
-        rate[layout.structure_displacements()].copy_from_slice(&y[layout.structure_velocities()]);
-        let acceleration = &mut rate[layout.structure_velocities()];
-        acceleration.copy_from_slice(&self.free);
-        self.model.modes.add_forces(&self.force[layout.bodies..], acceleration);
+    fn relative_acceleration(&self, row: usize, t: R, y: &[R], rate: &[R]) -> R {
+        let mut relative = R::splat(0.0);
+        for &(point, coefficient) in self.rows.row(row) {
+            let acceleration = match point.checked_sub(self.layout.bodies) {
+                None => rate[self.layout.velocity(point)],
+                Some(node) => self.interface_acceleration(node, t, y, rate),
+            };
+            relative += coefficient * acceleration;
+        }
+        relative
+    }
+
+    /// Acceleration of an interface point at a state whose rate is known.
+    #[inline(always)]
+    fn interface_acceleration(&self, node: usize, t: R, y: &[R], rate: &[R]) -> R {
+        match &self.structure {
+            Structure::Condensed { kernel, base_s, free } => {
+                let z = &y[self.layout.structure_displacements()];
+                let [_, _, mut acceleration] = kernel.point(free, t - *base_s, z, node);
+                for (m, force) in rate[..self.acceleration.len()].iter().enumerate() {
+                    acceleration += kernel.direct(node, m) * *force;
+                }
+                acceleration
+            }
+            Structure::Integrated { modes, .. } => {
+                sum(modes.shapes_at(node), &rate[self.layout.structure_velocities()])
+            }
+        }
+    }
+}
+
+impl<R: Number> Contact<R> {
+    fn like(contact: &crate::system::elements::Contact) -> Self {
+        Self {
+            hammer: contact.hammer,
+            strikes_casting: contact.kind == ContactKind::ChiselCasting,
+            law: contact.law.in_lanes(),
+            offset_m: R::splat(contact.offset_m),
+            closed: R::Mask::default(),
+        }
     }
 }
 
 /// A right-hand side to be evaluated.
-struct Evaluation<'e, 'a> {
-    system: &'e mut Coupled<'a>,
-    t: f64,
-    y: &'e [f64],
-    rate: &'e mut [f64],
+struct Evaluation<'e, R: Number> {
+    rates: &'e mut Rates<R>,
+    t: R,
+    y: &'e [R],
+    rate: &'e mut [R],
 }
 
-impl WithSimd for Evaluation<'_, '_> {
+impl<R: Number> WithSimd for Evaluation<'_, R> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.system.evaluate(self.t, self.y, self.rate);
+        self.rates.write(self.t, self.y, self.rate);
+    }
+}
+
+/// Guards to be sampled.
+struct Sampling<'s, R: Number> {
+    rates: &'s mut Rates<R>,
+    t: R,
+    y: &'s [R],
+    rate: &'s [R],
+    samples: &'s mut [GuardSample<R>],
+}
+
+impl<R: Number> WithSimd for Sampling<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.rates.write_samples(self.t, self.y, self.rate, self.samples);
     }
 }

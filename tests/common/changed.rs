@@ -6,28 +6,28 @@ use decore::system::Coupled;
 /// What is changed; what is left as it is here is as the system within has it.
 pub trait Change {
     /// The rates at (t, y).
-    fn rhs(&self, inner: &mut Coupled<'_>, (t, y): (f64, &[f64]), rate: &mut [f64]) {
+    fn rhs(&self, inner: &mut Coupled, (t, y): (f64, &[f64]), rate: &mut [f64]) {
         inner.rhs(t, y, rate);
     }
 
     /// The value of a guard at (t, y).
-    fn guard(&self, inner: &Coupled<'_>, guard: usize, (t, y): (f64, &[f64])) -> f64 {
+    fn guard(&self, inner: &Coupled, guard: usize, (t, y): (f64, &[f64])) -> f64 {
         inner.guard(guard, t, y)
     }
 
     /// Changes what was sampled of the guards at the end of a step, at time `t`.
-    fn change_samples(&mut self, _inner: &Coupled<'_>, _t: f64, _samples: &mut [GuardSample]) {}
+    fn change_samples(&mut self, _inner: &Coupled, _t: f64, _samples: &mut [GuardSample]) {}
 }
 
 /// A coupled system and the change of it.
-pub struct Changed<'a, C> {
+pub struct Changed<C> {
     /// The system as it is.
-    pub inner: Coupled<'a>,
+    pub inner: Coupled,
     /// What is changed.
     pub change: C,
 }
 
-impl<C: Change> System for Changed<'_, C> {
+impl<C: Change> System for Changed<C> {
     fn dimension(&self) -> usize {
         self.inner.dimension()
     }
@@ -45,7 +45,7 @@ impl<C: Change> System for Changed<'_, C> {
     }
 }
 
-impl<C: Change> Switching for Changed<'_, C> {
+impl<C: Change> Switching for Changed<C> {
     fn guard_count(&self) -> usize {
         self.inner.guard_count()
     }

@@ -1,8 +1,7 @@
 //! Piecewise smooth problems as the integrator sees them, logs of a run, observed orders.
 
 use decore::integrate::{
-    Counters, ExponentialTsit5, GuardSample, Integrator, Observer, Settings, Step, Stepper, Stopped, Switching, System,
-    Tsit5,
+    Counters, GuardSample, Integrator, Observer, Settings, Step, Stepper, Stopped, Switching, System, Tsit5,
 };
 use decore::system::Coupled;
 
@@ -150,7 +149,7 @@ impl<S: System> Switching for Smooth<S> {
     fn pass_stop(&mut self) {}
 }
 
-/// A system with the method that it is integrated by: the default one, exponential steps included where it knows a linear part.
+/// A system with the method that it is integrated by: the default one.
 pub trait Solved: Switching + Sized {
     type Method: Stepper<Self>;
 }
@@ -163,8 +162,8 @@ impl<S: System> Solved for Smooth<S> {
     type Method = Tsit5;
 }
 
-impl Solved for Coupled<'_> {
-    type Method = ExponentialTsit5;
+impl Solved for Coupled {
+    type Method = Tsit5;
 }
 
 /// A switch as it was seen: guard, time, state after the switch.

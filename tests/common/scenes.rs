@@ -1,5 +1,7 @@
 //! Scenes for the coupled system: a bare bench of rigid bodies, and a rig with a structure of its own.
 
+use std::sync::Arc;
+
 use decore::contact::{ContactParameters, kelvin_voigt};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step, System};
@@ -144,7 +146,7 @@ pub fn contact_index(model: &CoupledModel, kind: ContactKind) -> usize {
 }
 
 /// Integrates a coupled model from a state with every contact open that is open at rest.
-pub fn simulate(model: &CoupledModel, y0: &[f64], (tolerance, longest_step_s): (f64, f64), end: f64) -> Run {
+pub fn simulate(model: &Arc<CoupledModel>, y0: &[f64], (tolerance, longest_step_s): (f64, f64), end: f64) -> Run {
     observe(&mut Coupled::new(model), y0, settings(tolerance, longest_step_s), end, &mut ())
 }
 
@@ -154,8 +156,8 @@ pub struct PeakForce {
     pub newton: f64,
 }
 
-impl Observer<Coupled<'_>> for PeakForce {
-    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+impl Observer<Coupled> for PeakForce {
+    fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         let mut y = vec![0.0; system.dimension()];
         for part in 0..=200 {
             let theta = step.theta_end * f64::from(part) / 200.0;
@@ -164,5 +166,5 @@ impl Observer<Coupled<'_>> for PeakForce {
         }
     }
 
-    fn event(&mut self, _system: &Coupled<'_>, _guard: usize, _t: f64, _y: &[f64]) {}
+    fn event(&mut self, _system: &Coupled, _guard: usize, _t: f64, _y: &[f64]) {}
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use decore::engine::{Engine, RowScene};
 use decore::metrics::RunMetrics;
-use decore::run::{RowOutcome, RowStatus, run_row_with_retries};
+use decore::run::{RowJob, RowOutcome, RowStatus};
 use decore::scene::Scene;
 use decore::system::InterfaceModes;
 
@@ -19,7 +19,7 @@ pub fn scene(study: &str, row: usize, settings: &[&str]) -> Result<(Scene, Inter
 /// The outcome of a row of a shipped study, twins included.
 pub fn outcome(study: &str, row: usize, settings: &[&str]) -> RowOutcome {
     let (scene, modes) = scene(study, row, settings).unwrap();
-    run_row_with_retries(&scene, &modes, 0)
+    RowJob::new(scene, modes, 0).run()
 }
 
 /// The outputs of the paper's rig with values set over its own.

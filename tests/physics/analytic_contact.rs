@@ -1,6 +1,7 @@
 //! One-sided Kelvin-Voigt contacts of the coupled system against closed forms.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, observe, settings, switches};
 use crate::common::scenes::{PeakForce, bench, clear, contact_index, place, simulate};
@@ -102,14 +103,14 @@ fn collide(pair: &Pair, change: impl Fn(&mut ContactParameters)) -> Collision {
 }
 
 /// Moves the whole hammer on by a distance and gives it a velocity.
-fn shift(model: &CoupledModel, y: &mut [f64], (distance, velocity): (f64, f64)) {
+fn shift(model: &Arc<CoupledModel>, y: &mut [f64], (distance, velocity): (f64, f64)) {
     let at = Coupled::new(model).hammer_state(0, 0.0, y).position;
     for (index, position) in at.into_iter().enumerate().skip(body::CYLINDER) {
         place(model, y, index, (position + distance, velocity));
     }
 }
 
-fn pair_momentum(pair: &Pair, model: &CoupledModel, y: &[f64]) -> f64 {
+fn pair_momentum(pair: &Pair, model: &Arc<CoupledModel>, y: &[f64]) -> f64 {
     let hammer = Coupled::new(model).hammer_state(0, 0.0, y);
     let mut total: f64 =
         (body::CYLINDER..body::COUNT).map(|i| model.hammers()[0].model.mass()[i] * hammer.velocity[i]).sum();

@@ -1,12 +1,13 @@
 //! The choice of contact laws against closed forms: restitution, duration, peaks, chains of impacts, energy.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, observe, settings, switches};
 use crate::common::scenes::{NO_CONTACT, PeakForce, bench, clear, contact_index, place, rig, simulate};
 use decore::contact::{ContactLaw, ContactLawName, ContactParameters, restitution};
 use decore::hammer::{HammerParameters, body};
-use decore::integrate::{ExponentialTsit5, Integrator, Stopped};
+use decore::integrate::{Integrator, Stopped, Tsit5};
 use decore::metrics::Recorder;
 use decore::scene::Scene;
 use decore::system::{ContactKind, Coupled, CoupledModel, build};
@@ -20,7 +21,7 @@ fn with_law(law: ContactLawName) -> ContactParameters {
 }
 
 /// Moves the whole hammer on by a distance.
-fn shift(model: &CoupledModel, y: &mut [f64], distance: f64) {
+fn shift(model: &Arc<CoupledModel>, y: &mut [f64], distance: f64) {
     let at = Coupled::new(model).hammer_state(0, 0.0, y).position;
     for (index, position) in at.into_iter().enumerate().skip(body::CYLINDER) {
         place(model, y, index, (position + distance, 0.0));
@@ -276,10 +277,10 @@ struct Bounces {
     times: Vec<f64>,
 }
 
-impl decore::integrate::Observer<Coupled<'_>> for Bounces {
-    fn step(&mut self, _system: &Coupled<'_>, _step: &decore::integrate::Step<'_>) {}
+impl decore::integrate::Observer<Coupled> for Bounces {
+    fn step(&mut self, _system: &Coupled, _step: &decore::integrate::Step<'_>) {}
 
-    fn event(&mut self, system: &Coupled<'_>, guard: usize, t: f64, _y: &[f64]) {
+    fn event(&mut self, system: &Coupled, guard: usize, t: f64, _y: &[f64]) {
         if guard == self.contact && system.is_closed(guard) {
             self.times.push(t);
         }
@@ -313,8 +314,7 @@ fn analytic_energy_under_every_law() {
         let model = build(&scene, &modes).expect("sound");
         let mut system = Coupled::new(&model);
         let mut recorder = Recorder::new(&model, &scene);
-        let mut integrator =
-            Integrator::<_, ExponentialTsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-6, 1e-3));
+        let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-6, 1e-3));
         assert_eq!(integrator.run(&mut system, &mut recorder, 0.4), Stopped::AtEnd);
         let metrics = recorder.finish(&system, integrator.time(), integrator.state());
         let counters = integrator.counters();

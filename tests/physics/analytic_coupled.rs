@@ -1,6 +1,7 @@
 //! The coupled system against closed forms and against its own invariants.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, distance, observe, run, settings, slope};
 use crate::common::scenes::{bench, casting, castings_only, hammer, rig, simulate, solver};
@@ -14,7 +15,7 @@ use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
 /// A casting on its fixture over a structure of four modes: a mass mounted by a spring.
-fn mounted_mass(stiffness: f64) -> (CoupledModel, [f64; 4], [f64; 4]) {
+fn mounted_mass(stiffness: f64) -> (Arc<CoupledModel>, [f64; 4], [f64; 4]) {
     let omega = [120.0, 310.0, 555.0, 1300.0];
     let phi = [0.35, -0.22, 0.41, 0.1];
     let scene = castings_only(vec![casting("part", &[(stiffness, 0.0)])]);
@@ -28,7 +29,7 @@ fn mounted_mass(stiffness: f64) -> (CoupledModel, [f64; 4], [f64; 4]) {
 }
 
 /// Stiffness over mass, symmetric: minus the acceleration per displacement, scaled by the roots of the masses.
-fn scaled_stiffness(model: &CoupledModel, masses: &[f64]) -> DMatrix<f64> {
+fn scaled_stiffness(model: &Arc<CoupledModel>, masses: &[f64]) -> DMatrix<f64> {
     let n = model.layout().velocities();
     let mut system = Coupled::new(model);
     let mut matrix = DMatrix::zeros(n, n);
@@ -164,7 +165,7 @@ fn analytic_reciprocity() {
 #[test]
 fn a_hammer_more_adds_rows_only() {
     for guide in [Guide::Spring, Guide::Tied] {
-        let built: Vec<CoupledModel> = (1..=6)
+        let built: Vec<Arc<CoupledModel>> = (1..=6)
             .map(|count| {
                 let (mut scene, modes) = rig(count);
                 scene.solver.guide = guide;

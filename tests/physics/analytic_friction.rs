@@ -1,6 +1,7 @@
 //! Friction against closed forms: the telescope's regularised law, and Coulomb friction with located switches.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::common::harness::{Harness, Piecewise, assert_close, run, settings};
 use crate::common::scenes::{bench, body_components, clear, place, simulate};
@@ -10,7 +11,7 @@ use decore::scene::Scene;
 use decore::system::{CoupledModel, build};
 
 /// A bench whose cylinder alone slides in the telescope, over metres, with friction `F tanh(v / v_s) + c v`.
-fn slide(mass: f64, (force, viscous): (f64, f64), friction_velocity: f64) -> (CoupledModel, Vec<f64>) {
+fn slide(mass: f64, (force, viscous): (f64, f64), friction_velocity: f64) -> (Arc<CoupledModel>, Vec<f64>) {
     let (mut scene, modes) = bench();
     long(&mut scene);
     let t = &mut scene.hammers[0].parameters.telescope;

@@ -6,6 +6,7 @@ use decore::hammer::chamber;
 use decore::integrate::{Integrator, Observer, Step, Stopped, System, Tsit5};
 use decore::metrics::{Recorder, RunTotals};
 use decore::system::{Coupled, CoupledModel, build};
+use std::sync::Arc;
 
 /// What is wrong with a system.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +25,7 @@ enum Plant {
 }
 
 impl Change for Plant {
-    fn rhs(&self, inner: &mut Coupled<'_>, (t, y): (f64, &[f64]), rate: &mut [f64]) {
+    fn rhs(&self, inner: &mut Coupled, (t, y): (f64, &[f64]), rate: &mut [f64]) {
         inner.rhs(t, y, rate);
         let layout = inner.model().layout();
         let change = |at: usize, share: f64, rate: &mut [f64]| rate[at] *= 1.0 + share;
@@ -45,16 +46,16 @@ impl Change for Plant {
     }
 }
 
-type Planted<'a> = Changed<'a, Plant>;
+type Planted = Changed<Plant>;
 
 /// Shows a recorder the system within.
 struct Through(Recorder);
 
-impl Observer<Planted<'_>> for Through {
-    fn step(&mut self, system: &Planted<'_>, step: &Step<'_>) {
+impl Observer<Planted> for Through {
+    fn step(&mut self, system: &Planted, step: &Step<'_>) {
         self.0.step(&system.inner, step);
     }
-    fn event(&mut self, system: &Planted<'_>, guard: usize, t: f64, y: &[f64]) {
+    fn event(&mut self, system: &Planted, guard: usize, t: f64, y: &[f64]) {
         self.0.event(&system.inner, guard, t, y);
     }
 }
@@ -62,7 +63,7 @@ impl Observer<Planted<'_>> for Through {
 const DURATION_S: f64 = 0.25;
 
 /// The audits of a run of `model` with an error planted; books kept by the model itself.
-fn audits(model: &CoupledModel, scene: &decore::scene::Scene, plant: Plant) -> RunTotals {
+fn audits(model: &Arc<CoupledModel>, scene: &decore::scene::Scene, plant: Plant) -> RunTotals {
     let mut system = Planted { inner: Coupled::new(model), change: plant };
     let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5));
     let mut observer = Through(Recorder::new(model, scene));

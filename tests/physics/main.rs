@@ -14,7 +14,7 @@ mod audit;
 mod common;
 mod fixed_step_rig;
 mod hard_cases;
-mod linear_part;
+mod lanes;
 mod metrics;
 mod outputs;
 mod presets;

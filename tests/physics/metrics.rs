@@ -25,8 +25,8 @@ struct Trace {
 /// Samples of a step, dense enough for integrals by the trapezoidal rule to 1e-4.
 const PARTS: usize = 24;
 
-impl Observer<Coupled<'_>> for Trace {
-    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+impl Observer<Coupled> for Trace {
+    fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         if self.parts == 0 {
             return;
         }
@@ -45,7 +45,7 @@ impl Observer<Coupled<'_>> for Trace {
         }
     }
 
-    fn event(&mut self, system: &Coupled<'_>, guard: usize, t: f64, y: &[f64]) {
+    fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let model = system.model();
         let contact = &model.elements().contacts()[guard];
         let h = contact.hammer;

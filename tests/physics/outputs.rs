@@ -8,7 +8,7 @@ use crate::common::studies::{outcome, rig, scene};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step};
 use decore::metrics::{BlowKind, Percussion, RunMetrics};
-use decore::run::{RowStatus, run_row, run_row_observed};
+use decore::run::{RowJob, RowStatus, run_row, run_row_observed};
 use decore::scene::Environment;
 use decore::system::{ContactKind, Coupled, HammerQuadrature, build};
 
@@ -85,16 +85,16 @@ struct Cylinder {
     seen: bool,
 }
 
-impl Observer<Coupled<'_>> for Cylinder {
-    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
+impl Observer<Coupled> for Cylinder {
+    fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         let model = system.model();
-        let at = step.end()[model.layout().position(model.hammers()[0].points[body::CYLINDER])];
+        let at = step.end(model.layout().position(model.hammers()[0].points[body::CYLINDER]));
         self.least = if self.seen { self.least.min(at) } else { at };
         self.largest = if self.seen { self.largest.max(at) } else { at };
         self.seen = true;
     }
 
-    fn event(&mut self, _system: &Coupled<'_>, _guard: usize, _t: f64, _y: &[f64]) {}
+    fn event(&mut self, _system: &Coupled, _guard: usize, _t: f64, _y: &[f64]) {}
 }
 
 /// Supply off and on again: the second extension's impact is a blow of its own, its percussion settles anew, and the pause is no
@@ -129,13 +129,13 @@ struct Books {
     end: (f64, f64),
 }
 
-impl Observer<Coupled<'_>> for Books {
-    fn step(&mut self, system: &Coupled<'_>, step: &Step<'_>) {
-        let at = |q| step.end()[system.model().layout().quadrature(0, q)];
+impl Observer<Coupled> for Books {
+    fn step(&mut self, system: &Coupled, step: &Step<'_>) {
+        let at = |q| step.end(system.model().layout().quadrature(0, q));
         self.end = (at(HammerQuadrature::Work), at(HammerQuadrature::Impulse));
     }
 
-    fn event(&mut self, system: &Coupled<'_>, guard: usize, t: f64, y: &[f64]) {
+    fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let model = system.model();
         if matches!(model.elements().contacts()[guard].kind, ContactKind::PistonChisel | ContactKind::ChiselCasting) {
             let at = |q| y[model.layout().quadrature(0, q)];
@@ -232,7 +232,7 @@ fn audits_decide_the_status() {
     assert_eq!(loose.status, RowStatus::AuditFailed);
     assert!(loose.reason.contains("energy residual") && loose.metrics.is_some(), "{}", loose.reason);
     let (scene, modes) = scene("paper_rig.toml", 0, &["solver.tolerance=0.1", "duration_s=0.5"]).unwrap();
-    let again = decore::run::run_row_with_retries(&scene, &modes, 3);
+    let again = RowJob::new(scene, modes, 3).run();
     assert_eq!(again.status, RowStatus::Done, "{}", again.reason);
     assert!(again.counters.retries > 0);
 }
@@ -298,7 +298,8 @@ fn largest_relative(metrics: &RunMetrics) -> (f64, String) {
     worst.into_inner()
 }
 
-/// The rig's outputs do not move with its twins; over a heavy casting they do, by what the standard error says of their mean.
+/// The rig's outputs do not move with its twins; over heavy castings they do, by what the standard error says of their mean. The
+/// standard error of a single aperiodic run is a matter of chance itself: the middle one of three castings counts.
 #[test]
 fn twins_show_the_scatter() {
     let rig_metrics = rig(&["outputs.twins=4"]);
@@ -306,14 +307,18 @@ fn twins_show_the_scatter() {
     println!("rig: {worst:.1e} ({name})");
     assert!(worst > 0.0 && worst < 1e-5, "{name}: {worst:e}");
     assert_eq!(rig_metrics.scatter.as_ref().unwrap().twins_done, 4);
-    let heavy = rig(&["outputs.twins=6", "casting.part.mass_kg=20"]);
-    let hammer = &heavy.hammers[0];
-    let scatter = heavy.scatter.as_ref().unwrap().hammers[0]["periodic_energy_mean_j"].unwrap();
-    let (mean, error) = (hammer.periodic_energy_mean_j.unwrap(), hammer.periodic_energy_mean_error_j.unwrap());
-    println!("20 kg: scatter {:.2} %, standard error {:.2} %", 100.0 * scatter / mean, 100.0 * error / mean);
-    assert!(scatter / mean > 0.005 && scatter / mean < 0.05, "{}", scatter / mean);
-    assert!(error / scatter > 0.2 && error / scatter < 5.0, "{error} and {scatter}");
-    assert_eq!(hammer.percussion, Percussion::Aperiodic);
+    let mut ratios = [18, 20, 22].map(|mass_kg| {
+        let heavy = rig(&["outputs.twins=6", &format!("casting.part.mass_kg={mass_kg}")]);
+        let hammer = &heavy.hammers[0];
+        let scatter = heavy.scatter.as_ref().unwrap().hammers[0]["periodic_energy_mean_j"].unwrap();
+        let (mean, error) = (hammer.periodic_energy_mean_j.unwrap(), hammer.periodic_energy_mean_error_j.unwrap());
+        println!("{mass_kg} kg: scatter {:.2} %, standard error {:.2} %", 100.0 * scatter / mean, 100.0 * error / mean);
+        assert!(scatter / mean > 0.005 && scatter / mean < 0.05, "{}", scatter / mean);
+        assert_eq!(hammer.percussion, Percussion::Aperiodic);
+        error / scatter
+    });
+    ratios.sort_by(f64::total_cmp);
+    assert!(ratios[1] > 0.2 && ratios[1] < 5.0, "{ratios:?}");
     assert!(rig(&["duration_s=0.1"]).scatter.is_none());
 }
 

@@ -63,9 +63,8 @@ fn val_presets_keep_their_promise_against_the_whole_structure() {
 
 /// Scenes over which a preset's promise is held beside the rig: pressures, standoffs, castings on one and on four fixtures, soft and
 /// hard contacts, other places of the hammer. Study, row, settings.
-const SCENES: [(&str, usize, &[&str]); 12] = [
+const SCENES: [(&str, usize, &[&str]); 11] = [
     ("paper_rig.toml", 0, &["hammer.hammer.supply_bar=4"]),
-    ("paper_rig.toml", 0, &["hammer.hammer.supply_bar=6", "hammer.hammer.standoff_m=0.06"]),
     ("paper_rig.toml", 0, &["hammer.hammer.standoff_m=0.1"]),
     ("paper_rig.toml", 0, &["casting.part.mass_kg=1"]),
     ("paper_rig.toml", 0, &["hammer.hammer.parameters.chisel.casting_contact.stiffness_n_per_m=1e8"]),
@@ -103,6 +102,26 @@ fn val_standard_keeps_its_promise_on_each_scene() {
         }
         assert!(energy < 1e-3 && frequency < 1e-3, "{study} {row} {settings:?}: chaotic");
     }
+}
+
+/// Blows that creep for the whole run add up what small differences of the models do: the tie itself, converged, moves energy
+/// and frequency by 3e-5 and so more than a preset's promise, with any method. What the preset's tolerance adds keeps the promise.
+#[test]
+fn val_creeping_blows_tell_the_tie_from_the_tolerance() {
+    let run = |more: &[&str]| {
+        let creeping = ["hammer.hammer.supply_bar=6", "hammer.hammer.standoff_m=0.06"];
+        let all: Vec<&str> = creeping.iter().chain(more).copied().collect();
+        outcome("paper_rig.toml", 0, &all).metrics.unwrap()
+    };
+    let tied = run(&["solver.fidelity=reference", "solver.guide=tied"]);
+    let tolerance = main_differences(&run(&[]), &tied);
+    let tie = main_differences(&tied, &run(&["solver.fidelity=reference"]));
+    println!("tolerance {tolerance:?}, tie {tie:?}");
+    for ((tolerance, tie), promised) in tolerance.iter().zip(tie).zip([3e-6, 1e-5, 1e-5, 1e-4]) {
+        assert!(*tolerance < promised, "tolerance: {tolerance:e}");
+        assert!(tie < 4.0 * promised, "tie: {tie:e}");
+    }
+    assert!(tie[1] > 1e-5, "the energy creeps: {tie:?}");
 }
 
 /// The default ties guides that are rigid beside their hammers, and no other.

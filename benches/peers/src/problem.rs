@@ -52,7 +52,7 @@ impl Solution {
 
 /// A coupled system in the hands of a foreign solver.
 pub struct Problem<'a> {
-    system: Coupled<'a>,
+    system: Coupled,
     settings: OutputSettings,
     /// State and rate with the quadratures, which the solver does not see.
     full: [Vec<f64>; 2],

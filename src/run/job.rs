@@ -1,0 +1,207 @@
+//! What becomes of a row: it is simulated, simulated again with a stricter tolerance if it diverged or its audit fails, and then
+//! its twins are.
+
+use super::outcome::{RowOutcome, RowStatus};
+use super::row::{LEAST_TOLERANCE, run_row_observed};
+use super::twins::twin;
+use crate::integrate::Observer;
+use crate::metrics::RunMetrics;
+use crate::scene::Scene;
+use crate::system::{Coupled, CoupledModel, InterfaceModes};
+
+/// Times such a row is run again unless another number is asked for.
+pub const DEFAULT_RETRIES: u32 = 1;
+/// Factor on the tolerance from one time to the next.
+pub const TIGHTENING: f64 = 0.01;
+
+/// A row on its way: which simulation is next, what came of those before. Pure: simulations may be run anywhere.
+#[derive(Debug, Clone)]
+pub struct RowJob {
+    scene: Scene,
+    modes: InterfaceModes,
+    retries: u32,
+    next: Next,
+    outcome: Option<RowOutcome>,
+    twins: Vec<RunMetrics>,
+}
+
+/// What a row's next simulation is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Next {
+    /// The row itself, with this tolerance, for this time, from 0.
+    Itself(f64, u32),
+    /// One of its twins.
+    Twin(usize),
+    /// None any more.
+    Nothing,
+}
+
+impl RowJob {
+    /// The row of a scene on its machine's modes; one that diverges or fails its audit is run again with [`TIGHTENING`] times the
+    /// tolerance, at most `retries` times, where the method has one. Then its twins are run, if the scene asks for them.
+    pub fn new(scene: Scene, modes: InterfaceModes, retries: u32) -> Self {
+        let retries = if scene.solver.method.is_fixed() { 0 } else { retries };
+        let next = Next::Itself(scene.solver.tolerance, 0);
+        Self { scene, modes, retries, next, outcome: None, twins: Vec::new() }
+    }
+
+    /// Modes of its machine.
+    pub fn modes(&self) -> &InterfaceModes {
+        &self.modes
+    }
+
+    /// The scene to be simulated next; `None` when all is done.
+    pub fn scene(&self) -> Option<Scene> {
+        match self.next {
+            Next::Itself(tolerance, _) => {
+                let mut scene = self.scene.clone();
+                scene.solver.tolerance = tolerance;
+                Some(scene)
+            }
+            Next::Twin(number) => Some(twin(&self.scene, number)),
+            Next::Nothing => None,
+        }
+    }
+
+    /// Whether the row itself is simulated next, not a twin.
+    fn is_itself(&self) -> bool {
+        matches!(self.next, Next::Itself(..))
+    }
+
+    /// Takes the outcome of the simulation that was next.
+    pub fn take(&mut self, mut outcome: RowOutcome) {
+        match self.next {
+            Next::Itself(tolerance, time) => {
+                if time > 0 {
+                    outcome.counters.retries = u64::from(time);
+                    if outcome.status != RowStatus::Done {
+                        outcome.reason = format!("{} (also with tolerance {tolerance:.0e})", outcome.reason);
+                    }
+                }
+                outcome.wall_time_s += self.outcome.as_ref().map_or(0.0, |before| before.wall_time_s);
+                let stricter = tolerance * TIGHTENING;
+                let again = matches!(outcome.status, RowStatus::Diverged | RowStatus::AuditFailed)
+                    && time < self.retries
+                    && stricter >= LEAST_TOLERANCE;
+                let twins = outcome.metrics.is_some() && self.scene.outputs.twins > 0;
+                self.outcome = Some(outcome);
+                self.next = match (again, twins) {
+                    (true, _) => Next::Itself(stricter, time + 1),
+                    (false, true) => Next::Twin(0),
+                    (false, false) => Next::Nothing,
+                };
+            }
+            Next::Twin(number) => {
+                self.outcome.iter_mut().for_each(|own| own.wall_time_s += outcome.wall_time_s);
+                self.twins.extend(outcome.metrics);
+                if number + 1 < self.scene.outputs.twins {
+                    self.next = Next::Twin(number + 1);
+                    return;
+                }
+                self.next = Next::Nothing;
+                if let Some(metrics) = self.outcome.as_mut().and_then(|own| own.metrics.as_mut()) {
+                    // A twin that did not reach its end is left out and missing in the count.
+                    metrics.take_twins(&self.twins);
+                }
+            }
+            Next::Nothing => {}
+        }
+    }
+
+    /// The outcome, once all is done: that of the last time, its wall time that of all.
+    pub fn outcome(self) -> RowOutcome {
+        self.outcome.unwrap_or_else(|| RowOutcome::invalid("the row was not simulated".to_owned()))
+    }
+
+    /// Runs what is left alone, with an observer that is made for each time and sees it; that of the row's own last time comes
+    /// back, unless the scene could not be built.
+    pub fn run_observed<O>(mut self, observer: impl Fn(&CoupledModel) -> O) -> (RowOutcome, Option<O>)
+    where
+        O: Observer<Coupled>,
+    {
+        let mut last = None;
+        while let Some(scene) = self.scene() {
+            let (outcome, seen) = run_row_observed(&scene, &self.modes, &observer);
+            if self.is_itself() {
+                last = seen;
+            }
+            self.take(outcome);
+        }
+        (self.outcome(), last)
+    }
+
+    /// Runs what is left alone.
+    pub fn run(self) -> RowOutcome {
+        self.run_observed(|_| ()).0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Environment, Method, ModeTreatment, OutputSettings, SolverSettings};
+
+    fn scene() -> Scene {
+        Scene {
+            machine: None,
+            environment: Environment::default(),
+            hammers: Vec::new(),
+            castings: Vec::new(),
+            duration_s: 1.0,
+            solver: SolverSettings {
+                tolerance: 1e-4,
+                modes: ModeTreatment::Integrated,
+                max_steps: 10,
+                max_wall_time_s: 1.0,
+                ..SolverSettings::default()
+            },
+            outputs: OutputSettings::default(),
+        }
+    }
+
+    /// Runs a scene that diverges unless the tolerance is below `limit`, by an outcome made up.
+    fn repeat(scene: &Scene, retries: u32, made_up: impl Fn(&Scene) -> RowOutcome) -> RowOutcome {
+        let modes = InterfaceModes {
+            omega_rad_s: Vec::new(),
+            damping_ratio: Vec::new(),
+            mounts: Vec::new(),
+            fixtures: Vec::new(),
+        };
+        let mut job = RowJob::new(scene.clone(), modes, retries);
+        while let Some(scene) = job.scene() {
+            job.take(made_up(&scene));
+        }
+        job.outcome()
+    }
+
+    fn run(scene: &Scene, limit: f64) -> RowOutcome {
+        let mut outcome = RowOutcome::invalid("shrunk to nothing".to_owned());
+        let done = scene.solver.tolerance < limit;
+        outcome.status = if done { RowStatus::Done } else { RowStatus::Diverged };
+        outcome.wall_time_s = 2.0;
+        outcome
+    }
+
+    #[test]
+    fn a_row_that_diverges_is_run_with_a_stricter_tolerance() {
+        let tries = |limit: f64, retries: u32| {
+            let outcome = repeat(&scene(), retries, |scene| run(scene, limit));
+            (outcome.status, outcome.counters.retries, outcome.wall_time_s)
+        };
+        assert_eq!(tries(1.0, 3), (RowStatus::Done, 0, 2.0));
+        assert_eq!(tries(1e-5, 3), (RowStatus::Done, 1, 4.0));
+        assert_eq!(tries(1e-7, 3), (RowStatus::Done, 2, 6.0));
+        assert_eq!(tries(1e-7, 1), (RowStatus::Diverged, 1, 4.0));
+        assert_eq!(tries(1e-30, 99), (RowStatus::Diverged, 4, 10.0), "the least tolerance ends it");
+        assert_eq!(tries(1e-5, 0), (RowStatus::Diverged, 0, 2.0));
+        let outcome = repeat(&scene(), 1, |scene| run(scene, 0.0));
+        assert_eq!(outcome.reason, "shrunk to nothing (also with tolerance 1e-6)");
+        // So is one whose audit fails; a method without a tolerance is not.
+        let failing = |scene: &Scene| RowOutcome { status: RowStatus::AuditFailed, ..run(scene, 0.0) };
+        assert_eq!(repeat(&scene(), 2, failing).counters.retries, 2);
+        let mut fixed = scene();
+        fixed.solver.method = Method::Rk4;
+        assert_eq!(repeat(&fixed, 2, failing).counters.retries, 0);
+        assert_eq!(repeat(&fixed, 2, failing).reason, "shrunk to nothing");
+    }
+}

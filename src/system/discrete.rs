@@ -1,0 +1,44 @@
+//! The discrete state of a coupled model: contacts, supplies, gates.
+
+use crate::system::elements::Contact;
+use crate::system::model::CoupledModel;
+
+/// What changes at switches and stops.
+#[derive(Debug, Clone)]
+pub(super) struct Discrete {
+    /// Which contacts are closed.
+    pub closed: Vec<bool>,
+    /// How often each supply has been switched: it is on after an odd number of times.
+    pub supply_switched: Vec<usize>,
+    /// Which gates are open.
+    pub gate_open: Vec<bool>,
+    /// When each gate opens; infinite until the hammer's first contact.
+    pub gate_time_s: Vec<f64>,
+}
+
+impl Discrete {
+    /// That of the model at rest.
+    pub fn at_rest(model: &CoupledModel) -> Self {
+        let hammers = model.hammers.len();
+        // At rest interface points stand still at zero.
+        let mut displacement = vec![0.0; model.layout.bodies + model.modes.phi.ncols()];
+        let positions = &model.initial[model.layout.position(0)..model.layout.velocities()];
+        displacement[..model.layout.bodies].copy_from_slice(positions);
+        let closed = |(at, contact): (usize, &Contact)| {
+            let row = model.elements.row(model.elements.contact_row(at));
+            let d: f64 = row.map(|(point, coefficient)| coefficient * displacement[point]).sum();
+            contact.law.onset_indicator(d - contact.offset_m, 0.0) > 0.0
+        };
+        Self {
+            closed: model.elements.contacts().iter().enumerate().map(closed).collect(),
+            supply_switched: vec![0; hammers],
+            gate_open: vec![false; hammers],
+            gate_time_s: vec![f64::INFINITY; hammers],
+        }
+    }
+
+    /// Whether a hammer's supply has been switched off.
+    pub fn vented(&self, hammer: usize) -> bool {
+        self.supply_switched[hammer] > 0 && self.supply_switched[hammer].is_multiple_of(2)
+    }
+}

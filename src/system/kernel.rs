@@ -1,0 +1,96 @@
+//! Motion of the interface points from the integrals of the forces on them, see `impulse_response`.
+
+use crate::number::Number;
+use crate::system::modal::Motion;
+use crate::system::products::{LANES, add_products, put_all, sum};
+
+/// Repeated integrals per interface point.
+pub(super) const ORDER: usize = 11;
+/// Terms of the series of the free motion, from `tau^0` to `tau^ORDER`, rounded up to whole vector registers.
+pub(super) const TERMS: usize = (ORDER + 1).next_multiple_of(LANES);
+
+/// What motion of the points follows from, of one row or of one in each lane.
+#[derive(Debug, Clone)]
+pub(super) struct Kernel<R> {
+    pub points: usize,
+    /// `Gamma_k[n, m]`, the index of `n` slowest, that of `m` fastest: what meets the integrals in their own order.
+    /// `Gamma_ORDER` is zero.
+    pub entries: Vec<R>,
+}
+
+/// Coefficients of the free displacement, velocity and acceleration of an interface point, by powers of the time since the base.
+pub(super) type Free<R> = [[R; TERMS]; 3];
+
+impl<R: Number> Kernel<R> {
+    /// Room for that of a number of points.
+    pub fn like(other: &Kernel<f64>) -> Self {
+        Self { points: other.points, entries: vec![R::splat(0.0); other.entries.len()] }
+    }
+
+    /// Sets a lane.
+    pub fn put(&mut self, lane: usize, other: &Kernel<f64>) {
+        put_all(&mut self.entries, lane, &other.entries);
+    }
+
+    /// `Gamma_1[n, m]`: acceleration of point `n` per force on point `m`.
+    #[inline(always)]
+    pub fn direct(&self, n: usize, m: usize) -> R {
+        self.entries[n * ORDER * self.points + m]
+    }
+
+    /// Motion of all points at `tau` after the base; `z` are the integrals.
+    #[inline(always)]
+    pub fn motion(&self, free: &[Free<R>], tau: R, z: &[R], out: &mut Motion<'_, R>) {
+        let powers = powers(tau);
+        for (n, free) in free.iter().enumerate() {
+            if n < out.acceleration.len() {
+                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(free, &powers, z, n);
+            } else {
+                [out.displacement[n], out.velocity[n]] = self.at::<2>(free, &powers, z, n);
+            }
+        }
+    }
+
+    /// Displacement, velocity and acceleration (without its direct part) of point `n`.
+    #[inline(always)]
+    pub fn point(&self, free: &[Free<R>], tau: R, z: &[R], n: usize) -> [R; 3] {
+        self.at(&free[n], &powers(tau), z, n)
+    }
+
+    /// The first `D` of displacement, velocity and acceleration of point `n`: one pass over the kernel serves all.
+    #[inline(always)]
+    fn at<const D: usize>(&self, free: &Free<R>, powers: &[R; TERMS], z: &[R], n: usize) -> [R; D] {
+        let (states, points) = (ORDER * self.points, self.points);
+        let kernel = &self.entries[n * states..(n + 1) * states];
+        let mut sums = [[R::splat(0.0); LANES]; D];
+        for (sum, free) in sums.iter_mut().zip(free) {
+            add_products(sum, free, powers);
+        }
+        // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}.
+        let (early, late) = (&z[..states - points], &z[points..states]);
+        let (first, next) = (&kernel[..states - points], &kernel[points..]);
+        let mut rest = [
+            add_products(&mut sums[0], first, late),
+            add_products(&mut sums[1], next, late),
+            if D == 3 { add_products(&mut sums[2], next, early) } else { R::splat(0.0) },
+        ];
+        rest[1] += sum(&kernel[..points], &z[..points]);
+        let mut values = [R::splat(0.0); D];
+        for i in 0..D {
+            values[i] = (sums[i][0] + sums[i][2]) + (sums[i][1] + sums[i][3]) + rest[i];
+        }
+        values
+    }
+}
+
+/// Powers of `tau` from 0 on.
+#[inline(always)]
+fn powers<R: Number>(tau: R) -> [R; TERMS] {
+    let square = tau * tau;
+    let mut powers = [R::splat(1.0); TERMS];
+    powers[1] = tau;
+    for k in 2..TERMS {
+        powers[k] = powers[k - 2] * square;
+    }
+    powers
+}

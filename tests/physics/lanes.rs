@@ -1,0 +1,119 @@
+//! Rows side by side: what a row gives does not depend on its neighbours, on its lane, or on whether it has any.
+
+use std::any::Any;
+use std::collections::{BTreeMap, VecDeque};
+
+use crate::common::studies::scene;
+use decore::contact::ContactLawName;
+use decore::number::Four;
+use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs, run_jobs_in};
+use decore::scene::Scene;
+use decore::system::InterfaceModes;
+
+/// Rows in an order; what came of them.
+struct Rows {
+    left: VecDeque<(u64, RowJob)>,
+    ended: BTreeMap<u64, RowOutcome>,
+    panicked: Vec<u64>,
+}
+
+impl JobSource for Rows {
+    fn next(&mut self, _wait: bool) -> Option<(u64, RowJob)> {
+        self.left.pop_front()
+    }
+
+    fn ended(&mut self, row: u64, outcome: RowOutcome) {
+        assert!(self.ended.insert(row, RowOutcome { wall_time_s: 0.0, ..outcome }).is_none());
+    }
+
+    fn panicked(&mut self, row: u64, _payload: Box<dyn Any + Send>) {
+        self.panicked.push(row);
+    }
+}
+
+fn side_by_side(run: fn(&mut dyn JobSource), jobs: impl Iterator<Item = (u64, RowJob)>) -> BTreeMap<u64, RowOutcome> {
+    let mut rows = Rows { left: jobs.collect(), ended: BTreeMap::new(), panicked: Vec::new() };
+    run(&mut rows);
+    assert!(rows.panicked.is_empty());
+    rows.ended
+}
+
+/// Rows that differ in pressure, standoff and duration, the fifth with a budget of steps that it exceeds, the sixth with twins.
+fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
+    let (first, modes): (Scene, InterfaceModes) = scene("paper_rig.toml", 0, settings).unwrap();
+    let row = |i: usize| {
+        let mut scene = first.clone();
+        let unit = &mut scene.hammers[0];
+        unit.supply_pressure_pa *= 1.0 - 0.02 * i as f64;
+        unit.standoff_m -= 0.004 * i as f64;
+        scene.duration_s = 0.11 + 0.01 * i as f64;
+        match i {
+            4 => scene.solver.max_steps = 700,
+            5 => scene.outputs.twins = 1,
+            _ => {}
+        }
+        change(&mut scene);
+        RowJob::new(scene, modes.clone(), 1)
+    };
+    (0..7).map(row).collect()
+}
+
+/// Bits of every number of an outcome, as far as its text shows them: Rust writes the shortest digits that give a number back.
+fn text(outcome: &RowOutcome) -> String {
+    format!("{outcome:?}")
+}
+
+#[track_caller]
+fn same_in_any_order(jobs: &[RowJob]) {
+    let alone: Vec<String> =
+        jobs.iter().map(|job| text(&RowOutcome { wall_time_s: 0.0, ..job.clone().run() })).collect();
+    let count = jobs.len();
+    let orders: [Vec<usize>; 3] =
+        [(0..count).collect(), (0..count).rev().collect(), (0..count).map(|i| (3 * i + 2) % count).collect()];
+    // In the registers of this processor, and as any other would do it.
+    let ways: [fn(&mut dyn JobSource); 2] = [run_jobs, run_jobs_in::<Four>];
+    for (order, run) in orders.iter().flat_map(|order| ways.map(|run| (order, run))) {
+        let ended = side_by_side(run, order.iter().map(|&row| (row as u64, jobs[row].clone())));
+        for (row, alone) in alone.iter().enumerate() {
+            assert_eq!(text(&ended[&(row as u64)]), *alone, "row {row} in the order {order:?}");
+        }
+    }
+}
+
+/// Condensed and integrated modes, guides tied and on their springs, with refills, a budget that ends in the middle, and twins.
+#[test]
+fn lanes_equal_rows_alone() {
+    for settings in [
+        ["solver.guide=tied", "solver.modes=condensed"],
+        ["solver.guide=tied", "solver.modes=integrated"],
+        ["solver.guide=spring", "solver.modes=condensed"],
+    ] {
+        let jobs = rows(&settings, |_| ());
+        let budget = jobs[4].clone().run();
+        assert_eq!(budget.status, RowStatus::BudgetExhausted, "{settings:?}");
+        same_in_any_order(&jobs);
+    }
+}
+
+/// Every law of contacts.
+#[test]
+fn lanes_equal_rows_alone_under_every_law() {
+    for &law in ContactLawName::ALL {
+        let jobs = rows(&["solver.guide=tied"], |scene| {
+            let p = &mut scene.hammers[0].parameters;
+            for contact in [&mut p.chisel.cylinder_contact, &mut p.chisel.casting_contact, &mut p.piston.chisel_contact]
+            {
+                contact.law = law;
+            }
+        });
+        same_in_any_order(&jobs);
+    }
+}
+
+/// Rows of two shapes in turn: each shape has its own group, and none waits for ever.
+#[test]
+fn rows_of_several_shapes() {
+    let (one, two) = (rows(&["solver.guide=tied"], |_| ()), rows(&["solver.guide=spring"], |_| ()));
+    let mixed: Vec<RowJob> = one.into_iter().zip(two).flat_map(|(one, two)| [one, two]).take(8).collect();
+    same_in_any_order(&mixed);
+}
