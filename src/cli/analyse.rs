@@ -101,7 +101,7 @@ fn run_more(arguments: &AnalyseArguments, settings: &SensitivitySettings) -> Res
     match arguments.grow_until {
         Some(width) if exit == Exit::Done => {
             let goal = Goal { width, most_rows: arguments.most_rows };
-            source.grow(goal, &|| Ok(crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings)?))
+            source.grow(goal, &|| crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings))
         }
         _ => Ok(exit),
     }

@@ -108,27 +108,10 @@ impl Plan {
         let factors = table.factors.len();
         match outline.design {
             Some(Kind::Saltelli(Saltelli { second_order, .. })) => {
-                let size = SaltelliBlocks { factors, second_order }.size();
+                let blocks = SaltelliBlocks { factors, second_order };
+                let size = blocks.size();
                 let units = Units { name: UnitName::Blocks, size, rows };
-                // A factor has its value of A or of B, the first and the last row.
-                units.check(table, "block", |factor, place| match place.checked_sub(1) {
-                    None => 0,
-                    Some(_) if place == size - 1 => place,
-                    Some(mixed) if mixed < factors => {
-                        if mixed == factor {
-                            size - 1
-                        } else {
-                            0
-                        }
-                    }
-                    Some(mixed) => {
-                        if mixed - factors == factor {
-                            0
-                        } else {
-                            size - 1
-                        }
-                    }
-                })?;
+                units.check(table, "block", |factor, place| origin(blocks, (factor, place)))?;
                 if !settings.given && outline.constraints.is_empty() {
                     return Ok(Self { method: Method::Sobol { estimator: settings.estimator, block: size }, units });
                 }
@@ -149,6 +132,18 @@ impl Plan {
     fn given(rows: u64) -> Self {
         Self { method: Method::Given, units: Units { name: UnitName::Rows, size: 1, rows } }
     }
+}
+
+/// The row of a block, the first (A) or the last (B), whose value a factor has in the row at this place of the block.
+fn origin(blocks: SaltelliBlocks, (factor, place): (usize, usize)) -> usize {
+    let last = blocks.size() - 1;
+    let from_b = match place {
+        0 => false,
+        place if place == last => true,
+        place if place <= blocks.factors => place - 1 == factor,
+        place => place - 1 - blocks.factors != factor,
+    };
+    if from_b { last } else { 0 }
 }
 
 /// A plan for a table.
