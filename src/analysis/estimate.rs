@@ -14,6 +14,9 @@ pub struct Estimate {
     pub interval: Option<[f64; 2]>,
 }
 
+/// Halves of the rows at most, from which intervals come: the standard deviation of more is hardly sharper.
+const MOST_HALVES: usize = 100;
+
 /// How intervals are found: units (blocks, trajectories, rows) are drawn with replacement, as many as there are, and the figures
 /// computed anew (Efron and Tibshirani, *An Introduction to the Bootstrap*, 1993).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +55,11 @@ impl Bootstrap {
             interval: self.interval(replicates.iter().filter_map(|of| of.get(index)).copied().collect()),
         };
         values.into_iter().enumerate().map(estimate).collect()
+    }
+
+    /// Number of halves of the rows that intervals come from, where rows cannot be drawn twice: 100 at most.
+    pub fn halves(&self) -> usize {
+        self.replicates.min(MOST_HALVES)
     }
 
     /// The interval about a figure by what halves of the rows gave.

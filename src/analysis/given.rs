@@ -29,7 +29,7 @@ pub struct GivenIndices {
 /// Indices of every factor for an output.
 ///
 /// Intervals of the first two are those of a normal distribution with the standard deviation that halves of the rows, drawn
-/// without replacement, have (the delete-half jackknife: Shao and Wu, Ann. Stat. 17, 1989): rows drawn twice would be each other's
+/// without replacement, 100 at most, have (the delete-half jackknife: Shao and Wu, Ann. Stat. 17, 1989): rows drawn twice would be each other's
 /// neighbours.
 ///
 /// # Errors
@@ -76,7 +76,7 @@ impl Sorted {
     fn estimates(&self, bootstrap: &Bootstrap) -> [Estimate; 2] {
         let all = vec![true; self.values.len()];
         let figures = self.figures(&all);
-        let halves: Vec<[f64; 2]> = (0..bootstrap.replicates)
+        let halves: Vec<[f64; 2]> = (0..bootstrap.halves())
             .map(|replicate| self.figures(&half(self.values.len(), hash(bootstrap.seed, replicate as u64, 0))))
             .collect();
         [0, 1].map(|index| {

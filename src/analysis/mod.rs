@@ -21,7 +21,7 @@ mod sobol;
 
 pub use error::AnalysisError;
 pub use estimate::{Bootstrap, Estimate};
-pub use factor::FactorValues;
+pub use factor::{FactorValues, rank_correlation};
 pub use given::{GivenIndices, given};
 pub use hsic::Hsic;
 pub use morris::{Effects, Trajectories, morris};

@@ -5,15 +5,13 @@ use rayon::prelude::*;
 
 use super::error::{AnalysisError, check_values};
 use super::estimate::{Bootstrap, Estimate, half};
-use super::factor::{FactorValues, LEAST_ROWS};
+use super::factor::{FactorValues, LEAST_ROWS, mean_ranks};
 use crate::random::{Stream, hash};
 
 /// Rows at most.
 const MOST_ROWS: usize = 2000;
 /// Pairs of rows times sets of factors at most, which is what the time goes with.
 const MOST_WORK: f64 = 2e9;
-/// Halves of the rows at most, from which intervals come.
-const MOST_HALVES: usize = 100;
 /// Factors at most: twice the sets with each more.
 const MOST_FACTORS: usize = 14;
 /// Rows whose sums are found at a time, whatever the number of threads.
@@ -29,7 +27,7 @@ const ORDER: u64 = 1 << 33;
 /// other as the ends of a range, equal distances decided by chance. Of all factors together the variance is that of Y, as a run's
 /// outputs follow from its factors.
 ///
-/// Intervals are those of [`super::given()`], from 100 halves of the rows at most. Of more than 2000 rows (fewer from eight factors
+/// Intervals are those of [`super::given()`]. Of more than 2000 rows (fewer from eight factors
 /// on) as many, chosen by chance, are taken.
 ///
 /// # Errors
@@ -59,8 +57,7 @@ pub fn shapley(
     };
     let all: Vec<usize> = (0..order.len()).collect();
     let effects = sample.effects(&all);
-    let replicates = bootstrap.replicates.min(MOST_HALVES);
-    let halves: Vec<Vec<f64>> = (0..replicates)
+    let halves: Vec<Vec<f64>> = (0..bootstrap.halves())
         .map(|replicate| {
             let chosen = half(order.len(), hash(bootstrap.seed, replicate as u64, 0));
             sample.effects(&all.iter().copied().filter(|row| chosen[*row]).collect::<Vec<usize>>())
@@ -88,14 +85,9 @@ struct Column {
 impl Column {
     fn new(factor: FactorValues<'_>, order: &[usize]) -> Self {
         let values: Vec<f64> = order.iter().map(|row| factor.values[*row]).collect();
-        let mut sorted = values.clone();
-        sorted.sort_by(f64::total_cmp);
-        // Twice the mean rank of equal values.
-        let rank = |value: &f64| {
-            let [below, upto] = [sorted.partition_point(|x| x < value), sorted.partition_point(|x| x <= value)];
-            (below + upto) as i64
-        };
-        Self { ranks: values.iter().map(rank).collect(), nominal: factor.nominal }
+        // Whole numbers, as twice a mean rank is one.
+        let ranks = mean_ranks(&values).into_iter().map(|rank| rank as i64).collect();
+        Self { ranks, nominal: factor.nominal }
     }
 
     /// Squared distance of two rows.

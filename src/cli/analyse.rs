@@ -7,6 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
 use super::inputs::{expect_dataset, expect_ending};
+use super::more_rows::{Goal, Source};
+use super::run::stop_on_interrupt;
 use super::text::{fit, say, terminal_columns};
 use crate::analysis::{Bootstrap, Estimator};
 use crate::dataset::{DatasetReader, write_table};
@@ -26,12 +28,33 @@ pub(super) struct AnalyseArguments {
     /// Estimator of Sobol' indices: `salib` as SALib, `jansen` and `martinez` as OpenTURNS.
     #[arg(long, default_value = Estimator::default().name(), value_parser = estimator())]
     estimator: Estimator,
+    /// Analyse a Saltelli design as any rows are, by the rows of its base points.
+    #[arg(long)]
+    given: bool,
     /// Bootstrap replicates for the 95 % intervals; 0: none.
     #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_REPLICATES))]
     bootstrap: u64,
     /// Seed of the replicates.
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// The study file of the dataset, for --repair and --grow-until.
+    #[arg(long, value_name = "FILE")]
+    study: Option<PathBuf>,
+    /// First run the rows again that are not done, with up to three retries, each with a hundredth of the tolerance before; others
+    /// that lack a budget need a larger one (`--set solver.max_steps=...`).
+    #[arg(long, requires = "study")]
+    repair: bool,
+    /// Add base points, trajectories or rows until no interval of a share is wider than this (of mu*: relative to the output's
+    /// largest).
+    #[arg(long, requires = "study", value_name = "WIDTH", value_parser = width)]
+    grow_until: Option<f64>,
+    /// Rows that --grow-until goes up to.
+    #[arg(long, requires = "grow_until", default_value_t = 100_000, value_name = "ROWS")]
+    most_rows: u64,
+    /// Set a budget of the study for --repair, e.g. `solver.max_steps=1000000`; may be given several times. What the dataset was
+    /// made with stays set.
+    #[arg(long = "set", requires = "repair", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
     /// Print the result as JSON (schemas/sensitivity.schema.json).
     #[arg(long)]
     json: bool,
@@ -46,20 +69,42 @@ fn estimator() -> impl TypedValueParser<Value = Estimator> {
     PossibleValuesParser::new(Estimator::ALL.map(Estimator::name)).map(named)
 }
 
+/// Reads the width of an interval.
+fn width(text: &str) -> Result<f64, String> {
+    let width = text.parse::<f64>().ok().filter(|width| *width > 0.0 && width.is_finite());
+    width.ok_or_else(|| "expected a positive number, e.g. 0.1".to_owned())
+}
+
 pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
     expect_ending("--parquet", arguments.parquet.as_ref(), "parquet")?;
-    let reader = DatasetReader::open(&arguments.dataset)?;
     let bootstrap =
         Bootstrap { replicates: arguments.bootstrap as usize, seed: arguments.seed, level: Bootstrap::LEVEL };
-    let settings =
-        SensitivitySettings { outputs: arguments.outputs.clone(), estimator: arguments.estimator, bootstrap };
+    let (outputs, estimator) = (arguments.outputs.clone(), arguments.estimator);
+    let settings = SensitivitySettings { outputs, estimator, given: arguments.given, bootstrap };
+    let exit = run_more(arguments, &settings)?;
+    let reader = DatasetReader::open(&arguments.dataset)?;
     let found = crate::sensitivity::analyse(&reader, &settings)?;
     if let Some(path) = &arguments.parquet {
         write_table(path, &reader.manifest().study, ("sensitivity", &columns(&found)))?;
     }
     say(&if arguments.json { json(&found) } else { readable(&found) })?;
-    Ok(Exit::Done)
+    Ok(exit)
+}
+
+/// Runs the rows that are asked for before the analysis.
+fn run_more(arguments: &AnalyseArguments, settings: &SensitivitySettings) -> Result<Exit, Failure> {
+    let Some(study) = &arguments.study else { return Ok(Exit::Done) };
+    let source = Source { study, folder: &arguments.dataset, overrides: &arguments.overrides };
+    stop_on_interrupt();
+    let exit = if arguments.repair { source.repair()? } else { Exit::Done };
+    match arguments.grow_until {
+        Some(width) if exit == Exit::Done => {
+            let goal = Goal { width, most_rows: arguments.most_rows };
+            source.grow(goal, &|| Ok(crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings)?))
+        }
+        _ => Ok(exit),
+    }
 }
 
 fn json(found: &Sensitivity) -> String {

@@ -10,6 +10,7 @@ mod help;
 mod init;
 mod inputs;
 mod merge;
+mod more_rows;
 mod outputs;
 mod progress;
 mod report;

@@ -124,6 +124,16 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     })
 }
 
+/// Runs rows for another command and shows them as this one does: those that are missing, or the chosen ones again.
+pub(super) fn run_rows(rows: &dyn Rows, folder: &Path, again: Option<&Chosen>) -> Result<SweepStatus, Failure> {
+    let display = Display { folder, again: again.is_some(), progress: OnceLock::new() };
+    let listener = |event: SweepEvent<'_>| display.show(event);
+    let settings = SweepSettings { again, stop: Some(&STOP), listener: &listener, ..SweepSettings::default() };
+    // A process runs the sweeps of one dataset.
+    let _ = FOLDER.set(folder.to_owned());
+    Ok(sweep(rows, folder, &settings)?)
+}
+
 /// The rows that are asked for, which must be the study's.
 fn chosen(arguments: &RunArguments, rows: u64) -> Result<Option<Chosen>, Failure> {
     let Some(list) = &arguments.rows else { return Ok(arguments.only_failed.then_some(Chosen::Failed)) };
@@ -221,7 +231,7 @@ fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
 }
 
 /// The first interrupt lets the running rows finish, the second ends the program; what is on disk is whole either way.
-fn stop_on_interrupt() {
+pub(super) fn stop_on_interrupt() {
     let handler = || {
         if STOP.swap(true, Ordering::SeqCst) {
             tell(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");

@@ -89,17 +89,21 @@ impl Journal {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until all rows appended so far are on the disk; rows may be appended meanwhile. The system knows the pages of a
-    /// map that were written to (Linux does): syncing the file brings them along, without a lock on the map.
+    /// Waits until all rows appended so far are on the disk; rows may be appended meanwhile. Linux knows the pages of a map
+    /// that were written to: syncing the file brings them along, without a lock on the map.
     ///
     /// # Errors
     /// The system's.
     pub fn sync(&self) -> Result<(), DatasetError> {
         let _syncing = self.syncing.lock().unwrap_or_else(PoisonError::into_inner);
-        let files = std::mem::take(&mut self.lock().unsynced);
+        let mut state = self.lock();
+        let files = std::mem::take(&mut state.unsynced);
         if files.is_empty() {
             return Ok(());
         }
+        let handed = files.keys().filter_map(|block| state.files.get(block)).try_for_each(BlockFile::hand_over);
+        handed.map_err(failed_to("sync the files in", &self.folder))?;
+        drop(state);
         files.values().try_for_each(|file| file.sync_data()).map_err(failed_to("sync the files in", &self.folder))?;
         #[cfg(test)]
         files.keys().for_each(|block| note(&self.path(*block), || Event::SyncFile(self.path(*block))));
@@ -156,6 +160,7 @@ impl BlockFile {
         let length = frame.iter().map(|part| part.len()).sum::<usize>();
         let room = self.span.len() - self.taken;
         if room < length {
+            self.hand_over()?;
             self.span = map_zeros(&self.file, (room, length.max(SPAN)))?;
             self.taken = 0;
         }
@@ -165,6 +170,11 @@ impl BlockFile {
             self.taken += part.len();
         }
         Ok(())
+    }
+
+    /// Elsewhere than on Linux syncing a file passes over the pages of its map: they are handed to the system first.
+    fn hand_over(&self) -> io::Result<()> {
+        if cfg!(target_os = "linux") { Ok(()) } else { self.span.flush_async() }
     }
 }
 
@@ -223,21 +233,28 @@ pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<Vec<St
 /// The system's.
 pub fn count(dataset: &Path, counts: &dyn Fn(u64) -> bool) -> Result<(u64, u64), DatasetError> {
     let (mut rows, mut failed) = (0, 0);
+    visit(dataset, &mut |row| {
+        let counted = counts(row.row());
+        rows += u64::from(counted);
+        failed += u64::from(counted && row.failed());
+    })?;
+    Ok((rows, failed))
+}
+
+/// Calls `take` for every whole row of the journal, without changing it.
+///
+/// # Errors
+/// The system's.
+pub fn visit(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<(), DatasetError> {
     for path in files(dataset)? {
         match read(&path, Limit::PART) {
-            Ok(bytes) => {
-                visit_frames(&bytes, &mut |row| {
-                    let counted = counts(row.row());
-                    rows += u64::from(counted);
-                    failed += u64::from(counted && row.failed());
-                });
-            }
+            Ok(bytes) => _ = visit_frames(&bytes, take),
             // Its part came into place since the folder was listed.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) => return Err(failed_to("read", &path)(error)),
         }
     }
-    Ok((rows, failed))
+    Ok(())
 }
 
 fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {

@@ -16,7 +16,8 @@ pub const LOCK_NAME: &str = ".lock";
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
-    file: File,
+    /// Open as long as the lock is held.
+    file: Option<File>,
     place: Place,
 }
 
@@ -27,15 +28,25 @@ pub struct Lock {
 #[derive(Debug, Clone)]
 pub struct Place {
     path: PathBuf,
-    /// Held open: its number is not given to another folder meanwhile. Elsewhere than on Unix folders in use cannot be removed.
-    folder: Option<Arc<File>>,
-    lock: Arc<File>,
+    /// Nothing on Windows: a folder with an open file cannot be taken away there.
+    held: Option<Arc<Held>>,
+}
+
+/// Held open: their numbers are not given to another folder or file meanwhile.
+#[derive(Debug)]
+struct Held {
+    folder: File,
+    lock: File,
 }
 
 impl Place {
     fn new(folder: &Path, lock: &File) -> io::Result<Self> {
-        let open = if cfg!(unix) { Some(Arc::new(File::open(folder)?)) } else { None };
-        Ok(Self { path: folder.to_owned(), folder: open, lock: Arc::new(lock.try_clone()?) })
+        let held = if cfg!(windows) {
+            None
+        } else {
+            Some(Arc::new(Held { folder: File::open(folder)?, lock: lock.try_clone()? }))
+        };
+        Ok(Self { path: folder.to_owned(), held })
     }
 
     /// The folder's path.
@@ -45,7 +56,7 @@ impl Place {
 
     /// Whether the path still leads to the folder.
     pub fn is_there(&self) -> bool {
-        self.folder.as_ref().is_none_or(|folder| is_same(folder, &self.path))
+        self.held.as_ref().is_none_or(|held| is_same(&held.folder, &self.path))
     }
 
     /// The folder and the lock must be those that they were.
@@ -53,7 +64,8 @@ impl Place {
     /// # Errors
     /// [`DatasetError::Gone`].
     pub fn check(&self) -> Result<(), DatasetError> {
-        if self.is_there() && is_same(&self.lock, &self.path.join(LOCK_NAME)) {
+        let is_ours = |held: &Arc<Held>| is_same(&held.lock, &self.path.join(LOCK_NAME));
+        if self.is_there() && self.held.as_ref().is_none_or(is_ours) {
             return Ok(());
         }
         Err(DatasetError::Gone { path: self.path.clone() })
@@ -68,13 +80,12 @@ impl Lock {
     pub fn take(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join(LOCK_NAME);
         loop {
-            let mut options = OpenOptions::new();
-            let opened = options.read(true).write(true).create(true).truncate(false).open(&path);
-            let file = opened.map_err(failed_to("open", &path))?;
+            let file = open(&path).map_err(failed_to("open", &path))?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
-                    let owner = read(&path, Limit::STATUS).unwrap_or_default();
+                    // Windows lets nobody read a file that is locked.
+                    let owner = read(&path, Limit::STATUS).unwrap_or_else(|_| b"whose name cannot be read".to_vec());
                     let owner = String::from_utf8_lossy(&owner).trim().to_owned();
                     return Err(DatasetError::InUse { path: folder.to_owned(), owner });
                 }
@@ -83,9 +94,8 @@ impl Lock {
             // The owner before may have removed the file between our opening and locking it.
             if is_same(&file, &path) {
                 let place = Place::new(folder, &file).map_err(failed_to("open", folder))?;
-                let lock = Self { path, file, place };
-                lock.sign()?;
-                return Ok(lock);
+                sign(&file).map_err(failed_to("write", &path))?;
+                return Ok(Self { path, file: Some(file), place });
             }
         }
     }
@@ -100,15 +110,25 @@ impl Lock {
     pub fn place(&self) -> &Place {
         &self.place
     }
+}
 
-    /// Writes who has the lock, for the message to others.
-    fn sign(&self) -> Result<(), DatasetError> {
-        let sign = |mut file: &File| -> io::Result<()> {
-            file.set_len(0)?;
-            writeln!(file, "process {} on {}", std::process::id(), host_name())
-        };
-        sign(&self.file).map_err(failed_to("write", &self.path))
+/// Opens the lock's file, or makes it.
+fn open(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false);
+    #[cfg(windows)]
+    {
+        // Others may open it, not remove it: the folder stays where it is as long as it is written to.
+        const READ_AND_WRITE: u32 = 3;
+        std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, READ_AND_WRITE);
     }
+    options.open(path)
+}
+
+/// Writes who has the lock, for the message to others.
+fn sign(mut file: &File) -> io::Result<()> {
+    file.set_len(0)?;
+    writeln!(file, "process {} on {}", std::process::id(), host_name())
 }
 
 impl Drop for Lock {
@@ -116,6 +136,10 @@ impl Drop for Lock {
         // While the lock is held nobody else can have it: removing the name is safe, unless it is that of another lock in a
         // folder made anew. A file left behind is harmless.
         if self.place.check().is_ok() {
+            if cfg!(windows) {
+                // A file that is open cannot be removed there; whoever opens it in between keeps it.
+                self.file = None;
+            }
             let _ = fs::remove_file(&self.path);
         }
     }
@@ -138,6 +162,6 @@ fn is_same(file: &File, path: &Path) -> bool {
 }
 
 #[cfg(not(unix))]
-fn is_same(_: &File, path: &Path) -> bool {
-    path.exists()
+fn is_same(_: &File, _: &Path) -> bool {
+    true
 }

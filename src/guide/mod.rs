@@ -41,7 +41,7 @@ pub const TOPICS: [Topic; 9] = [
     },
     Topic {
         name: "sensitivity",
-        about: "which factor matters: Sobol' indices, elementary effects",
+        about: "which factor matters: Sobol' indices, elementary effects, Shapley effects",
         text: include_str!("sensitivity.md"),
     },
     Topic {

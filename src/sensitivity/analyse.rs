@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use super::error::SensitivityError;
 use super::result::{Index, IndexName, Intervals, Method, OutputSensitivity, Sensitivity, UnitName};
-use super::table::{OutputColumn, Table};
+use super::table::{FactorColumn, OutputColumn, Table};
 use super::units::{Units, Whole};
 use crate::analysis::{
-    AnalysisError, Bootstrap, Effects, Estimate, Estimator, SaltelliBlocks, SobolIndices, Trajectories, morris, sobol,
+    AnalysisError, Bootstrap, Effects, Estimate, Estimator, FactorValues, SaltelliBlocks, SobolIndices, Trajectories,
+    given, morris, rank_correlation, shapley, sobol,
 };
 use crate::dataset::{Aggregates, DatasetReader, TableName};
 use crate::design::{Kind, Morris, Saltelli};
@@ -23,6 +24,13 @@ pub const DEFAULT_OUTPUTS: [&str; 5] = [
     Aggregates::total_air_used_nl.name,
 ];
 
+/// Standard deviations of a rank correlation of independent factors beyond which it is no chance.
+const SURPRISING: f64 = 5.0;
+/// Rows at most that are compared for that.
+const COMPARED_ROWS: usize = 10_000;
+/// Rank correlations below this are no matter.
+const LEAST_CORRELATION: f64 = 0.1;
+
 /// What to compute.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensitivitySettings {
@@ -30,6 +38,8 @@ pub struct SensitivitySettings {
     pub outputs: Vec<String>,
     /// Estimator of Sobol' indices. Default [`Estimator::Salib`].
     pub estimator: Estimator,
+    /// Whether a Saltelli design is analysed as any rows are, by its base points. Default: no.
+    pub given: bool,
     /// How intervals are found. Default: 1000 replicates, seed 0, 95 %.
     pub bootstrap: Bootstrap,
 }
@@ -37,7 +47,7 @@ pub struct SensitivitySettings {
 impl Default for SensitivitySettings {
     fn default() -> Self {
         let bootstrap = Bootstrap { replicates: 1000, seed: 0, level: Bootstrap::LEVEL };
-        Self { outputs: Vec::new(), estimator: Estimator::default(), bootstrap }
+        Self { outputs: Vec::new(), estimator: Estimator::default(), given: false, bootstrap }
     }
 }
 
@@ -56,45 +66,47 @@ pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result
         [] => DEFAULT_OUTPUTS.iter().filter(|name| named(name)).map(|name| (*name).to_owned()).collect(),
         some => some.to_vec(),
     };
-    let table = Table::read(reader, &outline, &outputs)?;
+    let mut table = Table::read(reader, &outline, &outputs)?;
     if table.factors.is_empty() {
         return Err(SensitivityError::NoFactors);
     }
-    let task = Task::of(&table, &outline, (settings, study.rows))?;
-    let bootstrap = settings.bootstrap;
+    let rows_there = table.rows.len() as u64;
+    let plan = Plan::of(&mut table, &outline, (settings, study.rows))?;
+    let task = Task { table: &table, plan, bootstrap: settings.bootstrap };
+    let replicates = match plan.method {
+        Method::Given => settings.bootstrap.halves(),
+        _ => settings.bootstrap.replicates,
+    };
     Ok(Sensitivity {
         study: study.study_name.clone(),
         study_hash: study.study_hash.clone(),
         program_version: study.program_version.clone(),
         rows: study.rows,
-        rows_there: table.rows.len() as u64,
+        rows_there,
         factors: table.factors.iter().map(|factor| factor.name.clone()).collect(),
-        method: task.method,
-        intervals: Intervals { replicates: bootstrap.replicates, seed: bootstrap.seed, level: bootstrap.level },
-        notes: notes(&table, &outline, task.method),
+        method: plan.method,
+        intervals: Intervals { replicates, seed: settings.bootstrap.seed, level: settings.bootstrap.level },
+        notes: notes(&task, &outline),
         outputs: table.outputs.par_iter().map(|output| task.output(output)).collect(),
     })
 }
 
 /// What is computed from which rows.
-struct Task<'a> {
-    table: &'a Table,
+#[derive(Clone, Copy)]
+struct Plan {
     method: Method,
     units: Units,
-    bootstrap: Bootstrap,
 }
 
-impl<'a> Task<'a> {
+impl Plan {
+    /// What the design serves; of a Saltelli design that is analysed as any rows are, the table keeps the base points.
     fn of(
-        table: &'a Table,
+        table: &mut Table,
         outline: &DesignOutline,
         (settings, rows): (&SensitivitySettings, u64),
     ) -> Result<Self, SensitivityError> {
         let factors = table.factors.len();
-        let (method, units) = match outline.design {
-            Some(Kind::Saltelli(_)) if !outline.constraints.is_empty() => {
-                return Err(SensitivityError::Dependent { constraints: outline.constraints.clone() });
-            }
+        match outline.design {
             Some(Kind::Saltelli(Saltelli { second_order, .. })) => {
                 let size = SaltelliBlocks { factors, second_order }.size();
                 let units = Units { name: UnitName::Blocks, size, rows };
@@ -117,32 +129,53 @@ impl<'a> Task<'a> {
                         }
                     }
                 })?;
-                (Method::Sobol { estimator: settings.estimator, block: size }, units)
+                if !settings.given && outline.constraints.is_empty() {
+                    return Ok(Self { method: Method::Sobol { estimator: settings.estimator, block: size }, units });
+                }
+                let last = size as u64 - 1;
+                table.retain(|row| matches!(row % (last + 1), place if place == 0 || place == last));
+                Ok(Self::given(2 * (rows / size as u64)))
             }
+            Some(Kind::Morris(_)) if settings.given => Err(SensitivityError::Trajectories),
             Some(Kind::Morris(Morris { levels, .. })) => {
                 let size = factors + 1;
-                (Method::Morris { levels, block: size }, Units { name: UnitName::Trajectories, size, rows })
+                let units = Units { name: UnitName::Trajectories, size, rows };
+                Ok(Self { method: Method::Morris { levels, block: size }, units })
             }
-            _ => return Err(SensitivityError::Design { kind: kind_name(outline) }),
-        };
-        Ok(Self { table, method, units, bootstrap: settings.bootstrap })
+            _ => Ok(Self::given(rows)),
+        }
     }
 
+    fn given(rows: u64) -> Self {
+        Self { method: Method::Given, units: Units { name: UnitName::Rows, size: 1, rows } }
+    }
+}
+
+/// A plan for a table.
+struct Task<'a> {
+    table: &'a Table,
+    plan: Plan,
+    bootstrap: Bootstrap,
+}
+
+impl Task<'_> {
     fn output(&self, output: &OutputColumn) -> OutputSensitivity {
-        let Whole { starts, used } = self.units.whole(self.table, output);
-        let values = self.units.gather(&output.values, &starts);
-        let indices = match self.method {
+        let Plan { method, units } = self.plan;
+        let Whole { starts, used } = units.whole(self.table, output);
+        let values = units.gather(&output.values, &starts);
+        let indices = match method {
             Method::Sobol { estimator, block } => {
                 let factors = self.table.factors.len();
                 let blocks = SaltelliBlocks { factors, second_order: block > factors + 2 };
                 sobol(&values, blocks, estimator, &self.bootstrap).map(|found| self.sobol_indices(&found))
             }
             Method::Morris { levels, .. } => {
-                let columns = self.table.factors.iter().map(|factor| self.units.gather(&factor.values, &starts));
+                let columns = self.table.factors.iter().map(|factor| units.gather(&factor.values, &starts));
                 let factors: Vec<Vec<f64>> = columns.collect();
                 morris(&values, Trajectories { factors: &factors, levels }, &self.bootstrap)
                     .map(|found| self.effects(&found))
             }
+            Method::Given => self.given_indices(&values, &starts),
         };
         let (refused, indices) = match indices {
             Ok(indices) => (None, indices),
@@ -157,6 +190,43 @@ impl<'a> Task<'a> {
             refused,
             indices,
         }
+    }
+
+    /// Indices of the factors that vary.
+    fn given_indices(&self, values: &[f64], starts: &[usize]) -> Result<Vec<Index>, AnalysisError> {
+        let factors = self.table.factors.iter().enumerate();
+        let columns: Vec<(usize, FactorColumn)> = factors
+            .map(|(place, factor)| {
+                (place, FactorColumn { values: self.plan.units.gather(&factor.values, starts), ..factor.clone() })
+            })
+            .filter(|(_, factor)| factor.varies())
+            .collect();
+        let factors: Vec<FactorValues<'_>> =
+            columns.iter().map(|(_, of)| FactorValues { values: &of.values, nominal: of.nominal }).collect();
+        let mut indices = Vec::new();
+        match shapley(values, &factors, &self.bootstrap) {
+            // The other indices take more factors.
+            Err(AnalysisError::Factors { .. }) => {}
+            found => indices.extend(
+                columns.iter().zip(&found?).map(|((place, _), found)| self.index(IndexName::Shapley, &[*place], found)),
+            ),
+        }
+        for ((place, _), found) in columns.iter().zip(&given(values, &factors, &self.bootstrap)?) {
+            let plain = |value: f64| Estimate { value, interval: None };
+            indices.extend(
+                [
+                    (IndexName::Rank, found.rank),
+                    (IndexName::CorrelationRatio, found.correlation_ratio),
+                    (IndexName::Pawn, plain(found.pawn.median)),
+                    (IndexName::PawnMaximum, plain(found.pawn.maximum)),
+                    (IndexName::HsicR2, plain(found.hsic.r2)),
+                    (IndexName::HsicPValue, plain(found.hsic.p_value)),
+                ]
+                .iter()
+                .map(|(name, estimate)| self.index(*name, &[*place], estimate)),
+            );
+        }
+        Ok(indices)
     }
 
     fn index(&self, index: IndexName, factors: &[usize], estimate: &Estimate) -> Index {
@@ -197,15 +267,11 @@ fn refusal(error: &AnalysisError) -> String {
     format!("no indices: {error}")
 }
 
-fn kind_name(outline: &DesignOutline) -> String {
-    serde_json::to_value(outline.kind).ok().and_then(|kind| kind.as_str().map(str::to_owned)).unwrap_or_default()
-}
-
 /// What a reader must know.
-fn notes(table: &Table, outline: &DesignOutline, method: Method) -> Vec<String> {
+fn notes(task: &Task<'_>, outline: &DesignOutline) -> Vec<String> {
+    let Task { table, plan, bootstrap } = task;
     let mut notes = Vec::new();
-    let still = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
-    let constant = table.factors.iter().filter(|factor| still(&factor.values)).map(|factor| &factor.name);
+    let constant = table.factors.iter().filter(|factor| !factor.varies()).map(|factor| &factor.name);
     let constant: Vec<String> = constant.map(|name| format!("`{name}`")).collect();
     if !constant.is_empty() {
         notes.push(format!("These factors do not vary in the rows: {}.", constant.join(", ")));
@@ -215,20 +281,58 @@ fn notes(table: &Table, outline: &DesignOutline, method: Method) -> Vec<String> 
     if !derived.is_empty() {
         notes.push(format!("Left out, as they follow from the other factors: {}.", derived.join(", ")));
     }
-    if matches!(method, Method::Sobol { .. }) {
-        notes.push(
-            "Intervals are those of independent base points; the design's Sobol' points mostly scatter less: then they hold the truth \
-             more often than they say."
+    match plan.method {
+        Method::Sobol { .. } if bootstrap.replicates == 0 => {}
+        Method::Sobol { .. } => notes.push(
+            "Intervals are those of independent base points; the design's Sobol' points mostly scatter less: then they hold \
+             the truth more often than they say."
                 .to_owned(),
-        );
-    }
-    if matches!(method, Method::Morris { .. }) {
-        notes.push("mu*, mu and sigma are changes of the output per whole range of the factor.".to_owned());
-        let nominal = table.factors.iter().filter(|factor| factor.nominal);
-        let nominal: Vec<String> = nominal.map(|factor| format!("`{}`", factor.name)).collect();
-        if !nominal.is_empty() {
-            notes.push(format!("Of factors of names only mu* is told, names having no order: {}.", nominal.join(", ")));
+        ),
+        Method::Morris { .. } => {
+            notes.push("mu*, mu and sigma are changes of the output per whole range of the factor.".to_owned());
+            let nominal = table.factors.iter().filter(|factor| factor.nominal);
+            let nominal: Vec<String> = nominal.map(|factor| format!("`{}`", factor.name)).collect();
+            if !nominal.is_empty() {
+                notes.push(format!(
+                    "Of factors of names only mu* is told, names having no order: {}.",
+                    nominal.join(", ")
+                ));
+            }
         }
+        Method::Given => notes.extend(dependence(table, outline)),
     }
     notes
+}
+
+/// Whether factors depend on each other, and what that means for the indices.
+fn dependence(table: &Table, outline: &DesignOutline) -> Option<String> {
+    let why = match (outline.constraints.as_slice(), outline.correlated.as_slice()) {
+        ([], []) => {
+            let (first, second, correlation) = closest(table)?;
+            format!("`{first}` and `{second}` go together in the rows, with a rank correlation of {correlation:.2}")
+        }
+        ([], correlated) => format!("the study correlates {}", correlated.join(", ")),
+        (constraints, _) => format!("the rows meet the constraints {}", constraints.join("; ")),
+    };
+    Some(format!(
+        "The factors depend on each other: {why}. Sobol' indices share out the variance of independent factors only, so none are \
+         computed; Shapley effects do it here. What a factor has by ranks, eta2, PAWN or HSIC it may have through the others."
+    ))
+}
+
+/// The two factors of the largest rank correlation, where it is more than chance gives.
+fn closest(table: &Table) -> Option<(&str, &str, f64)> {
+    let step = table.rows.len().div_ceil(COMPARED_ROWS).max(1);
+    let ordered: Vec<(&str, Vec<f64>)> = table
+        .factors
+        .iter()
+        .filter(|factor| !factor.nominal && factor.varies())
+        .map(|factor| (factor.name.as_str(), factor.values.iter().step_by(step).copied().collect()))
+        .collect();
+    let pairs = ordered.iter().enumerate().flat_map(|(place, (first, a))| {
+        ordered[place + 1..].iter().map(move |(second, b)| (*first, *second, rank_correlation(a, b)))
+    });
+    let (first, second, correlation) = pairs.max_by(|(.., a), (.., b)| a.abs().total_cmp(&b.abs()))?;
+    let chance = SURPRISING / (table.rows.len() as f64 / step as f64).sqrt();
+    (correlation.abs() > chance.max(LEAST_CORRELATION)).then_some((first, second, correlation))
 }

@@ -28,7 +28,7 @@ pub fn columns(found: &Sensitivity) -> Vec<TableColumn> {
     let factor = |index: &Index, place: usize| index.factors.get(place).cloned().unwrap_or_default();
     vec![
         text("output", "Column of the table of runs.", &|output, _| output.output.clone()),
-        text("index", "Name of the index: s1, st, s2, mu_star, mu, sigma.", &|_, index| index.index.name().to_owned()),
+        text("index", "Name of the index, as in JSON.", &|_, index| index.index.name().to_owned()),
         text("factor", "Name of the factor, as in the study.", &|_, index| factor(index, 0)),
         text("second_factor", "The other factor of a pair; empty for one factor.", &|_, index| factor(index, 1)),
         real("value", "The index; mu_star, mu and sigma in the output's unit, which `output_unit` has.", &|index| {
@@ -39,9 +39,7 @@ pub fn columns(found: &Sensitivity) -> Vec<TableColumn> {
             index.interval.map(|ends| ends[1])
         }),
         text("output_unit", "Unit of the output.", &|output, _| output.unit.clone()),
-        count("units_used", "Blocks or trajectories that were used: those that are whole.", &|output| {
-            output.used.whole
-        }),
-        count("units", "Blocks or trajectories of the design.", &|output| output.used.of),
+        count("units_used", "Blocks, trajectories or rows that were used.", &|output| output.used.whole),
+        count("units", "Blocks, trajectories or rows of the design.", &|output| output.used.of),
     ]
 }

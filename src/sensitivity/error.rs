@@ -30,21 +30,10 @@ pub enum SensitivityError {
         /// The factor that differs.
         factor: String,
     },
-    /// Blocks of a Saltelli design that constraints chose.
+    /// Trajectories, of which other indices than elementary effects are asked for.
     #[error(
-        "the rows of this `saltelli` design meet constraints ({}), which make the factors depend on each other: shares of the \
-         variance by Sobol' belong to independent factors, and would be wrong; a `latin_hypercube`, `sobol`, `halton` or \
-         `random` design with these constraints, or `morris`, suits them",
-        .constraints.join("; ")
+        "the rows of a `morris` design serve elementary effects only, as they lie on trajectories: other indices need another \
+         kind of design"
     )]
-    Dependent {
-        /// The constraints, as written.
-        constraints: Vec<String>,
-    },
-    /// A kind of design from which nothing is known here.
-    #[error("a design of kind `{kind}` has no indices yet: expected `saltelli` or `morris`")]
-    Design {
-        /// The kind, as in a study.
-        kind: String,
-    },
+    Trajectories,
 }

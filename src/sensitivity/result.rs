@@ -48,12 +48,14 @@ pub enum Method {
         /// Rows of a trajectory.
         block: usize,
     },
+    /// Indices that any rows have.
+    Given,
 }
 
 /// How intervals are found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Intervals {
-    /// Bootstrap replicates; 0: there are no intervals.
+    /// Bootstrap replicates, or halves of the rows; 0: there are no intervals.
     pub replicates: usize,
     /// Seed of the replicates.
     pub seed: u64,
@@ -99,6 +101,8 @@ pub enum UnitName {
     Blocks,
     /// Morris trajectories.
     Trajectories,
+    /// Rows by themselves.
+    Rows,
 }
 
 /// Rows without the output, for one reason.
@@ -141,6 +145,43 @@ pub enum IndexName {
     Mu,
     /// Standard deviation of the elementary effects; in the output's unit.
     Sigma,
+    /// Shapley effect: share of the variance; those of all factors add up to 1, also where factors depend on each other.
+    Shapley,
+    /// First-order Sobol' index by ranks.
+    Rank,
+    /// Correlation ratio of classes of the factor.
+    CorrelationRatio,
+    /// PAWN: median distance of the output's distributions in slices of the factor from that of all rows.
+    Pawn,
+    /// The largest of these distances.
+    PawnMaximum,
+    /// Normalised Hilbert-Schmidt independence criterion.
+    HsicR2,
+    /// Probability of a larger criterion were factor and output independent.
+    HsicPValue,
+}
+
+impl Sensitivity {
+    /// Width of the widest interval of a factor's share (S1, ST, Shapley effect, S1 by ranks), or of a mu* over the largest mu* of
+    /// its output; `None` where there is none.
+    pub fn widest_interval(&self) -> Option<f64> {
+        self.outputs.iter().flat_map(OutputSensitivity::widths).reduce(f64::max)
+    }
+}
+
+impl OutputSensitivity {
+    fn widths(&self) -> impl Iterator<Item = f64> {
+        let sizes = self.indices.iter().filter(|index| index.index == IndexName::MuStar);
+        let largest = sizes.filter_map(|index| index.value).fold(0.0, f64::max);
+        self.indices.iter().filter_map(move |index| {
+            let [low, high] = index.interval?;
+            match index.index {
+                IndexName::S1 | IndexName::St | IndexName::Shapley | IndexName::Rank => Some(high - low),
+                IndexName::MuStar => Some((high - low) / largest),
+                _ => None,
+            }
+        })
+    }
 }
 
 impl IndexName {
@@ -153,6 +194,13 @@ impl IndexName {
             Self::MuStar => "mu*",
             Self::Mu => "mu",
             Self::Sigma => "sigma",
+            Self::Shapley => "Shapley",
+            Self::Rank => "S1 by ranks",
+            Self::CorrelationRatio => "eta2",
+            Self::Pawn => "PAWN",
+            Self::PawnMaximum => "largest",
+            Self::HsicR2 => "R2-HSIC",
+            Self::HsicPValue => "p",
         }
     }
 
@@ -165,6 +213,13 @@ impl IndexName {
             Self::MuStar => "mu_star",
             Self::Mu => "mu",
             Self::Sigma => "sigma",
+            Self::Shapley => "shapley",
+            Self::Rank => "rank",
+            Self::CorrelationRatio => "correlation_ratio",
+            Self::Pawn => "pawn",
+            Self::PawnMaximum => "pawn_maximum",
+            Self::HsicR2 => "hsic_r2",
+            Self::HsicPValue => "hsic_p_value",
         }
     }
 }
@@ -175,6 +230,7 @@ impl UnitName {
         match self {
             Self::Blocks => "blocks",
             Self::Trajectories => "trajectories",
+            Self::Rows => "rows",
         }
     }
 }

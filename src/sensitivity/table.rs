@@ -42,6 +42,13 @@ pub(super) struct Table {
     pub outputs: Vec<OutputColumn>,
 }
 
+impl FactorColumn {
+    /// Whether it has different values.
+    pub fn varies(&self) -> bool {
+        self.values.windows(2).any(|pair| pair[0] != pair[1])
+    }
+}
+
 impl Table {
     /// Reads the drawn factors of the outline and these outputs.
     ///
@@ -77,6 +84,19 @@ impl Table {
         }
         reader.visit(TableName::Runs, &names, |cells| table.add(cells, &mut codes))?;
         Ok(table)
+    }
+
+    /// Leaves only the rows whose index in the design passes.
+    pub fn retain(&mut self, passes: impl Fn(u64) -> bool) {
+        let kept: Vec<bool> = self.rows.iter().map(|row| passes(*row)).collect();
+        fn keep<T>(values: &mut Vec<T>, kept: &[bool]) {
+            let mut kept = kept.iter();
+            values.retain(|_| kept.next().copied().unwrap_or_default());
+        }
+        keep(&mut self.rows, &kept);
+        keep(&mut self.faults, &kept);
+        self.factors.iter_mut().for_each(|column| keep(&mut column.values, &kept));
+        self.outputs.iter_mut().for_each(|column| keep(&mut column.values, &kept));
     }
 
     fn add(&mut self, cells: &[Cell<'_>], codes: &mut [Codes]) {

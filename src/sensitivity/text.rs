@@ -8,6 +8,15 @@ use super::result::{Index, IndexName, LeftOut, Method, OutputSensitivity, Sensit
 const NAMED_ROWS: usize = 8;
 /// Reasons that are told per output.
 const REASONS: usize = 4;
+/// Indices by which factors are put in order, the first that there is.
+const RANKINGS: [IndexName; 4] = [IndexName::St, IndexName::MuStar, IndexName::Shapley, IndexName::Rank];
+/// Indices that stand side by side.
+const TABLES: [&[IndexName]; 4] = [
+    &[IndexName::S1, IndexName::St],
+    &[IndexName::MuStar, IndexName::Mu, IndexName::Sigma],
+    &[IndexName::Shapley, IndexName::Rank, IndexName::CorrelationRatio],
+    &[IndexName::Pawn, IndexName::PawnMaximum, IndexName::HsicR2, IndexName::HsicPValue],
+];
 /// Pairs of factors that are told per output, the largest first.
 const PAIRS: usize = 10;
 
@@ -19,12 +28,11 @@ impl fmt::Display for Sensitivity {
         let intervals = &self.intervals;
         match intervals.replicates {
             0 => writeln!(f, "No intervals (--bootstrap 0)")?,
-            replicates => writeln!(
-                f,
-                "In brackets: {} % intervals of {replicates} bootstrap replicates, seed {}",
-                100.0 * intervals.level,
-                intervals.seed
-            )?,
+            replicates => {
+                let from = if self.method == Method::Given { "halves of the rows" } else { "bootstrap replicates" };
+                let (percent, seed) = (100.0 * intervals.level, intervals.seed);
+                writeln!(f, "In brackets: {percent} % intervals from {replicates} {from}, seed {seed}")?;
+            }
         }
         self.notes.iter().try_for_each(|note| writeln!(f, "{note}"))?;
         self.outputs.iter().try_for_each(|output| write!(f, "\n{output}"))
@@ -39,6 +47,7 @@ impl Sensitivity {
                 let order = if block > factors + 2 { ", with second order" } else { "" };
                 format!("Sobol' indices (estimator {}) of {factors} factors{order}", estimator.name())
             }
+            Method::Given => format!("Indices of any rows, {factors} factors"),
             Method::Morris { levels, .. } => {
                 format!("Elementary effects (Morris, {levels} levels) of {factors} factors")
             }
@@ -86,42 +95,34 @@ impl OutputSensitivity {
         }
     }
 
-    /// A line per factor, the most important first.
+    /// Tables with a line per factor, the most important first.
     fn write_factors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let single = || self.indices.iter().filter(|index| index.factors.len() == 1);
-        let mut names: Vec<IndexName> = Vec::new();
+        let of_factors: Vec<&Index> = self.indices.iter().filter(|index| index.factors.len() == 1).collect();
         let mut factors: Vec<&str> = Vec::new();
-        for index in single() {
-            if !names.contains(&index.index) {
-                names.push(index.index);
-            }
-            if let Some(factor) = index.factors.first().filter(|name| !factors.contains(&name.as_str())) {
+        for factor in of_factors.iter().filter_map(|index| index.factors.first()) {
+            if !factors.contains(&factor.as_str()) {
                 factors.push(factor);
             }
         }
         let find = |factor: &str, name: IndexName| {
-            single().find(|index| index.index == name && index.factors.first().is_some_and(|of| of == factor))
+            let own = |index: &&&Index| index.index == name && index.factors.first().is_some_and(|of| of == factor);
+            of_factors.iter().find(own).copied()
         };
-        let rank = if names.contains(&IndexName::St) { IndexName::St } else { IndexName::MuStar };
-        let size = |factor: &str| find(factor, rank).and_then(|index| index.value).unwrap_or(f64::NEG_INFINITY);
+        let ranking = RANKINGS.into_iter().find(|name| of_factors.iter().any(|index| index.index == *name));
+        let size = |factor: &str| ranking.and_then(|name| find(factor, name)?.value).unwrap_or(f64::NEG_INFINITY);
         factors.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        let width = factors.iter().map(|name| name.chars().count()).max().unwrap_or(0).max("factor".len());
-        let cells = |factor: &str| names.iter().map(|name| find(factor, *name).map_or(String::new(), words)).collect();
-        let lines: Vec<Vec<String>> = factors.iter().map(|factor| cells(factor)).collect();
-        let widths: Vec<usize> = names
-            .iter()
-            .enumerate()
-            .map(|(column, name)| {
-                let cells = lines.iter().map(|line| line[column].len());
-                cells.max().unwrap_or(0).max(name.symbol().len())
-            })
-            .collect();
-        let heads: Vec<String> =
-            names.iter().zip(&widths).map(|(name, width)| format!("{:<width$}", name.symbol())).collect();
-        writeln!(f, "  {:<width$}  {}", "factor", heads.join("  ").trim_end())?;
-        for (factor, line) in factors.iter().zip(&lines) {
-            let cells: Vec<String> = line.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
-            writeln!(f, "  {factor:<width$}  {}", cells.join("  ").trim_end())?;
+        for table in TABLES {
+            let names = table.iter().filter(|name| of_factors.iter().any(|index| index.index == **name));
+            let columns: Vec<Vec<String>> = names
+                .map(|name| {
+                    let cells = factors.iter().map(|factor| find(factor, *name).map_or(String::new(), words));
+                    [name.symbol().to_owned()].into_iter().chain(cells).collect()
+                })
+                .collect();
+            if !columns.is_empty() {
+                let first = ["factor"].into_iter().chain(factors.iter().copied()).map(str::to_owned).collect();
+                write_table(f, &[vec![first], columns].concat())?;
+            }
         }
         Ok(())
     }
@@ -133,11 +134,11 @@ impl OutputSensitivity {
         }
         let size = |index: &Index| index.value.map_or(f64::NEG_INFINITY, f64::abs);
         pairs.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        let title = |index: &Index| index.factors.join(" and ");
-        let shown = pairs.iter().take(PAIRS);
-        let width = shown.clone().map(|index| title(index).chars().count()).max().unwrap_or(0).max("pair".len());
-        writeln!(f, "  {:<width$}  {}", "pair", IndexName::S2.symbol())?;
-        shown.map(|index| writeln!(f, "  {:<width$}  {}", title(index), words(index))).collect::<fmt::Result>()?;
+        let shown = || pairs.iter().take(PAIRS);
+        let titles = shown().map(|index| index.factors.join(" and "));
+        let column = |head: &str, cells: Vec<String>| [vec![head.to_owned()], cells].concat();
+        let titles = column("pair", titles.collect());
+        write_table(f, &[titles, column(IndexName::S2.symbol(), shown().map(|index| words(index)).collect())])?;
         match pairs.len().checked_sub(PAIRS) {
             Some(more) if more > 0 => writeln!(f, "  and {more} smaller ones (--json and --parquet have them)"),
             _ => Ok(()),
@@ -145,11 +146,23 @@ impl OutputSensitivity {
     }
 }
 
+/// Columns side by side, each as wide as its widest cell.
+fn write_table(f: &mut fmt::Formatter<'_>, columns: &[Vec<String>]) -> fmt::Result {
+    let wide = |column: &Vec<String>| column.iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = columns.iter().map(wide).collect();
+    for line in 0..columns.first().map_or(0, Vec::len) {
+        let cells = columns.iter().zip(&widths).map(|(column, width)| format!("{:<width$}", column[line]));
+        writeln!(f, "  {}", cells.collect::<Vec<_>>().join("  ").trim_end())?;
+    }
+    Ok(())
+}
+
 /// Value and interval: `0.712 [0.651, 0.770]`.
 fn words(index: &Index) -> String {
     let number: fn(f64) -> String = match index.index {
-        IndexName::S1 | IndexName::St | IndexName::S2 => share,
         IndexName::MuStar | IndexName::Mu | IndexName::Sigma => four_digits,
+        IndexName::HsicPValue => probability,
+        _ => share,
     };
     let value = index.value.map_or_else(|| "none".to_owned(), number);
     match index.interval {
@@ -162,6 +175,11 @@ fn words(index: &Index) -> String {
 fn share(value: f64) -> String {
     let text = format!("{value:.3}");
     if text == "-0.000" { "0.000".to_owned() } else { text }
+}
+
+/// A probability: small ones by their power of ten.
+fn probability(value: f64) -> String {
+    if value < 1e-3 { format!("{value:.0e}") } else { format!("{value:.3}") }
 }
 
 /// Four significant digits, with an exponent where it would be long.

@@ -7,15 +7,13 @@ use super::document::tree::Document;
 use super::document::typed::read_tree;
 use super::file::DesignEntry;
 use super::schema::study_schema;
-use crate::design::{DesignKind, Kind};
+use crate::design::Kind;
 use crate::quantity::Value;
 
 /// The design of a study as its text describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignOutline {
-    /// Kind of design.
-    pub kind: DesignKind,
-    /// The same with its numbers; `None` where rows of a file or parts belong to it.
+    /// How the rows are chosen; `None` where rows of a file or parts belong to it.
     pub design: Option<Kind>,
     /// The factors, in the study's order.
     pub factors: Vec<FactorOutline>,
@@ -57,10 +55,8 @@ impl DesignOutline {
     }
 
     fn of(entry: DesignEntry) -> Self {
-        let kind = entry.kind.unwrap_or_default();
         Self {
-            kind,
-            design: kind.of(&entry.as_part().options()).ok(),
+            design: entry.kind.unwrap_or_default().of(&entry.as_part().options()).ok(),
             constraints: entry.constraints,
             correlated: entry.correlation.map(|correlation| correlation.factors).unwrap_or_default(),
             factors: entry

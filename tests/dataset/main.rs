@@ -2,15 +2,13 @@
 
 #[cfg(unix)]
 mod cluster;
-#[cfg(unix)]
 mod durable;
-#[cfg(unix)]
 mod growth;
+mod linux;
 mod loss;
 mod report;
-#[cfg(unix)]
 mod rerun;
-#[cfg(unix)]
 mod sweeps;
 mod synthetic;
 mod tables;
+mod windows;

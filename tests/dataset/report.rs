@@ -29,7 +29,7 @@ fn the_report_ranks_rows_and_names_the_tables() {
         "hammer.left.supply_bar = 5.490 bar, modes = 74, 2nd mount = beam_2",
         "at worst -0.2000 % (row 20)",
         "103 periodic, 26 stalled",
-        "runs/*.parquet",
+        Path::new("runs").join("*.parquet").to_str().expect("a path"),
     ] {
         assert!(text.contains(expected), "{expected} in\n{text}");
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, ExitStatus, Output};
 
 /// A study of this repository whose number of rows can be set.
 pub const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/placement.toml");
@@ -67,6 +67,11 @@ pub fn assert_same(one: &Path, other: &Path) {
     }
 }
 
+/// Whether a process was ended by [`std::process::Child::kill`]: by a signal, or on Windows with a code that decore never has.
+pub fn was_killed(ended: ExitStatus) -> bool {
+    ended.code() == if cfg!(windows) { Some(1) } else { None }
+}
+
 /// What `decore status --json` says of a dataset.
 pub fn status(folder: &Path) -> serde_json::Value {
     let mut command = decore();
@@ -77,6 +82,7 @@ pub fn status(folder: &Path) -> serde_json::Value {
 }
 
 /// Sends a signal to a process.
+#[cfg(unix)]
 pub fn signal(name: &str, process: u32) {
     let sent = Command::new("kill").arg(format!("-{name}")).arg(process.to_string()).status();
     assert!(sent.expect("kill runs").success());

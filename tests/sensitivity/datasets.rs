@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-const MACHINE: &str = r#"
+pub const MACHINE: &str = r#"
 title = "Analysed"
 [hammer.left]
 rail = "rail"
@@ -24,7 +24,7 @@ point = "T6"
 point = "T7"
 "#;
 
-const FACTORS: &str = r#"
+pub const FACTORS: &str = r#"
 [design.factor.position]
 path = "hammer.left.rail_position_m"
 range = [-0.10, 0.10]
@@ -71,11 +71,11 @@ impl Dataset {
     }
 }
 
-fn decore() -> Command {
+pub fn decore() -> Command {
     Command::new(env!("CARGO_BIN_EXE_decore"))
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
@@ -133,26 +133,69 @@ fn bytes_depend_on_the_seed_and_on_no_number_of_threads() {
 fn names_have_only_the_size_of_their_effects() {
     let dataset = Dataset::of("kind = \"morris\"\ntrajectories = 20");
     let found = dataset.json(&["--output", "delivered_work_j", "--bootstrap", "50"]);
-    let of = |factor: &str| -> Vec<String> {
-        let indices = found["outputs"][0]["indices"].as_array().expect("a list").iter();
-        let own = indices.filter(|index| index["factors"][0] == factor);
-        own.map(|index| index["index"].as_str().expect("a name").to_owned()).collect()
-    };
     assert_eq!(
-        (of("pressure"), of("guide")),
+        (names(&found, "pressure"), names(&found, "guide")),
         (vec!["mu_star".into(), "mu".into(), "sigma".into()], vec!["mu_star".into()])
     );
     assert!(found["notes"].to_string().contains("`guide`"), "{}", found["notes"]);
 }
 
+/// Names of the indices of a factor, in order.
+fn names(found: &Value, factor: &str) -> Vec<String> {
+    let indices = found["outputs"][0]["indices"].as_array().expect("a list").iter();
+    let alone = |index: &&Value| index["factors"].as_array().is_some_and(|of| of.len() == 1 && of[0] == factor);
+    indices.filter(alone).map(|index| index["index"].as_str().expect("a name").to_owned()).collect()
+}
+
+const OF_ANY_ROWS: [&str; 7] =
+    ["shapley", "rank", "correlation_ratio", "pawn", "pawn_maximum", "hsic_r2", "hsic_p_value"];
+
 #[test]
-fn blocks_that_constraints_choose_have_no_sobol_indices() {
-    let dataset =
-        Dataset::of("kind = \"saltelli\"\nbase_points = 8\nconstraints = [\"pressure <= 5.9 - abs(position)\"]");
-    let output = dataset.analyse(&[]);
-    let told = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("pressure <= 5.9 - abs(position)") && told.contains("Sobol'"), "{told}");
+fn dependent_factors_have_shapley_effects_and_no_sobol_indices() {
+    // Two base points of each of 64 blocks.
+    let constrained = "kind = \"saltelli\"\nbase_points = 64\nconstraints = [\"pressure <= 5.9 - abs(position)\"]";
+    let correlated = "kind = \"sobol\"\nrows = 128\n[design.correlation]\nfactors = [\"position\", \"pressure\"]\n\
+                      matrix = [[1.0, 0.8], [0.8, 1.0]]";
+    for (design, why) in
+        [(constrained, "pressure <= 5.9 - abs(position)"), (correlated, "correlates position, pressure")]
+    {
+        let found = Dataset::of(design).json(&["--output", "delivered_work_j", "--bootstrap", "10"]);
+        assert_eq!(found["method"]["name"], "given");
+        let note = found["notes"].to_string();
+        assert!(note.contains(why) && note.contains("none are computed"), "{note}");
+        assert_eq!(found["outputs"][0]["used"]["whole"], 128);
+        for factor in ["position", "pressure", "guide"] {
+            assert_eq!(names(&found, factor), OF_ANY_ROWS, "{factor}");
+        }
+        let shares = found["outputs"][0]["indices"].as_array().expect("a list").iter();
+        let shares = shares.filter(|index| index["index"] == "shapley").filter_map(|index| index["value"].as_f64());
+        assert!((shares.sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn rows_by_themselves_are_left_out_alone() {
+    // Row 613 diverges.
+    let dataset = Dataset::of("kind = \"latin_hypercube\"\nrows = 640");
+    let found = dataset.json(&["--output", "delivered_work_j", "--bootstrap", "0"]);
+    let used = &found["outputs"][0]["used"];
+    assert_eq!((used["whole"].as_u64(), used["of"].as_u64()), (Some(639), Some(640)));
+    assert_eq!(found["notes"].as_array().map(Vec::len), Some(0), "independent: {}", found["notes"]);
+    // Made-up outputs depend on no factor.
+    let indices = found["outputs"][0]["indices"].as_array().expect("a list");
+    let ranks = indices.iter().filter(|index| index["index"] == "rank").filter_map(|index| index["value"].as_f64());
+    let ranks: Vec<f64> = ranks.collect();
+    assert!(ranks.len() == 3 && ranks.iter().all(|rank| rank.abs() < 0.15), "{ranks:?}");
+}
+
+#[test]
+fn a_saltelli_design_may_be_analysed_as_any_rows_and_morris_not() {
+    let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 64");
+    let found = dataset.json(&["--given", "--output", "delivered_work_j", "--bootstrap", "0"]);
+    assert_eq!((found["outputs"][0]["used"]["whole"].as_u64(), names(&found, "guide").len()), (Some(128), 7));
+    let output = Dataset::of("kind = \"morris\"\ntrajectories = 10").analyse(&["--given"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("elementary effects only"), "{}", text(&output.stderr));
 }
 
 #[test]

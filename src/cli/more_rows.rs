@@ -1,0 +1,150 @@
+//! Rows for an analysis: failed ones run again more strictly, further ones until the intervals are narrow enough.
+
+use std::path::Path;
+
+use super::exit::{Exit, Failure};
+use super::outputs::{load_study, ready};
+use super::run::run_rows;
+use super::text::tell;
+use crate::dataset::{Chosen, DatasetReader, SweepState};
+use crate::design::Kind;
+use crate::engine::{Engine, Rows};
+use crate::run::DEFAULT_RETRIES;
+use crate::sensitivity::{Sensitivity, SensitivityError};
+
+/// Times a failed row is run again, each time with a hundredth of the tolerance before.
+const REPAIR_RETRIES: u32 = 3;
+/// Growth at a time, least and most: what narrow intervals need is known to the square root of few rows only.
+const GROWTH: [f64; 2] = [1.25, 4.0];
+
+/// The study of a dataset, from which its rows can be run.
+pub(super) struct Source<'a> {
+    /// The study's file.
+    pub study: &'a Path,
+    /// The dataset's folder.
+    pub folder: &'a Path,
+    /// Values set for rows that are run again, over those with which the dataset was made.
+    pub overrides: &'a [String],
+}
+
+/// What narrow enough is, and how far to go.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Goal {
+    /// Width that no interval exceeds.
+    pub width: f64,
+    /// Rows at most.
+    pub most_rows: u64,
+}
+
+impl Source<'_> {
+    /// The study as the dataset was made, with these settings over it.
+    fn engine(&self, further: &[String]) -> Result<Engine, Failure> {
+        let reader = DatasetReader::open(self.folder)?;
+        let made = &reader.manifest().study;
+        let retries = made.settings.get("retries").and_then(|text| text.parse().ok()).unwrap_or(DEFAULT_RETRIES);
+        let overrides = [&made.overrides[..], further].concat();
+        Ok(ready(load_study(self.study, &overrides, &[])?)?.with_retries(retries))
+    }
+
+    /// Runs the rows again that are not done, with up to three retries; rows that are still not done stay as they were.
+    ///
+    /// # Errors
+    /// Those of `decore run --only-failed`.
+    pub fn repair(&self) -> Result<Exit, Failure> {
+        let engine = self.engine(self.overrides)?.with_retries(REPAIR_RETRIES);
+        let status = run_rows(&engine, self.folder, Some(&Chosen::Failed))?;
+        Ok(ending(status.state))
+    }
+
+    /// Adds rows until no interval is wider than the goal, as many at a time as its width asks for; `analyse` computes the
+    /// intervals.
+    ///
+    /// # Errors
+    /// A design that cannot grow, an analysis without intervals; those of `decore run`.
+    pub fn grow(
+        &self,
+        goal: Goal,
+        analyse: &dyn Fn() -> Result<Sensitivity, SensitivityError>,
+    ) -> Result<Exit, Failure> {
+        loop {
+            let found = analyse()?;
+            let Some(width) = found.widest_interval() else {
+                return Err(Failure::Argument(
+                    "--grow-until: no output has intervals that more rows could narrow (see the analysis without it)"
+                        .into(),
+                ));
+            };
+            if width <= goal.width {
+                return Ok(Exit::Done);
+            }
+            let engine = self.engine(&[])?;
+            let Some(size) = Size::of(engine.checked().design().kind()) else {
+                return Err(Failure::Argument(
+                    "--grow-until: only saltelli, morris, sobol, halton and random designs grow by themselves".into(),
+                ));
+            };
+            let next = size.grown((width / goal.width).powi(2));
+            let rows = found.rows / size.count as u64 * next as u64;
+            if rows > goal.most_rows {
+                tell(&format_args!(
+                    "the widest interval is {width:.3}, not {}: {} = {next} ({rows} rows) would be more than --most-rows {}",
+                    goal.width, size.key, goal.most_rows
+                ));
+                return Ok(Exit::Done);
+            }
+            let setting = format!("{}={next}", size.key);
+            tell(&format_args!("the widest interval is {width:.3}, not {}: going on with --set {setting}", goal.width));
+            let status = run_rows(&self.engine(&[setting])?, self.folder, None)?;
+            if status.state != SweepState::Complete {
+                return Ok(ending(status.state));
+            }
+        }
+    }
+}
+
+/// The number by which a design grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Size {
+    key: &'static str,
+    count: usize,
+    /// Whether powers of two are best.
+    doubles: bool,
+}
+
+impl Size {
+    fn of(kind: &Kind) -> Option<Self> {
+        let (key, count, doubles) = match kind {
+            Kind::Saltelli(saltelli) => ("design.base_points", saltelli.base, true),
+            Kind::Morris(morris) => ("design.trajectories", morris.trajectories, false),
+            Kind::Sobol(sobol) => ("design.rows", sobol.rows, true),
+            Kind::Halton(halton) => ("design.rows", halton.rows, false),
+            Kind::Random(random) => ("design.rows", random.rows, false),
+            _ => return None,
+        };
+        Some(Self { key, count, doubles })
+    }
+
+    /// The number for `wanted` times as many rows, as far as is gone at a time.
+    fn grown(self, wanted: f64) -> usize {
+        let [least, most] = GROWTH;
+        let next = (self.count as f64 * wanted.clamp(least, most)).ceil() as usize;
+        if self.doubles { next.next_power_of_two() } else { next }
+    }
+}
+
+fn ending(state: SweepState) -> Exit {
+    if state == SweepState::Complete { Exit::Done } else { Exit::Interrupted }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Size;
+
+    #[test]
+    fn designs_grow_by_what_the_width_asks_for() {
+        let saltelli = Size { key: "design.base_points", count: 64, doubles: true };
+        assert_eq!([1.01, 1.9, 2.1, 100.0].map(|wanted| saltelli.grown(wanted)), [128, 128, 256, 256]);
+        let morris = Size { doubles: false, count: 10, ..saltelli };
+        assert_eq!([1.01, 1.9, 100.0].map(|wanted| morris.grown(wanted)), [13, 19, 40]);
+    }
+}
