@@ -331,8 +331,8 @@ impl Base {
             let coefficients = &mut self.coefficients[at];
             coefficients[0] = self.displacement[at];
             coefficients[1] = impulse;
-            for k in 2..ORDER {
-                coefficients[k] = fused(product(block.gamma[k - 1], impulse), block.gamma[k - 2], constant);
+            for (coefficient, gamma) in coefficients[2..ORDER].iter_mut().zip(block.gamma.windows(2)) {
+                *coefficient = fused(product(gamma[1], impulse), gamma[0], constant);
             }
             coefficients[ORDER] = product(block.gamma[GAMMAS - 1], constant);
         }
