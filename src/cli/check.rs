@@ -214,7 +214,7 @@ struct Sweep {
     times: f64,
 }
 
-/// Time of a row and of all, by a run that may have ended before its time.
+/// Time of a row alone, by a run that may have ended before its time, and of all were they run one by one.
 fn estimate(outcome: &RowOutcome, sweep: &Sweep) -> String {
     let Sweep { rows, threads, duration_s, times } = *sweep;
     if outcome.time_reached_s <= 0.0 {
@@ -228,7 +228,11 @@ fn estimate(outcome: &RowOutcome, sweep: &Sweep) -> String {
         _ => String::new(),
     };
     let threads = plural(threads, "thread");
-    format!("time           {row_s:.2} s per row, about {} in all with {threads}{note}", duration(total_s))
+    // What rows side by side save depends on their shapes, known only by running them.
+    format!(
+        "time           {row_s:.2} s per row alone, at most about {} in all with {threads}{note}",
+        duration(total_s)
+    )
 }
 
 fn duration(seconds: f64) -> String {

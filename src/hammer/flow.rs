@@ -136,10 +136,10 @@ fn even_odd_polynomial<R: Number>(coefficients: &[R; TERMS], s: R) -> R {
     let mut at = TERMS;
     while at > 0 {
         at -= 2;
-        even = even * square + coefficients[at];
-        odd = odd * square + coefficients[at + 1];
+        even = even.mul_add(square, coefficients[at]);
+        odd = odd.mul_add(square, coefficients[at + 1]);
     }
-    even + s * odd
+    s.mul_add(odd, even)
 }
 
 /// Interpolates `f` on [-1, 1] at the Chebyshev nodes; returns power-series coefficients.

@@ -221,7 +221,7 @@ impl<R: Number, const K: usize> WithSimd for Combination<'_, R, K> {
         for i in 0..len {
             let mut sum = y[i];
             for j in 0..K {
-                sum += w[j] * k[j][i];
+                sum = w[j].mul_add(k[j][i], sum);
             }
             out[i] = sum;
         }
@@ -279,7 +279,7 @@ impl<R: Number> WithSimd for ErrorNorm<'_, R> {
             for (k, weight) in k_blocks.iter().zip(ERROR) {
                 let k = &k[block];
                 for i in 0..BLOCK {
-                    estimate[i] += R::splat(weight) * k[i];
+                    estimate[i] = R::splat(weight).mul_add(k[i], estimate[i]);
                 }
             }
             for i in 0..BLOCK {
@@ -292,7 +292,7 @@ impl<R: Number> WithSimd for ErrorNorm<'_, R> {
         for (i, scale) in scales_left.iter().enumerate() {
             let mut estimate = R::splat(0.0);
             for (k, weight) in k.iter().zip(ERROR) {
-                estimate += R::splat(weight) * k[done + i];
+                estimate = R::splat(weight).mul_add(k[done + i], estimate);
             }
             let value = (h * estimate * *scale).abs();
             largest[0] = value.greatest(largest[0]);

@@ -1,12 +1,13 @@
-//! Four numbers in one vector register of a processor with AVX2.
+//! Four numbers in one vector register of a processor with AVX2 and FMA.
 //!
 //! The same operations as [`Four`]'s, each by its instruction: how well the compiler finds them by itself depends on the size of
 //! the function around them.
 
 use std::arch::x86_64::{
     __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_add_pd, _mm256_and_pd, _mm256_andnot_pd, _mm256_blendv_pd,
-    _mm256_castpd_si256, _mm256_castsi256_pd, _mm256_cmp_pd, _mm256_div_pd, _mm256_movemask_pd, _mm256_mul_pd,
-    _mm256_or_pd, _mm256_set1_pd, _mm256_slli_epi64, _mm256_sqrt_pd, _mm256_srli_epi64, _mm256_sub_pd, _mm256_xor_pd,
+    _mm256_castpd_si256, _mm256_castsi256_pd, _mm256_cmp_pd, _mm256_div_pd, _mm256_fmadd_pd, _mm256_movemask_pd,
+    _mm256_mul_pd, _mm256_or_pd, _mm256_set1_pd, _mm256_slli_epi64, _mm256_sqrt_pd, _mm256_srli_epi64, _mm256_sub_pd,
+    _mm256_xor_pd,
 };
 use std::fmt;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -28,7 +29,7 @@ pub struct FourAvxMask(__m256d);
 impl FourAvx {
     /// Whether this processor has the instructions.
     pub fn is_available() -> bool {
-        std::arch::is_x86_feature_detected!("avx2")
+        std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
     }
 
     #[inline(always)]
@@ -47,7 +48,7 @@ impl FourAvxMask {
 /// An intrinsic. Sound as `FourAvx` is computed with only where [`FourAvx::is_available`] holds.
 macro_rules! intrinsic {
     ($call:expr) => {
-        // SAFETY: the processor has AVX2.
+        // SAFETY: the processor has AVX2 and FMA.
         unsafe { $call }
     };
 }
@@ -177,6 +178,11 @@ impl Number for FourAvx {
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
         self.array()[lane]
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        Self(intrinsic!(_mm256_fmadd_pd(self.0, factor.0, addend.0)))
     }
 
     #[inline(always)]

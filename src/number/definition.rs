@@ -56,6 +56,10 @@ pub trait Number:
     fn splat(value: f64) -> Self;
     /// The number in a lane.
     fn lane(self, lane: usize) -> f64;
+    /// `self * factor + addend`, rounded once. Where it is inlined into code for a processor that has it, one instruction; a call of a
+    /// library elsewhere, with the same result: for the kernels that are dispatched to the widest registers, and only there.
+    #[must_use]
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
     /// Square root.
     #[must_use]
     fn sqrt(self) -> Self;
@@ -169,6 +173,11 @@ impl Number for f64 {
     #[inline(always)]
     fn lane(self, _: usize) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        Self::mul_add(self, factor, addend)
     }
 
     #[inline(always)]

@@ -106,13 +106,14 @@ mod tests {
     type Pair<R> = fn(R, R) -> R;
 
     /// Every operation and function.
-    fn all<R: Number>() -> [Pair<R>; 16] {
+    fn all<R: Number>() -> [Pair<R>; 17] {
         [
             |a, b| a + b,
             |a, b| a - b,
             |a, b| a * b,
             |a, b| a / b,
             |a, _| -a,
+            |a, b| a.mul_add(b, -a),
             |a, _| a.sqrt(),
             |a, b| a.abs().copysign(b),
             |a, b| a.least(b),

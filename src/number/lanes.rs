@@ -109,6 +109,15 @@ impl Number for Four {
     }
 
     #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        let mut fused = addend;
+        for lane in 0..LANES {
+            fused.0[lane] = self.0[lane].mul_add(factor.0[lane], addend.0[lane]);
+        }
+        fused
+    }
+
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.map(f64::sqrt))
     }

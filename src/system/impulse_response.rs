@@ -176,18 +176,28 @@ impl Condensation {
     /// Displacement, velocity and acceleration (without its direct part) of point `n` at `tau` after the base; `z` are the
     /// integrals.
     pub fn point(&self, base: &Base, tau: f64, z: &[f64], n: usize) -> [f64; 3] {
-        self.kernel.point(&base.free, tau, z, n)
+        Arch::new().dispatch(Point { kernel: &self.kernel, free: &base.free, tau, z, n })
     }
 }
 
 /// Modes treated together in a rebase: sums along the series are long chains, and several hide each other's latency.
 const WIDTH: usize = 16;
 type Lanes = [f64; WIDTH];
+/// Coefficients of a series, by powers of the time.
+type Series = [Lanes; ORDER + 1];
+/// Coefficients that are summed in one pass over the modes: as many sums as there are registers for.
+const SUMMED: usize = 3;
+const _: () = assert!((ORDER + 1).is_multiple_of(SUMMED));
 
-/// `a + b c` lane by lane.
+/// `a + b c` lane by lane, rounded once: by one instruction where this is inlined into code for a processor that has it, the same
+/// elsewhere.
 #[inline(always)]
 fn fused(a: Lanes, b: Lanes, c: Lanes) -> Lanes {
-    std::array::from_fn(|lane| a[lane] + b[lane] * c[lane])
+    let mut fused = a;
+    for lane in 0..WIDTH {
+        fused[lane] = b[lane].mul_add(c[lane], a[lane]);
+    }
+    fused
 }
 
 #[inline(always)]
@@ -214,8 +224,8 @@ pub(super) struct Base {
     velocity: Vec<Lanes>,
     /// The free motion of each interface point.
     pub free: Vec<Free<f64>>,
-    /// Coefficients of the free displacement of each point while they are summed.
-    sums: Vec<[Lanes; ORDER + 1]>,
+    /// Coefficients of the free displacement of each block's modes while they are summed.
+    coefficients: Vec<Series>,
 }
 
 impl Base {
@@ -227,18 +237,13 @@ impl Base {
             displacement: vec![[0.0; WIDTH]; blocks],
             velocity: vec![[0.0; WIDTH]; blocks],
             free: vec![[[0.0; TERMS]; 3]; points],
-            sums: vec![[[0.0; WIDTH]; ORDER + 1]; points],
+            coefficients: vec![[[0.0; WIDTH]; ORDER + 1]; blocks],
         }
     }
 
     /// Strain and kinetic energy of the modes at `t`, J.
     pub fn energy(&self, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
-        let terms = scaled_powers(t - self.time_s);
-        let energy = |(at, block): (usize, &Block)| {
-            let [displacement, velocity] = self.moved(condensation, at, &terms, z);
-            (0..WIDTH).map(|i| 0.5 * (block.stiffness[i] * displacement[i].powi(2) + velocity[i].powi(2))).sum::<f64>()
-        };
-        condensation.blocks.iter().enumerate().map(energy).sum()
+        Arch::new().dispatch(Energy { base: self, condensation, t, z })
     }
 
     /// Power that the modes dissipate at `t`, `sum 2 xi omega x'^2`, in W: from their velocities and damping alone, whatever
@@ -287,6 +292,23 @@ impl Base {
         [displacement, velocity]
     }
 
+    /// Coefficients `first` and on of the free displacement of point `n`, not yet divided by factorials: sums over all modes.
+    #[inline(always)]
+    fn summed(&self, condensation: &Condensation, n: usize, first: usize) -> [f64; SUMMED] {
+        let mut sums = [[0.0; WIDTH]; SUMMED];
+        for (at, coefficients) in self.coefficients.iter().enumerate() {
+            let shape = condensation.shapes[at * condensation.points + n];
+            for i in 0..SUMMED {
+                sums[i] = fused(sums[i], shape, coefficients[first + i]);
+            }
+        }
+        let mut over_lanes = [0.0; SUMMED];
+        for i in 0..SUMMED {
+            over_lanes[i] = sums[i].iter().sum();
+        }
+        over_lanes
+    }
+
     /// Impulse and constant force that stand for the velocity and the displacement of the modes of block `at`.
     #[inline(always)]
     fn free_loads(&self, block: &Block, at: usize) -> [Lanes; 2] {
@@ -303,38 +325,79 @@ impl Base {
     #[inline(always)]
     fn rebase_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
         let terms = scaled_powers(t - self.time_s);
-        let points = condensation.points;
-        self.sums.fill([[0.0; WIDTH]; ORDER + 1]);
         for (at, block) in condensation.blocks.iter().enumerate() {
             [self.displacement[at], self.velocity[at]] = self.moved(condensation, at, &terms, z);
             let [impulse, constant] = self.free_loads(block, at);
-            for k in 0..=ORDER {
-                let coefficient = match k {
-                    0 => self.displacement[at],
-                    1 => impulse,
-                    ORDER => product(block.gamma[GAMMAS - 1], constant),
-                    _ => fused(product(block.gamma[k - 1], impulse), block.gamma[k - 2], constant),
-                };
-                for (sums, shape) in self.sums.iter_mut().zip(&condensation.shapes[at * points..]) {
-                    sums[k] = fused(sums[k], *shape, coefficient);
-                }
+            let coefficients = &mut self.coefficients[at];
+            coefficients[0] = self.displacement[at];
+            coefficients[1] = impulse;
+            for (coefficient, gamma) in coefficients[2..ORDER].iter_mut().zip(block.gamma.windows(2)) {
+                *coefficient = fused(product(gamma[1], impulse), gamma[0], constant);
             }
+            coefficients[ORDER] = product(block.gamma[GAMMAS - 1], constant);
         }
         // 1 / k!.
         let factor = scaled_powers(1.0);
-        for ([displacement, velocity, acceleration], sums) in self.free.iter_mut().zip(&self.sums) {
-            for (k, sum) in sums.iter().enumerate() {
-                let coefficient = factor[k] * sum.iter().sum::<f64>();
-                displacement[k] = coefficient;
-                if k >= 1 {
-                    velocity[k - 1] = k as f64 * coefficient;
-                }
-                if k >= 2 {
-                    acceleration[k - 2] = (k * (k - 1)) as f64 * coefficient;
+        for n in 0..condensation.points {
+            for first in (0..=ORDER).step_by(SUMMED) {
+                let sums = self.summed(condensation, n, first);
+                for (i, sum) in sums.iter().enumerate() {
+                    let (k, [displacement, velocity, acceleration]) = (first + i, &mut self.free[n]);
+                    let coefficient = factor[k] * sum;
+                    displacement[k] = coefficient;
+                    if k >= 1 {
+                        velocity[k - 1] = k as f64 * coefficient;
+                    }
+                    if k >= 2 {
+                        acceleration[k - 2] = (k * (k - 1)) as f64 * coefficient;
+                    }
                 }
             }
         }
         self.time_s = t;
+    }
+}
+
+/// Motion of a point to be computed.
+struct Point<'p> {
+    kernel: &'p Kernel<f64>,
+    free: &'p [Free<f64>],
+    tau: f64,
+    z: &'p [f64],
+    n: usize,
+}
+
+impl WithSimd for Point<'_> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 3] {
+        self.kernel.point(self.free, self.tau, self.z, self.n)
+    }
+}
+
+/// Energy to be summed.
+struct Energy<'e> {
+    base: &'e Base,
+    condensation: &'e Condensation,
+    t: f64,
+    z: &'e [f64],
+}
+
+impl WithSimd for Energy<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { base, condensation, t, z } = self;
+        let terms = scaled_powers(t - base.time_s);
+        let mut twice = [0.0; WIDTH];
+        for (at, block) in condensation.blocks.iter().enumerate() {
+            let [displacement, velocity] = base.moved(condensation, at, &terms, z);
+            twice = fused(twice, block.stiffness, product(displacement, displacement));
+            twice = fused(twice, velocity, velocity);
+        }
+        0.5 * twice.iter().sum::<f64>()
     }
 }
 

@@ -71,8 +71,8 @@ impl<R: Number> ModalRates<R> {
         let constants = self.omega_squared.iter().zip(&self.damping);
         for (((acceleration, (omega_squared, damping)), x), v) in acceleration.iter_mut().zip(constants).zip(x).zip(v) {
             let resistance = *damping * *v;
-            *acceleration = -*omega_squared * *x - resistance;
-            loss += resistance * *v;
+            *acceleration = (-*omega_squared).mul_add(*x, -resistance);
+            loss = resistance.mul_add(*v, loss);
         }
         loss
     }

@@ -17,7 +17,7 @@ pub(super) fn add_products<R: Number>(sums: &mut [R; LANES], a: &[R], b: &[R]) -
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     for (a, b) in a.iter().zip(b) {
         for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
+            sums[lane] = a[lane].mul_add(b[lane], sums[lane]);
         }
     }
     sum(a_rest, b_rest)
@@ -28,7 +28,7 @@ pub(super) fn add_products<R: Number>(sums: &mut [R; LANES], a: &[R], b: &[R]) -
 pub(super) fn sum<R: Number>(a: &[R], b: &[R]) -> R {
     let mut sum = R::splat(NONE);
     for (a, b) in a.iter().zip(b) {
-        sum += *a * *b;
+        sum = a.mul_add(*b, sum);
     }
     sum
 }
@@ -67,14 +67,14 @@ fn add_scaled<R: Number, const N: usize>(out: &mut [R], vectors: [&[R]; N], fact
         for (factor, vector) in factors.iter().zip(whole) {
             let values = vector[at];
             for lane in 0..LANES {
-                sums[lane] += *factor * values[lane];
+                sums[lane] = factor.mul_add(values[lane], sums[lane]);
             }
         }
         *out = sums;
     }
     for (factor, vector) in factors.iter().zip(vectors) {
         for (out, value) in rest.iter_mut().zip(vector.as_chunks::<LANES>().1) {
-            *out += *factor * *value;
+            *out = factor.mul_add(*value, *out);
         }
     }
 }
@@ -112,7 +112,7 @@ impl<R: Number> Blocks<R> {
             for (sums, factors) in sums.iter_mut().zip(factors) {
                 for half in 0..2 {
                     for lane in 0..LANES {
-                        sums[half][lane] += factors[i][half] * pair[half][lane];
+                        sums[half][lane] = factors[i][half].mul_add(pair[half][lane], sums[half][lane]);
                     }
                 }
             }
@@ -120,7 +120,7 @@ impl<R: Number> Blocks<R> {
         for entries in last {
             for (sums, vector) in sums.iter_mut().zip(vectors) {
                 for lane in 0..LANES {
-                    sums[0][lane] += vector[self.rows - 1] * entries[lane];
+                    sums[0][lane] = vector[self.rows - 1].mul_add(entries[lane], sums[0][lane]);
                 }
             }
         }

@@ -70,8 +70,8 @@ impl<R: Number> ElementRows<R> {
     fn values(&self, row: usize, displacement: &[R], velocity: &[R]) -> [R; 2] {
         let mut sums = [R::splat(0.0); 2];
         for &(point, coefficient) in self.row(row) {
-            sums[0] += coefficient * displacement[point];
-            sums[1] += coefficient * velocity[point];
+            sums[0] = coefficient.mul_add(displacement[point], sums[0]);
+            sums[1] = coefficient.mul_add(velocity[point], sums[1]);
         }
         sums
     }
@@ -80,7 +80,7 @@ impl<R: Number> ElementRows<R> {
     #[inline(always)]
     fn apply(&self, row: usize, force: R, forces: &mut [R]) {
         for &(point, coefficient) in self.row(row) {
-            forces[point] -= coefficient * force;
+            forces[point] = (-coefficient).mul_add(force, forces[point]);
         }
     }
 }
@@ -417,7 +417,7 @@ impl<R: Number> Rates<R> {
                 None => rate[self.layout.velocity(point)],
                 Some(node) => self.interface_acceleration(node, t, y, rate),
             };
-            relative += coefficient * acceleration;
+            relative = coefficient.mul_add(acceleration, relative);
         }
         relative
     }
@@ -430,7 +430,7 @@ impl<R: Number> Rates<R> {
                 let z = &y[self.layout.structure_displacements()];
                 let [_, _, mut acceleration] = kernel.point(free, t - *base_s, z, node);
                 for (m, force) in rate[..self.acceleration.len()].iter().enumerate() {
-                    acceleration += kernel.direct(node, m) * *force;
+                    acceleration = kernel.direct(node, m).mul_add(*force, acceleration);
                 }
                 acceleration
             }
