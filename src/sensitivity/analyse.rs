@@ -331,3 +331,52 @@ fn closest(table: &Table) -> Option<(&str, &str, f64)> {
     let chance = SURPRISING / (table.rows.len() as f64 / step as f64).sqrt();
     (correlation.abs() > chance.max(LEAST_CORRELATION)).then_some((first, second, correlation))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A table of one Saltelli block of two factors: A is 0 and 1, B is 10 and 11.
+    fn block(first: [f64; 6], second: [f64; 6]) -> Table {
+        let column = |values: [f64; 6]| FactorColumn { name: "x".into(), values: values.to_vec(), nominal: false };
+        Table {
+            rows: (0..6).collect(),
+            faults: vec![None; 6],
+            reasons: Vec::new(),
+            factors: vec![column(first), column(second)],
+            outputs: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn rows_that_are_not_the_design_s_are_refused() {
+        let blocks = SaltelliBlocks { factors: 2, second_order: true };
+        let units = Units { name: UnitName::Blocks, size: blocks.size(), rows: 6 };
+        let check = |table: Table| units.check(&table, "block", |factor, place| origin(blocks, (factor, place)));
+        let first = [0.0, 10.0, 0.0, 0.0, 10.0, 10.0];
+        assert!(check(block(first, [1.0, 1.0, 11.0, 11.0, 1.0, 11.0])).is_ok());
+        // The second factor in the order of a design without second order.
+        let wrong = check(block(first, [1.0, 1.0, 11.0, 1.0, 1.0, 11.0]));
+        assert!(matches!(wrong, Err(SensitivityError::Layout { first: 0, last: 5, .. })), "{wrong:?}");
+    }
+
+    #[test]
+    fn factors_that_go_together_are_told() {
+        let rising: Vec<f64> = (0..100).map(f64::from).collect();
+        let mixed: Vec<f64> = (0..100).map(|row| f64::from(row * 37 % 101)).collect();
+        let table = |second: &[f64]| {
+            let column = |name: &str, values: &[f64]| FactorColumn {
+                name: name.into(),
+                values: values.to_vec(),
+                nominal: false,
+            };
+            Table {
+                rows: (0..100).collect(),
+                factors: vec![column("a", &rising), column("b", second)],
+                ..block([0.0; 6], [0.0; 6])
+            }
+        };
+        assert_eq!(closest(&table(&rising)), Some(("a", "b", 1.0)));
+        assert_eq!(closest(&table(&mixed)), None);
+    }
+}

@@ -117,16 +117,18 @@ fn rows_that_are_not_run_yet_and_constant_outputs_are_said() {
 
 #[test]
 fn bytes_depend_on_the_seed_and_on_no_number_of_threads() {
-    let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 32");
-    let bytes = |threads: &str, seed: &str| {
-        let mut command = decore();
-        command.env("RAYON_NUM_THREADS", threads).arg("analyse").arg(dataset.folder());
-        command.args(["--json", "--bootstrap", "200", "--seed", seed]).output().expect("runs").stdout
-    };
-    for seed in ["0", "1"] {
-        assert_eq!(text(&bytes("1", seed)), text(&bytes("3", seed)), "seed {seed}");
+    for design in ["kind = \"saltelli\"\nbase_points = 32", "kind = \"halton\"\nrows = 200"] {
+        let dataset = Dataset::of(design);
+        let bytes = |threads: &str, seed: &str| {
+            let mut command = decore();
+            command.env("RAYON_NUM_THREADS", threads).arg("analyse").arg(dataset.folder());
+            command.args(["--json", "--bootstrap", "200", "--seed", seed]).output().expect("runs").stdout
+        };
+        for seed in ["0", "1"] {
+            assert_eq!(text(&bytes("1", seed)), text(&bytes("3", seed)), "{design}, seed {seed}");
+        }
+        assert_ne!(bytes("1", "0"), bytes("1", "1"), "{design}");
     }
-    assert_ne!(bytes("1", "0"), bytes("1", "1"));
 }
 
 #[test]
