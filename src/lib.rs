@@ -48,9 +48,10 @@
 //! accuracy    : integrate metrics plot quantity run scene system
 //! dataset     : files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
+//! page        : dataset metrics quantity report run
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! cli         : accuracy analysis dataset design engine guide integrate metrics plot quantity report run scene sensitivity structure study system words
+//! cli         : accuracy analysis dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -72,6 +73,7 @@
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
+//! - [`page`]: pages of HTML that are one file each.
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
 //! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
@@ -95,6 +97,7 @@ pub mod integrate;
 pub mod linalg;
 pub mod metrics;
 pub mod number;
+pub mod page;
 pub mod plot;
 pub mod quantity;
 pub mod random;

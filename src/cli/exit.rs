@@ -6,6 +6,8 @@ use std::process::ExitCode;
 
 use crate::dataset::DatasetError;
 use crate::engine::EngineError;
+use crate::files::Staged;
+use crate::page::PageError;
 use crate::plot::PlotError;
 use crate::run::BatchError;
 use crate::sensitivity::SensitivityError;
@@ -53,6 +55,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Sensitivity(SensitivityError),
     #[error("{0}")]
+    Page(PageError),
+    #[error("{0}")]
     Plot(#[from] PlotError),
     #[error("{0}")]
     Argument(String),
@@ -82,7 +86,7 @@ impl Failure {
                 _ => Exit::NotWritten,
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
-            Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
+            Self::Page(_) | Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) | Self::Sensitivity(_) => {
                 Exit::BadInput
             }
@@ -95,6 +99,15 @@ impl From<SensitivityError> for Failure {
         match error {
             SensitivityError::Dataset(error) => Self::Dataset(error),
             other => Self::Sensitivity(other),
+        }
+    }
+}
+
+impl From<PageError> for Failure {
+    fn from(error: PageError) -> Self {
+        match error {
+            PageError::Dataset(error) => Self::Dataset(error),
+            other => Self::Page(other),
         }
     }
 }
@@ -112,4 +125,12 @@ fn remedy(path: &str, source: &std::io::Error) -> String {
 /// Writes a file.
 pub(super) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
     std::fs::write(path, content).map_err(|source| Failure::Write { path: path.display().to_string(), source })
+}
+
+/// Writes a file that is either whole or as it was before.
+pub(super) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Staged::write(folder, path, content)
+        .and_then(Staged::put_in_place)
+        .map_err(|source| Failure::Write { path: path.display().to_string(), source })
 }

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::exit::{Exit, Failure};
+use super::exit::{Exit, Failure, write_whole};
 use super::inputs::expect_dataset;
 use super::text::{fit, say, terminal_columns};
 use crate::dataset::DatasetReader;
+use crate::page::{MOST_ROWS, dataset_page};
 use crate::report::{Charts, Paper, ReportSettings, summarise};
 
 #[derive(Debug, Args)]
@@ -20,6 +21,9 @@ pub(super) struct ReportArguments {
     /// Number of best rows.
     #[arg(long, default_value_t = ReportSettings::default().best, value_name = "ROWS")]
     best: usize,
+    /// Write the dataset as one page of HTML to look through in a browser, instead of printing the summary; needs no network.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
@@ -27,6 +31,12 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     let settings =
         ReportSettings { rank_by: arguments.rank_by.clone(), best: arguments.best, ..ReportSettings::default() };
     let reader = DatasetReader::open(&arguments.dataset)?;
+    if let Some(path) = &arguments.html {
+        let page = dataset_page(&reader, &settings, MOST_ROWS)?;
+        write_whole(path, page.as_bytes())?;
+        say(&format_args!("wrote {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6))?;
+        return Ok(Exit::Done);
+    }
     let summary = summarise(&reader, &settings)?;
     let paper = Paper { columns: terminal_columns(), blocks: shows_blocks() };
     let charts = Charts::of(&reader, &settings)?.text(paper);

@@ -6,6 +6,7 @@ mod durable;
 mod growth;
 mod linux;
 mod loss;
+mod page;
 mod report;
 mod rerun;
 mod sweeps;

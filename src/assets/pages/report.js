@@ -1,0 +1,243 @@
+// The page of a dataset: sections, the reader's choices, the rows.
+
+const meta = JSON.parse(document.getElementById('meta').textContent);
+const table = readTable(meta);
+const selection = new Selection(table);
+const isOutput = (column) => !column.names && ['hammer', 'casting', 'aggregate', 'run'].includes(column.group);
+const factors = table.columns.filter((column) => column.group === 'factor' && (column.varies || column.names?.length > 1));
+// Of one row all outputs are of interest; of more, those that differ.
+const outputs = table.columns.filter((column) => isOutput(column) && (column.varies || (table.rows === 1 && column.count)));
+const main = [...outputs].filter((column) => column.rank >= 0).sort((a, b) => a.rank - b.rank);
+const first = main[0] || outputs[0];
+const state = {
+  table, selection, shown: [], row: table.named.get('row'), status: table.named.get('status'), reason: table.named.get('reason'),
+  /** What hovering over a row tells. */
+  describe(row, columns = this.shown) {
+    const lines = columns.slice(0, 14).map((column) => `${column.label}: ${withUnit(readable(column, row), column.unit)}`);
+    return [`row ${this.row.values[row]}`, ...lines].join('\n');
+  },
+};
+
+/** Factors by what they do to the first output, most first; the study's order among equals. */
+function leading() {
+  if (!first) return factors;
+  const shares = new Map(factors.map((factor) => [factor, influence(factor, first)]));
+  return [...factors].sort((a, b) => shares.get(b) - shares.get(a));
+}
+
+const ordered = leading();
+state.shown = [...factors.filter((factor) => ordered.indexOf(factor) < 6), ...(main.length ? main : outputs).slice(0, 6)];
+const body = document.getElementById('page');
+
+function section(title, ...content) {
+  const node = el('section', {}, el('h2', {}, title), ...content);
+  body.append(node);
+  return node;
+}
+
+function note(text) { return el('p', { class: 'note' }, text); }
+
+function head() {
+  const done = meta.statuses.done || 0, tile = (value, words, kind = '') => el('div', { class: `tile ${kind}` }, el('b', {}, value), el('span', {}, words));
+  const others = Object.entries(meta.statuses).filter(([status]) => status !== 'done');
+  const tiles = [tile(`${meta.rows_there} of ${meta.rows}`, 'rows are there'), tile(String(done), 'done'), ...others.map(([status, count]) => tile(String(count), status.replaceAll('_', ' '), 'warn')), tile(String(meta.blows), 'blows')];
+  if (meta.worst_residual !== null) tiles.push(tile(`${short(100 * meta.worst_residual)} %`, 'largest energy residual'));
+  body.append(el('h1', {}, meta.title), el('p', { class: 'soft' }, `Study ${meta.study_hash.slice(0, 12)}, seed ${meta.seed}, decore ${meta.version}`), el('div', { class: 'tiles' }, ...tiles));
+  for (const text of meta.notes) body.append(note(text));
+}
+
+/** The bar that stays in sight: how many rows are selected, the limits, a form for a new one. */
+function limitBar() {
+  const count = el('span', { class: 'count', role: 'status' }), chips = el('span', { class: 'controls' });
+  const column = choice('Limit', [...factors, ...outputs].map((one) => [one.index, one.label]), (main[0] || outputs[0] || factors[0])?.index, () => {}).querySelector('select');
+  const add = () => {
+    const one = table.columns[Number(column.value)];
+    if (one) selection.set([[one, one.names ? new Set(one.names.keys()) : { low: one.low, high: one.high }]]);
+  };
+  const form = el('form', { class: 'controls', onsubmit: (event) => { event.preventDefault(); add(); } }, el('label', {}, 'Limit', column), el('button', {}, 'add'));
+  const bar = el('div', { class: 'bar' }, count, chips, form, el('button', { type: 'button', onclick: () => selection.clear() }, 'clear all'));
+  const show = () => {
+    count.textContent = `${selection.picked.length} of ${table.rows} rows selected`;
+    if (!chips.contains(document.activeElement)) chips.replaceChildren(...[...selection.limits].map(([one, limit]) => chip(one, limit)));
+  };
+  chips.addEventListener('focusout', () => setTimeout(show));
+  selection.watch(show);
+  body.append(bar);
+  show();
+}
+
+function chip(column, limit) {
+  const node = el('span', { class: 'chip' }, `${titled(column.label, column.unit)} `);
+  if (limit instanceof Set) {
+    for (const [code, name] of column.names.entries()) {
+      const box = el('input', { type: 'checkbox', checked: limit.has(code), onchange: () => {
+        if (box.checked) limit.add(code); else limit.delete(code);
+        selection.set([[column, limit]]);
+      } });
+      box.style.width = 'auto';
+      node.append(el('label', {}, box, name));
+    }
+  } else {
+    for (const end of ['low', 'high']) {
+      const field = el('input', { type: 'number', step: 'any', 'aria-label': `${column.label}, ${end === 'low' ? 'least' : 'largest'}`, value: String(Number(limit[end].toPrecision(5))), onchange: () => {
+        if (Number.isFinite(field.valueAsNumber)) selection.set([[column, { ...selection.limits.get(column), [end]: field.valueAsNumber }]]);
+      } });
+      node.append(field, end === 'low' ? ' to ' : '');
+    }
+  }
+  node.append(el('button', { type: 'button', 'aria-label': `Remove the limit of ${column.label}`, onclick: (event) => { event.currentTarget.blur(); selection.set([[column, null]]); } }, '×'));
+  return node;
+}
+
+/** The linked views and the choice of their columns. */
+function linkedViews() {
+  if (!state.shown.length || table.rows < 2) {
+    section('Rows together', el('p', {}, 'Views of rows together need two rows or more in which something differs.'));
+    return;
+  }
+  const parallel = new Parallel(state), matrix = new Matrix(state), grid = el('div', { class: 'grid' });
+  const watched = new Set();
+  const choose = () => {
+    const some = state.shown.filter((column) => column.group === 'factor').sort((a, b) => ordered.indexOf(a) - ordered.indexOf(b)).slice(0, 3);
+    matrix.columns = [...some, ...state.shown.filter((column) => column.group !== 'factor')].slice(0, 6);
+    for (const figure of watched) figures.delete(figure);
+    watched.clear();
+    for (const column of state.shown) watched.add(distribution(state, column));
+    grid.replaceChildren(...[...watched].map((figure) => figure.node));
+    for (const figure of [parallel.figure, matrix.figure]) figure.redraw();
+  };
+  const boxes = el('div', { class: 'choice' });
+  for (const [group, title] of [['factor', 'Factors'], ['aggregate', 'Over all hammers and castings'], ['run', 'Run'], ['hammer', 'Hammers'], ['casting', 'Castings'], ['row', 'Row'], ['solver', 'Solver']]) {
+    const members = table.columns.filter((column) => column.group === group);
+    if (members.length) boxes.append(el('b', {}, title));
+    for (const column of members) {
+      const box = el('input', { type: 'checkbox', checked: state.shown.includes(column), onchange: () => {
+        state.shown = table.columns.filter((other) => (other === column ? box.checked : state.shown.includes(other)));
+        choose();
+        rows();
+      } });
+      boxes.append(el('label', { title: `${column.name}: ${column.text}` }, box, titled(column.label, column.unit)));
+    }
+  }
+  section('Rows together', note('Drag along an axis or over a panel to select rows; click there to let them go. All plots and the list of rows follow.'),
+    el('details', { class: 'choices' }, el('summary', {}, `Columns (${table.columns.length})`), boxes), parallel.figure.node, matrix.figure.node);
+  section('Distributions', note('Grey: all rows. Blue: the selected ones.'), grid);
+  choose();
+  selection.watch(() => { parallel.figure.redraw(); matrix.figure.redraw(); watched.forEach((figure) => figure.redraw()); });
+}
+
+let rows = () => {};
+
+/** The selected rows, sorted; the best under the reader's limits are the first. */
+function rowList() {
+  let by = first || state.row, falling = !first || !first.smaller, most = 20;
+  const holder = el('div', { class: 'scroll' });
+  const study = el('input', { value: 'STUDY.toml', 'aria-label': 'study file' });
+  const quoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
+  const sorted = () => {
+    const { values } = by, sign = falling ? -1 : 1;
+    return Array.from(selection.picked).sort((p, q) => {
+      const [a, b] = [values[p], values[q]];
+      return a !== a || b !== b ? (a !== a) - (b !== b) : sign * (a - b) || p - q;
+    });
+  };
+  const columns = () => [state.row, state.status, ...state.shown.filter((column) => ![state.row, state.status].includes(column))];
+  const csv = () => {
+    const cell = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    return [columns().map((column) => column.name), ...sorted().map((i) => columns().map((column) => exact(column, i)))].map((line) => line.map(cell).join(',')).join('\n') + '\n';
+  };
+  const commands = () => sorted().map((i) => [`decore scene ${quoted(study.value)} --row ${state.row.values[i]}`, ...meta.overrides.map((one) => `--set ${quoted(one)}`)].join(' ')).join('\n') + '\n';
+  rows = () => {
+    const header = columns().map((column) => el('th', { title: column.text, 'aria-sort': column === by ? (falling ? 'descending' : 'ascending') : 'none' }, el('button', { type: 'button', onclick: () => { falling = column === by ? !falling : !column.smaller; by = column; rows(); } }, `${titled(column.label, column.unit)}${column === by ? (falling ? ' ▾' : ' ▴') : ''}`)));
+    const lines = sorted().slice(0, most).map((i) => el('tr', {}, ...columns().map((column) => el('td', { class: column.names ? 'text' : '', title: exact(column, i) }, readable(column, i)))));
+    holder.replaceChildren(el('table', { id: 'rows' }, el('thead', {}, el('tr', {}, ...header)), el('tbody', {}, ...lines)));
+  };
+  const button = (text, make) => el('button', { type: 'button', onclick: (event) => copy(make(), event.currentTarget) }, text);
+  section('Best rows', note('The selected rows, sorted by the column that is marked; a heading sorts by its column.'),
+    el('div', { class: 'controls' }, choice('Rows shown', [[20, '20'], [100, '100'], [500, '500']], most, (value) => { most = Number(value); rows(); }), button('Copy as CSV', csv), button('Copy the commands that rerun them', commands), el('label', {}, 'of study file', study)), holder);
+  // Sorting a large table waits until the plots have followed a brush.
+  let waiting = 0;
+  selection.watch(() => { clearTimeout(waiting); waiting = setTimeout(rows, 120); });
+  rows();
+}
+
+function failures() {
+  const failed = meta.reasons.reduce((sum, [, count]) => sum + count, 0);
+  if (!failed) { section('Rows that are not done', el('p', {}, 'All rows are done.')); return; }
+  const lines = meta.reasons.map(([reason, count]) => el('tr', {}, el('td', {}, String(count)), el('td', { class: 'text' }, reason)));
+  const counts = new Map();
+  state.status.values.forEach((status, i) => { if (state.status.names[status] !== 'done') counts.set(state.reason.values[i], (counts.get(state.reason.values[i]) || 0) + 1); });
+  const reasons = [...counts].sort((a, b) => b[1] - a[1]).map(([code]) => code).slice(0, REASON_COLORS.length);
+  section('Rows that are not done', el('table', {}, el('tr', {}, el('th', {}, 'rows'), el('th', { class: 'text' }, 'reason (figures of single rows as …)')), ...lines),
+    el('div', { class: 'grid' }, ...ordered.slice(0, 12).map((factor) => failureFigure(state, factor, reasons).node)));
+}
+
+function effectsSection() {
+  if (!factors.length || !first || table.rows < 2) return;
+  let output = first, [a, b] = [ordered[0], ordered[1]], cache = null;
+  const scatter = note('');
+  const words = () => {
+    const beside = [`${output.name}_scatter`, output.name.replace(/_([a-z]+|m_s|n_s)$/, '_error_$1')].map((name) => table.named.get(name)).filter((column) => column && column !== output && column.count);
+    scatter.textContent = ['Means of the selected rows in groups of each factor; bars: standard error of the mean.', ...beside.map((column) => `${column.label}: mean ${withUnit(short(moments(column, selection.picked).mean), column.unit)}, largest ${short(column.high)}.`)].join(' ');
+  };
+  const effects = () => {
+    if (cache) return cache;
+    const of = new Map(ordered.slice(0, 24).map((factor) => [factor, effect(factor, output, selection.picked)]));
+    let [low, high] = [Infinity, -Infinity];
+    for (const one of of.values()) one.means.forEach((m, g) => { if (one.counts[g]) [low, high] = [Math.min(low, m - one.error(g)), Math.max(high, m + one.error(g))]; });
+    const pad = (high - low) * 0.06 || Math.abs(high) * 0.05 || 1;
+    cache = { output, of, range: low <= high ? [low - pad, high + pad] : [0, 1] };
+    return cache;
+  };
+  const all = ordered.slice(0, 24).map((factor) => effectFigure(state, factor, effects));
+  const surface = factors.length > 1 ? surfaceFigure(state, () => ({ output, a, b })) : null;
+  const renew = () => { cache = null; words(); all.forEach((figure) => figure.redraw()); surface?.redraw(); };
+  const listed = (columns) => columns.map((column) => [column.index, column.label]);
+  section('Main effects', el('div', { class: 'controls' }, choice('Output', listed(outputs), output.index, (value) => { output = table.columns[value]; renew(); })), scatter, el('div', { class: 'grid' }, ...all.map((figure) => figure.node)));
+  if (surface) {
+    section('Response surface', note('Mean of the output chosen above over two factors, selected rows.'), el('div', { class: 'controls' },
+      choice('Across', listed(factors), a.index, (value) => { a = table.columns[value]; renew(); }), choice('Up', listed(factors), b.index, (value) => { b = table.columns[value]; renew(); })), surface.node);
+  }
+  selection.watch(renew);
+  words();
+}
+
+function fronts() {
+  const candidates = main.length > 1 ? main : outputs;
+  if (candidates.length < 2 || table.rows < 2) return;
+  const other = candidates.find((column) => column.smaller !== candidates[0].smaller) || candidates[1];
+  const goals = [candidates[0], other, null].map((column) => ({ column, sign: column?.smaller ? -1 : 1 }));
+  const found = note('');
+  const figure = frontFigure(state, () => goals.filter((goal) => goal.column).map((goal) => [goal.column, goal.sign]), (best) => { found.textContent = `${best.length} rows that no other selected row beats in all goals: ${best.slice(0, 30).map((i) => state.row.values[i]).join(', ')}${best.length > 30 ? ' …' : ''}`; });
+  const controls = goals.map((goal, k) => {
+    const sign = choice('', [[1, 'large'], [-1, 'small']], goal.sign, (value) => { goal.sign = Number(value); figure.redraw(); });
+    const options = [...(k === 2 ? [['', '(none)']] : []), ...outputs.map((column) => [column.index, column.label])];
+    const column = choice(`Goal ${k + 1}`, options, goal.column ? goal.column.index : '', (value) => { goal.column = value === '' ? null : table.columns[value]; figure.redraw(); });
+    return el('span', { class: 'controls' }, column, sign);
+  });
+  section('Pareto front', el('div', { class: 'controls' }, ...controls), figure.node, found);
+  selection.watch(() => figure.redraw());
+}
+
+function provenance() {
+  const facts = [['study', meta.title], ['study hash', meta.study_hash], ['seed', String(meta.seed)], ['program', `decore ${meta.version}`], ['set over the study', meta.overrides.join('; ') || 'nothing'], ...meta.inputs.map(([name, hash]) => [`file ${name}`, hash])];
+  const residual = table.named.get('energy_residual');
+  const content = [el('table', {}, ...facts.map(([name, value]) => el('tr', {}, el('td', { class: 'text' }, name), el('td', { class: 'text' }, value)))), el('details', {}, el('summary', {}, 'The study as typed'), el('pre', {}, meta.study_text))];
+  if (residual?.count) content.unshift(distribution(state, residual).node, note(residual.text));
+  section('Energy residuals and provenance', ...content);
+}
+
+head();
+limitBar();
+linkedViews();
+figures.forEach((figure) => { if (figure.node.getBoundingClientRect().top < innerHeight) figure.draw(); });
+performance.mark('decore-drawn');
+// What is below comes when the reader has something to see.
+setTimeout(() => {
+  rowList();
+  failures();
+  effectsSection();
+  fronts();
+  provenance();
+  performance.mark('decore-whole');
+});
