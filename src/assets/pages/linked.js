@@ -279,7 +279,7 @@ function distribution(state, column) {
       some.forEach((count, k) => bar(count, k, BLUE));
       const m = moments(column, state.selection.picked);
       const words = column.names ? `${m.count} rows` : m.count ? `least ${short(m.low)}, mean ${short(m.mean)}, largest ${short(m.high)}` : 'no values';
-      painter.text(words, 4, height - 8, { color: SOFT, size: 10.5 });
+      painter.text(words, 4, height - 8, { color: SOFT, size: Math.min(10.5, width / words.length * 1.75) });
     },
     hover(x) {
       const box = frame(this.width, this.tall), all = histogram(column, null, 32), some = histogram(column, state.selection.picked, 32);
