@@ -9,6 +9,7 @@ mod loss;
 mod page;
 mod report;
 mod rerun;
+mod sensitivity;
 mod sweeps;
 mod synthetic;
 mod tables;

@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-12;
 const NO_INTERVALS: Bootstrap = Bootstrap { replicates: 0, seed: 0, level: 0.95 };
 
 fn references() -> Value {
-    serde_json::from_str(include_str!("../data/sensitivity_references.json")).expect("JSON")
+    serde_json::from_str(include_str!("../../data/sensitivity_references.json")).expect("JSON")
 }
 
 fn numbers(value: &Value) -> Vec<f64> {

@@ -9,7 +9,7 @@ use decore::quantity::Cell;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::datasets::{FACTORS, MACHINE, decore, text};
+use super::datasets::{FACTORS, MACHINE, decore, text};
 
 /// A study of short rows that are really simulated, in a Saltelli design of 8 base points, 5 rows each.
 struct Study(TempDir);
