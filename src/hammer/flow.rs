@@ -61,7 +61,7 @@ fn choked(kappa: f64) -> f64 {
 
 /// Choked mass flow in kg/s of a gas at `pressure_pa` through the effective area `area_m2`: no pressure behind takes more.
 ///
-/// `A P sqrt(kappa / (R T)) psi`, with `R T` = `specific_energy_j_per_kg`, see [`FlowFunction`].
+/// `A P sqrt(kappa / (R T)) psi`, with `R T` = `specific_energy_j_per_kg`.
 pub fn choked_flow(isentropic_exponent: f64, specific_energy_j_per_kg: f64, pressure_pa: f64, area_m2: f64) -> f64 {
     area_m2 * pressure_pa * (isentropic_exponent / specific_energy_j_per_kg).sqrt() * choked(isentropic_exponent)
 }
