@@ -208,12 +208,12 @@ fn kills_of_a_rerun_lose_nothing() {
     // Rows wait beside the table until their part is whole: what a rerun has kept is seen by how many the next one runs.
     let all = failed();
     let (mut before, mut left, mut kills) = (all, all, 0);
-    // A machine that is busy takes longer to begin.
-    let mut longest_ms = 600;
-    for turn in 0..40_u64 {
+    // From before its first row to its end, in steps that are short beside the time of its rows.
+    let moments = std::iter::successors(Some(0.1), |moment_s| Some(1.04 * moment_s));
+    for moment_s in moments.take(100) {
         let mut command = sweep(&folder, 1_000_000, &["--only-failed", "--threads", "1"]);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("decore runs");
-        sleep(Duration::from_millis(longest_ms * (1 + turn * 7 % 10) / 10));
+        sleep(Duration::from_secs_f64(moment_s));
         child.kill().expect("killed");
         let ended = child.wait_with_output().expect("ended");
         if !was_killed(ended.status) {
@@ -225,7 +225,6 @@ fn kills_of_a_rerun_lose_nothing() {
         before = now;
         let asked = rows_asked(&errors(&ended)).unwrap_or(left);
         assert!(asked <= left, "{asked} rows to run after {left}");
-        longest_ms = if asked < left { longest_ms } else { (longest_ms * 5 / 4).min(6000) };
         left = asked;
         let verified = verify(&folder).expect("read");
         // A kill between two renames: nothing is lost, and that is said.
