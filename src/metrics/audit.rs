@@ -33,7 +33,9 @@ impl Audit {
     pub fn new(model: &CoupledModel, duration_s: f64) -> Self {
         let interval = |horizon_s: f64| {
             let longest_s = (INTERVAL_SHARE * horizon_s).min(LONGEST_INTERVAL_S);
-            duration_s / (duration_s / longest_s).ceil().max(1.0)
+            let count = (duration_s / longest_s).ceil().max(1.0);
+            // A duration that no budget lets end may have more intervals than there are numbers.
+            if count.is_finite() { duration_s / count } else { longest_s }
         };
         Self {
             interval_s: model.condensed_horizon_s().map(interval),

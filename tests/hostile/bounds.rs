@@ -35,6 +35,11 @@ fn processor_time(process: u32) -> Duration {
 
 /// Runs the program, which refuses within the bounds; returns what it says.
 fn refused(arguments: &[&str], folder: &Path) -> String {
+    ended(arguments, folder, 2)
+}
+
+/// Runs the program, which ends within the bounds and with this exit code; returns what it says.
+fn ended(arguments: &[&str], folder: &Path, code: i32) -> String {
     let log = folder.join("words");
     let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
     command.args(arguments).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null());
@@ -56,7 +61,7 @@ fn refused(arguments: &[&str], folder: &Path) -> String {
     };
     let words = fs::read_to_string(&log).expect("words");
     let beginning: String = words.chars().take(2000).collect();
-    assert_eq!(status.code(), Some(2), "{shown:?}: {beginning}");
+    assert_eq!(status.code(), Some(code), "{shown:?}: {beginning}");
     assert!(words.len() <= MOST_WORDS, "{shown:?}: {} bytes of words: {beginning}", words.len());
     words
 }
@@ -215,4 +220,15 @@ fn work_is_estimated_before_it_starts() {
     let scratch = TempDir::new().expect("scratch folder");
     let scene = ["scene", study.to_str().expect("path"), "--signals", "s.parquet", "--signal-interval-s", "1e-12"];
     assert!(refused(&scene, scratch.path()).contains("GB"));
+}
+
+/// The budget ends it, and warnings tell that the duration is odd.
+#[test]
+fn a_row_without_end_meets_its_budget() {
+    let study = shipped("paper_rig.toml");
+    let scratch = TempDir::new().expect("scratch folder");
+    let settings = ["--set", "duration_s=1e308", "--set", "solver.max_steps=500"];
+    let scene = [&["scene", study.to_str().expect("path")], &settings[..]].concat();
+    let text = ended(&scene, scratch.path(), 4);
+    assert!(text.contains("1e308 s is unusual"), "{text}");
 }
