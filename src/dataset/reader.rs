@@ -112,7 +112,7 @@ impl DatasetReader {
     /// Each entry names the file. A `timings.json` that is lost and files that are no parts come first.
     pub fn damage(&self) -> Vec<DatasetError> {
         let mut found: Vec<DatasetError> = TimingsManifest::read(&self.folder).err().into_iter().collect();
-        found.extend(strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error]));
+        found.extend(self.strays());
         found.extend(TableName::ALL.into_iter().flat_map(|table| self.damage_of(table)));
         found
     }
@@ -133,8 +133,12 @@ impl DatasetReader {
                 Err(error) => Some(error),
             }
         });
-        let strays = strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error]);
-        strays.into_iter().chain(odd).collect()
+        self.strays().into_iter().chain(odd).collect()
+    }
+
+    /// Files in the tables' folders that are no parts of the dataset, but that readers of the whole folder read too.
+    pub fn strays(&self) -> Vec<DatasetError> {
+        strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error])
     }
 
     /// The same of one table's parts.

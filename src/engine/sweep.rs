@@ -109,7 +109,8 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
         _ => ending(&monitor, &summary, limit.most_failed),
     };
     monitor.finish(&status, settings.summary);
-    if (summary.is_err() || finished.is_err()) && place.is_there() {
+    // Nothing is kept in a folder that is taken away, or is just being.
+    if (summary.is_err() || finished.is_err()) && place.check().is_ok() {
         listener(SweepEvent::Failed);
     }
     summary?;

@@ -142,7 +142,7 @@ pub struct Report {
     pub ranges: Vec<Range>,
     /// Row with the largest absolute energy residual, and that residual.
     pub worst_residual: Option<(u64, f64)>,
-    /// Damaged files, in words, if checksums were asked for.
+    /// Files that are no parts of the dataset, in words, and damaged ones if checksums were asked for.
     pub damage: Vec<String>,
 }
 
@@ -174,9 +174,8 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         worst_residual: None,
         damage: Vec::new(),
     };
-    if settings.checksums {
-        report.damage = reader.damage().iter().map(ToString::to_string).collect();
-    }
+    let damage = if settings.checksums { reader.damage() } else { reader.strays() };
+    report.damage = damage.iter().map(ToString::to_string).collect();
     let mut gatherer = Gatherer::new(reader.columns(TableName::Runs), settings, report);
     reader.visit(TableName::Runs, &gatherer.names(), |cells| gatherer.row(cells))?;
     Ok(gatherer.finish())

@@ -66,3 +66,21 @@ fn a_journal_cut_short_from_outside_ends_the_sweep_with_words() {
     assert!(ended.status.code() == Some(3) && text.contains("cut short by another program"), "{ended:?}");
     crate::sweeps::expect_code(crate::sweeps::sweep(&folder, 500, 0.0), 0);
 }
+
+#[test]
+fn nothing_is_said_to_be_kept_in_a_folder_that_is_being_removed() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    let mut sweep = crate::sweeps::sweep(&folder, 1000, 20.0);
+    let child = sweep.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("decore starts");
+    let begin = Instant::now();
+    while !folder.join(".journal/000000000000.rows").exists() && begin.elapsed() < Duration::from_secs(60) {
+        sleep(Duration::from_millis(5));
+    }
+    // What a removal of the folder takes first: the folder itself is there still.
+    fs::remove_file(folder.join(".lock")).expect("the lock");
+    let ended = child.wait_with_output().expect("ended");
+    let text = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code() == Some(3) && text.contains("is not the folder any more"), "{text}");
+    assert!(!text.contains("is kept in"), "{text}");
+}

@@ -9,6 +9,7 @@ use decore::dataset::{
     Chosen, DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify,
 };
 use decore::quantity::Value;
+use decore::report::{ReportSettings, summarise};
 use tempfile::TempDir;
 
 /// Variable that sets the number of corruptions of the campaign.
@@ -349,6 +350,8 @@ fn verify_reads_everything_and_strays_are_named() {
     let reader = DatasetReader::open(&folder).expect("opened");
     assert!(reader.damage()[0].to_string().contains("move it elsewhere"), "{:?}", reader.damage());
     assert!(reader.damage_at_a_glance().len() == 1 && folder.join(stray).exists());
+    let report = summarise(&reader, &ReportSettings::default()).expect("summarised").to_string();
+    assert!(report.contains("(1).parquet") && report.contains("move it elsewhere"), "{report}");
     // Rows still to come are no fault of the files, but the dataset is not whole.
     let scratch = TempDir::new().expect("scratch folder");
     let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
