@@ -10,10 +10,9 @@ use std::time::Duration;
 use crate::sweeps::{assert_same, contract, decore, errors, expect_code, status, was_killed};
 use tempfile::TempDir;
 
-/// A study without its design.
-const MACHINE: &str = r#"
-title = "Grown"
-duration_s = 0.3
+/// A study without its duration and design.
+pub const MACHINE: &str = r#"
+title = "Hammer on a rail"
 [hammer.left]
 rail = "rail"
 rail_position_m = 0.0
@@ -29,7 +28,8 @@ point = "T6"
 point = "T7"
 "#;
 
-const FACTORS: &str = r#"
+/// Two factors that are numbers and one of names.
+pub const FACTORS: &str = r#"
 [design.factor.position]
 path = "hammer.left.rail_position_m"
 range = [-0.10, 0.10]
@@ -57,7 +57,7 @@ impl Sweep {
     /// The command that runs the study with this design into a folder; `None`: really simulated.
     fn run(&self, design: &str, folder: &str, row_ms: Option<f64>) -> Command {
         let study = self.folder("study.toml");
-        fs::write(&study, format!("{MACHINE}\n[design]\n{design}\n{FACTORS}")).expect("study");
+        fs::write(&study, format!("duration_s = 0.3\n{MACHINE}\n[design]\n{design}\n{FACTORS}")).expect("study");
         let mut command = decore();
         command.arg("run").arg(study).arg("--output").arg(self.folder(folder)).args(["--threads", "2"]);
         if let Some(row_ms) = row_ms {

@@ -7,34 +7,8 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-pub const MACHINE: &str = r#"
-title = "Analysed"
-[hammer.left]
-rail = "rail"
-rail_position_m = 0.0
-[casting.part]
-mass_kg = 3.0
-size_m = [0.30, 0.28]
-inertia_kg_m2 = [0.0135, 0.026]
-[casting.part.fixture.front]
-point = "T1"
-[casting.part.fixture.middle]
-point = "T6"
-[casting.part.fixture.back]
-point = "T7"
-"#;
-
-pub const FACTORS: &str = r#"
-[design.factor.position]
-path = "hammer.left.rail_position_m"
-range = [-0.10, 0.10]
-[design.factor.pressure]
-path = "hammer.left.supply_bar"
-range = [4.0, 6.0]
-[design.factor.guide]
-path = "solver.guide"
-values = ["spring", "tied"]
-"#;
+use crate::growth::{FACTORS, MACHINE};
+use crate::sweeps::decore;
 
 /// A dataset of made-up rows: row 613 diverges.
 struct Dataset {
@@ -69,10 +43,6 @@ impl Dataset {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         serde_json::from_slice(&output.stdout).expect("JSON")
     }
-}
-
-pub fn decore() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_decore"))
 }
 
 pub fn text(bytes: &[u8]) -> String {

@@ -9,7 +9,9 @@ use decore::quantity::Cell;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::datasets::{FACTORS, MACHINE, decore, text};
+use super::datasets::text;
+use crate::growth::{FACTORS, MACHINE};
+use crate::sweeps::decore;
 
 /// A study of short rows that are really simulated, in a Saltelli design of 8 base points, 5 rows each.
 struct Study(TempDir);
