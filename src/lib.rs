@@ -12,6 +12,7 @@
 //!             |
 //!             +--report--> summary
 //!             +--sensitivity, analysis--> indices of the factors
+//!             +--surrogate, regression--> models, which predict rows not run
 //! ```
 //!
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
@@ -34,6 +35,7 @@
 //! plot        :
 //! quantity    :
 //! random      :
+//! regression  : linalg random
 //! words       :
 //! contact     : number parameter
 //! workpiece   : parameter
@@ -51,7 +53,8 @@
 //! page        : dataset metrics quantity report run
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! cli         : accuracy analysis dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study system words
+//! surrogate   : dataset files random regression sensitivity study
+//! cli         : accuracy analysis dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study surrogate system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -70,6 +73,7 @@
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
 //! - [`analysis`], [`sensitivity`]: which factor matters: of plain tables of numbers, and of a dataset.
+//! - [`regression`], [`surrogate`]: what a row not run would give: of plain tables of numbers, and of a dataset.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
@@ -101,12 +105,14 @@ pub mod page;
 pub mod plot;
 pub mod quantity;
 pub mod random;
+pub mod regression;
 pub mod report;
 pub mod run;
 pub mod scene;
 pub mod sensitivity;
 pub mod structure;
 pub mod study;
+pub mod surrogate;
 pub mod system;
 pub mod words;
 pub mod workpiece;

@@ -13,6 +13,7 @@ use crate::run::BatchError;
 use crate::sensitivity::SensitivityError;
 use crate::structure::StructureError;
 use crate::study::StudyError;
+use crate::surrogate::SurrogateError;
 
 /// How a command ended; the numbers are part of the interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +56,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Sensitivity(SensitivityError),
     #[error("{0}")]
+    Surrogate(SurrogateError),
+    #[error("{0}")]
     Page(PageError),
     #[error("{0}")]
     Plot(#[from] PlotError),
@@ -86,10 +89,15 @@ impl Failure {
                 _ => Exit::NotWritten,
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
-            Self::Page(_) | Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
-            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) | Self::Sensitivity(_) => {
-                Exit::BadInput
+            Self::Page(_) | Self::Plot(_) | Self::Print(_) | Self::Surrogate(SurrogateError::Write { .. }) => {
+                Exit::NotWritten
             }
+            Self::Study(_)
+            | Self::Engine(_)
+            | Self::Structure(_)
+            | Self::Argument(_)
+            | Self::Sensitivity(_)
+            | Self::Surrogate(_) => Exit::BadInput,
         }
     }
 }
@@ -99,6 +107,15 @@ impl From<SensitivityError> for Failure {
         match error {
             SensitivityError::Dataset(error) => Self::Dataset(error),
             other => Self::Sensitivity(other),
+        }
+    }
+}
+
+impl From<SurrogateError> for Failure {
+    fn from(error: SurrogateError) -> Self {
+        match error {
+            SurrogateError::Dataset(error) => Self::Dataset(error),
+            other => Self::Surrogate(other),
         }
     }
 }

@@ -22,6 +22,7 @@ mod shard;
 mod signals;
 mod status;
 mod structure;
+mod surrogate;
 mod text;
 mod verify;
 
@@ -74,6 +75,10 @@ enum Command {
     Report(report::ReportArguments),
     /// Tell which factors matter to a dataset's outputs: Sobol' indices or elementary effects, with intervals.
     Analyse(analyse::AnalyseArguments),
+    /// Model a dataset's outputs, so that rows not run can be predicted, with intervals.
+    Surrogate(surrogate::SurrogateArguments),
+    /// Predict the rows of a table with models that `decore surrogate` wrote.
+    Predict(surrogate::PredictArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -125,6 +130,8 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Verify(arguments) => verify::verify(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Analyse(arguments) => analyse::analyse(&arguments),
+        Command::Surrogate(arguments) => surrogate::surrogate(&arguments),
+        Command::Predict(arguments) => surrogate::predict(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),

@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 9] = [
+pub const TOPICS: [Topic; 10] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -43,6 +43,11 @@ pub const TOPICS: [Topic; 9] = [
         name: "sensitivity",
         about: "which factor matters: Sobol' indices, elementary effects, Shapley effects",
         text: include_str!("sensitivity.md"),
+    },
+    Topic {
+        name: "surrogate",
+        about: "what a row not run would give: models, their errors, predictions",
+        text: include_str!("surrogate.md"),
     },
     Topic {
         name: "accuracy",

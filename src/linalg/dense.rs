@@ -3,6 +3,7 @@
 use faer::diag::DiagMut;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::cholesky::llt::inverse::{inverse, inverse_scratch};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::{matmul, triangular_solve};
 use faer::{Accum, MatMut, MatRef, Par};
@@ -57,6 +58,20 @@ pub fn cholesky(mut a: DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
         .map_err(|_| LinalgError::NotPositiveDefinite { order: n })?;
     a.fill_upper_triangle(0.0, 1);
     Ok(a)
+}
+
+/// The inverse of `A = L L'`, whole, from its lower Cholesky factor.
+///
+/// # Errors
+/// Not square, not finite.
+pub fn cholesky_inverse(l: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
+    let n = require_square_and_finite(l)?;
+    let mut memory =
+        MemBuffer::try_new(inverse_scratch::<f64>(n, Par::Seq)).map_err(|_| LinalgError::OutOfMemory { order: n })?;
+    let mut out = DMatrix::zeros(n, n);
+    inverse(view_mut(&mut out), view(l), Par::Seq, MemStack::new(&mut memory));
+    out.fill_upper_triangle_with_lower_triangle();
+    Ok(out)
 }
 
 /// Solves `L X = B` in place for a lower triangular `L`.
@@ -161,6 +176,8 @@ mod tests {
         solve_lower_transposed(&l, &mut rhs).expect("sizes");
         assert!((rhs - x).amax() < 1e-13);
         assert_eq!(l[(0, 39)], 0.0);
+        let inverse = cholesky_inverse(&l).expect("sizes");
+        assert!((multiply(&a, &inverse).expect("sizes") - DMatrix::identity(40, 40)).amax() < 1e-13);
     }
 
     #[test]

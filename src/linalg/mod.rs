@@ -11,8 +11,8 @@ mod panel;
 mod pencil;
 
 pub use dense::{
-    SymmetricEigen, cholesky, multiply, multiply_transposed, solve_lower, solve_lower_transposed, symmetric_eigen,
-    symmetric_eigenvalues,
+    SymmetricEigen, cholesky, cholesky_inverse, multiply, multiply_transposed, solve_lower, solve_lower_transposed,
+    symmetric_eigen, symmetric_eigenvalues,
 };
 pub use lanczos::{PencilModes, lowest_eigenvalue, modes_below};
 pub use pencil::{PencilFactor, SymmetricPencil};

@@ -338,7 +338,12 @@ mod tests {
 
     /// A table of one Saltelli block of two factors: A is 0 and 1, B is 10 and 11.
     fn block(first: [f64; 6], second: [f64; 6]) -> Table {
-        let column = |values: [f64; 6]| FactorColumn { name: "x".into(), values: values.to_vec(), nominal: false };
+        let column = |values: [f64; 6]| FactorColumn {
+            name: "x".into(),
+            values: values.to_vec(),
+            nominal: false,
+            names: Vec::new(),
+        };
         Table {
             rows: (0..6).collect(),
             faults: vec![None; 6],
@@ -369,6 +374,7 @@ mod tests {
                 name: name.into(),
                 values: values.to_vec(),
                 nominal: false,
+                names: Vec::new(),
             };
             Table {
                 rows: (0..100).collect(),

@@ -23,3 +23,6 @@ pub use error::SensitivityError;
 pub use result::{
     Index, IndexName, Intervals, LeftOut, Method, OutputSensitivity, Sensitivity, UnitName, Used, sensitivity_schema,
 };
+pub use table::{FactorColumn, OutputColumn, Table};
+pub use text::four_digits;
+pub use units::{Units, Whole};

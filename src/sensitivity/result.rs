@@ -1,7 +1,7 @@
 //! What an analysis finds: plain data, the same in text, JSON and Parquet.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::analysis::Estimator;
 
@@ -106,7 +106,7 @@ pub enum UnitName {
 }
 
 /// Rows without the output, for one reason.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct LeftOut {
     /// Status and reason of the rows, or what their output is.
     pub reason: String,

@@ -9,18 +9,20 @@ use crate::study::DesignOutline;
 
 /// A factor's values, row by row.
 #[derive(Debug, Clone)]
-pub(super) struct FactorColumn {
+pub struct FactorColumn {
     /// Name as in the study.
     pub name: String,
     /// Its values; names by their place in the study's list.
     pub values: Vec<f64>,
     /// Whether its values are names, which have no order.
     pub nominal: bool,
+    /// The names, by the numbers that stand for them; empty where it has none.
+    pub names: Vec<String>,
 }
 
 /// An output's values, row by row.
 #[derive(Debug, Clone)]
-pub(super) struct OutputColumn {
+pub struct OutputColumn {
     /// What the column is.
     pub description: ColumnDescription,
     /// Its values; NaN where a row has none.
@@ -29,7 +31,7 @@ pub(super) struct OutputColumn {
 
 /// Rows of a dataset in their order.
 #[derive(Debug, Clone)]
-pub(super) struct Table {
+pub struct Table {
     /// Index of each row in the design, ascending.
     pub rows: Vec<u64>,
     /// Why a row is not done, as an index of [`Table::reasons`].
@@ -72,7 +74,12 @@ impl Table {
             names.push(&column.name);
             codes.push(Codes::new(&factor.values));
             let nominal = column.kind.is_text();
-            table.factors.push(FactorColumn { name: factor.name.clone(), values: Vec::new(), nominal });
+            table.factors.push(FactorColumn {
+                name: factor.name.clone(),
+                values: Vec::new(),
+                nominal,
+                names: Vec::new(),
+            });
         }
         for output in outputs {
             let description = reader.column(TableName::Runs, output)?;
@@ -83,6 +90,9 @@ impl Table {
             table.outputs.push(OutputColumn { description: description.clone(), values: Vec::new() });
         }
         reader.visit(TableName::Runs, &names, |cells| table.add(cells, &mut codes))?;
+        for (column, codes) in table.factors.iter_mut().zip(codes).filter(|(column, _)| column.nominal) {
+            column.names = codes.names();
+        }
         Ok(table)
     }
 
@@ -136,6 +146,13 @@ impl Codes {
             _ => None,
         });
         Self(texts.collect())
+    }
+
+    /// The names in the order of their numbers.
+    fn names(self) -> Vec<String> {
+        let mut names: Vec<(String, usize)> = self.0.into_iter().collect();
+        names.sort_by_key(|(_, number)| *number);
+        names.into_iter().map(|(name, _)| name).collect()
     }
 
     fn number(&mut self, cell: &Cell<'_>) -> f64 {

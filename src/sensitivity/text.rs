@@ -183,7 +183,7 @@ fn probability(value: f64) -> String {
 }
 
 /// Four significant digits, with an exponent where it would be long.
-fn four_digits(value: f64) -> String {
+pub fn four_digits(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
         return "0".to_owned();

@@ -11,7 +11,7 @@ const MOST_NAMED: usize = 1000;
 
 /// The design's rows cut in units of one size.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Units {
+pub struct Units {
     /// What they are.
     pub name: UnitName,
     /// Rows of a unit.
@@ -21,7 +21,7 @@ pub(super) struct Units {
 }
 
 /// The units of an output that can be used.
-pub(super) struct Whole {
+pub struct Whole {
     /// Places in the table at which whole units start.
     pub starts: Vec<usize>,
     /// How many that are, and what became of the others.

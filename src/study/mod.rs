@@ -35,6 +35,7 @@ pub use file::{
 pub use loaded::Study;
 pub use outline::{DesignOutline, FactorOutline};
 pub use plan::factor::FactorInfo;
+pub use plan::table::{TableRow, table_rows};
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};

@@ -5,7 +5,7 @@ use super::document::keys::Shape;
 use super::document::overrides::Override;
 use super::document::tree::Document;
 use super::document::typed::read_tree;
-use super::file::DesignEntry;
+use super::file::{DesignEntry, Scale};
 use super::schema::study_schema;
 use crate::design::Kind;
 use crate::quantity::Value;
@@ -32,6 +32,10 @@ pub struct FactorOutline {
     pub derived: bool,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
+    /// The ends that the study gives it; `None` where it gives none.
+    pub range: Option<[f64; 2]>,
+    /// Whether it is spaced by its logarithm.
+    pub logarithmic: bool,
 }
 
 impl DesignOutline {
@@ -66,6 +70,8 @@ impl DesignOutline {
                     name,
                     derived: factor.expression.is_some(),
                     values: factor.values.unwrap_or_default(),
+                    range: factor.range,
+                    logarithmic: factor.scale == Some(Scale::Log),
                 })
                 .collect(),
         }

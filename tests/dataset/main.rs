@@ -10,6 +10,7 @@ mod page;
 mod report;
 mod rerun;
 mod sensitivity;
+mod surrogate;
 mod sweeps;
 mod synthetic;
 mod tables;

@@ -10,6 +10,7 @@ use decore::quantity::{Kind, Value};
 use decore::scene::{Guide, HammerUnit};
 use decore::sensitivity::sensitivity_schema;
 use decore::study::{InterfaceDemand, Study, hammer_file, hammer_schema, study_schema, template};
+use decore::surrogate::surrogate_schema;
 use decore::workpiece::Fixture;
 
 fn studies() -> PathBuf {
@@ -170,6 +171,7 @@ fn schemas_are_the_committed_ones() {
         ("study.schema.json", study_schema()),
         ("hammer.schema.json", hammer_schema()),
         ("sensitivity.schema.json", sensitivity_schema()),
+        ("surrogate.schema.json", surrogate_schema()),
     ];
     for (file, schema) in schemas {
         let text = format!("{}\n", serde_json::to_string_pretty(&schema).unwrap());

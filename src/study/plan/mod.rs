@@ -11,5 +11,5 @@ pub(super) mod kinds;
 mod pages;
 mod parquet;
 pub(super) mod reader;
-mod table;
+pub(super) mod table;
 mod varies;

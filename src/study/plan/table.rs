@@ -8,10 +8,13 @@ use crate::design::{Distribution, Level};
 use crate::files::{self, Limit};
 use crate::quantity::{Kind, Value};
 
-/// A row of the file: where it is, for messages, and a cell per factor.
-struct Row {
-    place: String,
-    cells: Vec<String>,
+/// A row of a file: where it is, for messages, and a cell per factor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableRow {
+    /// Line or row, in words.
+    pub place: String,
+    /// The cells, as texts.
+    pub cells: Vec<String>,
 }
 
 /// What begins the name of a factor's column in files that decore writes.
@@ -21,8 +24,8 @@ pub(super) const PREFIX: &str = "factor_";
 pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
     let name = file.display();
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
-    let rows = cells(file, &names)?;
-    let levels = |row: Row| {
+    let rows = table_rows(file, &names)?;
+    let levels = |row: TableRow| {
         let read = row.cells.iter().zip(factors).map(|(cell, factor)| {
             let told = |message| format!("{name}, {}, column `{}`: {message}", row.place, factor.name);
             parse(cell, factor).map_err(told)
@@ -35,7 +38,7 @@ pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level
 /// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
 /// values typed as whole numbers.
 pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
-    let column = cells(file, &[factor])?;
+    let column = table_rows(file, &[factor])?;
     let texts = || column.iter().filter_map(|row| row.cells.first());
     let numbers: Option<Vec<f64>> =
         texts().map(|cell| cell.parse::<f64>().ok().filter(|number| number.is_finite())).collect();
@@ -62,12 +65,16 @@ pub(super) enum Span {
     Values(Vec<Value>),
 }
 
-/// The cells of these factors, row by row; at least one row.
-fn cells(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
+/// The cells of these factors in a CSV or Parquet file, row by row; at least one row. Columns are named like the factor, or
+/// `factor_` and its name.
+///
+/// # Errors
+/// What is wrong with the file, in words.
+pub fn table_rows(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, String> {
     let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
     let rows = if is_parquet {
         let rows = parquet::read(file, factors, &|factor, header| place(file, factor, header))?;
-        rows.into_iter().enumerate().map(|(row, cells)| Row { place: format!("row {row}"), cells }).collect()
+        rows.into_iter().enumerate().map(|(row, cells)| TableRow { place: format!("row {row}"), cells }).collect()
     } else {
         read_csv(file, factors)?
     };
@@ -96,7 +103,7 @@ fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> 
     }
 }
 
-fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
+fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, String> {
     let fault = |error: csv::Error| format!("cannot read {}: {error}", file.display());
     let bytes = files::read(file, Limit::ROWS).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
@@ -109,7 +116,7 @@ fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<Row>, String> {
         let record = record.map_err(fault)?;
         let line = record.position().map_or(0, csv::Position::line);
         let cells = places.iter().filter_map(|place| record.get(*place)).map(str::to_string).collect();
-        Ok(Row { place: format!("line {line}"), cells })
+        Ok(TableRow { place: format!("line {line}"), cells })
     };
     reader.records().map(row).collect()
 }

@@ -1,0 +1,111 @@
+"""Predicts rows with a model that `decore surrogate DATASET --output model.parquet` wrote.
+
+    python predict.py model.parquet rows.csv predicted.csv
+
+The rows have a column for each factor, named like it or `factor_` and its name. NumPy computes; pyarrow reads and writes
+(files that end in .parquet, or CSV). In a program: `model = load("model.parquet")`, then `predict(model, {"pressure": [5.0, 5.5], ...})`.
+"""
+
+import json
+import sys
+
+import numpy as np
+
+
+def load(path):
+    """The model: its figures and columns."""
+    import pyarrow.parquet as parquet
+
+    table = parquet.read_table(path)
+    figures = json.loads(parquet.read_metadata(path).metadata[b"decore.surrogate"])["surrogate"]
+    columns = {name: np.asarray(table[name], dtype=float) for name in table.column_names}
+    scaled = [columns[f"scaled_{factor['name']}"] for factor in figures["factors"]]
+    return {"figures": figures, "columns": columns, "points": np.column_stack(scaled)}
+
+
+def _scaled(factor, values):
+    """Places of values in a factor's range, 0 to 1; numbers of names. And whether they lie outside."""
+    if factor["names"]:
+        unknown = set(values) - set(factor["names"])
+        if unknown:
+            raise ValueError(f"{factor['name']}: {sorted(unknown)} are none of {factor['names']}")
+        return np.array([factor["names"].index(name) for name in values], dtype=float), np.zeros(len(values), bool)
+    values = np.asarray(values, dtype=float)
+    low, high = factor["range"]
+    slack = 1e-9 * max(high - low, abs(low), abs(high))
+    outside = (values < low - slack) | (values > high + slack)
+    if factor["logarithmic"]:
+        values, low, high = np.log(values), np.log(low), np.log(high)
+    return (values - low) / (high - low) if high > low else np.zeros(len(values)), outside
+
+
+def _correlations(process, nominal, a, b):
+    """Correlations of the places a with the places b."""
+    squared = np.zeros((len(a), len(b)))
+    for k, weight in enumerate(process["weights"]):
+        difference = a[:, k][:, None] - b[:, k][None, :]
+        squared += weight * ((difference != 0.0) if nominal[k] else difference * difference)
+    if process["kernel"] == "squared_exponential":
+        return np.exp(-0.5 * squared)
+    s = np.sqrt(5.0 * squared)
+    return (1.0 + s + s * s / 3.0) * np.exp(-s)
+
+
+def _process(model, process, name, places):
+    """Mean and standard deviation, noise included, of a Gaussian process."""
+    values = model["columns"][name]
+    known = ~np.isnan(values)
+    points, weights = model["points"][known], model["columns"][f"{name}_weight"][known]
+    nominal = [bool(factor["names"]) for factor in model["figures"]["factors"]]
+    matrix = _correlations(process, nominal, points, points) + process["noise"] * np.eye(len(points))
+    near = _correlations(process, nominal, points, places)
+    inverse = np.linalg.inv(np.linalg.cholesky(matrix))
+    ones = inverse.T @ (inverse @ np.ones(len(points)))
+    explained = inverse @ near
+    share = np.maximum(1.0 - np.sum(explained * explained, axis=0), 0.0)
+    share += (1.0 - near.T @ ones) ** 2 / ones.sum() + process["noise"]
+    return process["mean"] + near.T @ weights, np.sqrt(process["variance"] * share)
+
+
+def predict(model, rows):
+    """For each output its expected value, standard deviation, interval and, where rows failed, the probability of success."""
+    figures = model["figures"]
+    cells = [rows[f["name"]] if f["name"] in rows else rows[f"factor_{f['name']}"] for f in figures["factors"]]
+    scaled, outside = zip(*(_scaled(factor, values) for factor, values in zip(figures["factors"], cells)))
+    places, found = np.column_stack(scaled), {"outside": np.any(outside, axis=0)}
+    for output in figures["outputs"]:
+        process, success, name = output["process"], output["success"], output["output"]
+        if process is None:
+            continue
+        least = min(q2 for q2 in (process["q2"], process["q2_folds"]) if q2 is not None)
+        if least < figures["least_q2"]:
+            print(f"{name}: Q2 {least:.3f} is below {figures['least_q2']}: do not rely on it", file=sys.stderr)
+        mean, std_dev = _process(model, process, name, places)
+        reach = process["reach"] * std_dev
+        found |= {name: mean, f"{name}_std_dev": std_dev, f"{name}_low": mean - reach, f"{name}_high": mean + reach}
+        if success is None:
+            continue
+        if success["process"] is None:
+            found[f"{name}_probability"] = np.full(len(places), success["everywhere"])
+            continue
+        (slope, offset), (m, s) = success["scaling"], _process(model, success["process"], f"{name}_success", places)
+        margin = (slope * m + offset) / np.sqrt(1.0 + np.pi / 8.0 * (slope * s) ** 2)
+        found[f"{name}_probability"] = 1.0 / (1.0 + np.exp(-margin))
+    return found
+
+
+def main(model, rows, output):
+    """Predicts the rows of a file."""
+    import pyarrow
+    import pyarrow.csv as csv
+    import pyarrow.parquet as parquet
+
+    table = parquet.read_table(rows) if rows.endswith(".parquet") else csv.read_csv(rows)
+    found = predict(load(model), table.to_pydict())
+    print(f"{int(found['outside'].sum())} of {table.num_rows} rows lie outside the factors' ranges", file=sys.stderr)
+    found = pyarrow.table(found)
+    parquet.write_table(found, output) if output.endswith(".parquet") else csv.write_csv(found, output)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

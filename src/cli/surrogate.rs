@@ -1,0 +1,101 @@
+//! `decore surrogate`: models of a dataset's outputs; `decore predict`: what they say of rows that were not run.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::exit::{Exit, Failure, write_whole};
+use super::inputs::{expect_dataset, expect_ending};
+use super::text::{fit, say, tell, terminal_columns};
+use crate::dataset::{DatasetReader, write_table};
+use crate::surrogate::{PREDICTOR, SurrogateSettings};
+
+#[derive(Debug, Args)]
+pub(super) struct SurrogateArguments {
+    /// Folder of the dataset.
+    dataset: PathBuf,
+    /// Columns of the table of runs. Default: delivered work, work of the first impacts, hit frequency, largest velocity of
+    /// the castings, air.
+    #[arg(long, num_args = 1.., value_name = "NAME")]
+    outputs: Vec<String>,
+    /// Write the models to this Parquet file, and predict.py, which predicts with NumPy, beside it.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Q2 below which a model warns at every use.
+    #[arg(long, default_value_t = SurrogateSettings::default().least_q2, value_name = "Q2", value_parser = share)]
+    least_q2: f64,
+    /// Print the models' figures as JSON (schemas/surrogate.schema.json).
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PredictArguments {
+    /// File of models that `decore surrogate --output` wrote.
+    model: PathBuf,
+    /// CSV or Parquet file with a row per place and a column per factor, named like it or `factor_` and its name.
+    table: PathBuf,
+    /// Parquet file for the predictions.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// Reads a Q2.
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "expected a number from 0 to 1, e.g. 0.9".to_owned())
+}
+
+pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure> {
+    expect_dataset(&arguments.dataset)?;
+    expect_ending("--output", arguments.output.as_ref(), "parquet")?;
+    let reader = DatasetReader::open(&arguments.dataset)?;
+    let settings = SurrogateSettings { outputs: arguments.outputs.clone(), least_q2: arguments.least_q2 };
+    let model = crate::surrogate::fit(&reader, &settings)?;
+    if let Some(path) = &arguments.output {
+        crate::surrogate::write(&model, path)?;
+        write_whole(&path.with_file_name("predict.py"), PREDICTOR.as_bytes())?;
+    }
+    let text = match arguments.json {
+        true => format!("{:#}", serde_json::json!(model.surrogate)),
+        false => {
+            let text = model.surrogate.to_string();
+            terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns))
+        }
+    };
+    say(&text.trim_end())?;
+    warn(&model.surrogate.warnings());
+    Ok(Exit::Done)
+}
+
+pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
+    expect_ending("--output", Some(&arguments.output), "parquet")?;
+    if same(&arguments.output, &arguments.model) || same(&arguments.output, &arguments.table) {
+        let shown = arguments.output.display();
+        return Err(Failure::Argument(format!("--output {shown} is what is read: give another name")));
+    }
+    let model = crate::surrogate::read(&arguments.model)?;
+    let predicted = crate::surrogate::predict(&model, &arguments.table)?;
+    write_table(&arguments.output, &model.info, ("predictions", &predicted.columns))?;
+    let (rows, outside, path) = (predicted.rows, predicted.outside, arguments.output.display());
+    say(&format_args!("{rows} rows predicted: {path}"))?;
+    if outside > 0 {
+        tell(&format_args!(
+            "warning: {outside} of {rows} rows lie outside the ranges of the factors (column `extrapolated`): what is said there \
+             is a guess"
+        ));
+    }
+    warn(&model.surrogate.warnings());
+    Ok(Exit::Done)
+}
+
+/// Whether both names are those of one file that exists.
+fn same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+fn warn(warnings: &[String]) {
+    for warning in warnings {
+        tell(&format_args!("warning: {warning}"));
+    }
+}

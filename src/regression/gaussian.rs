@@ -1,0 +1,309 @@
+//! Gaussian processes.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::error::RegressionError;
+use super::kernel::Kernel;
+use super::likelihood::{Hyperparameters, Likelihood, Pairs, Solved};
+use super::minimise::{Minimum, Stop, dot, minimise};
+use super::points::Points;
+use super::residuals::Residuals;
+use crate::linalg::{LinalgError, solve_lower};
+use crate::random::hash;
+
+/// Rows that a model takes at least.
+pub const LEAST_ROWS: usize = 8;
+/// Rows on which starts are compared.
+const COMPARED_ROWS: usize = 160;
+/// Starts: the length as a multiple of the usual one, and the noise.
+const STARTS: [[f64; 2]; 4] = [[0.4, 1e-6], [0.1, 1e-2], [0.07, 1e-6], [0.8, 1e-6]];
+/// When a comparison of starts ends.
+const COMPARISON: Stop = Stop { steps: 60, gain: 1e-2 };
+/// When the search over all rows ends.
+const SEARCH: Stop = Stop { steps: 60, gain: 1e-3 };
+/// Stream of the numbers that choose the rows for comparisons and folds.
+const CHOICE: u64 = 0x6b72_6967;
+/// Folds that are left out, lengths and noise being searched anew without them.
+const FOLDS: usize = 10;
+/// Rows from which on there are folds, and up to which lengths and noise may be wrong enough for them to matter.
+const FOLDED_ROWS: std::ops::RangeInclusive<usize> = 20..=320;
+/// When the search without a fold ends.
+const WITHOUT_FOLD: Stop = Stop { steps: 20, gain: 1e-2 };
+
+/// A Gaussian process with a constant mean and noise, fitted to a table.
+///
+/// `y(x) = mean + z(x) + e`, `z` with the variance `variance` and the correlations of a [`Kernel`], `e` independent noise of
+/// `noise * variance` (Rasmussen and Williams, *Gaussian Processes for Machine Learning*, 2006). Lengths and noise have the largest posterior density: the restricted
+/// likelihood, and priors for the logarithms of the lengths (normal, mean `sqrt(2) + ln(d)/2`, standard deviation `sqrt(3)`, of
+/// `d` factors) and of the noise (mean -14, standard deviation 3).
+#[derive(Debug, Clone)]
+pub struct GaussianProcess {
+    points: Points,
+    kernel: Kernel,
+    hyperparameters: Hyperparameters,
+    solved: Solved,
+    residuals: Residuals,
+}
+
+/// What a model says of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// Expected value.
+    pub mean: f64,
+    /// Standard deviation of a new row there, noise included.
+    pub std_dev: f64,
+}
+
+impl GaussianProcess {
+    /// Fits each kernel, and keeps the one under which rows that were left out are the more probable.
+    ///
+    /// # Errors
+    /// [`RegressionError::TooFew`] for fewer than [`LEAST_ROWS`] rows; [`RegressionError::Constant`],
+    /// [`RegressionError::NotFinite`], [`RegressionError::Size`].
+    pub fn fit(points: &Points, values: &[f64]) -> Result<Self, RegressionError> {
+        check(points, values)?;
+        let found: Vec<Result<Self, RegressionError>> =
+            Kernel::ALL.par_iter().map(|kernel| Self::fit_kernel(points, values, *kernel)).collect();
+        let mut best: Result<Self, RegressionError> =
+            Err(RegressionError::Linalg(LinalgError::NoConvergence { order: values.len() }));
+        for model in found {
+            match (&best, model) {
+                (Ok(best), Ok(model)) if model.residuals.log_density() <= best.residuals.log_density() => {}
+                (Ok(_), Err(_)) => {}
+                (_, model) => best = model,
+            }
+        }
+        best
+    }
+
+    /// Errors of rows that are left out together, a tenth at a time, with lengths and noise fitted anew without them: of few rows,
+    /// those fitted to all of them are too sure of themselves. `None` for fewer than 20 and more than 320 rows.
+    ///
+    /// # Errors
+    /// Those of [`Self::fit`] for the rest of the rows.
+    pub fn folds(&self, values: &[f64]) -> Result<Option<Residuals>, RegressionError> {
+        let rows = self.points.rows();
+        if !FOLDED_ROWS.contains(&rows) {
+            return Ok(None);
+        }
+        let order = shuffled(rows);
+        let fold = |fold: usize| {
+            let (out, rest): (Vec<usize>, Vec<usize>) = (0..rows).partition(|place| place % FOLDS == fold);
+            let [out, rest] =
+                [out, rest].map(|places| places.iter().map(|place| order[*place]).collect::<Vec<usize>>());
+            let known: Vec<f64> = rest.iter().map(|row| values[*row]).collect();
+            let model = self.fit_anew(&self.points.select(&rest), &known)?;
+            let predicted = model.predict(&self.points.select(&out))?;
+            Ok(out.into_iter().zip(predicted).collect::<Vec<(usize, Prediction)>>())
+        };
+        let found: Result<Vec<_>, RegressionError> = (0..FOLDS).into_par_iter().map(fold).collect();
+        let [mut errors, mut std_devs] = [vec![0.0; rows], vec![0.0; rows]];
+        for (row, predicted) in found?.into_iter().flatten() {
+            (errors[row], std_devs[row]) = (values[row] - predicted.mean, predicted.std_dev);
+        }
+        Ok(Some(Residuals::new(values, errors, std_devs)))
+    }
+
+    /// A model of other rows, searched for from here.
+    fn fit_anew(&self, points: &Points, values: &[f64]) -> Result<Self, RegressionError> {
+        check(points, values)?;
+        let pairs = Pairs::new(points);
+        let unit = unit(values);
+        let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, values: &unit };
+        let found = minimise(self.hyperparameters.logarithms(), WITHOUT_FOLD, &mut |at| likelihood.sloped(at));
+        let of =
+            found.map_or_else(|| self.hyperparameters.clone(), |found| Hyperparameters::from_logarithms(&found.at));
+        let solved = Likelihood { values, ..likelihood }.solve(&of)?;
+        Ok(Self::of(points, values, (self.kernel, of, solved)))
+    }
+
+    /// Fits lengths and noise of one kernel.
+    ///
+    /// # Errors
+    /// As [`Self::fit`].
+    pub fn fit_kernel(points: &Points, values: &[f64], kernel: Kernel) -> Result<Self, RegressionError> {
+        check(points, values)?;
+        let unit = unit(values);
+        let pairs = Pairs::new(points);
+        let minimum = search(points, &unit, &Likelihood { kernel, pairs: &pairs, values: &unit });
+        let of = minimum.map_or_else(|| usual(points.factors()), |found| Hyperparameters::from_logarithms(&found.at));
+        let of = of.rounded();
+        let solved = Likelihood { kernel, pairs: &pairs, values }.solve(&of)?;
+        Ok(Self::of(points, values, (kernel, of, solved)))
+    }
+
+    /// The model for lengths and noise that are given.
+    ///
+    /// # Errors
+    /// As [`Self::fit`]; [`RegressionError::Parameter`] for a weight or a noise that is negative or not finite;
+    /// [`RegressionError::Linalg`] where rows are the same and there is no noise.
+    pub fn with(
+        points: &Points,
+        values: &[f64],
+        (kernel, of): (Kernel, Hyperparameters),
+    ) -> Result<Self, RegressionError> {
+        check(points, values)?;
+        if of.weights.len() != points.factors() {
+            let (found, expected) = (of.weights.len(), points.factors());
+            return Err(RegressionError::Size { what: "weights", found, expected });
+        }
+        let expected = "a finite number that is not negative";
+        for (name, value) in of.weights.iter().map(|weight| ("weight", *weight)).chain([("noise", of.noise)]) {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(RegressionError::Parameter { name, value, expected });
+            }
+        }
+        let solved = Likelihood { kernel, pairs: &Pairs::new(points), values }.solve(&of)?;
+        Ok(Self::of(points, values, (kernel, of, solved)))
+    }
+
+    fn of(points: &Points, values: &[f64], (kernel, of, solved): (Kernel, Hyperparameters, Solved)) -> Self {
+        // Without row i the prediction of its value is off by a_i / Q_ii, and its variance there is variance / Q_ii.
+        let own = solved.inverse.diagonal();
+        let errors = solved.alpha.iter().zip(own.iter()).map(|(alpha, own)| alpha / own).collect();
+        let deviations = own.iter().map(|own| (solved.variance / own).sqrt()).collect();
+        let residuals = Residuals::new(values, errors, deviations);
+        Self { points: points.clone(), kernel, hyperparameters: of, solved, residuals }
+    }
+
+    /// The kernel.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// Lengths and noise.
+    pub fn hyperparameters(&self) -> &Hyperparameters {
+        &self.hyperparameters
+    }
+
+    /// The constant mean.
+    pub fn mean(&self) -> f64 {
+        self.solved.mean
+    }
+
+    /// Variance of the process.
+    pub fn variance(&self) -> f64 {
+        self.solved.variance
+    }
+
+    /// Standard deviation of the noise.
+    pub fn noise_std_dev(&self) -> f64 {
+        (self.hyperparameters.noise * self.solved.variance).sqrt()
+    }
+
+    /// Logarithm of the restricted likelihood, without its constant.
+    pub fn log_likelihood(&self) -> f64 {
+        self.solved.log_likelihood
+    }
+
+    /// Weights of the rows: `mean + sum_i weight_i k(x, x_i)` is the prediction.
+    pub fn row_weights(&self) -> &[f64] {
+        &self.solved.alpha
+    }
+
+    /// Errors of rows that were left out.
+    pub fn residuals(&self) -> &Residuals {
+        &self.residuals
+    }
+
+    /// What the model says of places with the same factors.
+    ///
+    /// # Errors
+    /// [`RegressionError::Size`] for another number of factors.
+    pub fn predict(&self, places: &Points) -> Result<Vec<Prediction>, RegressionError> {
+        if places.nominal() != self.points.nominal() {
+            let (found, expected) = (places.factors(), self.points.factors());
+            return Err(RegressionError::Size { what: "factors", found, expected });
+        }
+        let chunks: Vec<usize> = (0..places.rows()).step_by(CHUNK).collect();
+        let predicted: Result<Vec<Vec<Prediction>>, RegressionError> = (chunks.par_iter())
+            .map(|first| self.predict_chunk(places, *first..(first + CHUNK).min(places.rows())))
+            .collect();
+        Ok(predicted?.concat())
+    }
+
+    fn predict_chunk(&self, places: &Points, rows: std::ops::Range<usize>) -> Result<Vec<Prediction>, RegressionError> {
+        let first = rows.start;
+        let mut near = DMatrix::from_fn(self.points.rows(), rows.len(), |own, place| {
+            self.correlation(self.points.row(own), places.row(first + place))
+        });
+        let solved = &self.solved;
+        let total: f64 = solved.ones.iter().sum();
+        let linear: Vec<[f64; 2]> = near
+            .column_iter()
+            .map(|column| [dot(column.as_slice(), &solved.alpha), dot(column.as_slice(), &solved.ones)])
+            .collect();
+        solve_lower(&solved.factor, &mut near)?;
+        let predictions = near.column_iter().zip(&linear).map(|(column, [known, ones])| {
+            let explained = dot(column.as_slice(), column.as_slice());
+            let unknown_mean = (1.0 - ones) * (1.0 - ones) / total;
+            let share = (1.0 - explained).max(0.0) + unknown_mean + self.hyperparameters.noise;
+            Prediction { mean: solved.mean + known, std_dev: (solved.variance * share).sqrt() }
+        });
+        Ok(predictions.collect())
+    }
+
+    fn correlation(&self, own: &[f64], place: &[f64]) -> f64 {
+        let squared = (self.hyperparameters.weights.iter().enumerate())
+            .map(|(factor, weight)| weight * self.points.squared(factor, [own[factor], place[factor]]))
+            .sum();
+        self.kernel.at(squared)
+    }
+}
+
+/// Places that are predicted together.
+const CHUNK: usize = 64;
+
+pub(super) fn check(points: &Points, values: &[f64]) -> Result<(), RegressionError> {
+    let found = values.len();
+    if found != points.rows() {
+        return Err(RegressionError::Size { what: "values", found, expected: points.rows() });
+    }
+    if found < LEAST_ROWS {
+        return Err(RegressionError::TooFew { found, least: LEAST_ROWS });
+    }
+    if let Some((row, &value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+        return Err(RegressionError::NotFinite { row, value });
+    }
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let rounding = 4.0 * f64::EPSILON * low.abs().max(high.abs());
+    if high - low > rounding { Ok(()) } else { Err(RegressionError::Constant { value: high }) }
+}
+
+/// The values less their mean, over their standard deviation.
+fn unit(values: &[f64]) -> Vec<f64> {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+    values.iter().map(|value| (value - mean) / deviation).collect()
+}
+
+/// Rows in an order that does not depend on what they are.
+fn shuffled(rows: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..rows).collect();
+    order.sort_by_key(|row| hash(CHOICE, 0, *row as u64));
+    order
+}
+
+fn usual(factors: usize) -> Hyperparameters {
+    Hyperparameters::from_logarithms(&Hyperparameters::start(factors, STARTS[1]))
+}
+
+/// Lengths and noise of the largest posterior density: starts are compared on some of the rows, the best is followed on all.
+fn search(points: &Points, values: &[f64], whole: &Likelihood<'_>) -> Option<Minimum> {
+    let starts = STARTS.iter().map(|start| Hyperparameters::start(points.factors(), *start));
+    if points.rows() <= COMPARED_ROWS {
+        let ends = starts.filter_map(|start| minimise(start, SEARCH, &mut |at| whole.sloped(at)));
+        return ends.min_by(|a, b| a.value.total_cmp(&b.value));
+    }
+    let mut rows = shuffled(points.rows());
+    rows.truncate(COMPARED_ROWS);
+    let some: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
+    let pairs = Pairs::new(&points.select(&rows));
+    let part = Likelihood { kernel: whole.kernel, pairs: &pairs, values: &some };
+    let ends = starts.filter_map(|start| minimise(start, COMPARISON, &mut |at| part.sloped(at)));
+    let best = ends.min_by(|a, b| a.value.total_cmp(&b.value))?;
+    minimise(best.at, SEARCH, &mut |at| whole.sloped(at))
+}

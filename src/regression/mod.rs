@@ -1,0 +1,26 @@
+//! Models of plain tables of numbers: what a row not computed would give. Knows nothing of studies or datasets.
+//!
+//! - [`GaussianProcess`]: a process and noise, whose errors of rows left out are known without fitting anew.
+//! - [`PolynomialChaos`]: polynomials by least squares, for comparison.
+//! - [`Success`]: how likely a row succeeds, where some fail.
+//!
+//! All figures are the same for any number of threads: what runs in parallel is whole searches, each in one order.
+
+mod chaos;
+mod error;
+mod gaussian;
+mod kernel;
+mod likelihood;
+mod minimise;
+mod points;
+mod residuals;
+mod success;
+
+pub use chaos::PolynomialChaos;
+pub use error::RegressionError;
+pub use gaussian::{GaussianProcess, LEAST_ROWS, Prediction};
+pub use kernel::Kernel;
+pub use likelihood::Hyperparameters;
+pub use points::Points;
+pub use residuals::Residuals;
+pub use success::Success;

@@ -1,0 +1,95 @@
+//! How likely a row succeeds.
+
+use super::error::RegressionError;
+use super::gaussian::{GaussianProcess, Prediction};
+use super::minimise::{Stop, minimise};
+use super::points::Points;
+
+/// Rows of the rarer kind from which on the probability depends on the place.
+const LEAST_OF_A_KIND: usize = 4;
+/// Mean and standard deviation of the logarithm of the slope.
+const SLOPE: [f64; 2] = [1.0, 1.0];
+/// When the search for slope and offset ends.
+const SEARCH: Stop = Stop { steps: 100, gain: 1e-9 };
+
+/// The probability that a row succeeds, by place.
+///
+/// A Gaussian process of 1 and -1, and `p = 1 / (1 + exp(-(slope m + offset) / sqrt(1 + pi slope^2 s^2 / 8)))` of its mean `m` and
+/// standard deviation `s`, slope and offset being those under which rows that were left out are most probable (least-squares
+/// classification: Rasmussen and Williams, 2006, section 6.5; Platt, 1999; the square root: MacKay, 1992).
+#[derive(Debug, Clone)]
+pub enum Success {
+    /// The same everywhere, as too few rows of one kind are there: `(successes + 1) / (rows + 2)`.
+    Everywhere(f64),
+    /// By place.
+    ByPlace {
+        /// Of 1 (success) and -1.
+        process: Box<GaussianProcess>,
+        /// Slope and offset.
+        scaling: [f64; 2],
+    },
+}
+
+impl Success {
+    /// From rows of which it is known whether they succeeded.
+    ///
+    /// # Errors
+    /// [`RegressionError::Size`] for another number of rows; [`RegressionError::Linalg`].
+    pub fn fit(points: &Points, succeeded: &[bool]) -> Result<Self, RegressionError> {
+        let count = succeeded.iter().filter(|success| **success).count();
+        let all = succeeded.len();
+        if count.min(all - count) < LEAST_OF_A_KIND {
+            return Ok(Self::Everywhere((count + 1) as f64 / (all + 2) as f64));
+        }
+        let signs: Vec<f64> = succeeded.iter().map(|success| if *success { 1.0 } else { -1.0 }).collect();
+        let process = Box::new(GaussianProcess::fit(points, &signs)?);
+        let left_out = process.residuals();
+        let rows: Vec<(f64, Prediction)> = (signs.iter().zip(left_out.errors()).zip(left_out.std_devs()))
+            .map(|((sign, error), std_dev)| (*sign, Prediction { mean: sign - error, std_dev: *std_dev }))
+            .collect();
+        let mut loss = |at: &[f64]| Some(loss(at, &rows));
+        let scaling = match minimise(vec![SLOPE[0], 0.0], SEARCH, &mut loss) {
+            Some(found) => [found.at[0].exp(), found.at[1]],
+            None => [SLOPE[0].exp(), 0.0],
+        };
+        Ok(Self::ByPlace { process, scaling })
+    }
+
+    /// The probability at places with the same factors.
+    ///
+    /// # Errors
+    /// [`RegressionError::Size`] for another number of factors.
+    pub fn predict(&self, places: &Points) -> Result<Vec<f64>, RegressionError> {
+        match self {
+            Self::Everywhere(probability) => Ok(vec![*probability; places.rows()]),
+            Self::ByPlace { process, scaling } => {
+                let of = |at: &Prediction| 1.0 / (1.0 + (-scaled(*scaling, at)).exp());
+                Ok(process.predict(places)?.iter().map(of).collect())
+            }
+        }
+    }
+}
+
+fn scaled([slope, offset]: [f64; 2], at: &Prediction) -> f64 {
+    let spread = std::f64::consts::PI / 8.0 * (slope * at.std_dev).powi(2);
+    (slope * at.mean + offset) / (1.0 + spread).sqrt()
+}
+
+/// Minus the logarithm of the probability of the rows, with the prior of the slope, and its gradient by the slope's logarithm and
+/// the offset.
+fn loss(at: &[f64], rows: &[(f64, Prediction)]) -> (f64, Vec<f64>) {
+    let (slope, offset) = (at[0].exp(), at[1]);
+    let off = (at[0] - SLOPE[0]) / SLOPE[1];
+    let (mut sum, mut gradient) = (0.5 * off * off, vec![off / SLOPE[1], 0.0]);
+    for (sign, row) in rows {
+        let spread = std::f64::consts::PI / 8.0 * (slope * row.std_dev).powi(2);
+        let root = (1.0 + spread).sqrt();
+        let margin = sign * (slope * row.mean + offset) / root;
+        // ln(1 + exp(-margin)), without overflow.
+        sum += (-margin.abs()).exp().ln_1p() + (-margin).max(0.0);
+        let pull = -sign / (1.0 + margin.exp());
+        gradient[0] += pull * (slope * row.mean / root - (slope * row.mean + offset) * spread / root.powi(3));
+        gradient[1] += pull / root;
+    }
+    (sum, gradient)
+}

@@ -1,0 +1,203 @@
+//! From a dataset to a model.
+
+use rayon::prelude::*;
+
+use super::error::SurrogateError;
+use super::model::{Model, OutputModel, RowsProcess};
+use super::result::{ChaosFigures, OutputSurrogate, SuccessFigures, Surrogate};
+use super::space::{FactorSpace, places};
+use crate::dataset::{DatasetReader, TableName};
+use crate::random::hash;
+use crate::regression::{GaussianProcess, Points, PolynomialChaos, RegressionError, Residuals, Success};
+use crate::sensitivity::{DEFAULT_OUTPUTS, OutputColumn, Table, UnitName, Units};
+use crate::study::DesignOutline;
+
+/// Rows that a model takes at most: time grows with their third power.
+const MOST_ROWS: usize = 2000;
+/// Stream of the numbers that choose among more rows.
+const CHOICE: u64 = 0x7375_7272;
+/// Probability of an interval.
+const LEVEL: f64 = 0.95;
+
+/// What to model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurrogateSettings {
+    /// Columns of `runs`; empty (default): [`DEFAULT_OUTPUTS`].
+    pub outputs: Vec<String>,
+    /// Q2 below which a model warns at every use. Default 0.9.
+    pub least_q2: f64,
+}
+
+impl Default for SurrogateSettings {
+    fn default() -> Self {
+        Self { outputs: Vec::new(), least_q2: 0.9 }
+    }
+}
+
+/// Reads a dataset and models its outputs. The dataset may still be written: what is there counts.
+///
+/// # Errors
+/// Those of reading, [`SurrogateError::NoFactors`], [`SurrogateError::Twice`]. An output that has no model (constant, too few rows)
+/// is no error: it says why.
+pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model, SurrogateError> {
+    let info = &reader.manifest().study;
+    let outline = DesignOutline::read(&info.study_text, &info.overrides, &info.study_name)?;
+    let known = |name: &str| reader.columns(TableName::Runs).iter().any(|column| column.name == name);
+    let outputs: Vec<String> = match settings.outputs.as_slice() {
+        [] => DEFAULT_OUTPUTS.iter().filter(|name| known(name)).map(|name| (*name).to_owned()).collect(),
+        some => some.to_vec(),
+    };
+    if let Some(output) = (1..outputs.len()).find(|place| outputs[..*place].contains(&outputs[*place])) {
+        return Err(SurrogateError::Twice { output: outputs[output].clone() });
+    }
+    let scatters = outputs.iter().map(|output| scatter_of(output)).filter(|name| known(name));
+    let read: Vec<String> = outputs.iter().cloned().chain(scatters).collect();
+    let mut table = Table::read(reader, &outline, &read)?;
+    if table.factors.is_empty() {
+        return Err(SurrogateError::NoFactors);
+    }
+    let rows_there = table.rows.len();
+    let mut notes = Vec::new();
+    if rows_there > MOST_ROWS {
+        let mut order = table.rows.clone();
+        order.sort_by_key(|row| hash(CHOICE, 0, *row));
+        order.truncate(MOST_ROWS);
+        order.sort_unstable();
+        table.retain(|row| order.binary_search(&row).is_ok());
+        notes.push(format!(
+            "Of {rows_there} rows, {MOST_ROWS} are used, chosen by chance: the time grows with their third power."
+        ));
+    }
+    let factors: Vec<FactorSpace> = (table.factors.iter())
+        .filter_map(|column| {
+            let outline = outline.factors.iter().find(|factor| factor.name == column.name)?;
+            let unit = info.factors.iter().find(|factor| factor.name == column.name).map_or("", |factor| &factor.unit);
+            Some(FactorSpace::new(outline, column, unit))
+        })
+        .collect();
+    let rows: Vec<Vec<f64>> =
+        (0..table.rows.len()).map(|row| table.factors.iter().map(|factor| factor.values[row]).collect()).collect();
+    let named = |source| SurrogateError::Regression { output: "the factors".to_owned(), source };
+    let points = places(&factors, &rows).map_err(named)?;
+    let units = Units {
+        name: UnitName::Rows,
+        size: 1,
+        rows: if rows_there > MOST_ROWS { MOST_ROWS as u64 } else { info.rows },
+    };
+    let task = Task { table: &table, points: &points, units };
+    let (figures, models): (Vec<OutputSurrogate>, Vec<OutputModel>) = table.outputs[..outputs.len()]
+        .par_iter()
+        .map(|output| task.output(output))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .unzip();
+    let surrogate = Surrogate {
+        study: info.study_name.clone(),
+        study_hash: info.study_hash.clone(),
+        program_version: info.program_version.clone(),
+        rows: info.rows,
+        rows_there: rows_there as u64,
+        factors,
+        least_q2: settings.least_q2,
+        level: LEVEL,
+        notes,
+        outputs: figures,
+    };
+    Ok(Model { surrogate, info: info.clone(), rows: table.rows, points, outputs: models })
+}
+
+/// The column with what twins of a row showed of an output.
+fn scatter_of(output: &str) -> String {
+    format!("{output}_scatter")
+}
+
+/// Rows that outputs are modelled from.
+struct Task<'a> {
+    table: &'a Table,
+    points: &'a Points,
+    units: Units,
+}
+
+impl Task<'_> {
+    fn output(&self, output: &OutputColumn) -> (OutputSurrogate, OutputModel) {
+        let whole = self.units.whole(self.table, output);
+        let rows = whole.starts;
+        let values: Vec<f64> = rows.iter().map(|row| output.values[*row]).collect();
+        let points = self.points.select(&rows);
+        let description = output.description.clone();
+        let mut figures = OutputSurrogate {
+            output: description.name,
+            unit: description.unit,
+            description: description.description,
+            used: rows.len() as u64,
+            left_out: whole.used.left_out,
+            refused: None,
+            process: None,
+            chaos: None,
+            success: None,
+            twin_scatter: self.twin_scatter(&output.description.name),
+        };
+        let mut model = OutputModel::default();
+        match process(&points, values, rows) {
+            Ok((process, folds)) => {
+                let chaos = PolynomialChaos::fit(&points, &process.values).ok();
+                figures.chaos =
+                    chaos.map(|of| ChaosFigures { degree: of.degree, terms: of.terms, q2: of.residuals.q2() });
+                figures.process = Some(process.figures(folds.as_ref(), LEVEL));
+                model.process = Some(process);
+                match self.success(model.process.as_ref()) {
+                    Ok(found) => (figures.success, model.success) = found,
+                    Err(error) => figures.refused = Some(format!("no probability of success: {error}")),
+                }
+            }
+            Err(error) => figures.refused = Some(format!("no model: {error}")),
+        }
+        (figures, model)
+    }
+
+    /// How likely a row has the output, where some have not.
+    fn success(
+        &self,
+        process: Option<&RowsProcess>,
+    ) -> Result<(Option<SuccessFigures>, Option<RowsProcess>), RegressionError> {
+        let with: &[usize] = process.map_or(&[], |process| &process.rows);
+        let all = self.points.rows();
+        if with.len() == all {
+            return Ok((None, None));
+        }
+        let succeeded: Vec<bool> = (0..all).map(|row| with.binary_search(&row).is_ok()).collect();
+        let share = with.len() as f64 / all as f64;
+        Ok(match Success::fit(self.points, &succeeded)? {
+            Success::Everywhere(probability) => {
+                let figures = SuccessFigures { share, everywhere: Some(probability), process: None, scaling: None };
+                (Some(figures), None)
+            }
+            Success::ByPlace { process, scaling } => {
+                let values = succeeded.iter().map(|success| if *success { 1.0 } else { -1.0 }).collect();
+                let of = RowsProcess { rows: (0..all).collect(), values, process: *process };
+                let own = Some(of.figures(None, LEVEL));
+                (Some(SuccessFigures { share, everywhere: None, process: own, scaling: Some(scaling) }), Some(of))
+            }
+        })
+    }
+
+    /// Median over the rows of what their twins showed.
+    fn twin_scatter(&self, output: &str) -> Option<f64> {
+        let name = scatter_of(output);
+        let column = self.table.outputs.iter().find(|column| column.description.name == name)?;
+        let mut values: Vec<f64> = column.values.iter().copied().filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    }
+}
+
+/// The process of some rows, and its errors of folds.
+fn process(
+    points: &Points,
+    values: Vec<f64>,
+    rows: Vec<usize>,
+) -> Result<(RowsProcess, Option<Residuals>), RegressionError> {
+    let process = GaussianProcess::fit(points, &values)?;
+    let folds = process.folds(&values)?;
+    Ok((RowsProcess { rows, values, process }, folds))
+}

@@ -1,0 +1,24 @@
+//! Surrogates: what [`crate::regression`] makes of the rows of a dataset, kept in a file that predicts rows not run.
+//!
+//! ```text
+//! tables --dataset, sensitivity--> Table --fit--> Model --file--> Parquet --+--file--> Model --predict--> columns
+//! study text --study--> DesignOutline --^           |                       +--NumPy--> the same figures
+//!                                                   +--> Surrogate --> text, JSON
+//! ```
+
+mod error;
+mod file;
+mod fit;
+mod model;
+mod predict;
+mod result;
+mod space;
+mod text;
+
+pub use error::SurrogateError;
+pub use file::{PREDICTOR, read, write};
+pub use fit::{SurrogateSettings, fit};
+pub use model::{Model, OutputModel};
+pub use predict::{Predicted, predict};
+pub use result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate, surrogate_schema};
+pub use space::FactorSpace;

@@ -1,0 +1,68 @@
+//! A surrogate with all that predicts.
+
+use super::result::{ProcessFigures, Surrogate};
+use crate::dataset::DatasetInfo;
+use crate::regression::{GaussianProcess, Hyperparameters, Kernel, Points, Residuals};
+
+/// A surrogate of a dataset, ready to predict.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// What it is.
+    pub surrogate: Surrogate,
+    /// The study that its rows are of.
+    pub info: DatasetInfo,
+    /// Index of each row in the design.
+    pub rows: Vec<u64>,
+    /// The rows' places.
+    pub points: Points,
+    /// For each output of the surrogate its processes.
+    pub outputs: Vec<OutputModel>,
+}
+
+/// The processes of an output.
+#[derive(Debug, Clone, Default)]
+pub struct OutputModel {
+    /// Of the output; `None` where it is refused.
+    pub process: Option<RowsProcess>,
+    /// Of 1 and -1; `None` where the probability of success is the same everywhere.
+    pub success: Option<RowsProcess>,
+}
+
+/// A process of some of the rows.
+#[derive(Debug, Clone)]
+pub struct RowsProcess {
+    /// Their places in the model.
+    pub rows: Vec<usize>,
+    /// Their values.
+    pub values: Vec<f64>,
+    /// The process.
+    pub process: GaussianProcess,
+}
+
+impl RowsProcess {
+    /// Its figures; `folds`: errors of a tenth of the rows left out at a time.
+    pub(super) fn figures(&self, folds: Option<&Residuals>, level: f64) -> ProcessFigures {
+        let process = &self.process;
+        let of = process.hyperparameters();
+        ProcessFigures {
+            kernel: process.kernel().name().to_owned(),
+            weights: of.weights.clone(),
+            noise: of.noise,
+            mean: process.mean(),
+            variance: process.variance(),
+            noise_std_dev: process.noise_std_dev(),
+            q2: process.residuals().q2(),
+            q2_folds: folds.map(Residuals::q2),
+            rms_error: process.residuals().rms(),
+            reach: folds.unwrap_or(process.residuals()).reach(level),
+        }
+    }
+}
+
+impl ProcessFigures {
+    /// Kernel, lengths and noise; `None` for a kernel of another name.
+    pub(super) fn hyperparameters(&self) -> Option<(Kernel, Hyperparameters)> {
+        let kernel = Kernel::ALL.into_iter().find(|kernel| kernel.name() == self.kernel)?;
+        Some((kernel, Hyperparameters { weights: self.weights.clone(), noise: self.noise }))
+    }
+}

@@ -1,0 +1,123 @@
+//! Rows that were not run, as a model sees them.
+
+use std::path::Path;
+
+use super::error::SurrogateError;
+use super::model::{Model, OutputModel};
+use super::result::OutputSurrogate;
+use super::space::{FactorSpace, places};
+use crate::dataset::{TableColumn, TableValues};
+use crate::regression::{Points, Prediction, RegressionError, Success};
+use crate::study::{TableRow, table_rows};
+
+/// Predictions of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Predicted {
+    /// The factors as given, and for each output its expected value, standard deviation, interval and probability.
+    pub columns: Vec<TableColumn>,
+    /// Number of rows.
+    pub rows: usize,
+    /// Rows outside the ranges of the factors: what is said there is a guess.
+    pub outside: usize,
+}
+
+/// Predicts the rows of a CSV or Parquet file with a column for each factor, named like it or `factor_` and its name.
+///
+/// # Errors
+/// [`SurrogateError::Table`] for a file or a cell that cannot be read, naming the row and the column.
+pub fn predict(model: &Model, table: &Path) -> Result<Predicted, SurrogateError> {
+    let factors = &model.surrogate.factors;
+    let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
+    let rows = table_rows(table, &names).map_err(SurrogateError::Table)?;
+    let values = rows.iter().map(|row| read_row(model, row, table)).collect::<Result<Vec<Vec<f64>>, _>>()?;
+    let outside: Vec<String> = values.iter().map(|row| outside(model, row)).collect();
+    let mut columns = vec![TableColumn {
+        name: "row".to_owned(),
+        unit: "1".to_owned(),
+        description: "Place of the row in the table, from 0.".to_owned(),
+        values: TableValues::Integer((0..rows.len() as i64).collect()),
+    }];
+    for (place, factor) in factors.iter().enumerate() {
+        let values = match factor.names.is_empty() {
+            true => TableValues::Real(values.iter().map(|row| row[place]).collect()),
+            false => TableValues::Text(rows.iter().map(|row| row.cells[place].clone()).collect()),
+        };
+        let description = format!("Factor `{}` of the study.", factor.name);
+        columns.push(TableColumn {
+            name: format!("factor_{}", factor.name),
+            unit: factor.unit.clone(),
+            description,
+            values,
+        });
+    }
+    columns.push(TableColumn {
+        name: "extrapolated".to_owned(),
+        unit: String::new(),
+        description: "Factors outside the range that the model knows; empty inside all of them.".to_owned(),
+        values: TableValues::Text(outside.clone()),
+    });
+    let named = |output: &str| {
+        let output = output.to_owned();
+        move |source| SurrogateError::Regression { output, source }
+    };
+    let places = places(factors, &values).map_err(named("the factors"))?;
+    for (output, of) in model.surrogate.outputs.iter().zip(&model.outputs) {
+        columns.extend(output_columns((output, of), &places).map_err(named(&output.output))?);
+    }
+    let outside = outside.iter().filter(|factors| !factors.is_empty()).count();
+    Ok(Predicted { columns, rows: rows.len(), outside })
+}
+
+fn read_row(model: &Model, row: &TableRow, table: &Path) -> Result<Vec<f64>, SurrogateError> {
+    let cells = row.cells.iter().zip(&model.surrogate.factors);
+    let value = |(cell, factor): (&String, &FactorSpace)| {
+        let told = |message| {
+            SurrogateError::Table(format!("{}, {}, column `{}`: {message}", table.display(), row.place, factor.name))
+        };
+        factor.read(cell).map_err(told)
+    };
+    cells.map(value).collect()
+}
+
+/// Factors whose values lie outside what the model knows.
+fn outside(model: &Model, row: &[f64]) -> String {
+    let factors = model.surrogate.factors.iter().zip(row);
+    let names: Vec<&str> =
+        factors.filter(|(factor, value)| factor.is_outside(**value)).map(|(factor, _)| factor.name.as_str()).collect();
+    names.join(", ")
+}
+
+/// What is said of an output; nothing where it is refused.
+fn output_columns(
+    (output, model): (&OutputSurrogate, &OutputModel),
+    places: &Points,
+) -> Result<Vec<TableColumn>, RegressionError> {
+    let (Some(process), Some(figures)) = (&model.process, &output.process) else { return Ok(Vec::new()) };
+    let predicted = process.process.predict(places)?;
+    let column = |suffix: &str, description: String, value: &dyn Fn(&Prediction) -> f64| TableColumn {
+        name: format!("{}{suffix}", output.output),
+        unit: output.unit.clone(),
+        description,
+        values: TableValues::Real(predicted.iter().map(value).collect()),
+    };
+    let reach = figures.reach;
+    let mut columns = vec![
+        column("", format!("{} Expected value.", output.description), &|at| at.mean),
+        column("_std_dev", "Standard deviation of a new row, noise included.".to_owned(), &|at| at.std_dev),
+        column("_low", "Lower end of the interval of a new row.".to_owned(), &|at| at.mean - reach * at.std_dev),
+        column("_high", "Upper end of the interval of a new row.".to_owned(), &|at| at.mean + reach * at.std_dev),
+    ];
+    if let Some(success) = &output.success {
+        let of = match (&model.success, success.scaling) {
+            (Some(of), Some(scaling)) => Success::ByPlace { process: Box::new(of.process.clone()), scaling },
+            _ => Success::Everywhere(success.everywhere.unwrap_or(success.share)),
+        };
+        columns.push(TableColumn {
+            name: format!("{}_probability", output.output),
+            unit: "1".to_owned(),
+            description: "Probability that a row is done and has the output.".to_owned(),
+            values: TableValues::Real(of.predict(places)?),
+        });
+    }
+    Ok(columns)
+}

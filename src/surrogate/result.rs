@@ -1,0 +1,144 @@
+//! What a surrogate is: plain data, the same in text, JSON and the file of a model.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::space::FactorSpace;
+use crate::sensitivity::LeftOut;
+
+/// Models of the outputs of a dataset.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Surrogate {
+    /// Name of the study.
+    pub study: String,
+    /// Hash of the study.
+    pub study_hash: String,
+    /// Version of the program that wrote the dataset.
+    pub program_version: String,
+    /// Rows of the design.
+    pub rows: u64,
+    /// Rows that the dataset holds, whatever their status.
+    pub rows_there: u64,
+    /// The factors, in the study's order.
+    pub factors: Vec<FactorSpace>,
+    /// Q2 below which a model warns.
+    pub least_q2: f64,
+    /// Probability of an interval.
+    pub level: f64,
+    /// What a reader must know, a sentence each.
+    pub notes: Vec<String>,
+    /// The outputs, as asked for.
+    pub outputs: Vec<OutputSurrogate>,
+}
+
+/// Models of one output.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OutputSurrogate {
+    /// Name of the column.
+    pub output: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is, in words.
+    pub description: String,
+    /// Rows that the model is made from.
+    pub used: u64,
+    /// Why others were not.
+    pub left_out: Vec<LeftOut>,
+    /// Why there is no model; null where there is.
+    pub refused: Option<String>,
+    /// The Gaussian process.
+    pub process: Option<ProcessFigures>,
+    /// The polynomial chaos beside it; null where there are too few rows for one.
+    pub chaos: Option<ChaosFigures>,
+    /// The probability that a row has the output; null where all rows have it.
+    pub success: Option<SuccessFigures>,
+    /// Median of the standard deviations that the rows' twins showed, in the output's unit; null without twins.
+    pub twin_scatter: Option<f64>,
+}
+
+/// A Gaussian process: `y = mean + z + e`, where `z` has the variance `variance` and correlations by the kernel, `e` is independent
+/// noise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ProcessFigures {
+    /// `matern_5_2` or `squared_exponential`.
+    pub kernel: String,
+    /// Inverse squared lengths of the factors, in their scaled ranges.
+    pub weights: Vec<f64>,
+    /// Variance of the noise over `variance`.
+    pub noise: f64,
+    /// The mean.
+    pub mean: f64,
+    /// The variance of the process.
+    pub variance: f64,
+    /// Standard deviation of the noise, in the output's unit.
+    pub noise_std_dev: f64,
+    /// Share of the variance that is predicted of rows that are left out, one at a time.
+    pub q2: f64,
+    /// The same with a tenth of the rows left out at a time and lengths and noise fitted anew; null where there are so many rows that
+    /// it makes no difference.
+    pub q2_folds: Option<f64>,
+    /// Root mean square of the errors of rows that are left out, in the output's unit.
+    pub rms_error: f64,
+    /// Standard deviations that an interval reaches to both sides.
+    pub reach: f64,
+}
+
+/// A polynomial chaos.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChaosFigures {
+    /// Total degree.
+    pub degree: usize,
+    /// Number of terms.
+    pub terms: usize,
+    /// Share of the variance that is predicted of rows that are left out, one at a time.
+    pub q2: f64,
+}
+
+/// How likely a row has the output: `1 / (1 + exp(-(slope m + offset) / sqrt(1 + pi slope^2 s^2 / 8)))`, `m` and `s` being mean and
+/// standard deviation of a Gaussian process of 1 and -1; the same everywhere where there is no such process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SuccessFigures {
+    /// Share of the rows that have the output.
+    pub share: f64,
+    /// The probability that holds everywhere; null where it depends on the place.
+    pub everywhere: Option<f64>,
+    /// The process of 1 and -1; null where there is none.
+    pub process: Option<ProcessFigures>,
+    /// Slope and offset; null without a process.
+    pub scaling: Option<[f64; 2]>,
+}
+
+impl ProcessFigures {
+    /// The smaller of both shares that are predicted.
+    pub fn least_q2(&self) -> f64 {
+        self.q2_folds.map_or(self.q2, |folds| folds.min(self.q2))
+    }
+}
+
+impl Surrogate {
+    /// What is to be said at every use: models that predict too little, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let of = |output: &OutputSurrogate| {
+            let q2 = output.process.as_ref()?.least_q2();
+            (q2 < self.least_q2).then(|| {
+                format!(
+                    "the model of `{}` predicts {:.0} % of the variance of rows that it does not know (Q2 {q2:.3}, below {}): do not \
+                     rely on it; more rows help, unless the noise is larger than the effects",
+                    output.output,
+                    100.0 * q2.max(0.0),
+                    self.least_q2
+                )
+            })
+        };
+        self.outputs.iter().filter_map(of).collect()
+    }
+}
+
+/// JSON schema (draft 2020-12) of what `decore surrogate --json` prints.
+pub fn surrogate_schema() -> serde_json::Value {
+    let mut schema = schemars::schema_for!(Surrogate).to_value();
+    if let Some(object) = schema.as_object_mut() {
+        object.insert("title".to_owned(), "decore surrogate".into());
+    }
+    schema
+}

@@ -1,0 +1,169 @@
+//! Surrogates of datasets by the command: rows that fail, predictions, files that were damaged, NumPy beside decore.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::growth::{FACTORS, MACHINE};
+use crate::sweeps::decore;
+
+const OUTPUTS: [&str; 3] = ["--outputs", "delivered_work_j", "left_hit_frequency_hz"];
+
+struct Dataset {
+    scratch: TempDir,
+}
+
+impl Dataset {
+    /// A dataset of made-up rows, some of which fail.
+    fn new(rows: u64) -> Self {
+        let dataset = Self { scratch: TempDir::new().expect("scratch folder") };
+        let study = dataset.file("study.toml");
+        let design = format!("kind = \"latin_hypercube\"\nrows = {rows}\nseed = 3");
+        fs::write(&study, format!("{MACHINE}\n[design]\n{design}\n{FACTORS}")).expect("study");
+        let mut command = decore();
+        command.arg("run").arg(study).arg("--output").arg(dataset.file("out")).args(["--stub-row-ms", "0"]);
+        let output = command.output().expect("runs");
+        assert!(matches!(output.status.code(), Some(0 | 4)), "{}", text(&output.stderr));
+        dataset
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.scratch.path().join(name)
+    }
+
+    fn surrogate(&self, arguments: &[&str]) -> Output {
+        let mut command = decore();
+        command.current_dir(self.scratch.path()).args(["surrogate", "out"]).args(arguments);
+        command.output().expect("runs")
+    }
+
+    fn predict(&self, model: &str, table: &str) -> Output {
+        let mut command = decore();
+        command.current_dir(self.scratch.path()).args(["predict", model, table, "--output", "predicted.parquet"]);
+        command.output().expect("runs")
+    }
+
+    /// A table of places, the last of which lies outside.
+    fn table(&self) -> &'static str {
+        let place = |row: u32| {
+            let share = f64::from(row) / 99.0;
+            let guide = if row.is_multiple_of(3) { "tied" } else { "spring" };
+            format!("{},{},{guide}\n", -0.1 + 0.2 * share, 4.0 + 2.0 * (7.3 * share).fract())
+        };
+        let rows: String = (0..100).map(place).collect();
+        fs::write(self.file("rows.csv"), format!("position,factor_pressure,guide\n{rows}0.2,5,tied\n")).expect("rows");
+        "rows.csv"
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn failed_rows_are_left_out_and_outputs_without_a_model_say_why() {
+    let dataset = Dataset::new(700);
+    let constant = ["--outputs", "delivered_work_j", "left_contact_count", "left_arm_rms_steady_m_s", "--json"];
+    let output = dataset.surrogate(&constant);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let [work, count, steady] = [0, 1, 2].map(|place| &found["outputs"][place]);
+    assert!(work["used"].as_u64().is_some_and(|used| used < 700), "{work}");
+    assert!(work["left_out"][0]["reason"].as_str().is_some_and(|reason| reason.contains(": ")), "{work}");
+    assert!(work["success"]["share"].as_f64().is_some_and(|share| share > 0.9 && share < 1.0), "{work}");
+    assert!(count["refused"].as_str().is_some_and(|why| why.contains("constant (30)")), "{count}");
+    assert!(steady["refused"].as_str().is_some_and(|why| why.contains("0 rows are too few")), "{steady}");
+    let shown = text(&dataset.surrogate(&OUTPUTS).stdout);
+    for expected in ["FROM 69", "Gaussian process    Q2 ", "noise  ", "polynomial chaos", "success  "] {
+        assert!(shown.contains(expected), "{expected} in\n{shown}");
+    }
+    let twice = dataset.surrogate(&["--outputs", "delivered_work_j", "delivered_work_j"]);
+    assert_eq!(twice.status.code(), Some(2), "{}", text(&twice.stderr));
+}
+
+#[test]
+fn a_poor_model_warns_when_it_is_made_and_when_it_is_used() {
+    let dataset = Dataset::new(60);
+    let strict = [&OUTPUTS[..], &["--least-q2", "1", "--output", "model.parquet"]].concat();
+    let made = dataset.surrogate(&strict);
+    assert!(made.status.success() && text(&made.stderr).contains("do not rely on it"), "{}", text(&made.stderr));
+    let used = dataset.predict("model.parquet", dataset.table());
+    let told = text(&used.stderr);
+    assert!(used.status.success() && told.contains("do not rely on it"), "{told}");
+    assert!(told.contains("1 of 101 rows lie outside the ranges"), "{told}");
+}
+
+#[test]
+fn bytes_are_the_same_for_any_number_of_threads() {
+    let dataset = Dataset::new(120);
+    let bytes = |threads: &str| {
+        let mut command = decore();
+        command.current_dir(dataset.scratch.path()).env("RAYON_NUM_THREADS", threads).args([
+            "surrogate",
+            "out",
+            "--json",
+        ]);
+        let output = command.args(OUTPUTS).args(["--output", "model.parquet"]).output().expect("runs");
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let predicted = dataset.predict("model.parquet", dataset.table());
+        assert!(predicted.status.success(), "{}", text(&predicted.stderr));
+        let files = ["model.parquet", "predicted.parquet"].map(|file| fs::read(dataset.file(file)).expect("written"));
+        (output.stdout, files)
+    };
+    assert!(bytes("1") == bytes("2"), "threads change bytes");
+}
+
+#[test]
+fn damaged_models_and_wrong_tables_are_errors() {
+    let dataset = Dataset::new(60);
+    assert!(dataset.surrogate(&[&OUTPUTS[..], &["--output", "model.parquet"]].concat()).status.success());
+    let whole = fs::read(dataset.file("model.parquet")).expect("a model");
+    let table = dataset.table();
+    let refused = |bytes: &[u8]| {
+        fs::write(dataset.file("damaged.parquet"), bytes).expect("written");
+        let output = dataset.predict("damaged.parquet", table);
+        let told = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && told.contains("no model that can be used"), "{told}");
+    };
+    for cut in [0, 3, 200, whole.len() / 2, whole.len() - 1] {
+        refused(&whole[..cut]);
+    }
+    for place in (0..whole.len()).step_by(whole.len() / 40) {
+        let mut edited = whole.clone();
+        edited[place] ^= 0x11;
+        refused(&edited);
+    }
+    for (rows, expected) in [
+        ("position,pressure\n0,5\n", "has no column `guide`"),
+        ("position,pressure,guide\n0,much,tied\n", "line 2, column `pressure`: `much` is no number"),
+        ("position,pressure,guide\n0,5,loose\n", "none of the names that the model knows: `spring`, `tied`"),
+        ("position,pressure,guide\n", "has no rows"),
+    ] {
+        fs::write(dataset.file("wrong.csv"), rows).expect("written");
+        let output = dataset.predict("model.parquet", "wrong.csv");
+        let told = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && told.contains(expected), "{told}");
+    }
+}
+
+#[test]
+fn numpy_predicts_the_same() {
+    let dataset = Dataset::new(700);
+    let Some(python) = std::env::var_os("DECORE_PYTHON") else {
+        eprintln!("DECORE_PYTHON is not set: the NumPy predictor was not tried");
+        return;
+    };
+    assert!(dataset.surrogate(&[&OUTPUTS[..], &["--output", "model.parquet"]].concat()).status.success());
+    assert!(dataset.predict("model.parquet", dataset.table()).status.success());
+    // The same rows, with the names of their columns, as Parquet.
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/predicted_alike.py");
+    let mut command = Command::new(python);
+    command.current_dir(dataset.scratch.path()).arg(script);
+    let output = command.args(["predict.py", "model.parquet", "predicted.parquet", "predicted.parquet"]).output();
+    let output = output.expect("interpreter started");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    eprintln!("{}", text(&output.stdout).trim_end());
+}

@@ -1,0 +1,4 @@
+//! Surrogates: models of plain tables, and of datasets by the command.
+
+mod datasets;
+mod models;
