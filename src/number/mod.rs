@@ -12,11 +12,14 @@
 //! - `lanes`: [`Four`] and the operations on its lanes
 //! - `avx`: the same in one register of a processor with AVX2 and FMA
 //! - `functions`: exponential function, logarithm, hyperbolic tangent, power
+//! - `fused`: for systems whose library does not round fused products once
 
 #[cfg(target_arch = "x86_64")]
 mod avx;
 mod definition;
 mod functions;
+#[cfg(all(windows, target_env = "gnu"))]
+mod fused;
 mod lanes;
 
 #[cfg(target_arch = "x86_64")]

@@ -172,11 +172,16 @@ impl<'g, R: Number> Group<'g, R> {
         let mut y = ready.model.initial_state().to_vec();
         let (t, counters, wall_time_s) = self.integrator.reached(lane, &mut y);
         let end = End { stopped, t, y, counters };
-        let mut outcome = outcome(&ready.scene, self.system.lane(lane), recorder, end);
-        outcome.wall_time_s = ready.wall_time_s + wall_time_s;
-        ready.job.take(outcome);
-        if let Some(ready) = made_ready(self.source, ready.row, ready.job) {
-            self.begin(lane, ready);
+        let system = self.system.lane(lane);
+        match catch_unwind(AssertUnwindSafe(|| outcome(&ready.scene, system, recorder, end))) {
+            Ok(mut outcome) => {
+                outcome.wall_time_s = ready.wall_time_s + wall_time_s;
+                ready.job.take(outcome);
+                if let Some(ready) = made_ready(self.source, ready.row, ready.job) {
+                    self.begin(lane, ready);
+                }
+            }
+            Err(payload) => self.source.panicked(ready.row, payload),
         }
         // Lanes may also be empty because no row could be started when another one ended.
         for lane in 0..R::LANES {
