@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 9] = [
+pub const TOPICS: [Topic; 10] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -48,6 +48,11 @@ pub const TOPICS: [Topic; 9] = [
         name: "accuracy",
         about: "presets and what they promise, methods, how time grows",
         text: include_str!("accuracy.md"),
+    },
+    Topic {
+        name: "processors",
+        about: "which bytes are the same where; what GPUs and nodes of many cores would need",
+        text: include_str!("processors.md"),
     },
     Topic { name: "limits", about: "what decore does not do", text: include_str!("limits.md") },
 ];

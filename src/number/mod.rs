@@ -14,6 +14,7 @@
 //! - `avx512`: eight in one register of a processor with AVX-512
 //! - `registers`: which of them a processor has
 //! - `functions`: exponential function, logarithm, hyperbolic tangent, power
+//! - `fused`: for systems whose library does not round fused products once
 
 #[cfg(target_arch = "x86_64")]
 mod avx;
@@ -21,6 +22,8 @@ mod avx;
 mod avx512;
 mod definition;
 mod functions;
+#[cfg(all(windows, target_env = "gnu"))]
+mod fused;
 mod lanes;
 mod registers;
 

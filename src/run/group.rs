@@ -67,6 +67,14 @@ pub fn run_jobs_in(registers: Registers, source: &mut dyn JobSource) {
     }
 }
 
+/// As [`run_jobs`], over numbers of one kind, which this processor must be able to compute with.
+pub fn run_jobs_over<R: Number>(source: &mut dyn JobSource) {
+    let mut waiting = VecDeque::new();
+    while let Some(first) = waiting.pop_front().or_else(|| next_ready(source, true)) {
+        Group::<R>::new(first, source, &mut waiting).run();
+    }
+}
+
 /// The next row of a source that is to be run side by side; others are run on the way.
 fn next_ready(source: &mut dyn JobSource, wait: bool) -> Option<Ready> {
     loop {
@@ -182,11 +190,16 @@ impl<'g, R: Number> Group<'g, R> {
         let mut y = ready.model.initial_state().to_vec();
         let (t, counters, wall_time_s) = self.integrator.reached(lane, &mut y);
         let end = End { stopped, t, y, counters };
-        let mut outcome = outcome(&ready.scene, self.system.lane(lane), recorder, end);
-        outcome.wall_time_s = ready.wall_time_s + wall_time_s;
-        ready.job.take(outcome);
-        if let Some(ready) = made_ready(self.source, ready.row, ready.job) {
-            self.begin(lane, ready);
+        let system = self.system.lane(lane);
+        match catch_unwind(AssertUnwindSafe(|| outcome(&ready.scene, system, recorder, end))) {
+            Ok(mut outcome) => {
+                outcome.wall_time_s = ready.wall_time_s + wall_time_s;
+                ready.job.take(outcome);
+                if let Some(ready) = made_ready(self.source, ready.row, ready.job) {
+                    self.begin(lane, ready);
+                }
+            }
+            Err(payload) => self.source.panicked(ready.row, payload),
         }
         // Lanes may also be empty because no row could be started when another one ended.
         for lane in 0..R::LANES {

@@ -72,7 +72,7 @@ pub(super) fn solve_inner(
 /// stands far apart from all others.
 fn is_nearly_singular(pencil: &SymmetricPencil, factor: &PencilFactor) -> Result<bool, LinalgError> {
     // Any start with a share in every motion will do.
-    let mut x = DMatrix::from_fn(pencil.order(), 1, |row, _| 1.0 + (0.7 * row as f64).sin());
+    let mut x = DMatrix::from_fn(pencil.order(), 1, |row, _| 1.0 + libm::sin(0.7 * row as f64));
     let mut lowest = f64::INFINITY;
     for _ in 0..2 {
         let inertia = pencil.mass_times(&x)?;

@@ -327,8 +327,8 @@ fn static_stiffness(
 }
 
 fn curve_frequencies(cutoff_hz: f64) -> Vec<f64> {
-    let (low, high) = ((MOBILITY_SHARE * cutoff_hz / 600.0).ln(), (MOBILITY_SHARE * cutoff_hz).ln());
-    (0..CURVE_POINTS).map(|i| (low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64).exp()).collect()
+    let (low, high) = (libm::log(MOBILITY_SHARE * cutoff_hz / 600.0), libm::log(MOBILITY_SHARE * cutoff_hz));
+    (0..CURVE_POINTS).map(|i| libm::exp(low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64)).collect()
 }
 
 /// A complex value of the full model and of the reduced structure.
@@ -358,11 +358,12 @@ fn mobilities(
         };
         let values: Vec<FullAndReduced> = frequency_hz.iter().map(at).collect();
         let magnitudes = |pick: fn(&FullAndReduced) -> [f64; 2]| -> Vec<f64> {
-            values.iter().map(pick).zip(frequency_hz).map(|([re, im], hz)| TAU * hz * re.hypot(im)).collect()
+            values.iter().map(pick).zip(frequency_hz).map(|([re, im], hz)| TAU * hz * libm::hypot(re, im)).collect()
         };
         let (full, reduced) = (magnitudes(|pair| pair.0), magnitudes(|pair| pair.1));
         let largest = full.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        let distance = values.iter().zip(frequency_hz).map(|((a, b), hz)| TAU * hz * (a[0] - b[0]).hypot(a[1] - b[1]));
+        let distance =
+            values.iter().zip(frequency_hz).map(|((a, b), hz)| TAU * hz * libm::hypot(a[0] - b[0], a[1] - b[1]));
         MobilityCurve {
             response: names[i].0.clone(),
             force: names[j].0.clone(),

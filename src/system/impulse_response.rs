@@ -74,7 +74,7 @@ fn impulse_response(omega_squared: f64, damping: f64, horizon_s: f64) -> Option<
         return Some(gamma);
     }
     let (by_velocity, by_displacement) = (damping * horizon_s, omega_squared * horizon_s * horizon_s);
-    let node = |i: usize| 0.5 - 0.5 * ((i as f64 + 0.5) * std::f64::consts::PI / N as f64).cos();
+    let node = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / N as f64);
     let matrix = SMatrix::<f64, N, N>::from_fn(|i, j| {
         let (x, power, j) = (node(i), node(i).powi(j as i32), j as f64);
         power * (1.0 + x / (j + 1.0) * (by_velocity + by_displacement * x / (j + 2.0)))

@@ -4,9 +4,10 @@ use std::any::Any;
 use std::collections::{BTreeMap, VecDeque};
 
 use crate::common::studies::scene;
+use crate::fragile::Fragile;
 use decore::contact::ContactLawName;
 use decore::number::Registers;
-use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in};
+use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in, run_jobs_over};
 use decore::scene::Scene;
 use decore::system::InterfaceModes;
 
@@ -23,7 +24,7 @@ impl JobSource for Rows {
     }
 
     fn ended(&mut self, row: u64, outcome: RowOutcome) {
-        assert!(self.ended.insert(row, RowOutcome { wall_time_s: 0.0, ..outcome }).is_none());
+        assert!(self.ended.insert(row, without_time(outcome)).is_none());
     }
 
     fn panicked(&mut self, row: u64, _payload: Box<dyn Any + Send>) {
@@ -31,11 +32,23 @@ impl JobSource for Rows {
     }
 }
 
-fn side_by_side(registers: Registers, jobs: impl Iterator<Item = (u64, RowJob)>) -> BTreeMap<u64, RowOutcome> {
+fn without_time(outcome: RowOutcome) -> RowOutcome {
+    RowOutcome { wall_time_s: 0.0, ..outcome }
+}
+
+fn side_by_side(
+    run: impl FnOnce(&mut dyn JobSource),
+    jobs: impl Iterator<Item = (u64, RowJob)>,
+) -> BTreeMap<u64, RowOutcome> {
     let mut rows = Rows { left: jobs.collect(), ended: BTreeMap::new(), panicked: Vec::new() };
-    run_jobs_in(registers, &mut rows);
+    run(&mut rows);
     assert!(rows.panicked.is_empty());
     rows.ended
+}
+
+/// The registers that this processor has, and code for those that have none.
+fn available() -> impl Iterator<Item = Registers> + Clone {
+    Registers::ALL.into_iter().filter(|registers| registers.are_available())
 }
 
 /// Rows that differ in pressure, standoff and duration, the fifth with a budget of steps that it exceeds, the sixth with twins.
@@ -65,15 +78,14 @@ fn text(outcome: &RowOutcome) -> String {
 
 #[track_caller]
 fn same_in_any_order(jobs: &[RowJob]) {
-    let alone: Vec<String> =
-        jobs.iter().map(|job| text(&RowOutcome { wall_time_s: 0.0, ..job.clone().run() })).collect();
+    let alone: Vec<String> = jobs.iter().map(|job| text(&without_time(job.clone().run()))).collect();
     let count = jobs.len();
     let orders: [Vec<usize>; 3] =
         [(0..count).collect(), (0..count).rev().collect(), (0..count).map(|i| (3 * i + 2) % count).collect()];
-    // In all registers that this processor has, and in code for those that have none.
-    let ways = Registers::ALL.into_iter().filter(|registers| registers.are_available());
+    let ways = available();
     for (order, registers) in orders.iter().flat_map(|order| ways.clone().map(move |registers| (order, registers))) {
-        let ended = side_by_side(registers, order.iter().map(|&row| (row as u64, jobs[row].clone())));
+        let run = |source: &mut dyn JobSource| run_jobs_in(registers, source);
+        let ended = side_by_side(run, order.iter().map(|&row| (row as u64, jobs[row].clone())));
         for (row, alone) in alone.iter().enumerate() {
             assert_eq!(text(&ended[&(row as u64)]), *alone, "row {row} in the order {order:?}, {registers:?}");
         }
@@ -107,6 +119,41 @@ fn lanes_equal_rows_alone_under_every_law() {
             }
         });
         same_in_any_order(&jobs);
+    }
+}
+
+/// A budget of steps or of wall time that a row exceeds ends that row only: the others are what they are alone.
+#[test]
+fn budgets_end_one_row_only() {
+    let mut jobs = rows(&["solver.guide=tied"], |_| ());
+    let alone: Vec<String> = jobs.iter().map(|job| text(&without_time(job.clone().run()))).collect();
+    assert!(alone[4].contains("more than 700 steps"), "{}", alone[4]);
+    let mut slow = jobs[2].scene().unwrap();
+    slow.solver.max_wall_time_s = 0.0;
+    jobs[2] = RowJob::new(slow, jobs[2].modes().clone(), 1);
+    for registers in available() {
+        let run = |source: &mut dyn JobSource| run_jobs_in(registers, source);
+        let ended = side_by_side(run, (0..).zip(jobs.iter().cloned()));
+        for (row, alone) in (0..).zip(&alone).filter(|(row, _)| *row != 2) {
+            assert_eq!(text(&ended[&row]), *alone, "row {row}");
+        }
+        assert_eq!(ended[&2].status, RowStatus::BudgetExhausted);
+        assert!(ended[&2].reason.contains("more than 0 s of wall time"), "{}", ended[&2].reason);
+    }
+}
+
+/// A panic while lanes advance, here of the numbers themselves when the third row's pressure is compared: every row is run alone, none is
+/// lost, and what they give is the same.
+#[test]
+fn a_panic_in_a_lane_leaves_the_rows_whole() {
+    let jobs = rows(&["solver.guide=tied"], |_| ());
+    let breaking = jobs[2].scene().unwrap().hammers[0].supply_pressure_pa;
+    Fragile::breaks_at(breaking);
+    let ended = side_by_side(run_jobs_over::<Fragile>, (0..).zip(jobs.iter().cloned()));
+    assert!(Fragile::broke() > 0, "no comparison saw the pressure");
+    assert_eq!(ended.len(), jobs.len());
+    for (row, job) in (0..).zip(&jobs) {
+        assert_eq!(text(&ended[&row]), text(&without_time(job.clone().run())), "row {row}");
     }
 }
 
