@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_ending;
-use super::outputs::{load_study, ready};
-use super::text::{plural, say, threads, warn};
+use super::outputs::{Output, StudyArguments};
+use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{Engine, RowScene, Rows};
@@ -42,12 +41,11 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
-    expect_ending("--scatter", arguments.scatter.as_ref(), "svg")?;
-    let engine = ready(study)?;
+    let outputs = [Output { flag: "--scatter", path: arguments.scatter.as_ref(), ending: Some("svg") }];
+    let engine =
+        StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
-    warn(checked);
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]))?;
     say(&format_args!("design         {}, seed {}", plural(checked.row_count(), "row"), study.seed()))?;
     for factor in study.factors() {

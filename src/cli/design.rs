@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::outputs::load_study;
-use super::text::{plural, say, warn};
+use super::outputs::{Output, StudyArguments};
+use super::text::{plural, say};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
-use crate::engine::{checked, dataset_info};
+use crate::engine::dataset_info;
 use crate::quantity::{Kind, Value};
 use crate::study::CheckedStudy;
 
@@ -32,8 +32,9 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
         return Err(Failure::Argument(message));
     }
-    let study = checked(load_study(&arguments.study, &arguments.overrides, &[Some(file)])?)?;
-    warn(&study);
+    let outputs = [Output { flag: "--output", path: Some(file), ending: None }];
+    let study =
+        StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.checked()?;
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {

@@ -7,10 +7,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_ending;
-use super::outputs::{load_study, ready};
+use super::outputs::{Output, StudyArguments};
 use super::scene_plot::{Picture, scene_plot};
-use super::text::{check_row, say, six_digits, tell, warn};
+use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
@@ -49,13 +48,13 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
-    let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
-    let study = load_study(&arguments.study, &arguments.overrides, &outputs)?;
-    expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
-    expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
-    let engine = ready(study)?;
+    let outputs = [
+        Output { flag: "--signals", path: arguments.signals.as_ref(), ending: Some("parquet") },
+        Output { flag: "--plot", path: arguments.plot.as_ref(), ending: Some("svg") },
+    ];
+    let engine =
+        StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     check_row(&engine, arguments.row)?;
-    warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;
     if arguments.json {
         say(&json_text(&engine, arguments.row, &outcome))?;
