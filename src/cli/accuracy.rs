@@ -72,7 +72,7 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
-    write(&folder, &engine, (&result, &words))?;
+    write(&folder, &engine, &result, &words)?;
     say(&words)?;
     say(&format_args!("Table, text and plot are in {}", folder.display()))?;
     Ok(Exit::Done)
@@ -105,9 +105,9 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<In
     Ok(Some(scene.modes))
 }
 
-fn write(folder: &Path, engine: &Engine, (result, words): (&Accuracy, &str)) -> Result<(), Failure> {
+fn write(folder: &Path, engine: &Engine, result: &Accuracy, words: &str) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|source| Failure::Write { path: folder.display().to_string(), source })?;
-    write_table(&folder.join("accuracy.parquet"), &engine.info(), ("accuracy", &columns(result)))?;
+    write_table(&folder.join("accuracy.parquet"), &engine.info(), "accuracy", &columns(result))?;
     write_file(&folder.join("accuracy.txt"), words)?;
     write_file(&folder.join("accuracy.svg"), plot(result)?)
 }

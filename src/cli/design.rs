@@ -41,7 +41,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
         write_csv(file, &columns).map_err(|error| failed(error.into()))?;
     } else {
-        write_table(file, &info, ("design", &columns))?;
+        write_table(file, &info, "design", &columns)?;
     }
     let (rows, factors) = (plural(study.row_count(), "row"), plural(info.factors.len(), "factor"));
     say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()))?;
