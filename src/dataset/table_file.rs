@@ -108,5 +108,6 @@ fn description(table: &str, column: &TableColumn) -> ColumnDescription {
         group: ColumnGroup::Other,
         subject: None,
         quantity: column.name.clone(),
+        main: false,
     }
 }
