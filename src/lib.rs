@@ -44,13 +44,13 @@
 //! scene       : hammer integrate parameter workpiece
 //! study       : contact design expression files hammer parameter quantity scene structure words workpiece
 //! system      : contact hammer integrate number scene workpiece
-//! metrics     : hammer integrate quantity scene system
+//! metrics     : hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system
 //! accuracy    : integrate metrics plot quantity run scene system
 //! dataset     : files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
 //! comparison  : dataset quantity run
-//! page        : dataset metrics quantity report run
+//! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
 //! cli         : accuracy analysis comparison dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study system words

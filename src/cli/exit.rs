@@ -145,5 +145,10 @@ pub(super) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Staged::write(folder, path, content)
         .and_then(Staged::put_in_place)
-        .map_err(|source| Failure::Write { path: path.display().to_string(), source })
+        .map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
+}
+
+/// An error of the system without the passing name of the file, which tells users nothing.
+fn without_path(error: std::io::Error) -> std::io::Error {
+    if error.raw_os_error().is_some() { error } else { error.kind().into() }
 }

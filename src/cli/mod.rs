@@ -22,6 +22,7 @@ mod scene_plot;
 mod shard;
 mod signals;
 mod status;
+mod stored;
 mod structure;
 mod text;
 mod verify;

@@ -37,10 +37,15 @@ impl StudyArguments<'_> {
     /// # Errors
     /// As for [`Self::study`]; what [`Engine::new`] finds wrong.
     pub fn engine(&self) -> Result<Engine, Failure> {
-        let engine = Engine::new(self.study()?)?;
-        engine.notes().for_each(|note| tell(&format_args!("note: {note}")));
-        warn(engine.checked());
-        Ok(engine)
+        ready(self.study()?)
+    }
+
+    /// Another study in place of the file's, that of a dataset, with the same settings and outputs, ready to run.
+    ///
+    /// # Errors
+    /// As for [`Self::engine`].
+    pub fn engine_of(&self, study: Study) -> Result<Engine, Failure> {
+        ready(self.set(study)?)
     }
 
     /// The study held to its machine, which is not reduced: rows to look at, not to run.
@@ -59,10 +64,22 @@ impl StudyArguments<'_> {
     /// A path that cannot be a study, a study with faults, outputs of another kind or that are a file which it reads.
     pub fn study(&self) -> Result<Study, Failure> {
         expect_study(self.file)?;
-        let study = Study::load(self.file)?.with_overrides(self.overrides)?;
+        self.set(Study::load(self.file)?)
+    }
+
+    fn set(&self, study: Study) -> Result<Study, Failure> {
+        let study = study.with_overrides(self.overrides)?;
         refuse_inputs(&study.files(), self.outputs)?;
         Ok(study)
     }
+}
+
+/// A study made ready to run, with a word about what was not as expected.
+fn ready(study: Study) -> Result<Engine, Failure> {
+    let engine = Engine::new(study)?;
+    engine.notes().for_each(|note| tell(&format_args!("note: {note}")));
+    warn(engine.checked());
+    Ok(engine)
 }
 
 /// Tells what looks wrong with a study; it is run nevertheless.

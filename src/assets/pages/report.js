@@ -1,6 +1,5 @@
 // The page of a dataset: sections, the reader's choices, the rows.
 
-const meta = JSON.parse(document.getElementById('meta').textContent);
 const table = readTable(meta);
 const selection = new Selection(table);
 const isOutput = (column) => !column.names && ['hammer', 'casting', 'aggregate', 'run'].includes(column.group);
@@ -27,15 +26,6 @@ function leading() {
 
 const ordered = leading();
 state.shown = [...factors.filter((factor) => ordered.indexOf(factor) < 6), ...(main.length ? main : outputs).slice(0, 6)];
-const body = document.getElementById('page');
-
-function section(title, ...content) {
-  const node = el('section', {}, el('h2', {}, title), ...content);
-  body.append(node);
-  return node;
-}
-
-function note(text) { return el('p', { class: 'note' }, text); }
 
 function head() {
   const done = meta.statuses.done || 0, tile = (value, words, kind = '') => el('div', { class: `tile ${kind}` }, el('b', {}, value), el('span', {}, words));
@@ -219,12 +209,9 @@ function fronts() {
   selection.watch(() => figure.redraw());
 }
 
-function provenance() {
-  const facts = [['study', meta.title], ['study hash', meta.study_hash], ['seed', String(meta.seed)], ['program', `decore ${meta.version}`], ['set over the study', meta.overrides.join('; ') || 'nothing'], ...meta.inputs.map(([name, hash]) => [`file ${name}`, hash])];
+function ending() {
   const residual = table.named.get('energy_residual');
-  const content = [el('table', {}, ...facts.map(([name, value]) => el('tr', {}, el('td', { class: 'text' }, name), el('td', { class: 'text' }, value)))), el('details', {}, el('summary', {}, 'The study as typed'), el('pre', {}, meta.study_text))];
-  if (residual?.count) content.unshift(distribution(state, residual).node, note(residual.text));
-  section('Energy residuals and provenance', ...content);
+  provenance(meta, ...(residual?.count ? [distribution(state, residual).node, note(residual.text)] : []));
 }
 
 head();
@@ -238,6 +225,6 @@ setTimeout(() => {
   failures();
   effectsSection();
   fronts();
-  provenance();
+  ending();
   performance.mark('decore-whole');
 });
