@@ -10,12 +10,14 @@ use super::outcome::RowOutcome;
 use super::row::{outcome, settings};
 use crate::integrate::{End, Integrator, Method, Start, Stopped, Tsit5};
 use crate::metrics::Recorder;
-use crate::number::{Four, Number};
+#[cfg(target_arch = "x86_64")]
+use crate::number::{EightAvx, FourAvx};
+use crate::number::{Four, Number, Registers};
 use crate::scene::Scene;
 use crate::system::{CoupledLanes, CoupledModel, Shape, build};
 
 /// Rows looked ahead for those of the shape that is being run.
-const LOOK_AHEAD: usize = 8;
+const LOOK_AHEAD: usize = 16;
 
 /// Where rows come from and where their outcomes go.
 pub trait JobSource {
@@ -42,18 +44,26 @@ struct Ready {
 
 /// Runs all rows of a source, those of one shape side by side. What a row gives does not depend on its neighbours.
 pub fn run_jobs(source: &mut dyn JobSource) {
-    #[cfg(target_arch = "x86_64")]
-    if crate::number::FourAvx::is_available() {
-        return run_jobs_in::<crate::number::FourAvx>(source);
-    }
-    run_jobs_in::<Four>(source);
+    run_jobs_in(Registers::widest(), source);
 }
 
-/// As [`run_jobs`], in the lanes of `R`, which this processor must be able to compute with.
-pub fn run_jobs_in<R: Number>(source: &mut dyn JobSource) {
+/// As [`run_jobs`], in other registers than the widest; in the widest if this processor does not have them.
+pub fn run_jobs_in(registers: Registers, source: &mut dyn JobSource) {
+    let registers = if registers.are_available() { registers } else { Registers::widest() };
     let mut waiting = VecDeque::new();
     while let Some(first) = waiting.pop_front().or_else(|| next_ready(source, true)) {
-        Group::<R>::new(first, source, &mut waiting).run();
+        while waiting.len() + 1 < registers.lanes() {
+            let Some(ready) = next_ready(source, false) else { break };
+            waiting.push_back(ready);
+        }
+        let others = waiting.iter().filter(|ready| ready.shape == first.shape).count();
+        match registers.for_rows(others + 1) {
+            #[cfg(target_arch = "x86_64")]
+            Registers::Avx512 => Group::<EightAvx>::new(first, source, &mut waiting).run(),
+            #[cfg(target_arch = "x86_64")]
+            Registers::Avx2 => Group::<FourAvx>::new(first, source, &mut waiting).run(),
+            _ => Group::<Four>::new(first, source, &mut waiting).run(),
+        }
     }
 }
 

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use crate::common::studies::scene;
 use decore::contact::ContactLawName;
-use decore::number::Four;
-use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs, run_jobs_in};
+use decore::number::Registers;
+use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in};
 use decore::scene::Scene;
 use decore::system::InterfaceModes;
 
@@ -31,9 +31,9 @@ impl JobSource for Rows {
     }
 }
 
-fn side_by_side(run: fn(&mut dyn JobSource), jobs: impl Iterator<Item = (u64, RowJob)>) -> BTreeMap<u64, RowOutcome> {
+fn side_by_side(registers: Registers, jobs: impl Iterator<Item = (u64, RowJob)>) -> BTreeMap<u64, RowOutcome> {
     let mut rows = Rows { left: jobs.collect(), ended: BTreeMap::new(), panicked: Vec::new() };
-    run(&mut rows);
+    run_jobs_in(registers, &mut rows);
     assert!(rows.panicked.is_empty());
     rows.ended
 }
@@ -44,9 +44,9 @@ fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
     let row = |i: usize| {
         let mut scene = first.clone();
         let unit = &mut scene.hammers[0];
-        unit.supply_pressure_pa *= 1.0 - 0.02 * i as f64;
-        unit.standoff_m -= 0.004 * i as f64;
-        scene.duration_s = 0.11 + 0.01 * i as f64;
+        unit.supply_pressure_pa *= 1.0 - 0.015 * i as f64;
+        unit.standoff_m -= 0.003 * i as f64;
+        scene.duration_s = 0.11 + 0.007 * i as f64;
         match i {
             4 => scene.solver.max_steps = 700,
             5 => scene.outputs.twins = 1,
@@ -55,7 +55,7 @@ fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
         change(&mut scene);
         RowJob::new(scene, modes.clone(), 1)
     };
-    (0..7).map(row).collect()
+    (0..11).map(row).collect()
 }
 
 /// Bits of every number of an outcome, as far as its text shows them: Rust writes the shortest digits that give a number back.
@@ -70,12 +70,12 @@ fn same_in_any_order(jobs: &[RowJob]) {
     let count = jobs.len();
     let orders: [Vec<usize>; 3] =
         [(0..count).collect(), (0..count).rev().collect(), (0..count).map(|i| (3 * i + 2) % count).collect()];
-    // In the registers of this processor, and as any other would do it.
-    let ways: [fn(&mut dyn JobSource); 2] = [run_jobs, run_jobs_in::<Four>];
-    for (order, run) in orders.iter().flat_map(|order| ways.map(|run| (order, run))) {
-        let ended = side_by_side(run, order.iter().map(|&row| (row as u64, jobs[row].clone())));
+    // In all registers that this processor has, and in code for those that have none.
+    let ways = Registers::ALL.into_iter().filter(|registers| registers.are_available());
+    for (order, registers) in orders.iter().flat_map(|order| ways.clone().map(move |registers| (order, registers))) {
+        let ended = side_by_side(registers, order.iter().map(|&row| (row as u64, jobs[row].clone())));
         for (row, alone) in alone.iter().enumerate() {
-            assert_eq!(text(&ended[&(row as u64)]), *alone, "row {row} in the order {order:?}");
+            assert_eq!(text(&ended[&(row as u64)]), *alone, "row {row} in the order {order:?}, {registers:?}");
         }
     }
 }
@@ -114,6 +114,6 @@ fn lanes_equal_rows_alone_under_every_law() {
 #[test]
 fn rows_of_several_shapes() {
     let (one, two) = (rows(&["solver.guide=tied"], |_| ()), rows(&["solver.guide=spring"], |_| ()));
-    let mixed: Vec<RowJob> = one.into_iter().zip(two).flat_map(|(one, two)| [one, two]).take(8).collect();
+    let mixed: Vec<RowJob> = one.into_iter().zip(two).flat_map(|(one, two)| [one, two]).take(20).collect();
     same_in_any_order(&mixed);
 }
