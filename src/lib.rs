@@ -11,6 +11,7 @@
 //!          tables <--dataset-- RowOutcome <--run------------------------------------------------------+
 //!             |
 //!             +--report--> summary
+//!             +--comparison--> difference of two
 //!             +--sensitivity, analysis--> indices of the factors
 //! ```
 //!
@@ -48,10 +49,11 @@
 //! accuracy    : integrate metrics plot quantity run scene system
 //! dataset     : files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
+//! comparison  : dataset quantity run
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! cli         : accuracy analysis dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study system words
+//! cli         : accuracy analysis comparison dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -69,6 +71,7 @@
 //! - [`run`]: one row, the parallel batch.
 //! - [`accuracy`]: speed against error on a scene.
 //! - [`dataset`], [`report`]: the tables and what is read from them.
+//! - [`comparison`]: the difference of two datasets.
 //! - [`analysis`], [`sensitivity`]: which factor matters: of plain tables of numbers, and of a dataset.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
@@ -95,6 +98,7 @@ pub mod accuracy;
 pub mod analysis;
 #[allow(clippy::disallowed_methods)]
 pub mod cli;
+pub mod comparison;
 pub mod contact;
 pub mod dataset;
 pub mod design;

@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::comparison::ComparisonError;
 use crate::dataset::DatasetError;
 use crate::engine::EngineError;
 use crate::files::Staged;
@@ -33,6 +34,8 @@ pub enum Exit {
     InUse = 7,
     /// A dataset that was verified is not whole.
     NotWhole = 8,
+    /// Two datasets that were compared differ.
+    Differ = 9,
 }
 
 impl From<Exit> for ExitCode {
@@ -56,6 +59,8 @@ pub(super) enum Failure {
     Sensitivity(SensitivityError),
     #[error("{0}")]
     Page(PageError),
+    #[error("{0}")]
+    Comparison(ComparisonError),
     #[error("{0}")]
     Plot(#[from] PlotError),
     #[error("{0}")]
@@ -87,9 +92,8 @@ impl Failure {
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
             Self::Page(_) | Self::Plot(_) | Self::Print(_) => Exit::NotWritten,
-            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) | Self::Sensitivity(_) => {
-                Exit::BadInput
-            }
+            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
+            Self::Sensitivity(_) | Self::Comparison(_) => Exit::BadInput,
         }
     }
 }
@@ -99,6 +103,15 @@ impl From<SensitivityError> for Failure {
         match error {
             SensitivityError::Dataset(error) => Self::Dataset(error),
             other => Self::Sensitivity(other),
+        }
+    }
+}
+
+impl From<ComparisonError> for Failure {
+    fn from(error: ComparisonError) -> Self {
+        match error {
+            ComparisonError::Dataset(error) => Self::Dataset(error),
+            other => Self::Comparison(other),
         }
     }
 }

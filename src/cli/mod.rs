@@ -4,6 +4,7 @@ mod accuracy;
 mod analyse;
 mod check;
 mod cluster;
+mod compare;
 mod design;
 mod exit;
 mod help;
@@ -42,7 +43,8 @@ const EXIT_CODES: &str = "Exit codes:
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
   7  another decore writes to the dataset
-  8  verify: something of the dataset is damaged, missing (rows still to come included) or foreign";
+  8  verify: something of the dataset is damaged, missing (rows still to come included) or foreign
+  9  compare: the datasets differ";
 
 /// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
 #[derive(Debug, Parser)]
@@ -75,6 +77,8 @@ enum Command {
     Report(report::ReportArguments),
     /// Tell which factors matter to a dataset's outputs: Sobol' indices or elementary effects, with intervals.
     Analyse(analyse::AnalyseArguments),
+    /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
+    Compare(compare::CompareArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -126,6 +130,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Verify(arguments) => verify::verify(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Analyse(arguments) => analyse::analyse(&arguments),
+        Command::Compare(arguments) => compare::compare(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),

@@ -7,11 +7,11 @@ use clap::Args;
 use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file, write_whole};
-use super::inputs::{expect_ending, is_dataset};
-use super::outputs::{load_study, ready, refuse_inputs};
+use super::inputs::is_dataset;
+use super::outputs::{Output, StudyArguments};
 use super::scene_plot::{Picture, scene_plot};
 use super::stored::{Comparison, Stored};
-use super::text::{check_row, say, six_digits, tell, warn};
+use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder};
@@ -58,28 +58,24 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
-    let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref(), arguments.html.as_ref()];
+    let outputs = [
+        Output { flag: "--signals", path: arguments.signals.as_ref(), ending: Some("parquet") },
+        Output { flag: "--plot", path: arguments.plot.as_ref(), ending: Some("svg") },
+        Output { flag: "--html", path: arguments.html.as_ref(), ending: Some("html") },
+    ];
+    let named = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
     let stored = is_dataset(&arguments.study).then(|| Stored::open(&arguments.study)).transpose()?;
-    let study = match &stored {
-        Some(stored) => {
-            let study = stored.study(&arguments.files_in)?.with_overrides(&arguments.overrides)?;
-            refuse_inputs(&study.files(), &outputs)?;
-            study
-        }
-        None => load_study(&arguments.study, &arguments.overrides, &outputs)?,
+    let engine = match &stored {
+        Some(stored) => named.engine_of(stored.study(&arguments.files_in)?)?,
+        None => named.engine()?,
     };
-    expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
-    expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
-    expect_ending("--html", arguments.html.as_ref(), "html")?;
     // What is set over the stored study makes another row of it: there is nothing to compare with.
     let stored = stored.filter(|_| arguments.overrides.is_empty());
-    let engine = ready(study)?;
     let engine = match &stored {
         Some(stored) => stored.settle(engine),
         None => engine,
     };
     check_row(&engine, arguments.row)?;
-    warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;
     let comparison = stored.map(|stored| stored.compare(&engine, arguments.row, &outcome)).transpose()?;
     if arguments.json {

@@ -14,7 +14,7 @@ pub use dense::{
     SymmetricEigen, cholesky, multiply, multiply_transposed, solve_lower, solve_lower_transposed, symmetric_eigen,
     symmetric_eigenvalues,
 };
-pub use lanczos::{PencilModes, lowest_eigenvalue, modes_below};
+pub use lanczos::{Below, PencilModes, lowest_eigenvalue, modes_below};
 pub use pencil::{PencilFactor, SymmetricPencil};
 
 use thiserror::Error;

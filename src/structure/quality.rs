@@ -173,11 +173,12 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
             .map(|step| StepRecord { name: format!("full model: {}", step.name), ..step.clone() }),
     );
     let rigid = RigidMotions::new(model);
-    let modes = pair_modes(model, rigid.as_ref(), (&shapes, &reduced))?;
+    let compared = Compared { full: &shapes, residual: &residual, reduced: &reduced };
+    let modes = pair_modes(model, rigid.as_ref(), compared)?;
     let lowest_hz = shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0);
     let centre = rigid.as_ref().map(|rigid| rigid.centre_m);
     let frequency_hz = curve_frequencies(settings.cutoff_hz);
-    let mobility = mobilities(&names, (&shapes, &residual, &reduced), &frequency_hz, settings.damping_ratio);
+    let mobility = mobilities(&names, compared, &frequency_hz, settings.damping_ratio);
     Ok(QualityReport {
         modes,
         total_mass_kg: rigid.as_ref().map(|rigid| rigid.mass_kg),
@@ -208,6 +209,17 @@ struct Residual {
     flexibility: Option<DMatrix<f64>>,
     static_part: DMatrix<f64>,
     dynamic_part: DMatrix<f64>,
+}
+
+/// The modes that are compared.
+#[derive(Clone, Copy)]
+struct Compared<'a> {
+    /// Of the full model, below the cut-off.
+    full: &'a Shapes,
+    /// What all other modes of the full model add.
+    residual: &'a Residual,
+    /// Of the reduced structure.
+    reduced: &'a Shapes,
 }
 
 fn full_model(
@@ -272,7 +284,7 @@ fn hz(omega_squared: f64) -> f64 {
 fn pair_modes(
     model: &FeModel,
     rigid: Option<&RigidMotions>,
-    (full, reduced): (&Shapes, &Shapes),
+    Compared { full, reduced, .. }: Compared<'_>,
 ) -> Result<Vec<ModePair>, StructureError> {
     const STEP: &str = "comparison of modes";
     let inertia = sparse_times(model.mass(), &full.all);
@@ -336,7 +348,7 @@ type FullAndReduced = ([f64; 2], [f64; 2]);
 
 fn mobilities(
     names: &[(String, usize)],
-    (full, residual, reduced): (&Shapes, &Residual, &Shapes),
+    Compared { full, residual, reduced }: Compared<'_>,
     frequency_hz: &[f64],
     damping_ratio: f64,
 ) -> Vec<MobilityCurve> {
