@@ -1,9 +1,9 @@
 //! Outputs of matched rows, and which of them lie beyond their scatter.
 
-use super::ComparisonSettings;
 use super::error::ComparisonError;
 use super::matching::{Matching, Pair, Texts};
 use super::result::{Comparison, OutputDifference, PairDifference};
+use super::settings::ComparisonSettings;
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use crate::quantity::{Cell, Kind, Value};
 
