@@ -52,6 +52,9 @@ struct Contact<R: Number> {
 }
 
 /// Rows of elements over the points: the pattern, and the coefficients of each lane.
+///
+/// Copied out of the matrix of sprs that [`crate::system::Elements`] assembles: its products take one number per entry and one vector,
+/// while here an entry has a number per lane, two vectors are met in one pass, and a row is applied as soon as its force is known.
 #[derive(Debug, Clone)]
 struct ElementRows<R> {
     /// Where each row begins, and the last ends.

@@ -108,9 +108,7 @@ fn a_stored_row_is_run_again_and_compared() {
     decore(scratch.path(), &arguments, 0);
     let page = |file: &str| fs::read_to_string(scratch.path().join(file)).expect("page");
     assert_eq!(page("row.html"), page("fresh.html"));
-    let json: Json =
-        serde_json::from_slice(&decore(scratch.path(), &["scene", "out", "--row", "2", "--json"], 0).stdout)
-            .expect("JSON");
+    let json: Json = serde_json::from_slice(&again(&["--json"]).stdout).expect("JSON");
     let stored = &json["stored_row"];
     assert!(stored["is_there"] == true && stored["values"].as_u64() > Some(50), "{stored}");
     assert_eq!(stored["differences"].as_array().map(Vec::len), Some(0));
