@@ -5,6 +5,7 @@
 //! running rows side by side.
 
 mod dense;
+mod draws;
 mod lanczos;
 mod ordering;
 mod panel;

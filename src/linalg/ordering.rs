@@ -4,33 +4,32 @@
 use std::collections::HashMap;
 use std::ffi::{c_int, c_uint};
 use std::ptr::null_mut;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_SetDefaultOptions, idx_t, rstatus_et_METIS_OK};
 
 use super::LinalgError;
+use super::draws::Generator;
 
-/// METIS draws from a generator that all threads share: one call at a time makes the order a function of the matrix alone.
+/// METIS draws from a generator that all threads share (see `draws`): one call at a time makes the order a function of the matrix
+/// alone.
 static METIS: Mutex<()> = Mutex::new(());
 
-/// Seed and count of METIS' draws.
-static DRAWS: AtomicU64 = AtomicU64::new(0);
+/// What METIS draws from.
+static GENERATOR: Mutex<Generator> = Mutex::new(Generator::UNSEEDED);
 
 /// Seeds [`rand`]: METIS does before it draws.
 // SAFETY: name and types are those of the C library's own, which it stands for.
 #[unsafe(no_mangle)]
 extern "C" fn srand(seed: c_uint) {
-    DRAWS.store(u64::from(seed) << 32, Ordering::Relaxed);
+    *GENERATOR.lock().unwrap_or_else(PoisonError::into_inner) = Generator::seeded(seed);
 }
 
-/// The generator that METIS draws from, in the place of the C library's: each system has another one, and with other draws the
-/// order, the sums of a factorisation and so the last bits of every figure would be others.
-// SAFETY: name and types are those of the C library's own, which it stands for.
+/// A draw.
+// SAFETY: as above.
 #[unsafe(no_mangle)]
 extern "C" fn rand() -> c_int {
-    // As many bits as a number of C that is not negative has.
-    (mix(DRAWS.fetch_add(1, Ordering::Relaxed)) >> 33) as c_int
+    GENERATOR.lock().unwrap_or_else(PoisonError::into_inner).draw() as c_int
 }
 
 /// Where the non-zeros of a symmetric matrix are: both triangles, the diagonal may be left out.
