@@ -3,8 +3,8 @@
 use std::any::Any;
 use std::fmt::Write as _;
 
-use decore::number::Four;
-use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs, run_jobs_in};
+use decore::number::Registers;
+use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in};
 use decore::scene::{Guide, SolverSettings};
 
 use crate::scene::Rig;
@@ -18,9 +18,6 @@ const DURATION_S: f64 = 1.2;
 const PRESSURES_PA: [f64; 2] = [4e5, 6e5];
 /// See [`PRESSURES_PA`].
 const STANDOFFS_M: [f64; 2] = [0.06, 0.1];
-
-/// How rows are run.
-type Way = fn(&mut dyn JobSource);
 
 /// Rows to be run, and how many have ended well.
 struct Rows {
@@ -43,12 +40,6 @@ impl JobSource for Rows {
     }
 }
 
-fn one_by_one(source: &mut dyn JobSource) {
-    while let Some((row, job)) = source.next(true) {
-        source.ended(row, job.run());
-    }
-}
-
 /// The rows of a setting.
 fn rows(rig: &Rig, guide: Guide, tolerance: f64) -> Vec<RowJob> {
     let level = |[from, to]: [f64; 2], i: usize| from + (to - from) * i as f64 / (LEVELS - 1) as f64;
@@ -65,27 +56,45 @@ fn rows(rig: &Rig, guide: Guide, tolerance: f64) -> Vec<RowJob> {
     (0..LEVELS * LEVELS).map(row).collect()
 }
 
+/// A way to run rows: one by one, or side by side in some registers.
+type Way = Option<Registers>;
+
+fn run(way: Way, source: &mut Rows) {
+    match way {
+        Some(registers) => run_jobs_in(registers, source),
+        None => {
+            while let Some((row, job)) = source.next(true) {
+                source.ended(row, job.run());
+            }
+        }
+    }
+}
+
 /// The section on rows side by side.
 pub fn text(text: &mut String, rig: &Rig, repeats: usize) {
-    let _ = writeln!(
+    let registers = Registers::ALL.into_iter().filter(|registers| registers.are_available());
+    let ways: Vec<Way> = std::iter::once(None).chain(registers.map(Some)).collect();
+    let _ = write!(
         text,
         "\n## Rows side by side\n\n{} rows over pressure (4 to 6 bar) and standoff (60 to 100 mm), {DURATION_S} s each: CPU time of one \
-         thread per simulated second of a row. `registers`: four\nrows in the vector registers of this processor; `arrays`: four as on \
-         any other processor.\n\n| setting | one by one, ms | registers, ms | arrays, ms | one by one over registers |\n|---|---|---|---|---|",
+         thread per simulated second of a row, ms.\nFour rows as on any processor (`Any`, fused products are calls of a library), four with \
+         AVX2, eight with AVX-512, as far as this processor has them.\n\n| setting | one by one |",
         LEVELS * LEVELS
     );
-    let ways: [Way; 3] = [one_by_one, run_jobs, run_jobs_in::<Four>];
+    ways.iter().flatten().for_each(|registers| text.push_str(&format!(" {registers:?} |")));
+    let _ = writeln!(text, " one by one over the last |\n|---|{}---|", "---|".repeat(ways.len()));
     for (name, guide, tolerance) in
         [("tied, 1e-4", Guide::Tied, 1e-4), ("tied, 1e-5", Guide::Tied, 1e-5), ("spring, 1e-5", Guide::Spring, 1e-5)]
     {
         let jobs = rows(rig, guide, tolerance);
         let timed = interleaved(repeats, &ways, |way| {
             let mut rows = Rows { left: jobs.clone(), done: 0 };
-            way(&mut rows);
+            run(*way, &mut rows);
             assert_eq!(rows.done, jobs.len());
         });
         let simulated_s = DURATION_S * jobs.len() as f64;
         let ms: Vec<f64> = timed.iter().map(|timed| 1e3 * timed.cpu_s / simulated_s).collect();
-        let _ = writeln!(text, "| {name} | {:.1} | {:.1} | {:.1} | {:.2} |", ms[0], ms[1], ms[2], ms[0] / ms[1]);
+        let cells: String = ms.iter().map(|ms| format!(" {ms:.1} |")).collect();
+        let _ = writeln!(text, "| {name} |{cells} {:.2} |", ms[0] / ms[ms.len() - 1]);
     }
 }

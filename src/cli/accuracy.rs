@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::outputs::{load_study, ready};
+use super::outputs::StudyArguments;
 use super::progress::clock;
-use super::text::{check_row, say, tell, warn};
+use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::{Engine, RowScene, Rows};
@@ -51,9 +51,8 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    let engine = ready(load_study(&arguments.study, &arguments.overrides, &[])?)?;
+    let engine = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &[] }.engine()?;
     check_row(&engine, arguments.row)?;
-    warn(engine.checked());
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
     let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
     let all_modes = all_modes(arguments, &engine)?;
@@ -73,7 +72,7 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
-    write(&folder, &engine, (&result, &words))?;
+    write(&folder, &engine, &result, &words)?;
     say(&words)?;
     say(&format_args!("Table, text and plot are in {}", folder.display()))?;
     Ok(Exit::Done)
@@ -100,14 +99,15 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<In
     if engine.study().structure().mode_tolerance.is_some() {
         overrides.push("structure.mode_tolerance=0".to_owned());
     }
-    let all = ready(load_study(&arguments.study, &overrides, &[])?)?;
+    // What looks wrong with the study has been told.
+    let all = Engine::load(&arguments.study, &overrides)?;
     let scene = all.scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
     Ok(Some(scene.modes))
 }
 
-fn write(folder: &Path, engine: &Engine, (result, words): (&Accuracy, &str)) -> Result<(), Failure> {
+fn write(folder: &Path, engine: &Engine, result: &Accuracy, words: &str) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|source| Failure::Write { path: folder.display().to_string(), source })?;
-    write_table(&folder.join("accuracy.parquet"), &engine.info(), ("accuracy", &columns(result)))?;
+    write_table(&folder.join("accuracy.parquet"), &engine.info(), "accuracy", &columns(result))?;
     write_file(&folder.join("accuracy.txt"), words)?;
     write_file(&folder.join("accuracy.svg"), plot(result)?)
 }

@@ -86,7 +86,7 @@ pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
     let reader = DatasetReader::open(&arguments.dataset)?;
     let found = crate::sensitivity::analyse(&reader, &settings)?;
     if let Some(path) = &arguments.parquet {
-        write_table(path, &reader.manifest().study, ("sensitivity", &columns(&found)))?;
+        write_table(path, &reader.manifest().study, "sensitivity", &columns(&found))?;
     }
     say(&if arguments.json { json(&found) } else { readable(&found) })?;
     Ok(exit)

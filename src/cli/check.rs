@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_ending;
-use super::outputs::{load_study, ready};
-use super::text::{plural, say, threads, warn};
+use super::outputs::{Output, StudyArguments};
+use super::text::{plural, say, threads};
 use crate::dataset::{Columns, TableName};
 use crate::design::{Aliases, Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{Engine, RowScene, Rows};
@@ -42,12 +41,11 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.scatter.as_ref()])?;
-    expect_ending("--scatter", arguments.scatter.as_ref(), "svg")?;
-    let engine = ready(study)?;
+    let outputs = [Output { flag: "--scatter", path: arguments.scatter.as_ref(), ending: Some("svg") }];
+    let engine =
+        StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     let columns = Columns::new(&engine.info())?;
     let (study, checked) = (engine.study(), engine.checked());
-    warn(checked);
     say(&format_args!("study          {} (hash {})", study.title(), &study.hash()[..16]))?;
     say(&format_args!("design         {}, seed {}", plural(checked.row_count(), "row"), study.seed()))?;
     for factor in study.factors() {
@@ -149,6 +147,11 @@ fn write_scatter(checked: &CheckedStudy, file: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Time in s of a row from which on it is told in larger units.
+const LONG_S: f64 = 1e4;
+/// A year in s.
+const YEAR_S: f64 = 365.25 * 86400.0;
+
 /// Twins that are suggested where a scene amplifies.
 const SUGGESTED_TWINS: usize = 4;
 
@@ -220,9 +223,10 @@ fn estimate(outcome: &RowOutcome, sweep: &Sweep) -> String {
     if outcome.time_reached_s <= 0.0 {
         return format!("time           unknown: the first row ended at once ({})", outcome.reason);
     }
-    let row_s = times * outcome.wall_time_s * duration_s / outcome.time_reached_s;
+    // A duration may be as long as a number can be: what is more than that is as much.
+    let row_s = (times * outcome.wall_time_s * (duration_s / outcome.time_reached_s)).min(f64::MAX);
     let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
-    let total_s = row_s * rows as f64 / threads.min(rows.max(1)) as f64;
+    let total_s = (row_s * (rows as f64 / threads.min(rows.max(1)) as f64)).min(f64::MAX);
     let note = match outcome.status {
         RowStatus::Diverged => format!("; the first row diverges ({})", outcome.reason),
         _ => String::new(),
@@ -230,7 +234,8 @@ fn estimate(outcome: &RowOutcome, sweep: &Sweep) -> String {
     let threads = plural(threads, "thread");
     // What rows side by side save depends on their shapes, known only by running them.
     format!(
-        "time           {row_s:.2} s per row alone, at most about {} in all with {threads}{note}",
+        "time           {} per row alone, at most about {} in all with {threads}{note}",
+        if row_s < LONG_S { format!("{row_s:.2} s") } else { duration(row_s) },
         duration(total_s)
     )
 }
@@ -240,6 +245,39 @@ fn duration(seconds: f64) -> String {
         s if s < 9.95 => format!("{s:.1} s"),
         s if s < 90.0 => format!("{s:.0} s"),
         s if s < 5400.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
+        s if s < YEAR_S => format!("{:.1} h", s / 3600.0),
+        s if s < 1e4 * YEAR_S => format!("{:.1} years", s / YEAR_S),
+        s => format!("{:.0e} years", s / YEAR_S),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrate::Counters;
+
+    fn estimated(duration_s: f64, rows: usize) -> String {
+        let outcome = RowOutcome {
+            status: RowStatus::Done,
+            reason: String::new(),
+            time_reached_s: 0.5,
+            modes: 0,
+            states: 0,
+            metrics: None,
+            counters: Counters::default(),
+            wall_time_s: 1.0,
+        };
+        estimate(&outcome, &Sweep { rows, threads: 1, duration_s, times: 1.0 })
+    }
+
+    #[test]
+    fn every_duration_has_an_estimate_that_can_be_read() {
+        let words = |row: &str, all: &str| {
+            format!("time           {row} per row alone, at most about {all} in all with 1 thread")
+        };
+        assert_eq!(estimated(1.5, 240), words("3.00 s", "12 min"));
+        assert_eq!(estimated(1e6, 1), words("555.6 h", "555.6 h"));
+        assert_eq!(estimated(1e9, 2), words("63.4 years", "126.8 years"));
+        assert_eq!(estimated(1e308, 1000), words("6e300 years", "6e300 years"));
     }
 }

@@ -13,7 +13,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::default_folder;
-use super::outputs::{load_study, ready};
+use super::outputs::StudyArguments;
 use super::shard::Shard;
 use super::text::say;
 
@@ -144,9 +144,10 @@ impl Plan {
         let program = program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?;
         plain("this program", program.as_os_str())?;
         let run = run_command(&program, arguments)?;
-        let study = load_study(&arguments.study, &arguments.overrides, &[])?;
-        if arguments.stub_row_ms.is_none() {
-            ready(study)?;
+        let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &[] };
+        match arguments.stub_row_ms {
+            Some(_) => drop(study.study()?),
+            None => drop(study.engine()?),
         }
         for folder in [self.folder.clone(), self.folder.join("logs"), self.shards()] {
             let failed = |source| Failure::Write { path: folder.display().to_string(), source };

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::outputs::load_study;
-use super::text::{plural, say, warn};
+use super::outputs::{Output, StudyArguments};
+use super::text::{plural, say};
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
-use crate::engine::{checked, dataset_info};
+use crate::engine::dataset_info;
 use crate::quantity::{Kind, Value};
 use crate::study::CheckedStudy;
 
@@ -32,15 +32,16 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
         let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
         return Err(Failure::Argument(message));
     }
-    let study = checked(load_study(&arguments.study, &arguments.overrides, &[Some(file)])?)?;
-    warn(&study);
+    let outputs = [Output { flag: "--output", path: Some(file), ending: None }];
+    let study =
+        StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.checked()?;
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
     let columns = columns(&study, &info);
     if is("csv") {
         let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
         write_csv(file, &columns).map_err(|error| failed(error.into()))?;
     } else {
-        write_table(file, &info, ("design", &columns))?;
+        write_table(file, &info, "design", &columns)?;
     }
     let (rows, factors) = (plural(study.row_count(), "row"), plural(info.factors.len(), "factor"));
     say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()))?;

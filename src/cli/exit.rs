@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::comparison::ComparisonError;
 use crate::dataset::DatasetError;
 use crate::engine::EngineError;
 use crate::files::Staged;
@@ -34,6 +35,8 @@ pub enum Exit {
     InUse = 7,
     /// A dataset that was verified is not whole.
     NotWhole = 8,
+    /// Two datasets that were compared differ.
+    Differ = 9,
 }
 
 impl From<Exit> for ExitCode {
@@ -59,6 +62,8 @@ pub(super) enum Failure {
     Surrogate(SurrogateError),
     #[error("{0}")]
     Page(PageError),
+    #[error("{0}")]
+    Comparison(ComparisonError),
     #[error("{0}")]
     Plot(#[from] PlotError),
     #[error("{0}")]
@@ -92,12 +97,8 @@ impl Failure {
             Self::Page(_) | Self::Plot(_) | Self::Print(_) | Self::Surrogate(SurrogateError::Write { .. }) => {
                 Exit::NotWritten
             }
-            Self::Study(_)
-            | Self::Engine(_)
-            | Self::Structure(_)
-            | Self::Argument(_)
-            | Self::Sensitivity(_)
-            | Self::Surrogate(_) => Exit::BadInput,
+            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
+            Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) => Exit::BadInput,
         }
     }
 }
@@ -116,6 +117,15 @@ impl From<SurrogateError> for Failure {
         match error {
             SurrogateError::Dataset(error) => Self::Dataset(error),
             other => Self::Surrogate(other),
+        }
+    }
+}
+
+impl From<ComparisonError> for Failure {
+    fn from(error: ComparisonError) -> Self {
+        match error {
+            ComparisonError::Dataset(error) => Self::Dataset(error),
+            other => Self::Comparison(other),
         }
     }
 }
@@ -149,5 +159,10 @@ pub(super) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Staged::write(folder, path, content)
         .and_then(Staged::put_in_place)
-        .map_err(|source| Failure::Write { path: path.display().to_string(), source })
+        .map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
+}
+
+/// An error of the system without the passing name of the file, which tells users nothing.
+fn without_path(error: std::io::Error) -> std::io::Error {
+    if error.raw_os_error().is_some() { error } else { error.kind().into() }
 }

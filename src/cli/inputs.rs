@@ -14,14 +14,19 @@ pub(super) fn default_folder(study: &Path) -> PathBuf {
     Path::new("out").join(study.file_stem().unwrap_or(study.as_os_str()))
 }
 
+/// Whether a path is the folder of a dataset.
+pub(super) fn is_dataset(path: &Path) -> bool {
+    path.join(MANIFEST).is_file()
+}
+
 /// Refuses what cannot be a study, before anything is read.
 pub(super) fn expect_study(path: &Path) -> Result<(), Failure> {
     let shown = path.display();
     let fault = |message: String| Err(Failure::Argument(message));
-    if path.join(MANIFEST).is_file() {
+    if is_dataset(path) {
         return fault(format!(
-            "{shown} is a dataset, where a study (a TOML file) is expected; `decore report {shown}` and `decore status {shown}` \
-             take datasets"
+            "{shown} is a dataset, where a study (a TOML file) is expected; `decore report {shown}`, `decore status {shown}` \
+             and `decore scene {shown}` take datasets"
         ));
     }
     if path.is_dir() {

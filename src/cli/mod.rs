@@ -4,6 +4,7 @@ mod accuracy;
 mod analyse;
 mod check;
 mod cluster;
+mod compare;
 mod design;
 mod exit;
 mod help;
@@ -21,6 +22,7 @@ mod scene_plot;
 mod shard;
 mod signals;
 mod status;
+mod stored;
 mod structure;
 mod surrogate;
 mod text;
@@ -42,7 +44,8 @@ const EXIT_CODES: &str = "Exit codes:
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
   7  another decore writes to the dataset
-  8  verify: something of the dataset is damaged, missing (rows still to come included) or foreign";
+  8  verify: something of the dataset is damaged, missing (rows still to come included) or foreign
+  9  compare: the datasets differ";
 
 /// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
 #[derive(Debug, Parser)]
@@ -79,6 +82,8 @@ enum Command {
     Surrogate(surrogate::SurrogateArguments),
     /// Predict the rows of a table with models that `decore surrogate` wrote.
     Predict(surrogate::PredictArguments),
+    /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
+    Compare(compare::CompareArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -132,6 +137,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Analyse(arguments) => analyse::analyse(&arguments),
         Command::Surrogate(arguments) => surrogate::surrogate(&arguments),
         Command::Predict(arguments) => surrogate::predict(&arguments),
+        Command::Compare(arguments) => compare::compare(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),

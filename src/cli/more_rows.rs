@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::exit::{Exit, Failure};
-use super::outputs::{load_study, ready};
+use super::outputs::StudyArguments;
 use super::run::run_rows;
 use super::text::tell;
 use crate::dataset::{Chosen, DatasetReader, SweepState};
@@ -43,7 +43,8 @@ impl Source<'_> {
         let made = &reader.manifest().study;
         let retries = made.settings.get("retries").and_then(|text| text.parse().ok()).unwrap_or(DEFAULT_RETRIES);
         let overrides = [&made.overrides[..], further].concat();
-        Ok(ready(load_study(self.study, &overrides, &[])?)?.with_retries(retries))
+        let study = StudyArguments { file: self.study, overrides: &overrides, outputs: &[] };
+        Ok(study.engine()?.with_retries(retries))
     }
 
     /// Runs the rows again that are not done, with up to three retries; rows that are still not done stay as they were.

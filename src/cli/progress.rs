@@ -12,6 +12,8 @@ use crate::run::RowStatus;
 
 /// Default time between two plain lines.
 pub(super) const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);
+/// Hours for which the last line forecasts.
+const NIGHT_HOURS: f64 = 8.0;
 /// Layout of the bar; the text behind it is the same as in plain lines, cut where the terminal ends.
 const BAR: &str = "{bar:24} {percent:>3} %  {wide_msg}";
 /// Layout where a bar would take the place of the figures.
@@ -144,7 +146,8 @@ struct Tally {
     failed: u64,
 }
 
-/// `120 of 500 rows, 2 failed, 14.2 rows/s, 00:00:27 left`.
+/// `120 of 500 rows, 2 failed, 14.2 rows/s, 00:00:27 left`; at the end `..., 00:00:35 in all (51,000 rows an hour, 410,000 in a night
+/// of 8 h)`, at the rate of this run.
 struct Text {
     tally: Tally,
     elapsed: Duration,
@@ -183,11 +186,33 @@ impl fmt::Display for Text {
         if let Some(rate) = self.rate() {
             write!(f, ", {} rows/s", three_digits(rate))?;
         }
-        match self.clock() {
-            Some(clock) => write!(f, ", {clock} {}", if self.at_end { "in all" } else { "left" }),
+        if let Some(clock) = self.clock() {
+            write!(f, ", {clock} {}", if self.at_end { "in all" } else { "left" })?;
+        }
+        match self.rate().filter(|_| self.at_end) {
+            Some(rate) => {
+                let hour = 3600.0 * rate;
+                write!(
+                    f,
+                    " ({} rows an hour, {} in a night of {NIGHT_HOURS} h)",
+                    two_digits(hour),
+                    two_digits(NIGHT_HOURS * hour)
+                )
+            }
             None => Ok(()),
         }
     }
+}
+
+/// A positive number to two digits, its thousands set apart: what a forecast is good for.
+fn two_digits(value: f64) -> String {
+    let unit = 10_f64.powi(value.max(1.0).log10() as i32 - 1).max(1.0);
+    let digits = format!("{:.0}", (value / unit).round() * unit);
+    let apart = digits.len() % 3;
+    let (head, tail) = digits.split_at(apart);
+    let groups = (!head.is_empty()).then_some(head).into_iter().map(str::to_owned);
+    let tail = tail.as_bytes().chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
+    groups.chain(tail).collect::<Vec<_>>().join(",")
 }
 
 /// A positive number to about three digits, without exponent.
@@ -240,9 +265,11 @@ mod tests {
         let mut text = Text { tally, elapsed: Duration::from_secs(8), at_end: false };
         assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:25 left");
         text.at_end = true;
-        assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:08 in all");
+        let end = "15.0 rows/s, 00:00:08 in all (54,000 rows an hour, 430,000 in a night of 8 h)";
+        assert_eq!(text.to_string(), format!("120 of 500 rows, 2 failed, {end}"));
         text.tally.before = 40;
-        assert_eq!(text.to_string(), "120 of 500 rows, 2 failed, 10.0 rows/s, 00:00:08 in all");
+        let end = "10.0 rows/s, 00:00:08 in all (36,000 rows an hour, 290,000 in a night of 8 h)";
+        assert_eq!(text.to_string(), format!("120 of 500 rows, 2 failed, {end}"));
         text.tally.before = 0;
         text.tally.done = 0;
         text.at_end = false;
@@ -253,6 +280,8 @@ mod tests {
     fn times_over_a_day_stay_readable() {
         assert_eq!(clock(90_061.4), "25:01:01");
         assert_eq!(three_digits(0.01234), "0.0123");
+        let numbers = [0.4, 7.2, 83.6, 999.6, 12_345.0, 1_549_999.0].map(two_digits);
+        assert_eq!(numbers, ["0", "7", "84", "1,000", "12,000", "1,500,000"]);
     }
 
     #[test]

@@ -40,8 +40,10 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     let summary = summarise(&reader, &settings)?;
     let paper = Paper { columns: terminal_columns(), blocks: shows_blocks() };
     let charts = Charts::of(&reader, &settings)?.text(paper);
-    let summary = summary.to_string();
-    let summary = paper.columns.map_or_else(|| summary.clone(), |columns| fit(&summary, columns));
+    let summary = match paper.columns {
+        None => summary.to_string(),
+        Some(columns) => fit(&format!("{summary:columns$}"), columns),
+    };
     say(&format_args!("{}\n{}", summary.trim_end(), charts.trim_end()))?;
     Ok(Exit::Done)
 }

@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::default_folder;
-use super::outputs::{load_study, ready};
+use super::outputs::{Output, StudyArguments};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
 use super::shard::Shard;
@@ -17,10 +17,10 @@ use super::text::{self, plural, say, tell};
 use crate::dataset::{
     Chosen, Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, SweepStatus, TableName,
 };
-use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, checked, sweep};
+use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, sweep};
 use crate::report::{ReportSettings, summarise};
 use crate::run::DEFAULT_RETRIES;
-use crate::study::Study;
+use crate::study::CheckedStudy;
 
 /// Set by the first interrupt, or by too many failed rows: no new rows are started.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -77,10 +77,11 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
-    let study = load_study(&arguments.study, &arguments.overrides, &[arguments.summary.as_ref()])?;
+    let outputs = [Output { flag: "--summary", path: arguments.summary.as_ref(), ending: None }];
+    let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {
-        Some(milliseconds) => Box::new(stub_rows(study, arguments, milliseconds)?),
-        None => Box::new(ready(study)?.with_retries(arguments.retries)),
+        Some(milliseconds) => Box::new(stub_rows(study.checked()?, arguments, milliseconds)?),
+        None => Box::new(study.engine()?.with_retries(arguments.retries)),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let whole = default_folder(&arguments.study);
@@ -89,7 +90,6 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     // Before the rows are run, not after.
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
     check_ranking(&rows.info(), &report.rank_by)?;
-    text::warn(rows.checked());
     let again = chosen(arguments, rows.checked().row_count() as u64)?;
     let display = Display { folder: &folder, again: again.is_some(), progress: OnceLock::new() };
     let settings = SweepSettings {
@@ -148,10 +148,10 @@ fn chosen(arguments: &RunArguments, rows: u64) -> Result<Option<Chosen>, Failure
 }
 
 /// Rows of the built-in test scene that take `milliseconds` each, computing or sleeping.
-fn stub_rows(study: Study, arguments: &RunArguments, milliseconds: f64) -> Result<StubRows, Failure> {
+fn stub_rows(study: CheckedStudy, arguments: &RunArguments, milliseconds: f64) -> Result<StubRows, Failure> {
     let duration = Duration::try_from_secs_f64(milliseconds * 1e-3);
     let duration = duration.map_err(|error| Failure::Argument(format!("--stub-row-ms: {error}")))?;
-    Ok(StubRows { study: checked(study)?, duration, busy: arguments.stub_busy })
+    Ok(StubRows { study, duration, busy: arguments.stub_busy })
 }
 
 /// The column that the summary ranks by must be there and hold numbers.

@@ -6,23 +6,26 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::exit::{Exit, Failure, write_file};
-use super::inputs::expect_ending;
-use super::outputs::{load_study, ready};
+use super::exit::{Exit, Failure, write_file, write_whole};
+use super::inputs::is_dataset;
+use super::outputs::{Output, StudyArguments};
 use super::scene_plot::{Picture, scene_plot};
-use super::text::{check_row, say, six_digits, tell, warn};
+use super::stored::{Comparison, Stored};
+use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
-use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf};
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder};
+use crate::page::{SceneView, scene_page};
 use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
+use crate::scene::Scene;
 
 /// Interval in s at which a plot reads the signals.
 const PLOT_INTERVAL_S: f64 = 2e-5;
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
-    /// Study file (TOML).
+    /// Study file (TOML), or the folder of a dataset: then its study is run as it was, and the row compared with the stored one.
     study: PathBuf,
     /// Row of the design.
     #[arg(short, long, default_value_t = 0)]
@@ -39,6 +42,12 @@ pub(super) struct SceneArguments {
     /// Also draw motions, casting, work and machine over time to this file (SVG).
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Also write the row as one page of HTML: the mechanism in motion, all signals, spectra, blows; needs no network.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Folder in which the file names of a dataset's study start.
+    #[arg(long, default_value = ".", value_name = "FOLDER")]
+    files_in: PathBuf,
     /// Interval of the time signals in s.
     #[arg(long, default_value_t = 1e-4, value_name = "SECONDS")]
     signal_interval_s: f64,
@@ -49,29 +58,37 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     if !(interval > 0.0 && interval.is_finite()) {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
-    let outputs = [arguments.signals.as_ref(), arguments.plot.as_ref()];
-    let study = load_study(&arguments.study, &arguments.overrides, &outputs)?;
-    expect_ending("--signals", arguments.signals.as_ref(), "parquet")?;
-    expect_ending("--plot", arguments.plot.as_ref(), "svg")?;
-    let engine = ready(study)?;
+    let outputs = [
+        Output { flag: "--signals", path: arguments.signals.as_ref(), ending: Some("parquet") },
+        Output { flag: "--plot", path: arguments.plot.as_ref(), ending: Some("svg") },
+        Output { flag: "--html", path: arguments.html.as_ref(), ending: Some("html") },
+    ];
+    let named = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
+    let stored = is_dataset(&arguments.study).then(|| Stored::open(&arguments.study)).transpose()?;
+    let engine = match &stored {
+        Some(stored) => named.engine_of(stored.study(&arguments.files_in)?)?,
+        None => named.engine()?,
+    };
+    // What is set over the stored study makes another row of it: there is nothing to compare with.
+    let stored = stored.filter(|_| arguments.overrides.is_empty());
+    let engine = match &stored {
+        Some(stored) => stored.settle(engine),
+        None => engine,
+    };
     check_row(&engine, arguments.row)?;
-    warn(engine.checked());
     let outcome = simulate(&engine, arguments)?;
+    let comparison = stored.map(|stored| stored.compare(&engine, arguments.row, &outcome)).transpose()?;
     if arguments.json {
-        say(&json_text(&engine, arguments.row, &outcome))?;
+        say(&json_text(&engine, (arguments.row, &outcome), comparison.as_ref()))?;
     } else {
         say(&readable(&engine, arguments.row, &outcome).trim_end())?;
+        comparison.map_or(Ok(()), |comparison| say(&comparison.text()))?;
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
 
 fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, Failure> {
-    if arguments.signals.is_none() && arguments.plot.is_none() {
-        return Ok(engine.outcome(arguments.row));
-    }
-    // A picture by itself shows the peaks of short contacts; beside a table it shows what the table has.
-    let finest = if arguments.signals.is_none() { PLOT_INTERVAL_S } else { f64::INFINITY };
-    let interval_s = arguments.signal_interval_s.min(finest);
+    let Some(interval_s) = interval_s(engine, arguments) else { return Ok(engine.outcome(arguments.row)) };
     let (outcome, signals) = engine.outcome_with_signals(arguments.row, interval_s).map_err(|error| match error {
         EngineError::Signals { .. } => Failure::Argument(format!("--signal-interval-s {interval_s:e}: {error}")),
         error => error.into(),
@@ -89,7 +106,37 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, F
         write_file(path, scene_plot(&picture)?)?;
         tell(&format_args!("the plot is in {}", path.display()));
     }
+    if let Some(path) = &arguments.html {
+        let page = page(engine, arguments.row, &outcome, (&signals, interval_s))?;
+        write_whole(path, page.as_bytes())?;
+        tell(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
+    }
     Ok(outcome)
+}
+
+/// Interval in s at which signals are read; `None` where nothing asks for them. Beside a table all shows what the table has; by itself
+/// a picture shows the peaks of short contacts, and a page what it has room for.
+fn interval_s(engine: &Engine, arguments: &SceneArguments) -> Option<f64> {
+    if arguments.signals.is_some() {
+        return Some(arguments.signal_interval_s);
+    }
+    let page = |scene: Scene| SceneView::page_interval_s(SignalRecorder::count(&scene), scene.duration_s);
+    let scene = arguments.html.as_ref().and_then(|_| engine.checked().scene(arguments.row).ok());
+    let plot = arguments.plot.as_ref().map(|_| arguments.signal_interval_s.min(PLOT_INTERVAL_S));
+    scene.map(page).or(plot).or(arguments.html.as_ref().map(|_| PLOT_INTERVAL_S))
+}
+
+/// A row's page.
+fn page(
+    engine: &Engine,
+    row: usize,
+    outcome: &RowOutcome,
+    (signals, interval_s): (&[Signal], f64),
+) -> Result<String, Failure> {
+    let scene = engine.checked().scene(row).map_err(|invalid| Failure::Argument(invalid.reason))?;
+    let (info, factors) = (engine.info(), engine.checked().row_values(row));
+    let view = SceneView { info: &info, row, factors: &factors, scene: &scene, outcome, signals, interval_s };
+    Ok(scene_page(&view)?)
 }
 
 /// The outcome with names where it counts hammers and castings: those of the tables.
@@ -111,7 +158,7 @@ fn named(outcome: &RowOutcome, [hammers, castings]: [&[&str]; 2]) -> serde_json:
     value
 }
 
-fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
+fn json_text(engine: &Engine, (row, outcome): (usize, &RowOutcome), stored: Option<&Comparison>) -> String {
     let study = engine.study();
     let factors: serde_json::Map<String, serde_json::Value> = study
         .factors()
@@ -119,7 +166,7 @@ fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
         .zip(engine.checked().row_values(row))
         .map(|(factor, value)| (factor.name.clone(), json!(value)))
         .collect();
-    let text = json!({
+    let mut text = json!({
         "study": study.title(),
         "study_hash": study.hash(),
         "row": row,
@@ -129,6 +176,9 @@ fn json_text(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
         "castings": study.casting_names(),
         "outcome": named(outcome, [&study.hammer_names(), &study.casting_names()]),
     });
+    if let Some(comparison) = stored {
+        text["stored_row"] = json!(comparison);
+    }
     format!("{text:#}")
 }
 

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_study;
-use super::outputs::{load_study, ready, refuse_inputs};
+use super::outputs::{Output, StudyArguments, refuse_inputs};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
 use crate::engine::{RowScene, Rows, reduction_settings};
@@ -109,7 +109,7 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
     const TOLERANCES: [f64; 5] = [1e-6, 1e-4, 1e-3, 1e-2, 1e-1];
     let mut overrides = arguments.overrides.clone();
     overrides.push("structure.mode_tolerance=0".to_owned());
-    let engine = ready(load_study(&arguments.file, &overrides, &[])?)?;
+    let engine = StudyArguments { file: &arguments.file, overrides: &overrides, outputs: &[] }.engine()?;
     let Ok(RowScene { scene, modes }) = engine.scene(0) else { return Ok(()) };
     let band_hz = engine.study().structure().mode_band_hz;
     let reference = arguments.effects.then(|| run_row(&scene, &modes).metrics).flatten();
@@ -136,7 +136,10 @@ fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
 
 /// Settings of the structure, and what a study needs of it.
 fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
-    let outputs = [arguments.html.as_ref(), arguments.to.as_ref()];
+    let outputs = [
+        Output { flag: "--html", path: arguments.html.as_ref(), ending: None },
+        Output { flag: "--to", path: arguments.to.as_ref(), ending: None },
+    ];
     if let Some(settings) = load_structure(&arguments.file)? {
         if !arguments.overrides.is_empty() {
             return Err(Failure::Argument("--set needs a study; this file has the table [structure] alone".to_owned()));
@@ -145,7 +148,7 @@ fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option
         refuse_inputs(&files.chain([arguments.file.clone()]).collect::<Vec<_>>(), &outputs)?;
         return Ok((settings, None));
     }
-    let study = load_study(&arguments.file, &arguments.overrides, &outputs)?;
+    let study = StudyArguments { file: &arguments.file, overrides: &arguments.overrides, outputs: &outputs }.study()?;
     let reduction = reduction_settings(study.structure(), &InterfaceDemand::of(&study));
     Ok((study.structure().clone(), Some(reduction)))
 }

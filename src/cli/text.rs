@@ -8,7 +8,6 @@ use console::Term;
 
 use super::exit::Failure;
 use crate::engine::{Engine, Rows};
-use crate::study::CheckedStudy;
 
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
@@ -91,11 +90,6 @@ pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
     }
     let rows = if last == 0 { "row 0 only (it has no design)".to_owned() } else { format!("the rows 0 to {last}") };
     Err(Failure::Argument(format!("--row is {row}, but the study has {rows}")))
-}
-
-/// Tells what looks wrong with a study; it is run nevertheless.
-pub(super) fn warn(study: &CheckedStudy) {
-    study.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
 }
 
 /// Columns of the terminal that reads; `None` for a file or a pipe.

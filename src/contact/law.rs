@@ -239,10 +239,10 @@ impl ContactLaw {
             Self::Hertz { stiffness_n_per_m_1_5, .. } => (stiffness_n_per_m_1_5, HERTZ_EXPONENT),
         };
         // Convex and increasing: Newton's iterates fall monotonically from any start above the root, here the law alone.
-        let mut d = (force_n / stiffness).powf(1.0 / exponent);
+        let mut d = libm::pow(force_n / stiffness, 1.0 / exponent);
         for _ in 0..100 {
-            let excess = stiffness * d.powf(exponent) + helper_n_per_m * d - force_n;
-            let next = d - excess / (exponent * stiffness * d.powf(exponent - 1.0) + helper_n_per_m);
+            let excess = stiffness * libm::pow(d, exponent) + helper_n_per_m * d - force_n;
+            let next = d - excess / (exponent * stiffness * libm::pow(d, exponent - 1.0) + helper_n_per_m);
             if next >= d {
                 break;
             }

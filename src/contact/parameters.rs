@@ -164,7 +164,8 @@ impl ContactParameters {
     fn power_stiffness(&self, reduced_mass_kg: f64, exponent: f64) -> f64 {
         let linear = self.stiffness_n_per_m;
         let peak = self.reference_speed() * (reduced_mass_kg / linear).sqrt();
-        self.power_stiffness_n_per_m_n.unwrap_or_else(|| 0.5 * (exponent + 1.0) * linear * peak.powf(1.0 - exponent))
+        self.power_stiffness_n_per_m_n
+            .unwrap_or_else(|| 0.5 * (exponent + 1.0) * linear * libm::pow(peak, 1.0 - exponent))
     }
 
     fn reference_speed(&self) -> f64 {

@@ -6,6 +6,8 @@
 
 use std::f64::consts::PI;
 
+use libm::{acos, acosh, exp, expm1, hypot, log, log1p};
+
 /// Halvings that bring any bracket down to neighbouring numbers.
 const HALVINGS: usize = 200;
 
@@ -13,13 +15,13 @@ const HALVINGS: usize = 200;
 /// Poeschel 2007). Also that of Hertz with damping `C d^(1/4) d'`, with `z = C / sqrt(5 mu K)`: in the coordinate
 /// `d^(5/4)` and the time `dtau = d^(1/4) dt` its motion is the linear one (Antypov and Elliott 2011).
 pub fn kelvin_voigt(damping_ratio: f64) -> f64 {
-    (-loss(damping_ratio)).exp()
+    exp(-loss(damping_ratio))
 }
 
 /// Damping ratio at which [`kelvin_voigt`] gives `e`, for `0 < e <= 1`.
 pub fn kelvin_voigt_damping(e: f64) -> f64 {
     // `loss(z) >= 2 ln z`, so the root lies below `1 / sqrt(e)`.
-    rising_root(1.0 / e.sqrt(), |z| loss(z) + e.ln())
+    rising_root(1.0 / e.sqrt(), |z| loss(z) + log(e))
 }
 
 /// Kelvin-Voigt with separation at zero penetration: `e = exp(-pi z / sqrt(1 - z^2))`; 0 from `z = 1` on.
@@ -27,13 +29,13 @@ pub fn separating(damping_ratio: f64) -> f64 {
     if damping_ratio >= 1.0 {
         return 0.0;
     }
-    (-PI * damping_ratio / (1.0 - damping_ratio * damping_ratio).sqrt()).exp()
+    exp(-PI * damping_ratio / (1.0 - damping_ratio * damping_ratio).sqrt())
 }
 
 /// Damping ratio at which [`separating`] gives `e`, for `0 < e <= 1`.
 pub fn separating_damping(e: f64) -> f64 {
-    let loss = -e.ln();
-    loss / loss.hypot(PI)
+    let loss = -log(e);
+    loss / hypot(loss, PI)
 }
 
 /// Hunt-Crossley: the root of `x (1 + e) = ln((1 + x) / (1 - x e))` at `x = a v0`, whatever the exponent.
@@ -42,7 +44,7 @@ pub fn hunt_crossley(product: f64) -> f64 {
         return 1.0;
     }
     // With w = x e, which lies between 0 and both 1 and x.
-    rising_root(product.min(1.0), |w| -(product + w - product.ln_1p() + (-w).ln_1p())) / product
+    rising_root(product.min(1.0), |w| -(product + w - log1p(product) + log1p(-w))) / product
 }
 
 /// Product `a v0` at which [`hunt_crossley`] gives `e`, for `0 < e <= 1`.
@@ -51,8 +53,8 @@ pub fn hunt_crossley_damping(e: f64) -> f64 {
         return 0.0;
     }
     // In u = -ln(1 - x e), which resolves x close to its limit 1 / e.
-    let product = |u: f64| -(-u).exp_m1() / e;
-    product(rising_root((1.0 + e) / e, |u| u - product(u) * (1.0 + e) + product(u).ln_1p()))
+    let product = |u: f64| -expm1(-u) / e;
+    product(rising_root((1.0 + e) / e, |u| u - product(u) * (1.0 + e) + log1p(product(u))))
 }
 
 /// `-ln e = 2 z acos(z) / sqrt(1 - z^2)` of the law without tension.
@@ -61,9 +63,9 @@ fn loss(z: f64) -> f64 {
         // First terms of the series about 1.
         1.0 + (1.0 - z) / 3.0
     } else if z < 1.0 {
-        z.acos() / (1.0 - z * z).sqrt()
+        acos(z) / (1.0 - z * z).sqrt()
     } else {
-        z.acosh() / (z * z - 1.0).sqrt()
+        acosh(z) / (z * z - 1.0).sqrt()
     };
     2.0 * z * angle
 }

@@ -83,6 +83,20 @@ pub struct ColumnDescription {
     pub subject: Option<String>,
     /// Name of the quantity, without hammer or casting.
     pub quantity: String,
+    /// Whether it is a main output, whose scatter twins measure. No entry of the dictionary.
+    #[serde(skip)]
+    pub main: bool,
+}
+
+impl ColumnDescription {
+    /// Name of the column that holds the scatter of this one, where its row has twins.
+    pub fn scatter_name(&self) -> String {
+        scatter_name(&self.name)
+    }
+}
+
+fn scatter_name(name: &str) -> String {
+    format!("{name}_scatter")
 }
 
 /// What a row of a table is made from.
@@ -227,6 +241,7 @@ impl<'a> About<'a> {
             subject: self.subject.map(|(_, name)| name.to_owned()),
             quantity: if self.subject.is_some() { quantity.to_owned() } else { name.clone() },
             description: described.unwrap_or_else(|| text.to_owned()),
+            main: false,
             name,
         }
     }
@@ -239,8 +254,9 @@ impl<'a> About<'a> {
     ) -> impl Iterator<Item = Column> {
         quantities.iter().map(move |quantity| {
             let get = quantity.value;
+            let described = self.describe(quantity.name, quantity.kind, quantity.unit, &quantity.description());
             Column {
-                description: self.describe(quantity.name, quantity.kind, quantity.unit, &quantity.description()),
+                description: ColumnDescription { main: quantity.main, ..described },
                 get: Box::new(move |source| part(source).and_then(get)),
             }
         })
@@ -253,7 +269,7 @@ impl<'a> About<'a> {
         part: impl Fn(&Scatter) -> Option<&ScatterOf> + Copy + Send + Sync + 'static,
     ) -> impl Iterator<Item = Column> {
         quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
-            let (name, column) = (quantity.name, format!("{}_scatter", quantity.name));
+            let (name, column) = (quantity.name, scatter_name(quantity.name));
             let (of, unit) = match quantity.kind {
                 Kind::Text | Kind::Category => ("share of the row and its twins with another value", "1"),
                 Kind::Real | Kind::Count | Kind::Integer => {
@@ -320,6 +336,7 @@ fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column> {
             group: ColumnGroup::Factor,
             subject: Some(factor.name.clone()),
             quantity: "factor".to_owned(),
+            main: false,
         },
         get: Box::new(move |source| source.record.factors.get(index).map(Value::borrowed)),
     })

@@ -260,6 +260,7 @@ impl DatasetError {
                 | Self::Changed { .. }
                 | Self::Shards { .. }
                 | Self::Missing { .. }
+                | Self::Version { .. }
                 | Self::DuplicateColumn { .. }
                 | Self::UnknownColumn { .. }
                 | Self::NotANumber { .. }

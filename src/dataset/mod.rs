@@ -69,6 +69,7 @@ mod writer;
 
 pub use aggregates::Aggregates;
 pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, TableName};
+pub use difference::differences;
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
 pub use info::{DatasetInfo, Factor, RowRecord, rows_per_part};

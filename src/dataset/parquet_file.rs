@@ -208,7 +208,8 @@ fn read_entries(path: &Path) -> Result<Vec<KeyValue>, DatasetError> {
 pub fn check_study(
     path: &Path,
     info: &DatasetInfo,
-    (table, columns): (TableName, &[ColumnDescription]),
+    table: TableName,
+    columns: &[ColumnDescription],
 ) -> Result<(), DatasetError> {
     let found = read_entries(path)?;
     let wanted = entries(info, dictionary_json(table, columns));

@@ -81,7 +81,8 @@ pub fn recover(folder: &Path, columns: &Columns, known: Known) -> Result<Recover
     })?;
     notes.extend(torn);
     for (block, rows) in newer {
-        recovered.renew(folder, columns, (block, rows))?;
+        let old = read_block(folder, columns, &recovered, block * per_part)?;
+        recovered.renew(block, old, rows);
     }
     recovered.forget(folder, bad)?;
     Ok(recovered)
@@ -109,8 +110,7 @@ impl Recovered {
 
     /// Takes rows of the journal into a full block: those of rows that were run again. A process that ended between a part and
     /// the end of its journal leaves rows there that the part has.
-    fn renew(&mut self, folder: &Path, columns: &Columns, (block, rows): (u64, Block)) -> Result<(), DatasetError> {
-        let old = read_block(folder, columns, self, block * self.manifest.study.rows_per_part)?;
+    fn renew(&mut self, block: u64, old: Block, rows: Block) {
         let mut whole = old.clone();
         let journaled: Vec<u64> = rows.keys().copied().collect();
         rows.into_values().for_each(|row| supersede(&mut whole, row));
@@ -118,7 +118,6 @@ impl Recovered {
             self.only_in_parts.extend(whole.keys().filter(|row| !journaled.contains(row)));
             self.pending.insert(block, whole);
         }
-        Ok(())
     }
 
     /// Forgets timings that are damaged or gone: they are no reason to compute a row again.

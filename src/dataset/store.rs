@@ -46,6 +46,21 @@ pub struct Store {
     timings: TimingsManifest,
 }
 
+/// The rows of a part.
+#[derive(Clone, Copy)]
+struct Rows {
+    first_row: u64,
+    /// How many of them are not done.
+    failed: u64,
+}
+
+/// A part that is written and not yet in place.
+struct StagedPart {
+    table: TableName,
+    part: Part,
+    file: StagedFile,
+}
+
 impl Store {
     /// The store of a dataset whose manifests are known; makes its folders and puts the manifests in place.
     ///
@@ -54,7 +69,8 @@ impl Store {
     pub fn open(
         place: Place,
         columns: Arc<Columns>,
-        (manifest, timings): (Manifest, TimingsManifest),
+        manifest: Manifest,
+        timings: TimingsManifest,
     ) -> Result<Self, DatasetError> {
         let folder = place.path().to_owned();
         for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
@@ -91,19 +107,18 @@ impl Store {
         let per_part = self.manifest.study.rows_per_part;
         let first_row = first / per_part * per_part;
         let failed = block.values().filter(|row| row.failed()).count() as u64;
-        let at = (first_row, failed);
+        let at = Rows { first_row, failed };
         let Tables { runs, blows, timings: times } = self.tables(block)?;
-        let (runs, runs_file) = self.stage_part(runs, at, None)?;
-        let (blows, blows_file) = self.stage_part(blows, at, None)?;
+        let runs = self.stage_part(runs, at, None)?;
+        let blows = self.stage_part(blows, at, None)?;
         let (mut manifest, mut timings) = (self.manifest.clone(), self.timings.clone());
-        manifest.put_block(block.keys().copied(), runs.clone(), blows.clone());
+        manifest.put_block(block.keys().copied(), runs.part.clone(), blows.part.clone());
         // It describes the other two, so that the manifest can be made anew from it.
-        let description = BlockDescription::new(&manifest, &runs, &blows).to_text()?;
-        let (times, times_file) = self.stage_part(times, at, Some(description))?;
-        timings.put(times);
+        let description = BlockDescription::new(&manifest, &runs.part, &blows.part).to_text()?;
+        let times = self.stage_part(times, at, Some(description))?;
+        timings.put(times.part.clone());
         // In this order: a run that a reader sees has its blows.
-        let files = [(TableName::Timings, times_file), (TableName::Blows, blows_file), (TableName::Runs, runs_file)];
-        files.into_iter().try_for_each(|file| self.put_part_in_place(file))?;
+        [times, blows, runs].into_iter().try_for_each(|staged| self.put_part_in_place(staged))?;
         self.put_manifests_in_place(&manifest, &timings)?;
         (self.manifest, self.timings) = (manifest, timings);
         #[cfg(test)]
@@ -126,8 +141,10 @@ impl Store {
             (1..self.columns.timings.len()).for_each(|index| builder.append(index, None));
         }
         let description = BlockDescription::new(manifest, runs, blows).to_text()?;
-        let (part, file) = self.stage_part(builder, (first_row, runs.failed), Some(description))?;
-        self.put_part_in_place((TableName::Timings, file))?;
+        let rows = Rows { first_row, failed: runs.failed };
+        let staged = self.stage_part(builder, rows, Some(description))?;
+        let part = staged.part.clone();
+        self.put_part_in_place(staged)?;
         self.timings.put(part);
         self.put_manifests_in_place(&self.manifest, &self.timings)
     }
@@ -158,22 +175,24 @@ impl Store {
     fn stage_part(
         &self,
         builder: TableBuilder,
-        (first_row, failed): (u64, u64),
+        rows: Rows,
         description: Option<String>,
-    ) -> Result<(Part, StagedFile), DatasetError> {
-        let file = part_file(builder.table(), first_row);
+    ) -> Result<StagedPart, DatasetError> {
+        let Rows { first_row, failed } = rows;
+        let table = builder.table();
+        let file = part_file(table, first_row);
         let target = self.folder.join(&file);
         let (bytes, records) = builder
             .encode(&self.manifest.study, description)
             .map_err(|source| DatasetError::Parquet { path: target.clone(), source })?;
         let blake3 = blake3::hash(&bytes).to_hex().to_string();
         let part = Part { file, first_row, records, failed, bytes: bytes.len() as u64, blake3 };
-        Ok((part, StagedFile::write(&self.folder.join(STAGING), &target, &bytes)?))
+        Ok(StagedPart { table, part, file: StagedFile::write(&self.folder.join(STAGING), &target, &bytes)? })
     }
 
-    fn put_part_in_place(&self, (table, file): (TableName, StagedFile)) -> Result<(), DatasetError> {
-        file.put_in_place()?;
-        sync_folder(&self.folder.join(table.folder()))
+    fn put_part_in_place(&self, staged: StagedPart) -> Result<(), DatasetError> {
+        staged.file.put_in_place()?;
+        sync_folder(&self.folder.join(staged.table.folder()))
     }
 
     fn put_manifests_in_place(&self, manifest: &Manifest, timings: &TimingsManifest) -> Result<(), DatasetError> {

@@ -69,7 +69,7 @@ pub fn write_signals(path: &Path, info: &DatasetInfo, signals: &[Signal]) -> Res
         description: signal.description.clone(),
         values: TableValues::Real(signal.values.clone()),
     };
-    write_table(path, info, ("signals", &signals.iter().map(column).collect::<Vec<_>>()))
+    write_table(path, info, "signals", &signals.iter().map(column).collect::<Vec<_>>())
 }
 
 /// Writes a table to `path`; units and descriptions are in the fields' metadata, the study in the file's key-values.
@@ -78,11 +78,7 @@ pub fn write_signals(path: &Path, info: &DatasetInfo, signals: &[Signal]) -> Res
 ///
 /// # Errors
 /// [`DatasetError::DuplicateColumn`] if two columns have one name, the Parquet library's or the system's.
-pub fn write_table(
-    path: &Path,
-    info: &DatasetInfo,
-    (table, columns): (&str, &[TableColumn]),
-) -> Result<(), DatasetError> {
+pub fn write_table(path: &Path, info: &DatasetInfo, table: &str, columns: &[TableColumn]) -> Result<(), DatasetError> {
     let descriptions: Vec<ColumnDescription> = columns.iter().map(|column| description(table, column)).collect();
     check_unique(&descriptions)?;
     let array = |column: &TableColumn| match &column.values {
@@ -112,5 +108,6 @@ fn description(table: &str, column: &TableColumn) -> ColumnDescription {
         group: ColumnGroup::Other,
         subject: None,
         quantity: column.name.clone(),
+        main: false,
     }
 }

@@ -47,6 +47,7 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
     faults.extend(strays(folder, manifest)?.iter().map(ToString::to_string));
     let (mut parts, mut bytes) = (0, 0);
     let columns = Columns::new(&manifest.study)?;
+    let kept = Kept { folder, manifest, columns: &columns };
     let mut journaled = BTreeSet::new();
     journal::visit(folder, &mut |row| _ = journaled.insert(row.row()))?;
     let rows_in_journal = journaled.iter().filter(|row| !manifest.has(**row)).count() as u64;
@@ -59,8 +60,7 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
                 continue;
             };
             (parts, bytes) = (parts + 1, bytes + part.bytes);
-            let checked =
-                check_part(folder, part).and_then(|()| check_contents(folder, (manifest, part), &columns, table));
+            let checked = check_part(folder, part).and_then(|()| kept.check(table, part));
             wrong.extend(checked.err().map(|error| error.to_string()));
         }
         let mut rows = manifest.rows_of(runs.first_row).into_iter().flat_map(|span| span.first..span.end);
@@ -81,38 +81,42 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
     Ok(Verification { study: known.manifest.study, rows, rows_done, rows_in_journal, parts, bytes, faults })
 }
 
-/// Holds a part to the study's metadata and to the rows that the manifest has of its block.
-fn check_contents(
-    folder: &Path,
-    (manifest, part): (&Manifest, &Part),
-    columns: &Columns,
-    table: TableName,
-) -> Result<(), DatasetError> {
-    let path = folder.join(&part.file);
-    let descriptions = columns.describe(table);
-    check_study(&path, &manifest.study, (table, &descriptions))?;
-    let mut rows = BTreeSet::new();
-    let (mut records, mut others) = (0, 0);
-    visit_rows(&path, &descriptions, &mut |cells| {
-        records += 1;
-        match cells.first() {
-            Some(Some(Value::Count(row))) => _ = rows.insert(*row),
-            _ => others += 1,
+/// What parts are held to.
+struct Kept<'a> {
+    folder: &'a Path,
+    manifest: &'a Manifest,
+    columns: &'a Columns,
+}
+
+impl Kept<'_> {
+    /// Holds a part to the study's metadata and to the rows that the manifest has of its block.
+    fn check(&self, table: TableName, part: &Part) -> Result<(), DatasetError> {
+        let path = self.folder.join(&part.file);
+        let descriptions = self.columns.describe(table);
+        check_study(&path, &self.manifest.study, table, &descriptions)?;
+        let mut rows = BTreeSet::new();
+        let (mut records, mut others) = (0, 0);
+        visit_rows(&path, &descriptions, &mut |cells| {
+            records += 1;
+            match cells.first() {
+                Some(Some(Value::Count(row))) => _ = rows.insert(*row),
+                _ => others += 1,
+            }
+        })?;
+        let wanted: BTreeSet<u64> =
+            self.manifest.rows_of(part.first_row).into_iter().flat_map(|RowSpan { first, end }| first..end).collect();
+        // A run without blows is in no row of theirs; the other tables have each row once.
+        let is_covered = match table {
+            TableName::Blows => rows.is_subset(&wanted),
+            TableName::Runs | TableName::Timings => rows == wanted && records == wanted.len() as u64,
+        };
+        if is_covered && others == 0 && records == part.records {
+            return Ok(());
         }
-    })?;
-    let wanted: BTreeSet<u64> =
-        manifest.rows_of(part.first_row).into_iter().flat_map(|RowSpan { first, end }| first..end).collect();
-    // A run without blows is in no row of theirs; the other tables have each row once.
-    let is_covered = match table {
-        TableName::Blows => rows.is_subset(&wanted),
-        TableName::Runs | TableName::Timings => rows == wanted && records == wanted.len() as u64,
-    };
-    if is_covered && others == 0 && records == part.records {
-        return Ok(());
+        Err(DatasetError::Damaged {
+            path,
+            found: format!("{records} records of {} rows", rows.len()),
+            expected: format!("{} records of the {} rows of its block", part.records, wanted.len()),
+        })
     }
-    Err(DatasetError::Damaged {
-        path,
-        found: format!("{records} records of {} rows", rows.len()),
-        expected: format!("{} records of the {} rows of its block", part.records, wanted.len()),
-    })
 }

@@ -130,7 +130,7 @@ impl DatasetWriter {
         let lock = Lock::take(folder)?;
         let recovered = match look(folder, existing)? {
             Found::Dataset(known) if existing == Existing::Resume => {
-                return Self::go_on((folder, lock), (info, manifest.range), *known, None);
+                return Self::go_on(folder, lock, *known, Asked { info, range: manifest.range, chosen: None });
             }
             found => {
                 let mut recovered = Recovered::nothing(manifest, TimingsManifest::default());
@@ -157,17 +157,13 @@ impl DatasetWriter {
         let lock = Lock::take(folder)?;
         // Another process may have written until the lock was taken.
         let Found::Dataset(known) = look(folder, Existing::Resume)? else { return Err(missing()) };
-        Self::go_on((folder, lock), (info, range), *known, Some(chosen))
+        Self::go_on(folder, lock, *known, Asked { info, range, chosen: Some(chosen) })
     }
 
     /// Goes on with a dataset: with the rows that are missing, or those chosen.
-    fn go_on(
-        (folder, lock): (&Path, Lock),
-        (info, range): (&DatasetInfo, RowSpan),
-        known: Known,
-        chosen: Option<&Chosen>,
-    ) -> Result<Self, DatasetError> {
-        let changed = refuse_change(folder, &known.manifest, (info, range), chosen)?;
+    fn go_on(folder: &Path, lock: Lock, known: Known, asked: Asked<'_>) -> Result<Self, DatasetError> {
+        let changed = refuse_change(folder, &known.manifest, asked)?;
+        let chosen = asked.chosen;
         // Title and comments of the first run stay, so that all parts have the same bytes.
         let columns = columns_of(&known.manifest.study)?;
         let mut recovered = recover(folder, &columns, known)?;
@@ -207,7 +203,7 @@ impl DatasetWriter {
         journal.sync()?;
         let range = manifest.range;
         let place = lock.place().clone();
-        let mut store = Store::open(place.clone(), Arc::clone(&columns), (manifest, timings))?;
+        let mut store = Store::open(place.clone(), Arc::clone(&columns), manifest, timings)?;
         untimed.into_iter().try_for_each(|first_row| store.put_null_timings(first_row))?;
         let recorder = RowRecorder { info, columns, journal, place };
         let mut writer = Self {
@@ -420,6 +416,17 @@ fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) ->
     }
 }
 
+/// What a dataset that is there is to go on with.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    /// The study.
+    info: &'a DatasetInfo,
+    /// Rows that the dataset is to hold.
+    range: RowSpan,
+    /// Rows to run again; `None`: those that are missing.
+    chosen: Option<&'a Chosen>,
+}
+
 /// What a folder holds.
 enum Found {
     /// Nothing, or what a dataset's creation leaves when it is interrupted.
@@ -455,8 +462,7 @@ fn look(folder: &Path, existing: Existing) -> Result<Found, DatasetError> {
 fn refuse_change(
     folder: &Path,
     manifest: &Manifest,
-    (info, range): (&DatasetInfo, RowSpan),
-    chosen: Option<&Chosen>,
+    Asked { info, range, chosen }: Asked<'_>,
 ) -> Result<Vec<String>, DatasetError> {
     let mut differences = differences(&manifest.study, info);
     let only_budgets = is_same_but_budgets(&manifest.study, info);

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::distribution::{normal_cdf, normal_quantile};
 use super::error::DesignError;
+use super::special::{normal_cdf, normal_quantile};
 
 /// A matrix of rank correlations (Spearman) that factors shall have.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +36,7 @@ impl Correlation {
             }
         }
         // Correlation of normal variables whose ranks correlate as wanted (Pearson 1907).
-        let normal = matrix.iter().map(|row| row.iter().map(|rho| 2.0 * (PI * rho / 6.0).sin()).collect()).collect();
+        let normal = matrix.iter().map(|row| row.iter().map(|rho| 2.0 * libm::sin(PI * rho / 6.0)).collect()).collect();
         match cholesky(normal) {
             Some(factor) => Ok(Self { asked: matrix.to_vec(), factor }),
             None => fault("the rank correlations contradict each other: the matrix is not positive definite".into()),

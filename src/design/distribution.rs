@@ -1,12 +1,11 @@
 //! Marginal distributions of factors: quantiles, distribution functions, ranges.
 
-use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
-use statrs::function::beta::beta_reg;
-use statrs::function::erf::{erfc, erfc_inv};
+use libm::{exp, log};
 
 use super::DesignError;
+use super::special::{beta_cdf, beta_quantile, normal_cdf, normal_quantile};
 
 /// Tail probability at which a distribution without ends is cut where a design needs a range (grids, axial points).
 const TAIL: f64 = 0.005;
@@ -102,16 +101,6 @@ pub enum Level {
     Integer(i64),
     /// Index of a category, from 0.
     Category(usize),
-}
-
-/// Standard normal distribution function.
-pub fn normal_cdf(z: f64) -> f64 {
-    0.5 * erfc(-z / SQRT_2)
-}
-
-/// Standard normal quantile for a probability in [0, 1]; infinite at its ends.
-pub fn normal_quantile(probability: f64) -> f64 {
-    -SQRT_2 * erfc_inv(2.0 * probability)
 }
 
 impl Distribution {
@@ -224,7 +213,7 @@ impl Distribution {
     pub fn share(&self, level: Level) -> f64 {
         match (self, level, self.range()) {
             (Self::LogUniform { low, high }, Level::Real(value), _) => {
-                ((value.ln() - low.ln()) / (high.ln() - low.ln())).clamp(0.0, 1.0)
+                ((log(value) - log(*low)) / (log(*high) - log(*low))).clamp(0.0, 1.0)
             }
             (_, Level::Real(value), Some((low, high))) if high > low => ((value - low) / (high - low)).clamp(0.0, 1.0),
             _ => self.cdf(level),
@@ -282,8 +271,8 @@ impl Distribution {
                 return (value.abs_diff(*low) as f64 + 0.5) / self.value_count().unwrap_or(1) as f64;
             }
             (Level::Integer(value), Self::LogInteger { low, high }) => {
-                let [low, high] = [*low as f64 - 0.5, *high as f64 + 0.5].map(f64::ln);
-                let [below, above] = [value as f64 - 0.5, value as f64 + 0.5].map(|end| end.max(0.5).ln());
+                let [low, high] = [*low as f64 - 0.5, *high as f64 + 0.5].map(log);
+                let [below, above] = [value as f64 - 0.5, value as f64 + 0.5].map(|end| log(end.max(0.5)));
                 return ((0.5 * (below + above) - low) / (high - low)).clamp(0.0, 1.0);
             }
             (Level::Integer(value), _) => value as f64,
@@ -291,7 +280,7 @@ impl Distribution {
         };
         let share = match *self {
             Self::Uniform { low, high } => (x - low) / (high - low),
-            Self::LogUniform { low, high } => (x.max(low) / low).ln() / (high / low).ln(),
+            Self::LogUniform { low, high } => log(x.max(low) / low) / log(high / low),
             Self::Normal { mean, std_dev } => normal_cdf((x - mean) / std_dev),
             Self::TruncatedNormal { mean, std_dev, low, high } => {
                 let [a, z, b] = [low, x.clamp(low, high), high].map(|end| (end - mean) / std_dev);
@@ -302,7 +291,7 @@ impl Distribution {
             Self::Triangular { low, mode, high } if x < high => {
                 1.0 - (high - x).powi(2) / ((high - low) * (high - mode))
             }
-            Self::Beta { alpha, beta, low, high } => beta_reg(alpha, beta, ((x - low) / (high - low)).clamp(0.0, 1.0)),
+            Self::Beta { alpha, beta, low, high } => beta_cdf(alpha, beta, ((x - low) / (high - low)).clamp(0.0, 1.0)),
             Self::Empirical { ref sorted } => position(sorted, x),
             _ => 1.0,
         };
@@ -347,25 +336,7 @@ pub(super) fn whole_geometric([low, high]: [i64; 2], step: u64, count: u64) -> i
 
 /// Point at `share` between two positive ends on a logarithmic scale.
 fn geometric(low: f64, high: f64, share: f64) -> f64 {
-    (low.ln() + share * (high.ln() - low.ln())).exp().clamp(low, high)
-}
-
-/// Quantile of the beta distribution in [0, 1], by bisection of the distribution function to the last digit.
-fn beta_quantile(alpha: f64, beta: f64, probability: f64) -> f64 {
-    if probability <= 0.0 || probability >= 1.0 {
-        return probability;
-    }
-    // Bisected over the words of positive floats, whose order is that of the numbers: as sharp near 0 as elsewhere.
-    let (mut low, mut high) = (0_u64, 1.0_f64.to_bits());
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        if beta_reg(alpha, beta, f64::from_bits(middle)) < probability {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    f64::from_bits(high)
+    exp(log(low) + share * (log(high) - log(low))).clamp(low, high)
 }
 
 /// Value at `share` in [0, 1] along ascending observations.

@@ -26,6 +26,7 @@ mod ranks;
 mod repair;
 mod selection;
 mod sobol;
+mod special;
 mod strata;
 mod table;
 
@@ -38,7 +39,7 @@ use selection::Selection;
 
 pub use constraint::{Constraints, Met};
 pub use coordinate::Coordinate;
-pub use distribution::{Distribution, Level, normal_cdf, normal_quantile};
+pub use distribution::{Distribution, Level};
 pub use error::{DesignError, MOST_ROWS};
 pub use factor::Factor;
 pub use kind::*;
@@ -49,6 +50,7 @@ pub use quality::{
     wrap_around_discrepancy,
 };
 pub use selection::Acceptance;
+pub use special::{normal_cdf, normal_quantile};
 pub use strata::{HypercubeKind, LatinHypercube, Placement};
 
 /// A checked design.

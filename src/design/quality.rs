@@ -59,7 +59,7 @@ fn distances(points: &[Vec<f64>]) -> (f64, f64) {
     }
     // Relative to the smallest distance, as the powers would overflow.
     let sum: f64 = pairs(points).map(|pair| (least / distance(pair).max(f64::MIN_POSITIVE)).powi(PHI_EXPONENT)).sum();
-    let phi = if least > 0.0 { sum.powf(1.0 / f64::from(PHI_EXPONENT)) / least } else { f64::INFINITY };
+    let phi = if least > 0.0 { libm::pow(sum, 1.0 / f64::from(PHI_EXPONENT)) / least } else { f64::INFINITY };
     (least, phi)
 }
 

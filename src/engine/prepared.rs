@@ -15,7 +15,7 @@ use crate::run::{DEFAULT_RETRIES, JobSource, RowJob, RowOutcome, RowSource, run_
 use crate::scene::Scene;
 use crate::structure::StructureError;
 use crate::study::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
-use crate::system::{CoupledModel, InterfaceModes};
+use crate::system::InterfaceModes;
 
 /// Distance in m within which two points are the same.
 const SAME_PLACE_M: f64 = 1e-6;
@@ -147,10 +147,8 @@ impl Engine {
             let least_interval_s = interval_s * bytes / MOST_SIGNAL_BYTES;
             return Err(EngineError::Signals { duration_s: scene.duration_s, bytes, least_interval_s });
         }
-        let study = self.study();
-        let names = (study.hammer_names(), study.casting_names());
-        let recorder = |model: &CoupledModel| SignalRecorder::new(model, (&names.0, &names.1), interval_s);
-        let (outcome, recorder) = RowJob::new(scene, modes, self.retries).run_observed(recorder);
+        let job = RowJob::new(scene.clone(), modes, self.retries);
+        let (outcome, recorder) = job.run_observed(|model| SignalRecorder::new(model, &scene, interval_s));
         Ok((outcome, recorder.map(SignalRecorder::into_signals)))
     }
 }

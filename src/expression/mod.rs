@@ -415,7 +415,7 @@ fn binary(symbol: &str, left: f64, right: f64) -> Result<Value, String> {
         "*" => left * right,
         "/" => left / right,
         "%" => left.rem_euclid(right),
-        _ => left.powf(right),
+        _ => libm::pow(left, right),
     };
     finite(result, || format!("{left} {symbol} {right}")).map(Value::Number)
 }
@@ -451,18 +451,18 @@ fn call(function: &str, arguments: &[Node], scope: &dyn Scope) -> Result<f64, St
     let result = match (function, values.as_slice()) {
         ("abs", [x]) => x.abs(),
         ("sqrt", [x]) => x.sqrt(),
-        ("exp", [x]) => x.exp(),
-        ("ln", [x]) => x.ln(),
-        ("log10", [x]) => x.log10(),
-        ("sin", [x]) => x.sin(),
-        ("cos", [x]) => x.cos(),
-        ("tan", [x]) => x.tan(),
+        ("exp", [x]) => libm::exp(*x),
+        ("ln", [x]) => libm::log(*x),
+        ("log10", [x]) => libm::log10(*x),
+        ("sin", [x]) => libm::sin(*x),
+        ("cos", [x]) => libm::cos(*x),
+        ("tan", [x]) => libm::tan(*x),
         ("floor", [x]) => x.floor(),
         ("ceil", [x]) => x.ceil(),
         ("round", [x]) => x.round(),
         ("min", [first, rest @ ..]) => rest.iter().copied().fold(*first, f64::min),
         ("max", [first, rest @ ..]) => rest.iter().copied().fold(*first, f64::max),
-        ("hypot", [x, y]) => x.hypot(*y),
+        ("hypot", [x, y]) => libm::hypot(*x, *y),
         _ => return Err(format!("`{function}` does not take {} arguments", values.len())),
     };
     finite(result, || format!("{function} of {values:?}"))

@@ -54,5 +54,10 @@ pub const TOPICS: [Topic; 10] = [
         about: "presets and what they promise, methods, how time grows",
         text: include_str!("accuracy.md"),
     },
+    Topic {
+        name: "processors",
+        about: "which bytes are the same where; what GPUs and nodes of many cores would need",
+        text: include_str!("processors.md"),
+    },
     Topic { name: "limits", about: "what decore does not do", text: include_str!("limits.md") },
 ];

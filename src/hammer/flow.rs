@@ -56,7 +56,7 @@ pub(super) struct Pressure<R> {
 
 /// `psi` of choked flow.
 fn choked(kappa: f64) -> f64 {
-    (2.0 / (kappa + 1.0)).powf((kappa + 1.0) / (2.0 * (kappa - 1.0)))
+    libm::pow(2.0 / (kappa + 1.0), (kappa + 1.0) / (2.0 * (kappa - 1.0)))
 }
 
 /// Choked mass flow in kg/s of a gas at `pressure_pa` through the effective area `area_m2`: no pressure behind takes more.
@@ -68,7 +68,7 @@ pub fn choked_flow(isentropic_exponent: f64, specific_energy_j_per_kg: f64, pres
 
 /// The subsonic branch as published.
 fn subsonic(kappa: f64, ratio: f64) -> f64 {
-    let root = ratio.powf(1.0 / kappa);
+    let root = libm::pow(ratio, 1.0 / kappa);
     (2.0 / (kappa - 1.0) * root * (root - ratio)).max(0.0).sqrt()
 }
 
@@ -76,7 +76,7 @@ impl FlowFunction<f64> {
     /// Prepares the flow function of a gas.
     pub fn new(gas: &Gas) -> Self {
         let kappa = gas.isentropic_exponent;
-        let critical = 1.0 - (2.0 / (kappa + 1.0)).powf(kappa / (kappa - 1.0));
+        let critical = 1.0 - libm::pow(2.0 / (kappa + 1.0), kappa / (kappa - 1.0));
         let linear = 1.0 - LINEAR_ABOVE;
         let (centre, half_width) = (0.5 * (critical + linear), 0.5 * (critical - linear));
         let coefficients = fit(|s| {
@@ -146,14 +146,14 @@ fn even_odd_polynomial<R: Number>(coefficients: &[R; TERMS], s: R) -> R {
 fn fit(f: impl Fn(f64) -> f64) -> [f64; TERMS] {
     let n = TERMS as f64;
     let angle = |j: usize| std::f64::consts::PI * (j as f64 + 0.5) / n;
-    let values: Vec<f64> = (0..TERMS).map(|j| f(angle(j).cos())).collect();
+    let values: Vec<f64> = (0..TERMS).map(|j| f(libm::cos(angle(j)))).collect();
     let mut power = [0.0; TERMS];
     // Chebyshev polynomials in powers, by their recurrence.
     let mut previous = [0.0; TERMS];
     let mut current = [0.0; TERMS];
     current[0] = 1.0;
     for k in 0..TERMS {
-        let sum: f64 = (0..TERMS).map(|j| values[j] * (k as f64 * angle(j)).cos()).sum();
+        let sum: f64 = (0..TERMS).map(|j| values[j] * libm::cos(k as f64 * angle(j))).sum();
         let weight = sum * if k == 0 { 1.0 / n } else { 2.0 / n };
         for i in 0..TERMS {
             power[i] += weight * current[i];

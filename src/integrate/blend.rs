@@ -1,6 +1,6 @@
 //! What the driver does with all lanes at once.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use crate::integrate::locate::Ends;
 use crate::integrate::system::GuardSample;
@@ -8,17 +8,17 @@ use crate::number::Number;
 
 /// Takes the lanes of a mask over from `from` into `into`.
 pub(super) fn blend<R: Number>(mask: R::Mask, from: &[R], into: &mut [R]) {
-    Arch::new().dispatch(Blend { mask, from, into });
+    R::dispatch(Blend { mask, from, into });
 }
 
 /// The same of samples of guards.
 pub(super) fn blend_samples<R: Number>(mask: R::Mask, from: &[GuardSample<R>], into: &mut [GuardSample<R>]) {
-    Arch::new().dispatch(BlendSamples { mask, from, into });
+    R::dispatch(BlendSamples { mask, from, into });
 }
 
 /// Lanes in which a guard may be positive somewhere within the step: the others need no search.
 pub(super) fn suspects<R: Number>(ends: &Ends<'_, R>) -> R::Mask {
-    Arch::new().dispatch(Suspects { ends })
+    R::dispatch(Suspects { ends })
 }
 
 struct Blend<'b, R: Number> {

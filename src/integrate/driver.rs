@@ -310,10 +310,11 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
     /// Ends the good steps, each at its first event, shows them to the observers and moves the states.
     fn end_steps<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O]) {
         let n = self.y.len();
-        let (t1, good) = (self.gathered(|lane| lane.t + lane.plan.h), self.mask(Lane::is_good));
+        let (t1, h) = (self.gathered(|lane| lane.t + lane.plan.h), self.gathered(|lane| lane.plan.h));
+        let good = self.mask(Lane::is_good);
         let last = P::DENSE.last() * n..(P::DENSE.last() + 1) * n;
         system.sample_guards(t1, &self.y_new, &self.rates[last.clone()], &mut self.samples_new);
-        let ends = Ends { start: &self.samples, end: &self.samples_new };
+        let ends = Ends { h, start: &self.samples, end: &self.samples_new };
         let suspects = suspects(&ends);
         for (at, lane) in self.lanes.iter_mut().enumerate().filter(|(at, _)| good.lane(*at)) {
             let of = Ingredients { ends: [&self.y, &self.y_new], rates: &self.rates, dense: P::DENSE };

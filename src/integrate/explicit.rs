@@ -1,6 +1,6 @@
 //! The explicit pair as a stepper: stages, error norm, step size control.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use crate::integrate::step::Dense;
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
@@ -50,7 +50,7 @@ struct Control {
 impl<R: Number> Tsit5<R> {
     /// Computes the stages and the end of a step.
     fn stages<S: InLanes<R>>(&mut self, system: &mut S, trial: &mut Trial<'_, R>) {
-        let times = Arch::new().dispatch(Times { t: trial.t, h: trial.h });
+        let times = R::dispatch(Times { t: trial.t, h: trial.h });
         self.stage::<S, 1>(system, trial, times[1]);
         self.stage::<S, 2>(system, trial, times[2]);
         self.stage::<S, 3>(system, trial, times[3]);
@@ -60,7 +60,7 @@ impl<R: Number> Tsit5<R> {
         let n = trial.y.len();
         let (done, rate) = trial.rates.split_at_mut(END * n);
         let out = &mut *trial.y_new;
-        Arch::new().dispatch(Combination::<R, END> { weights: &A[END], h: trial.h, y: trial.y, rates: done, out });
+        R::dispatch(Combination::<R, END> { weights: &A[END], h: trial.h, y: trial.y, rates: done, out });
         system.rhs(times[END], out, rate);
         *trial.rhs_evaluations += END as u64;
     }
@@ -71,7 +71,7 @@ impl<R: Number> Tsit5<R> {
         let (done, rest) = trial.rates.split_at_mut(K * n);
         // Quadratures feed no right-hand side: their stage values are not needed.
         let out = &mut self.stage[..self.inverse_scales.len()];
-        Arch::new().dispatch(Combination::<R, K> { weights: &A[K], h: trial.h, y: trial.y, rates: done, out });
+        R::dispatch(Combination::<R, K> { weights: &A[K], h: trial.h, y: trial.y, rates: done, out });
         system.rhs(t, &self.stage, &mut rest[..n]);
     }
 }
@@ -157,7 +157,7 @@ impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
         let norm = ErrorNorm { inverse_scales, h: trial.h, rates: trial.rates, n: trial.y.len() };
         let judgement = Judgement { norm, tolerance: self.tolerance, last_error_log: self.last_error_log };
         let error;
-        (error, self.error_log, self.change) = Arch::new().dispatch(judgement);
+        (error, self.error_log, self.change) = R::dispatch(judgement);
         Ok(error)
     }
 
@@ -315,8 +315,7 @@ mod tests {
         const CONTROLLED: usize = 2 * BLOCK + 2;
         let n = CONTROLLED + 1;
         let inverse_scales: Vec<f64> = (1..=CONTROLLED).map(|i| 1.0 / i as f64).collect();
-        let norm =
-            |rates: &[f64]| Arch::new().dispatch(ErrorNorm { inverse_scales: &inverse_scales, h: 0.1, rates, n });
+        let norm = |rates: &[f64]| f64::dispatch(ErrorNorm { inverse_scales: &inverse_scales, h: 0.1, rates, n });
         let mut rates = vec![0.0; STAGES * n];
         let last = (STAGES - 1) * n;
         rates[last..].fill(6.6);

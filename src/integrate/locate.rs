@@ -30,6 +30,8 @@ struct Watch {
 
 /// Guards at both ends of a step in each lane.
 pub(super) struct Ends<'a, R> {
+    /// Length of the step, s.
+    pub h: R,
     /// At the start.
     pub start: &'a [GuardSample<R>],
     /// At the end.
@@ -40,11 +42,14 @@ impl<R: Number> Ends<'_, R> {
     /// Lanes in which a guard may be positive somewhere within the step: the others need no search.
     #[inline(always)]
     pub fn suspects(&self) -> R::Mask {
-        let none = R::splat(0.0);
+        let (none, third) = (R::splat(0.0), self.h * R::splat(1.0 / 3.0));
         let mut suspects = R::Mask::splat(false);
         for (start, end) in self.start.iter().zip(self.end) {
             let hump = start.smooth_rate.greater(none).and(end.smooth_rate.less(none));
-            suspects = suspects.or(end.value.greater(none)).or(hump);
+            // A cubic stays below the largest of its four control points; both ends are negative.
+            let rises = (start.smooth + third * start.smooth_rate).greater(none);
+            let falls = (end.smooth - third * end.smooth_rate).greater(none);
+            suspects = suspects.or(end.value.greater(none)).or(hump.and(rises.or(falls)));
         }
         suspects
     }

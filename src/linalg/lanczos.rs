@@ -38,8 +38,16 @@ pub struct PencilModes {
     pub basis: usize,
 }
 
-/// The `count` eigenpairs below `limit`, where `count` is that of [`SymmetricPencil::count_below`] at the same limit and
-/// `factor` that of `K + shift M`.
+/// Eigenvalues that were counted before they are looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Below {
+    /// What they are below.
+    pub limit: f64,
+    /// How many there are, by [`SymmetricPencil::count_below`] at the same limit.
+    pub count: usize,
+}
+
+/// The eigenpairs below a limit; `factor` is that of `K + shift M`.
 ///
 /// # Errors
 /// More or fewer eigenvalues than `count` below the limit (a wrong count, or an indefinite M), not enough memory.
@@ -47,7 +55,7 @@ pub fn modes_below(
     pencil: &SymmetricPencil,
     factor: &PencilFactor,
     shift: f64,
-    (limit, count): (f64, usize),
+    Below { limit, count }: Below,
 ) -> Result<PencilModes, LinalgError> {
     let order = pencil.order();
     if count == 0 {

@@ -5,6 +5,7 @@
 //! running rows side by side.
 
 mod dense;
+mod draws;
 mod lanczos;
 mod ordering;
 mod panel;
@@ -14,7 +15,7 @@ pub use dense::{
     SymmetricEigen, cholesky, cholesky_inverse, multiply, multiply_transposed, solve_lower, solve_lower_transposed,
     symmetric_eigen, symmetric_eigenvalues,
 };
-pub use lanczos::{PencilModes, lowest_eigenvalue, modes_below};
+pub use lanczos::{Below, PencilModes, lowest_eigenvalue, modes_below};
 pub use pencil::{PencilFactor, SymmetricPencil};
 
 use thiserror::Error;

@@ -2,16 +2,35 @@
 //! tree.
 
 use std::collections::HashMap;
+use std::ffi::{c_int, c_uint};
 use std::ptr::null_mut;
 use std::sync::{Mutex, PoisonError};
 
 use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_SetDefaultOptions, idx_t, rstatus_et_METIS_OK};
 
 use super::LinalgError;
+use super::draws::Generator;
 
-/// METIS draws from the C library's generator, which all threads share: one call at a time makes the order a function of the
-/// matrix alone.
+/// METIS draws from a generator that all threads share (see `draws`): one call at a time makes the order a function of the matrix
+/// alone.
 static METIS: Mutex<()> = Mutex::new(());
+
+/// What METIS draws from.
+static GENERATOR: Mutex<Generator> = Mutex::new(Generator::UNSEEDED);
+
+/// Seeds [`rand`]: METIS does before it draws.
+// SAFETY: name and types are those of the C library's own, which it stands for.
+#[unsafe(no_mangle)]
+extern "C" fn srand(seed: c_uint) {
+    *GENERATOR.lock().unwrap_or_else(PoisonError::into_inner) = Generator::seeded(seed);
+}
+
+/// A draw.
+// SAFETY: as above.
+#[unsafe(no_mangle)]
+extern "C" fn rand() -> c_int {
+    GENERATOR.lock().unwrap_or_else(PoisonError::into_inner).draw() as c_int
+}
 
 /// Where the non-zeros of a symmetric matrix are: both triangles, the diagonal may be left out.
 ///
@@ -106,7 +125,7 @@ fn group(pattern: &SymmetricPattern) -> (Vec<u32>, Vec<Vec<u32>>) {
     let groups = (0..pattern.order()).map(|row| {
         // Two different neighbourhoods with the same sum would only make the order worse, not the result wrong.
         let others = pattern.row(row).iter().map(|&column| column as usize).filter(|&column| column != row);
-        let hash = others.fold(mix(row), |sum, column| sum.wrapping_add(mix(column)));
+        let hash = others.fold(mix(row as u64), |sum, column| sum.wrapping_add(mix(column as u64)));
         let group = *known.entry(hash).or_insert(members.len() as u32);
         if group as usize == members.len() {
             members.push(Vec::new());
@@ -117,9 +136,9 @@ fn group(pattern: &SymmetricPattern) -> (Vec<u32>, Vec<Vec<u32>>) {
     (groups.collect(), members)
 }
 
-/// The finaliser of SplitMix64: spreads a row number over 64 bits.
-fn mix(row: usize) -> u64 {
-    let mut z = (row as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+/// The finaliser of SplitMix64: spreads a number over 64 bits.
+fn mix(number: u64) -> u64 {
+    let mut z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)

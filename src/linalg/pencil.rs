@@ -443,7 +443,7 @@ fn symbolic(lower: &CsStructure) -> Result<SymbolicSupernodalCholesky<usize>, Li
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::{LinalgError, modes_below};
+    use crate::linalg::{Below, LinalgError, modes_below};
     use sprs::TriMat;
 
     /// Chain of n unit masses and unit springs, held at its ends or free.
@@ -498,7 +498,7 @@ mod tests {
         assert!((&x - &exact).amax() < 1e-12, "{}", (&x - &exact).amax());
         let limit = 2.2;
         let count = pencil.count_below(limit).expect("no eigenvalue there");
-        let modes = modes_below(&pencil, &factor, 0.0, (limit, count)).expect("converges");
+        let modes = modes_below(&pencil, &factor, 0.0, Below { limit, count }).expect("converges");
         assert!((modes.vectors.transpose() * &modes.vectors - DMatrix::identity(count, count)).amax() < 1e-10);
         let image = pencil.stiffness_times(&modes.vectors).expect("sizes");
         let expected = &modes.vectors * DMatrix::from_diagonal(&modes.values.into());
@@ -514,14 +514,14 @@ mod tests {
         for count in [1, 2, 7, 40, 399] {
             let limit = 0.5 * (exact(n, count) + exact(n, count + 1));
             assert_eq!(pencil.count_below(limit), Ok(count));
-            let modes = modes_below(&pencil, &factor, 0.0, (limit, count)).expect("converges");
+            let modes = modes_below(&pencil, &factor, 0.0, Below { limit, count }).expect("converges");
             for (j, value) in (1..).zip(&modes.values) {
                 assert!((value / exact(n, j) - 1.0).abs() < 1e-10, "{count}, {j}: {value}");
             }
             let gram = modes.vectors.transpose() * &modes.vectors;
             assert!((gram - DMatrix::identity(count, count)).amax() < 1e-10);
         }
-        let error = modes_below(&pencil, &factor, 0.0, (exact(n, 9) * 0.99, 11)).err();
+        let error = modes_below(&pencil, &factor, 0.0, Below { limit: exact(n, 9) * 0.99, count: 11 }).err();
         assert_eq!(error, Some(LinalgError::Incomplete { found: 8, counted: 11 }));
     }
 
@@ -540,7 +540,7 @@ mod tests {
         let factor = pencil.cholesky(0.0).expect("positive definite");
         let limit = 0.5 * (exact(n, 2) + exact(n, 3));
         assert_eq!(pencil.count_below(limit), Ok(60));
-        let modes = modes_below(&pencil, &factor, 0.0, (limit, 60)).expect("converges");
+        let modes = modes_below(&pencil, &factor, 0.0, Below { limit, count: 60 }).expect("converges");
         assert!(modes.values[..30].iter().all(|value| (value / exact(n, 1) - 1.0).abs() < 1e-10));
         assert!(modes.values[30..].iter().all(|value| (value / exact(n, 2) - 1.0).abs() < 1e-10));
     }

@@ -47,16 +47,27 @@ impl Audit {
 
     /// Follows a step.
     pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
+        self.follow(system, step, (step.t1(), scratch));
+    }
+
+    /// Follows a step up to `time_s`.
+    pub fn follow(&mut self, system: &Coupled, step: &Step<'_>, (time_s, scratch): (f64, &mut [f64])) {
         let Some(interval_s) = self.interval_s else { return };
         loop {
             let t = (self.next as f64 + 0.5) * interval_s;
-            if t > step.t1() {
+            if t > time_s {
                 return;
             }
             step.components(&self.support, step.fraction(t), scratch);
             self.dissipated_j += interval_s * system.condensed_dissipation_w(t, scratch);
             self.next += 1;
         }
+    }
+
+    /// Energy dissipated up to a state that has been followed to, J; between two nodes at the power of that state.
+    pub fn dissipated_energy(&self, system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
+        let since_node_s = self.interval_s.map_or(0.0, |interval_s| t - self.next as f64 * interval_s);
+        system.dissipated_energy(y) + self.dissipated_j + since_node_s * system.condensed_dissipation_w(t, y)
     }
 
     /// `(work put in - stored - dissipated) / (work put in)`, stored energy relative to rest.

@@ -5,6 +5,7 @@
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
 //! - [`SignalRecorder`]: time signals
+//! - [`Spectrum`]: amplitudes of a signal's frequencies
 
 mod audit;
 mod blow;
@@ -16,10 +17,12 @@ mod percussion;
 mod recorder;
 mod scatter;
 mod signals;
+mod spectrum;
 mod statistics;
 
 pub use blow::{Blow, BlowKind};
 pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 pub use percussion::Percussion;
 pub use recorder::Recorder;
-pub use signals::{HammerSignals, Signal, SignalRecorder};
+pub use signals::{CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Signal, SignalOf, SignalRecorder};
+pub use spectrum::{Spectrum, SpectrumError};

@@ -116,25 +116,36 @@ fn drifts(blows: &[&Recorded], agreement: f64) -> bool {
     let longest = strokes(blows).max_by_key(|stroke| stroke.len()).unwrap_or_default();
     let energies: Vec<f64> = longest.iter().map(|recorded| recorded.blow.energy_j).collect();
     [energies, intervals(longest)].iter().any(|values| {
-        let (rise, error, mean) = line(values);
+        let Line { rise, error, mean } = Line::through(values);
         rise.abs() > agreement * mean.abs() && rise.abs() > SIGNIFICANT * error
     })
 }
 
-/// Rise of the line of least squares over a series, its standard error, and the series' mean; no rise for fewer than three
-/// values.
-fn line(values: &[f64]) -> (f64, f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    if values.len() < 3 {
-        return (0.0, 0.0, mean);
+/// The line of least squares over a series.
+struct Line {
+    /// From the first value to the last.
+    rise: f64,
+    /// Standard error of the rise.
+    error: f64,
+    /// Mean of the series.
+    mean: f64,
+}
+
+impl Line {
+    /// No rise for fewer than three values.
+    fn through(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        if values.len() < 3 {
+            return Self { rise: 0.0, error: 0.0, mean };
+        }
+        let middle = 0.5 * (n - 1.0);
+        let at = || values.iter().enumerate().map(|(i, value)| (i as f64 - middle, value - mean));
+        let spread: f64 = at().map(|(x, _)| x * x).sum();
+        let slope = at().map(|(x, y)| x * y).sum::<f64>() / spread;
+        let rest: f64 = at().map(|(x, y)| (y - slope * x).powi(2)).sum();
+        Self { rise: (n - 1.0) * slope, error: (n - 1.0) * (rest / (n - 2.0) / spread).sqrt(), mean }
     }
-    let middle = 0.5 * (n - 1.0);
-    let at = || values.iter().enumerate().map(|(i, value)| (i as f64 - middle, value - mean));
-    let spread: f64 = at().map(|(x, _)| x * x).sum();
-    let slope = at().map(|(x, y)| x * y).sum::<f64>() / spread;
-    let rest: f64 = at().map(|(x, y)| (y - slope * x).powi(2)).sum();
-    ((n - 1.0) * slope, (n - 1.0) * (rest / (n - 2.0) / spread).sqrt(), mean)
 }
 
 /// The blows of each stroke.

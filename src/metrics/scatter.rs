@@ -1,6 +1,7 @@
 //! How far the main outputs of a run move under inputs that are the same for every purpose.
 
 use super::outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
+use super::percussion::Percussion;
 use crate::quantity::{Kind, Quantity, Value};
 
 impl RunMetrics {
@@ -8,43 +9,47 @@ impl RunMetrics {
     /// percussion, which becomes the one that the row and its twins show most often. A kind has edges (blows that repeat to 1 % are
     /// periodic), and a single run next to one falls on either side by chance.
     pub fn take_twins(&mut self, twins: &[Self]) {
-        self.scatter = Some(Scatter::new(self, twins));
-        for (h, hammer) in self.hammers.iter_mut().enumerate() {
-            let mut shown = vec![(hammer.percussion, hammer.percussion_period)];
-            shown.extend(twins.iter().filter_map(|m| m.hammers.get(h)).map(|m| (m.percussion, m.percussion_period)));
-            if let Some(kind) = most_frequent(shown.iter().map(|(kind, _)| *kind)) {
-                let period = most_frequent(shown.iter().filter(|(own, _)| *own == kind).map(|(_, period)| *period));
-                (hammer.percussion, hammer.percussion_period) = (kind, period.flatten());
+        let runs: Vec<&Self> = std::iter::once(&*self).chain(twins).collect();
+        let hammer = |h: usize| {
+            let shown: Vec<&HammerMetrics> = runs.iter().filter_map(|run| run.hammers.get(h)).collect();
+            (scatter(HammerMetrics::QUANTITIES, &shown), Usual::of(&shown))
+        };
+        let casting = |c: usize| {
+            let shown: Vec<&CastingMetrics> = runs.iter().filter_map(|run| run.castings.get(c)).collect();
+            scatter(CastingMetrics::QUANTITIES, &shown)
+        };
+        let (hammers, usual): (Vec<ScatterOf>, Vec<Option<Usual>>) = (0..self.hammers.len()).map(hammer).unzip();
+        let castings = (0..self.castings.len()).map(casting).collect();
+        let totals: Vec<&RunTotals> = runs.iter().map(|run| &run.totals).collect();
+        let totals = scatter(RunTotals::QUANTITIES, &totals);
+        self.scatter = Some(Scatter { twins_done: twins.len() as u64, hammers, castings, totals });
+        for (hammer, usual) in self.hammers.iter_mut().zip(usual) {
+            if let Some(Usual { percussion, period }) = usual {
+                (hammer.percussion, hammer.percussion_period) = (percussion, period);
             }
         }
     }
 }
 
-impl Scatter {
-    /// The scatter of `run` and its `twins`, all of the same scene.
-    fn new(run: &RunMetrics, twins: &[RunMetrics]) -> Self {
-        let all = || std::iter::once(run).chain(twins);
-        let hammer = |h: usize| over(HammerMetrics::QUANTITIES, &|m: &RunMetrics| m.hammers.get(h).cloned(), all());
-        let casting = |c: usize| over(CastingMetrics::QUANTITIES, &|m: &RunMetrics| m.castings.get(c).cloned(), all());
-        Self {
-            twins_done: twins.len() as u64,
-            hammers: (0..run.hammers.len()).map(hammer).collect(),
-            castings: (0..run.castings.len()).map(casting).collect(),
-            totals: over(RunTotals::QUANTITIES, &|m: &RunMetrics| Some(m.totals.clone()), all()),
-        }
+/// The percussion that most runs of a hammer show, with that kind's usual period.
+struct Usual {
+    percussion: Percussion,
+    period: Option<u64>,
+}
+
+impl Usual {
+    fn of(shown: &[&HammerMetrics]) -> Option<Self> {
+        let percussion = most_frequent(shown.iter().map(|hammer| hammer.percussion))?;
+        let same = shown.iter().filter(|hammer| hammer.percussion == percussion);
+        Some(Self { percussion, period: most_frequent(same.map(|hammer| hammer.percussion_period)).flatten() })
     }
 }
 
-/// Scatter of each main quantity over the runs: half the range of a number, of a text the share of the runs that differ from
-/// the most frequent one. Nothing with fewer than two runs.
-fn over<'r, T>(
-    quantities: &[Quantity<T>],
-    part: &dyn Fn(&RunMetrics) -> Option<T>,
-    runs: impl Iterator<Item = &'r RunMetrics>,
-) -> ScatterOf {
-    let parts: Vec<Option<T>> = runs.map(part).collect();
+/// Scatter of each main quantity over the same part of the runs: half the range of a number, of a text the share of the runs
+/// that differ from the most frequent one. Nothing with fewer than two runs.
+fn scatter<T>(quantities: &[Quantity<T>], parts: &[&T]) -> ScatterOf {
     let values = |quantity: &Quantity<T>| -> Option<Vec<Value<&str>>> {
-        let values: Option<Vec<Value<&str>>> = parts.iter().map(|part| (quantity.value)(part.as_ref()?)).collect();
+        let values: Option<Vec<Value<&str>>> = parts.iter().map(|part| (quantity.value)(part)).collect();
         values.filter(|values| values.len() > 1)
     };
     let scatter = |quantity: &Quantity<T>| match quantity.kind {
@@ -80,7 +85,6 @@ fn most_frequent<T: PartialEq>(values: impl Iterator<Item = T> + Clone) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::Percussion;
 
     fn run(energy: Option<f64>, work: f64) -> RunMetrics {
         RunMetrics {
@@ -92,19 +96,24 @@ mod tests {
         }
     }
 
+    fn scatter_of(mut run: RunMetrics, twins: &[RunMetrics]) -> Scatter {
+        run.take_twins(twins);
+        run.scatter.expect("taken in")
+    }
+
     /// Half the range, the run itself included; nothing where one of the runs lacks the output, or without twins.
     #[test]
     fn analytic_half_range() {
-        let scatter = Scatter::new(&run(Some(12.0), 100.0), &[run(Some(12.5), 90.0), run(Some(11.9), 94.0)]);
+        let scatter = scatter_of(run(Some(12.0), 100.0), &[run(Some(12.5), 90.0), run(Some(11.9), 94.0)]);
         assert_eq!(scatter.twins_done, 2);
         assert!((scatter.hammers[0]["periodic_energy_mean_j"].unwrap() - 0.3).abs() < 1e-12);
         assert_eq!(scatter.totals["delivered_work_j"], Some(5.0));
         assert_eq!(scatter.castings[0]["peak_velocity_m_s"], Some(0.0));
         assert_eq!(scatter.hammers[0]["hit_frequency_hz"], None);
         assert!(!scatter.hammers[0].contains_key("contact_count"));
-        let lacking = Scatter::new(&run(Some(12.0), 100.0), &[run(None, 100.0)]);
+        let lacking = scatter_of(run(Some(12.0), 100.0), &[run(None, 100.0)]);
         assert_eq!(lacking.hammers[0]["periodic_energy_mean_j"], None);
-        assert_eq!(Scatter::new(&run(Some(12.0), 1.0), &[]).totals["delivered_work_j"], None);
+        assert_eq!(scatter_of(run(Some(12.0), 1.0), &[]).totals["delivered_work_j"], None);
     }
 
     /// The kind of percussion is the one that most show, the row's own among equals, with that kind's usual period; its scatter

@@ -1,16 +1,38 @@
 //! Time signals of a run on a uniform grid, read off the dense output.
 
+use serde::Serialize;
+
+use super::audit::Audit;
 use crate::hammer::body;
 use crate::integrate::{Observer, Step};
 use crate::quantity::{Quantity, quantities};
 use crate::scene::Scene;
-use crate::system::{Coupled, CoupledModel, HammerQuadrature};
+use crate::system::{ContactKind, Coupled, CoupledModel, HammerQuadrature};
+use crate::workpiece::Casting;
+
+/// What a signal is of; hammers, castings and a casting's fixtures by their places in the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SignalOf {
+    /// The run.
+    Run,
+    /// A hammer.
+    Hammer(usize),
+    /// A casting.
+    Casting(usize),
+    /// A fixture: its casting, its place among that casting's.
+    Fixture(usize, usize),
+}
 
 /// One signal: name, unit, description, values on the grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
     /// Column name, with the unit as its suffix.
     pub name: String,
+    /// What it is of.
+    pub of: SignalOf,
+    /// The quantity, by the name that it has for all that it can be of.
+    pub quantity: &'static str,
     /// SI unit.
     pub unit: &'static str,
     /// What it is.
@@ -66,6 +88,26 @@ quantities! {
         pub delivered_impulse_n_s: f64 => "N s",
         /// force of the piston on the chisel
         pub percussion_force_n: f64 => "N",
+        /// spool velocity
+        pub spool_velocity_m_s: f64 => "m/s",
+        /// displacement of the structure at the mount, from its static equilibrium
+        pub arm_displacement_m: f64 => "m",
+        /// force of the telescope on its guide beyond that at rest: what the mount carries but for the guide's own inertia
+        pub mount_force_n: f64 => "N",
+        /// force between the telescope and its top stop
+        pub top_stop_force_n: f64 => "N",
+        /// force between the telescope and the end of its stroke
+        pub end_stop_force_n: f64 => "N",
+        /// force between the piston and the cylinder's rear wall
+        pub rear_wall_force_n: f64 => "N",
+        /// force between the chisel and the cylinder's nose
+        pub nose_force_n: f64 => "N",
+        /// force between the chisel and its retainer
+        pub retainer_force_n: f64 => "N",
+        /// force between the spool and its rear stop
+        pub spool_rear_force_n: f64 => "N",
+        /// force between the spool and its front stop
+        pub spool_front_force_n: f64 => "N",
     }
 }
 
@@ -77,6 +119,38 @@ quantities! {
         pub heave_m: f64 => "m",
         /// heave velocity
         pub heave_velocity_m_s: f64 => "m/s",
+        /// rotation about x; 0 for a casting that does not need it
+        pub rotation_x_rad: f64 => "rad",
+        /// rotation about y; 0 for a casting that does not need it
+        pub rotation_y_rad: f64 => "rad",
+    }
+}
+
+quantities! {
+    /// Signals of a fixture at one instant.
+    #[derive(Debug)]
+    pub struct FixtureSignals {
+        /// force of the casting on the structure
+        pub force_n: f64 => "N",
+        /// displacement of the structure at the fixture, from its static equilibrium
+        pub point_displacement_m: f64 => "m",
+        /// velocity of the structure at the fixture
+        pub point_velocity_m_s: f64 => "m/s",
+    }
+}
+
+quantities! {
+    /// The energy balance at one instant: work put in is what is stored and what is dissipated.
+    #[derive(Debug)]
+    pub struct EnergySignals {
+        /// work put in by gas and gravity so far
+        pub work_put_in_j: f64 => "J",
+        /// energy stored, relative to rest
+        pub stored_energy_j: f64 => "J",
+        /// energy dissipated so far
+        pub dissipated_energy_j: f64 => "J",
+        /// work put in less what is stored and dissipated: what the balance leaves
+        pub energy_unaccounted_j: f64 => "J",
     }
 }
 
@@ -84,12 +158,16 @@ impl HammerSignals {
     fn at(system: &Coupled, hammer: usize, (t, y): (f64, &[f64])) -> Self {
         let (model, layout) = (system.model(), system.model().layout());
         let slot = &model.hammers()[hammer];
-        let position = system.hammer_state(hammer, t, y).position;
+        let state = system.hammer_state(hammer, t, y);
+        let position = state.position;
         let velocity = |body: usize| y[layout.velocity(slot.points[body])];
         let pressures = &y[layout.pressures(hammer)];
         let integral = |quadrature| y[layout.quadrature(hammer, quadrature)];
+        let stop = |kind| stop_force(system, (hammer, kind), (t, y));
+        let (top_stop_force_n, end_stop_force_n) = (stop(ContactKind::TopStop), stop(ContactKind::EndStop));
         // Of the chisel against the casting.
         let closing_m_s = system.relative_motion(model.elements().contact_row(slot.strike), t, y).1;
+        let (arm_displacement_m, arm_velocity_m_s) = system.interface_motion(slot.mount, t, y);
         Self {
             extension_m: position[body::CYLINDER] - position[body::GUIDE],
             piston_m: position[body::PISTON] - position[body::CYLINDER],
@@ -102,20 +180,64 @@ impl HammerSignals {
             pressure_annulus_pa: pressures[1],
             pressure_rear_pa: pressures[2],
             pressure_front_pa: pressures[3],
-            arm_velocity_m_s: system.interface_motion(slot.mount, t, y).1,
+            arm_velocity_m_s,
             casting_force_n: system.contact_force(slot.strike, t, y),
             casting_velocity_m_s: velocity(body::CHISEL) - closing_m_s,
             delivered_work_j: integral(HammerQuadrature::Work),
             delivered_impulse_n_s: integral(HammerQuadrature::Impulse),
             percussion_force_n: system.contact_force(slot.percussion, t, y),
+            spool_velocity_m_s: velocity(body::SPOOL),
+            arm_displacement_m,
+            // Supply and gate, which the state leaves out, do not act on the guide.
+            mount_force_n: slot.model.evaluate(&state).force[body::GUIDE] - top_stop_force_n + end_stop_force_n,
+            top_stop_force_n,
+            end_stop_force_n,
+            rear_wall_force_n: stop(ContactKind::RearWall),
+            nose_force_n: stop(ContactKind::Nose),
+            retainer_force_n: stop(ContactKind::Retainer),
+            spool_rear_force_n: stop(ContactKind::SpoolRear),
+            spool_front_force_n: stop(ContactKind::SpoolFront),
         }
     }
 }
 
+/// Force of a contact of a hammer in N.
+fn stop_force(system: &Coupled, (hammer, kind): (usize, ContactKind), (t, y): (f64, &[f64])) -> f64 {
+    let mut contacts = system.model().elements().contacts().iter();
+    let place = contacts.position(|contact| contact.hammer == hammer && contact.kind == kind);
+    place.map_or(0.0, |contact| system.contact_force(contact, t, y))
+}
+
 impl CastingSignals {
-    fn at(model: &CoupledModel, casting: usize, y: &[f64]) -> Self {
+    /// `rotates`: whether it needs its rotations about x and y.
+    fn at(model: &CoupledModel, (casting, rotates): (usize, [bool; 2]), y: &[f64]) -> Self {
         let heave = model.castings()[casting].heave;
-        Self { heave_m: y[model.layout().position(heave)], heave_velocity_m_s: y[model.layout().velocity(heave)] }
+        let position = |is_there: bool, body| if is_there { y[model.layout().position(body)] } else { 0.0 };
+        Self {
+            heave_m: y[model.layout().position(heave)],
+            heave_velocity_m_s: y[model.layout().velocity(heave)],
+            rotation_x_rad: position(rotates[0], heave + 1),
+            rotation_y_rad: position(rotates[1], heave + 1 + usize::from(rotates[0])),
+        }
+    }
+}
+
+impl FixtureSignals {
+    /// `fixture` counts those of all castings, of which there are `count`.
+    fn at(system: &Coupled, (fixture, count): (usize, usize), (t, y): (f64, &[f64])) -> Self {
+        let model = system.model();
+        let springs = model.elements().springs();
+        // Fixtures come last among the springs, and after the mounts among the interface points.
+        let row = springs.len() - count + fixture;
+        let (distance, rate) = system.relative_motion(row, t, y);
+        let (point_displacement_m, point_velocity_m_s) =
+            system.interface_motion(model.layout().hammers + fixture, t, y);
+        let spring = springs[row];
+        Self {
+            force_n: spring.stiffness_n_per_m * distance + spring.damping_n_s_per_m * rate,
+            point_displacement_m,
+            point_velocity_m_s,
+        }
     }
 }
 
@@ -125,41 +247,113 @@ pub struct SignalRecorder {
     next: u64,
     signals: Vec<Signal>,
     scratch: Vec<f64>,
+    audit: Audit,
+    /// Energy stored at rest in J, once a step has been seen.
+    rest_energy_j: Option<f64>,
+    /// Which rotations each casting needs.
+    rotates: Vec<[bool; 2]>,
+    /// Fixtures of all castings.
+    fixtures: usize,
 }
 
 impl SignalRecorder {
-    /// Prepares the recording of the scene that `model` was built from; `hammers` and `castings` are their names.
-    pub fn new(model: &CoupledModel, (hammers, castings): (&[&str], &[&str]), interval_s: f64) -> Self {
-        let mut signals = Vec::new();
-        add(&mut signals, Instant::QUANTITIES, None);
-        for name in hammers.iter().take(model.layout().hammers) {
-            add(&mut signals, HammerSignals::QUANTITIES, Some(("hammer", name)));
+    /// Prepares the recording of `scene`, from which `model` was built.
+    pub fn new(model: &CoupledModel, scene: &Scene, interval_s: f64) -> Self {
+        let rotates = |(index, casting): (usize, &Casting)| casting.active_rotations(&scene.strike_points(index));
+        Self {
+            interval_s,
+            next: 0,
+            signals: blank_signals(scene),
+            scratch: vec![0.0; model.layout().dimension()],
+            audit: Audit::new(model, scene.duration_s),
+            rest_energy_j: None,
+            rotates: scene.castings.iter().enumerate().map(rotates).collect(),
+            fixtures: scene.castings.iter().map(|casting| casting.fixtures.len()).sum(),
         }
-        for name in castings.iter().take(model.castings().len()) {
-            add(&mut signals, CastingSignals::QUANTITIES, Some(("casting", name)));
-        }
-        Self { interval_s, next: 0, signals, scratch: vec![0.0; model.layout().dimension()] }
+    }
+
+    /// Number of signals of a scene, time among them.
+    pub fn count(scene: &Scene) -> usize {
+        blank_signals(scene).len()
     }
 
     /// Bytes in memory of the signals of a scene recorded every `interval_s`.
     pub fn bytes(scene: &Scene, interval_s: f64) -> f64 {
-        let (hammer, casting) = (HammerSignals::QUANTITIES.len(), CastingSignals::QUANTITIES.len());
-        let signals = Instant::QUANTITIES.len() + hammer * scene.hammers.len() + casting * scene.castings.len();
-        ((scene.duration_s / interval_s).floor() + 1.0) * (signals * size_of::<f64>()) as f64
+        ((scene.duration_s / interval_s).floor() + 1.0) * (Self::count(scene) * size_of::<f64>()) as f64
     }
 
     /// The signals recorded so far, time first.
     pub fn into_signals(self) -> Vec<Signal> {
         self.signals
     }
+
+    /// The energy balance at a state.
+    fn energies(&mut self, system: &Coupled, (t, y): (f64, &[f64])) -> EnergySignals {
+        let model = system.model();
+        let at_rest = || system.at_rest().stored_energy(0.0, model.initial_state());
+        let rest_energy_j = *self.rest_energy_j.get_or_insert_with(at_rest);
+        let work_put_in_j = y[model.layout().work_in()];
+        let stored_energy_j = system.stored_energy(t, y) - rest_energy_j;
+        let dissipated_energy_j = self.audit.dissipated_energy(system, (t, y));
+        EnergySignals {
+            work_put_in_j,
+            stored_energy_j,
+            dissipated_energy_j,
+            energy_unaccounted_j: work_put_in_j - stored_energy_j - dissipated_energy_j,
+        }
+    }
+
+    /// Appends the values of all signals at a state, in the order of [`blank_signals`].
+    fn append(&mut self, system: &Coupled, (time_s, y): (f64, &[f64])) {
+        let at = (time_s, y);
+        let energies = self.energies(system, at);
+        let mut signals = self.signals.iter_mut();
+        push(&mut signals, Instant::QUANTITIES, &Instant { time_s });
+        for hammer in 0..system.model().layout().hammers {
+            push(&mut signals, HammerSignals::QUANTITIES, &HammerSignals::at(system, hammer, at));
+        }
+        for (casting, rotates) in self.rotates.iter().enumerate() {
+            let of = CastingSignals::at(system.model(), (casting, *rotates), y);
+            push(&mut signals, CastingSignals::QUANTITIES, &of);
+        }
+        for fixture in 0..self.fixtures {
+            push(&mut signals, FixtureSignals::QUANTITIES, &FixtureSignals::at(system, (fixture, self.fixtures), at));
+        }
+        push(&mut signals, EnergySignals::QUANTITIES, &energies);
+    }
 }
 
-/// Adds the signals of quantities; of a hammer or a casting with its name.
-fn add<T>(signals: &mut Vec<Signal>, quantities: &[Quantity<T>], of: Option<(&str, &str)>) {
+/// The signals of a scene without values: time, those of each hammer, casting and fixture, the energy balance.
+fn blank_signals(scene: &Scene) -> Vec<Signal> {
+    let mut signals = Vec::new();
+    add(&mut signals, Instant::QUANTITIES, SignalOf::Run, None);
+    for (index, unit) in scene.hammers.iter().enumerate() {
+        let names = (format!("hammer {}", unit.name), unit.name.clone());
+        add(&mut signals, HammerSignals::QUANTITIES, SignalOf::Hammer(index), Some(names));
+    }
+    for (index, casting) in scene.castings.iter().enumerate() {
+        let names = (format!("casting {}", casting.name), casting.name.clone());
+        add(&mut signals, CastingSignals::QUANTITIES, SignalOf::Casting(index), Some(names));
+    }
+    for (index, casting) in scene.castings.iter().enumerate() {
+        for (place, fixture) in casting.fixtures.iter().enumerate() {
+            let what = format!("fixture {} of casting {}", fixture.name, casting.name);
+            let names = (what, format!("{}_fixture_{}", casting.name, fixture.name));
+            add(&mut signals, FixtureSignals::QUANTITIES, SignalOf::Fixture(index, place), Some(names));
+        }
+    }
+    add(&mut signals, EnergySignals::QUANTITIES, SignalOf::Run, None);
+    signals
+}
+
+/// Adds the signals of quantities; `names`: what they are of in words, and what their columns begin with.
+fn add<T>(signals: &mut Vec<Signal>, quantities: &[Quantity<T>], of: SignalOf, names: Option<(String, String)>) {
     signals.extend(quantities.iter().map(|quantity| Signal {
-        name: of.map_or(quantity.name.to_owned(), |(_, name)| format!("{name}_{}", quantity.name)),
+        name: names.as_ref().map_or(quantity.name.to_owned(), |(_, name)| format!("{name}_{}", quantity.name)),
+        of,
+        quantity: quantity.name,
         unit: quantity.unit,
-        description: of.map_or(String::new(), |(what, name)| format!("{what} {name}: ")) + &quantity.description(),
+        description: names.as_ref().map_or(String::new(), |(what, _)| format!("{what}: ")) + &quantity.description(),
         values: Vec::new(),
     }));
 }
@@ -173,23 +367,18 @@ fn push<'s, T>(signals: &mut impl Iterator<Item = &'s mut Signal>, quantities: &
 
 impl Observer<Coupled> for SignalRecorder {
     fn step(&mut self, system: &Coupled, step: &Step<'_>) {
-        let model = system.model();
+        let mut scratch = std::mem::take(&mut self.scratch);
         loop {
             let time_s = self.next as f64 * self.interval_s;
+            self.audit.follow(system, step, (time_s.min(step.t1()), &mut scratch));
             if time_s > step.t1() {
-                return;
+                break;
             }
-            step.state(step.fraction(time_s), &mut self.scratch);
-            let (y, mut signals) = (self.scratch.as_slice(), self.signals.iter_mut());
-            push(&mut signals, Instant::QUANTITIES, &Instant { time_s });
-            for hammer in 0..model.layout().hammers {
-                push(&mut signals, HammerSignals::QUANTITIES, &HammerSignals::at(system, hammer, (time_s, y)));
-            }
-            for casting in 0..model.castings().len() {
-                push(&mut signals, CastingSignals::QUANTITIES, &CastingSignals::at(model, casting, y));
-            }
+            step.state(step.fraction(time_s), &mut scratch);
+            self.append(system, (time_s, &scratch));
             self.next += 1;
         }
+        self.scratch = scratch;
     }
 
     fn event(&mut self, _system: &Coupled, _guard: usize, _t: f64, _y: &[f64]) {}

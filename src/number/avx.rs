@@ -13,10 +13,12 @@ use std::fmt;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use bytemuck::{Pod, Zeroable};
+use pulp::x86::V3;
+use pulp::{Simd, WithSimd};
 
 use super::definition::{Lanes, Mask, Number};
 
-/// Four numbers in one register. Computing with them takes a processor for which [`FourAvx::is_available`] holds: within the
+/// Four numbers in one register. Computing with them takes a processor for which [`is_available`] holds: within the
 /// program alone, which asks.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(transparent)]
@@ -26,12 +28,12 @@ pub struct FourAvx(__m256d);
 #[derive(Clone, Copy)]
 pub struct FourAvxMask(__m256d);
 
-impl FourAvx {
-    /// Whether this processor has the instructions.
-    pub fn is_available() -> bool {
-        std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
-    }
+/// Whether this processor has the instructions.
+pub fn is_available() -> bool {
+    V3::is_available()
+}
 
+impl FourAvx {
     #[inline(always)]
     fn array(self) -> [f64; 4] {
         bytemuck::cast(self)
@@ -45,13 +47,15 @@ impl FourAvxMask {
     }
 }
 
-/// An intrinsic. Sound as `FourAvx` is computed with only where [`FourAvx::is_available`] holds.
+/// An intrinsic. Sound as numbers in registers are computed with only where the processor has them.
 macro_rules! intrinsic {
     ($call:expr) => {
-        // SAFETY: the processor has AVX2 and FMA.
+        // SAFETY: the processor has the instruction.
         unsafe { $call }
     };
 }
+
+pub(super) use intrinsic;
 
 impl Mask for FourAvxMask {
     #[inline(always)]
@@ -134,8 +138,8 @@ impl Lanes for FourAvx {
 
 /// Operations by their instructions.
 macro_rules! instructions {
-    ($($trait:ident::$method:ident by $instruction:ident),+; $($assign:ident::$assigned:ident by $by:ident),+) => {
-        $(impl $trait for FourAvx {
+    ($number:ident: $($trait:ident::$method:ident by $instruction:ident),+; $($assign:ident::$assigned:ident by $by:ident),+) => {
+        $(impl $trait for $number {
             type Output = Self;
 
             #[inline(always)]
@@ -143,7 +147,7 @@ macro_rules! instructions {
                 Self(intrinsic!($instruction(self.0, other.0)))
             }
         })+
-        $(impl $assign for FourAvx {
+        $(impl $assign for $number {
             #[inline(always)]
             fn $assigned(&mut self, other: Self) {
                 *self = self.$by(other);
@@ -152,7 +156,10 @@ macro_rules! instructions {
     };
 }
 
+pub(super) use instructions;
+
 instructions!(
+    FourAvx:
     Add::add by _mm256_add_pd, Sub::sub by _mm256_sub_pd, Mul::mul by _mm256_mul_pd, Div::div by _mm256_div_pd;
     AddAssign::add_assign by add, SubAssign::sub_assign by sub
 );
@@ -169,6 +176,12 @@ impl Neg for FourAvx {
 impl Number for FourAvx {
     const LANES: usize = 4;
     type Mask = FourAvxMask;
+
+    #[inline(always)]
+    fn dispatch<O: WithSimd>(op: O) -> O::Output {
+        // SAFETY: these numbers are computed with only where this holds.
+        Simd::vectorize(unsafe { V3::new_unchecked() }, op)
+    }
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

@@ -3,6 +3,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use pulp::{Arch, WithSimd};
+
 /// Which lanes something holds for.
 pub trait Mask: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// The same for all lanes.
@@ -52,6 +54,8 @@ pub trait Number:
     /// What comparisons give.
     type Mask: Mask;
 
+    /// Runs a computation over such numbers, inlined whole into code for the processor's widest registers that hold them.
+    fn dispatch<O: WithSimd>(op: O) -> O::Output;
     /// The same number in all lanes.
     fn splat(value: f64) -> Self;
     /// The number in a lane.
@@ -164,6 +168,11 @@ impl<T: Lanes, const N: usize> Lanes for [T; N] {
 impl Number for f64 {
     const LANES: usize = 1;
     type Mask = bool;
+
+    #[inline(always)]
+    fn dispatch<O: WithSimd>(op: O) -> O::Output {
+        Arch::new().dispatch(op)
+    }
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

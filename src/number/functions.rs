@@ -155,8 +155,13 @@ mod tests {
     fn four_equal_numbers_alone() {
         lanes_equal_numbers_alone::<Four>();
         #[cfg(target_arch = "x86_64")]
-        if crate::number::FourAvx::is_available() {
-            lanes_equal_numbers_alone::<crate::number::FourAvx>();
+        {
+            if crate::number::Registers::Avx2.are_available() {
+                lanes_equal_numbers_alone::<crate::number::FourAvx>();
+            }
+            if crate::number::Registers::Avx512.are_available() {
+                lanes_equal_numbers_alone::<crate::number::EightAvx>();
+            }
         }
     }
 }

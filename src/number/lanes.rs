@@ -7,6 +7,7 @@ use std::array::from_fn;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use bytemuck::{Pod, Zeroable};
+use pulp::WithSimd;
 
 use super::definition::{Lanes, Mask, Number};
 
@@ -97,6 +98,12 @@ impl Neg for Four {
 impl Number for Four {
     const LANES: usize = LANES;
     type Mask = FourMask;
+
+    /// In code for any processor of the platform: those with wider registers have numbers of their own.
+    #[inline(always)]
+    fn dispatch<O: WithSimd>(op: O) -> O::Output {
+        op.with_simd(pulp::Scalar::new())
+    }
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

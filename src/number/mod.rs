@@ -11,17 +11,29 @@
 //! - `definition`: the traits, and a number alone
 //! - `lanes`: [`Four`] and the operations on its lanes
 //! - `avx`: the same in one register of a processor with AVX2 and FMA
+//! - `avx512`: eight in one register of a processor with AVX-512
+//! - `registers`: which of them a processor has
 //! - `functions`: exponential function, logarithm, hyperbolic tangent, power
+//! - `fused`: for systems whose library does not round fused products once
 
 #[cfg(target_arch = "x86_64")]
 mod avx;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod definition;
 mod functions;
+#[cfg(all(windows, target_env = "gnu"))]
+mod fused;
 mod lanes;
+mod registers;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx::FourAvx;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use avx512::EightAvx;
 pub(crate) use definition::per_lane;
 pub use definition::{Lanes, Mask, Number, in_lanes};
 pub use functions::{exp, ln, odd_power, tanh};
 pub use lanes::{Four, FourMask};
+pub use registers::Registers;
+pub(crate) use registers::on_widest;

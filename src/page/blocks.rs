@@ -5,24 +5,45 @@ use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
 const STYLE: &str = include_str!("../assets/pages/page.css");
-/// The scripts in the order in which they stand in the page.
-const SCRIPTS: [&str; 5] = [
-    include_str!("../assets/pages/page.js"),
+/// What all pages share.
+const SHARED: &str = include_str!("../assets/pages/page.js");
+/// Scripts of the page of a dataset, in the order in which they stand in it.
+const DATASET: [&str; 4] = [
     include_str!("../assets/pages/table.js"),
     include_str!("../assets/pages/linked.js"),
     include_str!("../assets/pages/effects.js"),
     include_str!("../assets/pages/report.js"),
 ];
+/// Those of the page of a row.
+const SCENE: [&str; 4] = [
+    include_str!("../assets/pages/signals.js"),
+    include_str!("../assets/pages/traces.js"),
+    include_str!("../assets/pages/mechanism.js"),
+    include_str!("../assets/pages/scene.js"),
+];
+
+/// Which page it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scripts {
+    /// That of a dataset.
+    Dataset,
+    /// That of a row.
+    Scene,
+}
 
 /// A page: its title, what is said of its data, and the data.
 ///
 /// # Errors
 /// Those of writing `meta` as JSON.
-pub fn page(title: &str, meta: &impl Serialize, data: &[u8]) -> Result<String, serde_json::Error> {
+pub fn page(title: &str, scripts: Scripts, meta: &impl Serialize, data: &[u8]) -> Result<String, serde_json::Error> {
     // In JSON `<` stands in strings alone: no text can end the script's element or begin a comment.
     let meta = serde_json::to_string(meta)?.replace('<', "\\u003c");
     let title = escape(title);
-    let scripts = SCRIPTS.join("\n");
+    let own = match scripts {
+        Scripts::Dataset => DATASET,
+        Scripts::Scene => SCENE,
+    };
+    let scripts = format!("{SHARED}\n{}", own.join("\n"));
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n\
@@ -41,12 +62,12 @@ fn escape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::page;
+    use super::{Scripts, page};
 
     #[test]
     fn names_end_no_element() {
         let name = "</script><script>alert(\"Ü\")</script><!--";
-        let page = page(name, &[name], b"").expect("JSON");
+        let page = page(name, Scripts::Scene, &[name], b"").expect("JSON");
         assert!(!page.contains("alert(\"Ü\")"), "a quote of a name stands as it is");
         assert_eq!(page.matches("<script>").count(), 1);
         assert!(page.contains("&lt;/script&gt;") && page.contains("\\u003c/script>"));

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::blocks::page;
+use super::blocks::{Scripts, page};
+use super::error::PageError;
 use super::rows::{Kept, columns, is_number};
 use crate::dataset::{Aggregates, ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
 use crate::metrics::RunTotals;
@@ -31,17 +32,6 @@ const MAIN: [(&str, bool); 8] = [
     (Aggregates::total_air_used_nl.name, true),
     (Aggregates::work_per_air_j_per_nl.name, false),
 ];
-
-/// Why a page could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum PageError {
-    /// The dataset could not be read.
-    #[error("{0}")]
-    Dataset(#[from] DatasetError),
-    /// What the page is told could not be written as JSON.
-    #[error("failed to write the page's data as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-}
 
 /// What the page is told besides its data.
 #[derive(Serialize)]
@@ -121,7 +111,7 @@ pub fn dataset_page(reader: &DatasetReader, settings: &ReportSettings, most_rows
         study_text: &study.study_text,
         columns: stored,
     };
-    Ok(page(&report.study_name, &meta, &data)?)
+    Ok(page(&report.study_name, Scripts::Dataset, &meta, &data)?)
 }
 
 /// What a reader must know of the page's data.

@@ -1,9 +1,13 @@
-//! Pages of HTML that are one file each: data, drawing and style in it, and no request to any network.
-//!
-//! The scripts and the style are files in `src/assets/pages`. A page's bytes depend on the dataset alone.
+//! Pages of HTML that are one file each and need no network: a dataset to look through, a row to see at work. Data as JSON and
+//! base64, drawn by the scripts in `src/assets/pages`.
 
 mod blocks;
 mod dataset;
+mod error;
 mod rows;
+mod samples;
+mod scene;
 
-pub use dataset::{MOST_ROWS, PageError, dataset_page};
+pub use dataset::{MOST_ROWS, dataset_page};
+pub use error::PageError;
+pub use scene::{SceneView, scene_page};

@@ -39,7 +39,7 @@ fn others(unit: &str) -> &'static [Other] {
         "m3" => const { &[other("mm3", 1e-9), other("cm3", 1e-6), other("litres", 1e-3)] },
         "m/s" => const { &[other("mm/s", 1e-3)] },
         "m/s2" => const { &[other("mm/s2", 1e-3)] },
-        "kg" => const { &[other("g", 1e-3), other("t", 1e3), other("mg", 1e-6)] },
+        "kg" => const { &[other("g", 1e-3), other("t", 1e3)] },
         "kg m2" => const { &[other("kg mm2", 1e-6), other("kg cm2", 1e-4), other("g mm2", 1e-9)] },
         "s" => const { &[other("ms", 1e-3), other("us", 1e-6)] },
         "bar" => const { &[other("Pa", 1e-5), other("psi", 0.068_947_57), other("kPa", 1e-2), other("MPa", 10.0)] },
@@ -104,6 +104,10 @@ mod tests {
         assert_eq!(remarks(&4e5, bar), ["400000 bar is unusual, expected 0.5 to 16 bar: is it in Pa (4 bar)?"]);
         assert_eq!(remarks(&87.0, bar), ["87 bar is unusual, expected 0.5 to 16 bar: is it in psi (5.998 bar)?"]);
         assert_eq!(remarks(&1e308, bar), ["1e308 bar is unusual, expected 0.5 to 16 bar"]);
+        let kilograms = (0.05, 500.0, "kg");
+        assert_eq!(remarks(&3e3, kilograms), ["3000 kg is unusual, expected 0.05 to 500 kg: is it in g (3 kg)?"]);
+        // Nobody states a casting in mg: nothing is suggested.
+        assert_eq!(remarks(&3e6, kilograms), ["3000000 kg is unusual, expected 0.05 to 500 kg"]);
         let kelvin = (200.0, 450.0, "K");
         assert!(remarks(&20.0, kelvin)[0].ends_with("is it in degrees Celsius (293.1 K)?"));
         assert_eq!(remarks(&[0.3, 250.0], (0.01, 10.0, "m")).len(), 1);

@@ -131,6 +131,13 @@ struct Columns<'a> {
     outputs: Vec<(usize, &'a ColumnDescription)>,
 }
 
+/// Figures of a row that is done.
+struct Done<'c> {
+    rank: f64,
+    factors: &'c [Cell<'c>],
+    outputs: &'c [Cell<'c>],
+}
+
 impl Columns<'_> {
     fn names(&self) -> Vec<&str> {
         let outputs = self.outputs.iter().map(|(_, column)| *column);
@@ -138,12 +145,12 @@ impl Columns<'_> {
         [RowOutcome::status.name].into_iter().chain(columns.map(|column| column.name.as_str())).collect()
     }
 
-    /// Shows the figures of a row that is done: ranking, factors, outputs.
-    fn done<'c>(&self, cells: &'c [Cell<'c>]) -> Option<(f64, &'c [Cell<'c>], &'c [Cell<'c>])> {
+    /// The figures of a row, if it is done.
+    fn done<'c>(&self, cells: &'c [Cell<'c>]) -> Option<Done<'c>> {
         let [Some(Value::Text(status)), rank, others @ ..] = cells else { return None };
         let (factors, outputs) = others.split_at(self.factors.len().min(others.len()));
         let done = *status == RowStatus::Done.text();
-        done.then(|| (number(rank).unwrap_or(f64::NAN), factors, outputs))
+        done.then(|| Done { rank: number(rank).unwrap_or(f64::NAN), factors, outputs })
     }
 }
 
@@ -188,7 +195,7 @@ impl Charts {
     }
 
     fn widen(&mut self, columns: &Columns<'_>, scatters: &mut [Scatter], cells: &[Cell<'_>]) {
-        let Some((rank, factors, outputs)) = columns.done(cells) else { return };
+        let Some(Done { rank, factors, outputs }) = columns.done(cells) else { return };
         if rank.is_finite() {
             self.ranking.widen(rank);
         }
@@ -201,7 +208,7 @@ impl Charts {
     }
 
     fn count(&mut self, columns: &Columns<'_>, scatters: &mut [Scatter], cells: &[Cell<'_>]) {
-        let Some((rank, factors, outputs)) = columns.done(cells) else { return };
+        let Some(Done { rank, factors, outputs }) = columns.done(cells) else { return };
         for (scatter, cell) in scatters.iter_mut().zip(factors) {
             if let Some(value) = number(cell).filter(|_| rank.is_finite()) {
                 // The first line is the uppermost.
@@ -234,13 +241,14 @@ impl Charts {
             };
         }
         if let Some(scatter) = &self.scatter {
-            self.draw(scatter, (paper, columns), &mut text);
+            self.draw(scatter, Paper { columns: Some(columns), ..paper }, &mut text);
         }
         text
     }
 
     /// The scatter with its axes.
-    fn draw(&self, scatter: &Scatter, (paper, columns): (Paper, usize), text: &mut String) {
+    fn draw(&self, scatter: &Scatter, paper: Paper, text: &mut String) {
+        let columns = paper.columns.unwrap_or(PLAIN_COLUMNS);
         let correlation = scatter.moments.correlation();
         let _ = writeln!(
             text,

@@ -9,6 +9,8 @@ use crate::quantity::Value;
 
 /// Number of different reasons that are shown.
 const REASONS: usize = 5;
+/// Columns of the figures of a range, with the gap before them and the blank before their unit.
+const RANGE_FIGURES: usize = 35;
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -16,7 +18,8 @@ impl fmt::Display for Report {
         writeln!(f, "Study `{}` (hash {hash}, seed {}, decore {})", self.study_name, self.seed, self.program_version)?;
         self.write_rows(f)?;
         self.write_best(f)?;
-        self.write_ranges(f)?;
+        // A width that is asked for (`{:60}`) is that of the terminal.
+        self.write_ranges(f, f.width().unwrap_or(usize::MAX))?;
         self.write_residual(f)?;
         for damage in &self.damage {
             writeln!(f, "\nDAMAGED: {damage}")?;
@@ -82,15 +85,19 @@ impl Report {
         Ok(())
     }
 
-    fn write_ranges(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// A line per range; two where they would be longer than a line of the terminal.
+    fn write_ranges(&self, f: &mut fmt::Formatter<'_>, columns: usize) -> fmt::Result {
         if self.ranges.is_empty() {
             return Ok(());
         }
         let width = self.ranges.iter().map(|range| range.title.chars().count()).max().unwrap_or(0);
-        writeln!(f, "\n{:<width$}  {:>10} {:>10} {:>10}", "Ranges (rows done)", "least", "mean", "largest")?;
+        let units = self.ranges.iter().map(|range| range.unit.chars().count()).max().unwrap_or(0);
+        let (width, gap) = if width + units + RANGE_FIGURES <= columns { (width, "  ") } else { (0, "\n  ") };
+        writeln!(f, "\n{:<width$}{gap}{:>10} {:>10} {:>10}", "Ranges (rows done)", "least", "mean", "largest")?;
         for Range { title, unit, min, mean, max, .. } in &self.ranges {
             let [min, mean, max] = [*min, *mean, *max].map(significant);
-            writeln!(f, "{title:<width$}  {min:>10} {mean:>10} {max:>10} {unit}")?;
+            let line = format!("{title:<width$}{gap}{min:>10} {mean:>10} {max:>10} {unit}");
+            writeln!(f, "{}", line.trim_end())?;
         }
         Ok(())
     }

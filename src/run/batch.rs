@@ -81,7 +81,8 @@ pub enum BatchError<E: std::error::Error + 'static> {
 /// Where a thread gets its rows and leaves their outcomes.
 pub trait RowSource {
     /// Starts the next row; `None` if there is none. While no row may be started because the window is full, it waits if `wait` is
-    /// set, which asks for all rows of this thread to have ended; otherwise there is none now.
+    /// set, which asks for all rows of this thread to have ended; otherwise there is none now, and none either once this thread runs
+    /// its share of the last rows.
     fn next(&mut self, wait: bool) -> Option<u64>;
 
     /// A row has ended.
@@ -179,6 +180,8 @@ struct State<I, K> {
     ready: BTreeMap<u64, Ready<K>>,
     /// When the calling thread was last told of what is ready.
     told: Instant,
+    /// Rows that have been started and have not ended.
+    running: usize,
     /// Threads that have not ended.
     threads: usize,
     /// Threads that wait for the window to move: to tell nobody is a call of the system too.
@@ -201,6 +204,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
                 delivered: 0,
                 ready: BTreeMap::new(),
                 told: Instant::now(),
+                running: 0,
                 threads,
                 waiting: 0,
                 closed: false,
@@ -226,6 +230,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     /// Notes what a row gave; wakes the calling thread only now and then, as short rows would else cost a switch each.
     fn hand_in(&self, ticket: u64, ready: Ready<K>) {
         let mut state = self.lock();
+        state.running -= 1;
         state.ready.insert(ticket, ready);
         let many = state.ready.len() as u64 >= (self.window / 4).clamp(1, MOST_READY);
         if many || state.told.elapsed() >= LONGEST_WAIT {
@@ -236,8 +241,17 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     }
 
     /// The next row and its ticket; while the window is full it waits, or there is none.
-    fn next_row(&self, wait: bool) -> Option<(u64, u64)> {
+    ///
+    /// Without waiting there is none either for a thread that runs `own` rows already if these are its share of those that are
+    /// left: at the end of a batch no thread should run many rows side by side while another has none.
+    fn next_row(&self, wait: bool, own: usize) -> Option<(u64, u64)> {
         let mut state = self.lock();
+        if let (false, (_, Some(left))) = (wait, state.rows.size_hint()) {
+            let share = (left + state.running).div_ceil(state.threads.max(1));
+            if own >= share {
+                return None;
+            }
+        }
         loop {
             if state.closed || self.stop.load(Ordering::Relaxed) {
                 return None;
@@ -255,6 +269,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
         let row = state.rows.next()?;
         let ticket = state.started;
         state.started += 1;
+        state.running += 1;
         Some((ticket, row))
     }
 
@@ -337,7 +352,7 @@ struct ThreadRows<'r, 'a, T: RowTask, I> {
 
 impl<T: RowTask, I: Iterator<Item = u64>> RowSource for ThreadRows<'_, '_, T, I> {
     fn next(&mut self, wait: bool) -> Option<u64> {
-        let (ticket, row) = self.queue.next_row(wait)?;
+        let (ticket, row) = self.queue.next_row(wait, self.started.len())?;
         self.started.push((row, ticket));
         Some(row)
     }
@@ -537,5 +552,36 @@ mod tests {
         assert_eq!(summary.rows, run.into_inner(), "every row that was started is delivered");
         let rows: Vec<u64> = delivered.iter().map(|(row, _)| *row).collect();
         assert_eq!(rows, (0..summary.rows).collect::<Vec<_>>());
+    }
+
+    /// A thread that takes several rows at a time takes no more than its share of the last ones.
+    #[test]
+    fn the_last_rows_are_shared() {
+        struct Greedy(Mutex<Vec<usize>>);
+        impl RowTask for Greedy {
+            type Kept = RowOutcome;
+
+            fn run(&self, rows: &mut dyn RowSource) {
+                while let Some(first) = rows.next(true) {
+                    let mut taken = vec![first];
+                    while let Some(row) = rows.next(false) {
+                        taken.push(row);
+                    }
+                    self.0.lock().unwrap().push(taken.len());
+                    taken.into_iter().for_each(|row| rows.ended(row, outcome(row)));
+                }
+            }
+
+            fn keep(&self, _: u64, outcome: RowOutcome) -> RowOutcome {
+                outcome
+            }
+        }
+        for (threads, most) in [(1, 10), (2, 5), (3, 4)] {
+            let task = Greedy(Mutex::new(Vec::new()));
+            let summary = run_batch(0..10, &settings(threads), &task, |_, _| Ok::<(), io::Error>(())).unwrap();
+            assert_eq!(summary.rows, 10);
+            let taken = task.0.into_inner().unwrap();
+            assert_eq!(taken.iter().max(), Some(&most), "{threads} threads: {taken:?}");
+        }
     }
 }

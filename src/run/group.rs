@@ -10,12 +10,14 @@ use super::outcome::RowOutcome;
 use super::row::{outcome, settings};
 use crate::integrate::{End, Integrator, Method, Start, Stopped, Tsit5};
 use crate::metrics::Recorder;
-use crate::number::{Four, Number};
+#[cfg(target_arch = "x86_64")]
+use crate::number::{EightAvx, FourAvx};
+use crate::number::{Four, Number, Registers};
 use crate::scene::Scene;
 use crate::system::{CoupledLanes, CoupledModel, Shape, build};
 
 /// Rows looked ahead for those of the shape that is being run.
-const LOOK_AHEAD: usize = 8;
+const LOOK_AHEAD: usize = 16;
 
 /// Where rows come from and where their outcomes go.
 pub trait JobSource {
@@ -42,15 +44,31 @@ struct Ready {
 
 /// Runs all rows of a source, those of one shape side by side. What a row gives does not depend on its neighbours.
 pub fn run_jobs(source: &mut dyn JobSource) {
-    #[cfg(target_arch = "x86_64")]
-    if crate::number::FourAvx::is_available() {
-        return run_jobs_in::<crate::number::FourAvx>(source);
-    }
-    run_jobs_in::<Four>(source);
+    run_jobs_in(Registers::widest(), source);
 }
 
-/// As [`run_jobs`], in the lanes of `R`, which this processor must be able to compute with.
-pub fn run_jobs_in<R: Number>(source: &mut dyn JobSource) {
+/// As [`run_jobs`], in other registers than the widest; in the widest if this processor does not have them.
+pub fn run_jobs_in(registers: Registers, source: &mut dyn JobSource) {
+    let registers = if registers.are_available() { registers } else { Registers::widest() };
+    let mut waiting = VecDeque::new();
+    while let Some(first) = waiting.pop_front().or_else(|| next_ready(source, true)) {
+        while waiting.len() + 1 < registers.lanes() {
+            let Some(ready) = next_ready(source, false) else { break };
+            waiting.push_back(ready);
+        }
+        let others = waiting.iter().filter(|ready| ready.shape == first.shape).count();
+        match registers.for_rows(others + 1) {
+            #[cfg(target_arch = "x86_64")]
+            Registers::Avx512 => Group::<EightAvx>::new(first, source, &mut waiting).run(),
+            #[cfg(target_arch = "x86_64")]
+            Registers::Avx2 => Group::<FourAvx>::new(first, source, &mut waiting).run(),
+            _ => Group::<Four>::new(first, source, &mut waiting).run(),
+        }
+    }
+}
+
+/// As [`run_jobs`], over numbers of one kind, which this processor must be able to compute with.
+pub fn run_jobs_over<R: Number>(source: &mut dyn JobSource) {
     let mut waiting = VecDeque::new();
     while let Some(first) = waiting.pop_front().or_else(|| next_ready(source, true)) {
         Group::<R>::new(first, source, &mut waiting).run();
@@ -172,11 +190,16 @@ impl<'g, R: Number> Group<'g, R> {
         let mut y = ready.model.initial_state().to_vec();
         let (t, counters, wall_time_s) = self.integrator.reached(lane, &mut y);
         let end = End { stopped, t, y, counters };
-        let mut outcome = outcome(&ready.scene, self.system.lane(lane), recorder, end);
-        outcome.wall_time_s = ready.wall_time_s + wall_time_s;
-        ready.job.take(outcome);
-        if let Some(ready) = made_ready(self.source, ready.row, ready.job) {
-            self.begin(lane, ready);
+        let system = self.system.lane(lane);
+        match catch_unwind(AssertUnwindSafe(|| outcome(&ready.scene, system, recorder, end))) {
+            Ok(mut outcome) => {
+                outcome.wall_time_s = ready.wall_time_s + wall_time_s;
+                ready.job.take(outcome);
+                if let Some(ready) = made_ready(self.source, ready.row, ready.job) {
+                    self.begin(lane, ready);
+                }
+            }
+            Err(payload) => self.source.panicked(ready.row, payload),
         }
         // Lanes may also be empty because no row could be started when another one ended.
         for lane in 0..R::LANES {

@@ -303,7 +303,7 @@ fn notes(task: &Task<'_>, outline: &DesignOutline) -> Vec<String> {
 fn dependence(table: &Table, outline: &DesignOutline) -> Option<String> {
     let why = match (outline.constraints.as_slice(), outline.correlated.as_slice()) {
         ([], []) => {
-            let (first, second, correlation) = closest(table)?;
+            let Closest { first, second, correlation } = closest(table)?;
             format!("`{first}` and `{second}` go together in the rows, with a rank correlation of {correlation:.2}")
         }
         ([], correlated) => format!("the study correlates {}", correlated.join(", ")),
@@ -315,8 +315,16 @@ fn dependence(table: &Table, outline: &DesignOutline) -> Option<String> {
     ))
 }
 
+/// Two factors that go together in the rows.
+#[derive(Debug, PartialEq)]
+struct Closest<'a> {
+    first: &'a str,
+    second: &'a str,
+    correlation: f64,
+}
+
 /// The two factors of the largest rank correlation, where it is more than chance gives.
-fn closest(table: &Table) -> Option<(&str, &str, f64)> {
+fn closest(table: &Table) -> Option<Closest<'_>> {
     let step = table.rows.len().div_ceil(COMPARED_ROWS).max(1);
     let ordered: Vec<(&str, Vec<f64>)> = table
         .factors
@@ -325,11 +333,15 @@ fn closest(table: &Table) -> Option<(&str, &str, f64)> {
         .map(|factor| (factor.name.as_str(), factor.values.iter().step_by(step).copied().collect()))
         .collect();
     let pairs = ordered.iter().enumerate().flat_map(|(place, (first, a))| {
-        ordered[place + 1..].iter().map(move |(second, b)| (*first, *second, rank_correlation(a, b)))
+        ordered[place + 1..].iter().map(move |(second, b)| Closest {
+            first,
+            second,
+            correlation: rank_correlation(a, b),
+        })
     });
-    let (first, second, correlation) = pairs.max_by(|(.., a), (.., b)| a.abs().total_cmp(&b.abs()))?;
+    let closest = pairs.max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()))?;
     let chance = SURPRISING / (table.rows.len() as f64 / step as f64).sqrt();
-    (correlation.abs() > chance.max(LEAST_CORRELATION)).then_some((first, second, correlation))
+    (closest.correlation.abs() > chance.max(LEAST_CORRELATION)).then_some(closest)
 }
 
 #[cfg(test)]
@@ -382,7 +394,7 @@ mod tests {
                 ..block([0.0; 6], [0.0; 6])
             }
         };
-        assert_eq!(closest(&table(&rising)), Some(("a", "b", 1.0)));
+        assert_eq!(closest(&table(&rising)), Some(Closest { first: "a", second: "b", correlation: 1.0 }));
         assert_eq!(closest(&table(&mixed)), None);
     }
 }

@@ -8,7 +8,7 @@ use super::error::{Step, StructureError};
 use super::observe::Observer;
 use super::reduced::RIGID_BODY_HZ;
 use crate::linalg::{
-    LinalgError, PencilFactor, PencilModes, SymmetricPencil, modes_below, multiply, multiply_transposed,
+    Below, LinalgError, PencilFactor, PencilModes, SymmetricPencil, modes_below, multiply, multiply_transposed,
 };
 
 /// Times that a limit that cannot be told from an eigenvalue is moved.
@@ -41,6 +41,13 @@ pub(super) struct Inner {
     pub condition: Option<f64>,
 }
 
+impl Inner {
+    fn new(modes: PencilModes, constraint: DMatrix<f64>, shift: f64, condition: Option<f64>) -> Self {
+        let omega_squared = modes.values.iter().map(|value| value.max(0.0)).collect();
+        Self { omega_squared, psi: modes.vectors, constraint, shift, basis: modes.basis, condition }
+    }
+}
+
 /// Solves the inner problem with modes below `limit` (squared circular frequency).
 ///
 /// The number of modes is counted first. A regular `K_oo` is factorised once for modes and constraint modes. Where `K_oo` is
@@ -52,27 +59,28 @@ pub(super) fn solve_inner(
     observer: &mut Observer,
 ) -> Result<Inner, StructureError> {
     let count = observer.step("count of fixed-interface modes (LDL')", || count(pencil, limit))?;
+    let below = Below { limit, count };
     let factor = match observer.step("factorisation of the inner stiffness (LL')", || pencil.cholesky(0.0)) {
         Ok(factor) if !is_nearly_singular(pencil, &factor).step("lowest eigenvalue", INDEFINITE_INNER)? => factor,
         Ok(_) | Err(LinalgError::NotPositiveDefinite { .. }) => {
-            return solve_shifted(pencil, k_ob, (limit, count), observer);
+            return solve_shifted(pencil, k_ob, below, observer);
         }
         Err(other) => return Err(other).step("factorisation of the inner stiffness", INDEFINITE_INNER),
     };
-    let modes =
-        observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, 0.0, (limit, count)))?;
+    let modes = observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, 0.0, below))?;
     let constraint = observer.step("constraint modes", || {
         let mut g = -k_ob;
         factor.solve(&mut g).step("constraint modes", INDEFINITE_INNER).map(|()| g)
     })?;
-    finish(pencil, &factor, modes, (constraint, 0.0), observer)
+    let condition = condition(pencil, &factor, 0.0, observer)?;
+    Ok(Inner::new(modes, constraint, 0.0, condition))
 }
 
 /// Whether some motion has a frequency that counts as none: two steps of inverse iteration find it, as its eigenvalue
 /// stands far apart from all others.
 fn is_nearly_singular(pencil: &SymmetricPencil, factor: &PencilFactor) -> Result<bool, LinalgError> {
     // Any start with a share in every motion will do.
-    let mut x = DMatrix::from_fn(pencil.order(), 1, |row, _| 1.0 + (0.7 * row as f64).sin());
+    let mut x = DMatrix::from_fn(pencil.order(), 1, |row, _| 1.0 + libm::sin(0.7 * row as f64));
     let mut lowest = f64::INFINITY;
     for _ in 0..2 {
         let inertia = pencil.mass_times(&x)?;
@@ -93,15 +101,14 @@ fn is_nearly_singular(pencil: &SymmetricPencil, factor: &PencilFactor) -> Result
 fn solve_shifted(
     pencil: &SymmetricPencil,
     k_ob: &DMatrix<f64>,
-    (limit, count): (f64, usize),
+    below: Below,
     observer: &mut Observer,
 ) -> Result<Inner, StructureError> {
-    let shift = SHIFT_OF_LIMIT * limit;
+    let shift = SHIFT_OF_LIMIT * below.limit;
     let factor = observer
         .step("factorisation of the shifted inner stiffness (LL')", || pencil.cholesky(shift))
         .step("factorisation of the shifted inner stiffness", INDEFINITE_INNER)?;
-    let modes =
-        observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, shift, (limit, count)))?;
+    let modes = observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, shift, below))?;
     let free = (TAU * RIGID_BODY_HZ).powi(2);
     if let Some(&omega_squared) = modes.values.first().filter(|value| **value < -free) {
         return Err(StructureError::Indefinite { omega_squared });
@@ -109,24 +116,22 @@ fn solve_shifted(
     let constraint = observer
         .step("constraint modes", || deflated_constraint_modes(pencil, &factor, &modes, k_ob))
         .step("constraint modes", INDEFINITE_INNER)?;
-    finish(pencil, &factor, modes, (constraint, shift), observer)
+    let condition = condition(pencil, &factor, shift, observer)?;
+    Ok(Inner::new(modes, constraint, shift, condition))
 }
 
-fn finish(
+/// Estimated condition number of `K_oo + shift M_oo`, where somebody looks on.
+fn condition(
     pencil: &SymmetricPencil,
     factor: &PencilFactor,
-    modes: PencilModes,
-    (constraint, shift): (DMatrix<f64>, f64),
+    shift: f64,
     observer: &mut Observer,
-) -> Result<Inner, StructureError> {
-    let condition = if observer.is_active() {
-        let estimate = observer.step("condition estimate", || pencil.condition(factor, shift));
-        Some(estimate.step("condition estimate", INDEFINITE_INNER)?)
-    } else {
-        None
-    };
-    let omega_squared = modes.values.iter().map(|value| value.max(0.0)).collect();
-    Ok(Inner { omega_squared, psi: modes.vectors, constraint, shift, basis: modes.basis, condition })
+) -> Result<Option<f64>, StructureError> {
+    if !observer.is_active() {
+        return Ok(None);
+    }
+    let estimate = observer.step("condition estimate", || pencil.condition(factor, shift));
+    estimate.step("condition estimate", INDEFINITE_INNER).map(Some)
 }
 
 /// Counts the modes below the limit; a limit that is an eigenvalue is moved up a little.
@@ -147,15 +152,15 @@ fn modes(
     pencil: &SymmetricPencil,
     factor: &PencilFactor,
     shift: f64,
-    (limit, counted): (f64, usize),
+    below: Below,
 ) -> Result<PencilModes, StructureError> {
-    let mut result = modes_below(pencil, factor, shift, (limit, counted));
+    let mut result = modes_below(pencil, factor, shift, below);
     for nudge in 1..=NUDGES {
         if !matches!(result, Err(LinalgError::Incomplete { .. })) {
             break;
         }
-        let moved = limit * (1.0 + 10.0 * NUDGE * nudge as f64);
-        result = modes_below(pencil, factor, shift, (moved, count(pencil, moved)?));
+        let limit = below.limit * (1.0 + 10.0 * NUDGE * nudge as f64);
+        result = modes_below(pencil, factor, shift, Below { limit, count: count(pencil, limit)? });
     }
     result.step("fixed-interface modes", INCOMPLETE)
 }

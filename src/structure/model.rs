@@ -47,8 +47,16 @@ pub struct FeModel {
     misplaced: Vec<Misplaced>,
 }
 
-/// A node with its place in m by the table of points and by the list of rows.
-pub(super) type Misplaced = (i64, [f64; 3], [f64; 3]);
+/// A node for which two files name different places.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Misplaced {
+    /// The node.
+    pub node: i64,
+    /// Its place in m by the table of points.
+    pub by_points_m: [f64; 3],
+    /// Its place in m by the list of rows.
+    pub by_rows_m: [f64; 3],
+}
 
 /// The names that errors use for the sources.
 #[derive(Debug, Clone)]
@@ -114,7 +122,7 @@ impl FeModel {
             let known = *self.positions_m.entry(node).or_insert(place);
             let distance = known.iter().zip(place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             if distance > SAME_PLACE * (1.0 + known.iter().map(|value| value.abs()).fold(0.0, f64::max)) {
-                self.misplaced.push((node, known, place));
+                self.misplaced.push(Misplaced { node, by_points_m: known, by_rows_m: place });
             }
         }
         self

@@ -72,8 +72,16 @@ pub(super) fn inner_rows(model: &FeModel, interface: &[usize]) -> (Vec<bool>, us
     (kept, empty)
 }
 
-/// Blocks `A_ob` (inner rows in the given order, interface rows) and `A_bb` of a symmetric matrix.
-pub(super) fn blocks(matrix: &CsMat<f64>, inner: &[u32], interface: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
+/// Blocks of a symmetric matrix at the interface.
+pub(super) struct Blocks {
+    /// `A_ob`: inner rows, interface columns.
+    pub ob: DMatrix<f64>,
+    /// `A_bb`: interface rows and columns.
+    pub bb: DMatrix<f64>,
+}
+
+/// Blocks of a symmetric matrix, its inner rows in the given order.
+pub(super) fn blocks(matrix: &CsMat<f64>, inner: &[u32], interface: &[usize]) -> Blocks {
     // Ok(i): inner DOF i; Err(i): interface DOF i.
     let mut place: Vec<Option<Result<usize, usize>>> = vec![None; matrix.rows()];
     for (position, &row) in inner.iter().enumerate() {
@@ -93,7 +101,7 @@ pub(super) fn blocks(matrix: &CsMat<f64>, inner: &[u32], interface: &[usize]) ->
             }
         }
     }
-    (ob, bb)
+    Blocks { ob, bb }
 }
 
 /// `A X` for a sparse symmetric A with both triangles.

@@ -173,11 +173,12 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
             .map(|step| StepRecord { name: format!("full model: {}", step.name), ..step.clone() }),
     );
     let rigid = RigidMotions::new(model);
-    let modes = pair_modes(model, rigid.as_ref(), (&shapes, &reduced))?;
+    let compared = Compared { full: &shapes, residual: &residual, reduced: &reduced };
+    let modes = pair_modes(model, rigid.as_ref(), compared)?;
     let lowest_hz = shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0);
     let centre = rigid.as_ref().map(|rigid| rigid.centre_m);
     let frequency_hz = curve_frequencies(settings.cutoff_hz);
-    let mobility = mobilities(&names, (&shapes, &residual, &reduced), &frequency_hz, settings.damping_ratio);
+    let mobility = mobilities(&names, compared, &frequency_hz, settings.damping_ratio);
     Ok(QualityReport {
         modes,
         total_mass_kg: rigid.as_ref().map(|rigid| rigid.mass_kg),
@@ -208,6 +209,17 @@ struct Residual {
     flexibility: Option<DMatrix<f64>>,
     static_part: DMatrix<f64>,
     dynamic_part: DMatrix<f64>,
+}
+
+/// The modes that are compared.
+#[derive(Clone, Copy)]
+struct Compared<'a> {
+    /// Of the full model, below the cut-off.
+    full: &'a Shapes,
+    /// What all other modes of the full model add.
+    residual: &'a Residual,
+    /// Of the reduced structure.
+    reduced: &'a Shapes,
 }
 
 fn full_model(
@@ -272,7 +284,7 @@ fn hz(omega_squared: f64) -> f64 {
 fn pair_modes(
     model: &FeModel,
     rigid: Option<&RigidMotions>,
-    (full, reduced): (&Shapes, &Shapes),
+    Compared { full, reduced, .. }: Compared<'_>,
 ) -> Result<Vec<ModePair>, StructureError> {
     const STEP: &str = "comparison of modes";
     let inertia = sparse_times(model.mass(), &full.all);
@@ -327,8 +339,8 @@ fn static_stiffness(
 }
 
 fn curve_frequencies(cutoff_hz: f64) -> Vec<f64> {
-    let (low, high) = ((MOBILITY_SHARE * cutoff_hz / 600.0).ln(), (MOBILITY_SHARE * cutoff_hz).ln());
-    (0..CURVE_POINTS).map(|i| (low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64).exp()).collect()
+    let (low, high) = (libm::log(MOBILITY_SHARE * cutoff_hz / 600.0), libm::log(MOBILITY_SHARE * cutoff_hz));
+    (0..CURVE_POINTS).map(|i| libm::exp(low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64)).collect()
 }
 
 /// A complex value of the full model and of the reduced structure.
@@ -336,7 +348,7 @@ type FullAndReduced = ([f64; 2], [f64; 2]);
 
 fn mobilities(
     names: &[(String, usize)],
-    (full, residual, reduced): (&Shapes, &Residual, &Shapes),
+    Compared { full, residual, reduced }: Compared<'_>,
     frequency_hz: &[f64],
     damping_ratio: f64,
 ) -> Vec<MobilityCurve> {
@@ -358,11 +370,12 @@ fn mobilities(
         };
         let values: Vec<FullAndReduced> = frequency_hz.iter().map(at).collect();
         let magnitudes = |pick: fn(&FullAndReduced) -> [f64; 2]| -> Vec<f64> {
-            values.iter().map(pick).zip(frequency_hz).map(|([re, im], hz)| TAU * hz * re.hypot(im)).collect()
+            values.iter().map(pick).zip(frequency_hz).map(|([re, im], hz)| TAU * hz * libm::hypot(re, im)).collect()
         };
         let (full, reduced) = (magnitudes(|pair| pair.0), magnitudes(|pair| pair.1));
         let largest = full.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        let distance = values.iter().zip(frequency_hz).map(|((a, b), hz)| TAU * hz * (a[0] - b[0]).hypot(a[1] - b[1]));
+        let distance =
+            values.iter().zip(frequency_hz).map(|((a, b), hz)| TAU * hz * libm::hypot(a[0] - b[0], a[1] - b[1]));
         MobilityCurve {
             response: names[i].0.clone(),
             force: names[j].0.clone(),

@@ -8,7 +8,7 @@ use super::error::{Step, StructureError};
 use super::fixed_interface::{Inner, solve_inner};
 use super::model::FeModel;
 use super::observe::Observer;
-use super::partition::{blocks, inner_rows, interface_rows, sparse_times};
+use super::partition::{Blocks, blocks, inner_rows, interface_rows, sparse_times};
 use super::points::Interface;
 use super::reduced::{ReducedMatrices, ReducedStructure};
 use super::symmetric::symmetric_part;
@@ -118,11 +118,11 @@ pub(super) fn reduce_in_parts(
     let pencil = observer
         .step("order and symbolic factorisation", || SymmetricPencil::new(model.stiffness(), model.mass(), &kept))
         .step("order of the inner degrees of freedom", "see whether the model fits into memory")?;
-    let (k_ob, k_bb) = blocks(model.stiffness(), pencil.rows(), &rows);
-    let inner = solve_inner(&pencil, &k_ob, (TAU * cutoff_hz).powi(2), observer)?;
+    let stiffness = blocks(model.stiffness(), pencil.rows(), &rows);
+    let inner = solve_inner(&pencil, &stiffness.ob, (TAU * cutoff_hz).powi(2), observer)?;
     let matrices = observer.step("projection", || {
-        let mut matrices = project(&pencil, &inner, (k_ob, k_bb), blocks(model.mass(), pencil.rows(), &rows))?;
-        matrices.d_zz = damping(model, (&pencil, &inner), &rows)?;
+        let mut matrices = project(&pencil, &inner, stiffness, blocks(model.mass(), pencil.rows(), &rows))?;
+        matrices.d_zz = damping(model, &pencil, &inner, &rows)?;
         Ok::<_, StructureError>(matrices)
     })?;
     let facts = ReductionFacts {
@@ -149,16 +149,16 @@ const ADVICE: &str = "check the sizes of mass and stiffness";
 fn project(
     pencil: &SymmetricPencil,
     inner: &Inner,
-    (k_ob, k_bb): (DMatrix<f64>, DMatrix<f64>),
-    (m_ob, m_bb): (DMatrix<f64>, DMatrix<f64>),
+    stiffness: Blocks,
+    mass: Blocks,
 ) -> Result<ReducedMatrices, StructureError> {
     let Inner { omega_squared, psi, constraint: g, .. } = inner;
     let (q, b) = (omega_squared.len(), g.ncols());
-    let inertia = pencil.mass_times(g).step(STEP, ADVICE)? + &m_ob;
+    let inertia = pencil.mass_times(g).step(STEP, ADVICE)? + &mass.ob;
     let coupling = multiply_transposed(psi, &inertia).step(STEP, ADVICE)?;
-    let m_bb =
-        multiply_transposed(g, &inertia).step(STEP, ADVICE)? + multiply_transposed(&m_ob, g).step(STEP, ADVICE)? + m_bb;
-    let k_bb = multiply_transposed(&k_ob, g).step(STEP, ADVICE)? + k_bb;
+    let carried = multiply_transposed(&mass.ob, g).step(STEP, ADVICE)?;
+    let m_bb = multiply_transposed(g, &inertia).step(STEP, ADVICE)? + carried + mass.bb;
+    let k_bb = multiply_transposed(&stiffness.ob, g).step(STEP, ADVICE)? + stiffness.bb;
     let (mut m_zz, mut k_zz) = (DMatrix::identity(q + b, q + b), DMatrix::zeros(q + b, q + b));
     for (i, &value) in omega_squared.iter().enumerate() {
         k_zz[(i, i)] = value;
@@ -174,7 +174,8 @@ fn project(
 /// `D_zz = T' D T`, where the model has a damping matrix.
 fn damping(
     model: &FeModel,
-    (pencil, inner): (&SymmetricPencil, &Inner),
+    pencil: &SymmetricPencil,
+    inner: &Inner,
     interface: &[usize],
 ) -> Result<Option<DMatrix<f64>>, StructureError> {
     let Some(damping) = model.damping() else { return Ok(None) };

@@ -177,14 +177,14 @@ impl StructureModes {
         }
         let axes = mass.eigenvectors.select_columns(&seen);
         // `axes / sqrt(D)` and `axes sqrt(D)`: both ways between the rows and coordinates in which A is 1.
-        let scaled = |power: f64| {
+        let scaled = |factor: fn(f64) -> f64| {
             let mut axes = axes.clone();
             for (mut axis, &i) in axes.column_iter_mut().zip(&seen) {
-                axis.scale_mut(mass.eigenvalues[i].powf(power));
+                axis.scale_mut(factor(mass.eigenvalues[i].sqrt()));
             }
             axes
         };
-        let into = scaled(-0.5);
+        let into = scaled(f64::recip);
         let seen_by = |matrix: DMatrix<f64>| into.tr_mul(&(matrix * &into));
         let flexibility = SymmetricEigen::new(seen_by(weighted(&|mode| self.omega_rad_s[mode].powi(-2))));
         let rate = seen_by(weighted(&|mode| 2.0 * self.damping_ratio[mode] * self.omega_rad_s[mode]));
@@ -192,7 +192,7 @@ impl StructureModes {
         let omega_rad_s: Vec<f64> = flexibility.eigenvalues.iter().map(|lambda| lambda.sqrt().recip()).collect();
         ResidualModes {
             damping_ratio: omega_rad_s.iter().zip(turned.diagonal().iter()).map(|(w, rate)| 0.5 * rate / w).collect(),
-            rows: scaled(0.5) * &flexibility.eigenvectors,
+            rows: scaled(|root| root) * &flexibility.eigenvectors,
             omega_rad_s,
         }
     }

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use sprs::CsMat;
 
 use super::label::SCALAR;
-use super::model::FeModel;
+use super::model::{FeModel, Misplaced};
 use super::partition::sparse_times;
 use super::points::DOF_NAMES;
 
@@ -124,9 +124,9 @@ pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, lowest_hz: 
             ));
         }
     }
-    if let Some((node, by_points, by_rows)) = model.misplaced().first() {
+    if let Some(Misplaced { node, by_points_m, by_rows_m }) = model.misplaced().first() {
         out.push(format!(
-            "node {node} lies at {by_points:?} m by the table of points, but at {by_rows:?} m by the list of rows: is the unit of the model another one?"
+            "node {node} lies at {by_points_m:?} m by the table of points, but at {by_rows_m:?} m by the list of rows: is the unit of the model another one?"
         ));
     }
     if let Some(hz) = lowest_hz.filter(|hz| !(LOWEST_HZ[0]..=LOWEST_HZ[1]).contains(hz)) {

@@ -23,8 +23,9 @@
 //! integrals start again at zero.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
+use crate::number::{Number, on_widest};
 use crate::system::kernel::{Free, Kernel, ORDER, TERMS};
 use crate::system::modal::Modes;
 
@@ -73,7 +74,7 @@ fn impulse_response(omega_squared: f64, damping: f64, horizon_s: f64) -> Option<
         return Some(gamma);
     }
     let (by_velocity, by_displacement) = (damping * horizon_s, omega_squared * horizon_s * horizon_s);
-    let node = |i: usize| 0.5 - 0.5 * ((i as f64 + 0.5) * std::f64::consts::PI / N as f64).cos();
+    let node = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / N as f64);
     let matrix = SMatrix::<f64, N, N>::from_fn(|i, j| {
         let (x, power, j) = (node(i), node(i).powi(j as i32), j as f64);
         power * (1.0 + x / (j + 1.0) * (by_velocity + by_displacement * x / (j + 2.0)))
@@ -176,7 +177,7 @@ impl Condensation {
     /// Displacement, velocity and acceleration (without its direct part) of point `n` at `tau` after the base; `z` are the
     /// integrals.
     pub fn point(&self, base: &Base, tau: f64, z: &[f64], n: usize) -> [f64; 3] {
-        Arch::new().dispatch(Point { kernel: &self.kernel, free: &base.free, tau, z, n })
+        f64::dispatch(Point { kernel: &self.kernel, free: &base.free, tau, z, n })
     }
 }
 
@@ -243,13 +244,13 @@ impl Base {
 
     /// Strain and kinetic energy of the modes at `t`, J.
     pub fn energy(&self, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
-        Arch::new().dispatch(Energy { base: self, condensation, t, z })
+        on_widest(Energy { base: self, condensation, t, z })
     }
 
     /// Power that the modes dissipate at `t`, `sum 2 xi omega x'^2`, in W: from their velocities and damping alone, whatever
     /// work is done on them.
     pub fn dissipation_w(&self, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
-        Arch::new().dispatch(Dissipation { base: self, condensation, t, z })
+        on_widest(Dissipation { base: self, condensation, t, z })
     }
 
     /// Velocity of the modes of block `at`, as [`Base::moved`] gives it beside the displacement.
@@ -318,7 +319,7 @@ impl Base {
 
     /// Rebases at time `t`.
     pub fn rebase(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
-        Arch::new().dispatch(Rebase { base: self, condensation, t, z });
+        on_widest(Rebase { base: self, condensation, t, z });
     }
 
     /// Brings the modes to time `t` and sums the series of their free motion from there.

@@ -1,7 +1,7 @@
 //! The right-hand side of the coupled system, of one row or of one in each lane: motion of all points, forces, accelerations,
 //! quadratures.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use crate::contact::ContactLaw;
 use crate::hammer::{HammerConstants, HammerState, body};
@@ -52,6 +52,9 @@ struct Contact<R: Number> {
 }
 
 /// Rows of elements over the points: the pattern, and the coefficients of each lane.
+///
+/// Copied out of the matrix of sprs that [`crate::system::Elements`] assembles: its products take one number per entry and one vector,
+/// while here an entry has a number per lane, two vectors are met in one pass, and a row is applied as soon as its force is known.
 #[derive(Debug, Clone)]
 struct ElementRows<R> {
     /// Where each row begins, and the last ends.
@@ -239,13 +242,12 @@ impl<R: Number> Rates<R> {
 
     /// Writes the rates of the state at `(t, y)`.
     pub fn evaluate(&mut self, t: R, y: &[R], rate: &mut [R]) {
-        // The widest vector registers that the processor has; the order of sums, and so the result, is the same with all.
-        Arch::new().dispatch(Evaluation { rates: self, t, y, rate });
+        R::dispatch(Evaluation { rates: self, t, y, rate });
     }
 
     /// Samples the guards where the rates were evaluated last.
     pub fn sample(&mut self, t: R, y: &[R], rate: &[R], samples: &mut [GuardSample<R>]) {
-        Arch::new().dispatch(Sampling { rates: self, t, y, rate, samples });
+        R::dispatch(Sampling { rates: self, t, y, rate, samples });
     }
 
     #[inline(always)]

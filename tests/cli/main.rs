@@ -5,3 +5,4 @@ mod mistakes;
 mod options;
 mod printing;
 mod readme;
+mod scene;

@@ -2,6 +2,7 @@
 
 #[cfg(unix)]
 mod cluster;
+mod compare;
 mod durable;
 mod growth;
 mod linux;

@@ -38,8 +38,8 @@ fn errors(settings: &[&str], expected: &[f64; 4]) -> [f64; 4] {
 /// Each error is at most what was measured and a margin of about a third. The bounds hold for these steps only: where contacts
 /// are noticed at the ends of steps, errors depend on where in a step they happen to fall and do not follow an order. For
 /// the periodic figures that is a matter of the last digit: a damping ratio changed by 5e-14 moves the frequency's error of
-/// the plain rule between -1.3e-3 and 4.6e-4, that of the trapezoid between 6.8e-3 and 1.7e-2; their bounds are a third
-/// above the largest of four such runs.
+/// the plain rule between -1.3e-3 and 4.6e-4, that of the trapezoid between 6.8e-3 and 1.7e-2, other last bits of the set-up to
+/// 2.3e-2; their bounds are a third above the largest of five such runs.
 ///
 /// What the figures say: located, the rule of order 4 at 5 us is as good as the default method at 1e-6; not located, the same rule at
 /// 10 us is worse by a factor of 100 at least in every figure; the trapezoid, which notices contacts as late and damps nothing
@@ -54,7 +54,7 @@ fn errors_at_a_fixed_step_are_what_was_measured() {
         // The third was 8e-9, below what the default method is known to at 1e-7.
         ("located", located, [1.6e-7, 3.4e-6, 3e-8, 3.4e-7]),
         ("plain", plain, [4.7e-4, 2.9e-3, 1.1e-3, 1.7e-3]),
-        ("trapezoid", trapezoid, [4.2e-3, 7.3e-2, 2.7e-3, 2.3e-2]),
+        ("trapezoid", trapezoid, [4.2e-3, 7.3e-2, 3.7e-3, 3.1e-2]),
     ] {
         assert!(errors.iter().zip(bounds).all(|(error, bound)| *error < bound), "{name}: {errors:?} and {bounds:?}");
     }

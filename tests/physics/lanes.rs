@@ -4,9 +4,10 @@ use std::any::Any;
 use std::collections::{BTreeMap, VecDeque};
 
 use crate::common::studies::scene;
+use crate::fragile::Fragile;
 use decore::contact::ContactLawName;
-use decore::number::Four;
-use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs, run_jobs_in};
+use decore::number::Registers;
+use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in, run_jobs_over};
 use decore::scene::Scene;
 use decore::system::InterfaceModes;
 
@@ -23,7 +24,7 @@ impl JobSource for Rows {
     }
 
     fn ended(&mut self, row: u64, outcome: RowOutcome) {
-        assert!(self.ended.insert(row, RowOutcome { wall_time_s: 0.0, ..outcome }).is_none());
+        assert!(self.ended.insert(row, without_time(outcome)).is_none());
     }
 
     fn panicked(&mut self, row: u64, _payload: Box<dyn Any + Send>) {
@@ -31,11 +32,23 @@ impl JobSource for Rows {
     }
 }
 
-fn side_by_side(run: fn(&mut dyn JobSource), jobs: impl Iterator<Item = (u64, RowJob)>) -> BTreeMap<u64, RowOutcome> {
+fn without_time(outcome: RowOutcome) -> RowOutcome {
+    RowOutcome { wall_time_s: 0.0, ..outcome }
+}
+
+fn side_by_side(
+    run: impl FnOnce(&mut dyn JobSource),
+    jobs: impl Iterator<Item = (u64, RowJob)>,
+) -> BTreeMap<u64, RowOutcome> {
     let mut rows = Rows { left: jobs.collect(), ended: BTreeMap::new(), panicked: Vec::new() };
     run(&mut rows);
     assert!(rows.panicked.is_empty());
     rows.ended
+}
+
+/// The registers that this processor has, and code for those that have none.
+fn available() -> impl Iterator<Item = Registers> + Clone {
+    Registers::ALL.into_iter().filter(|registers| registers.are_available())
 }
 
 /// Rows that differ in pressure, standoff and duration, the fifth with a budget of steps that it exceeds, the sixth with twins.
@@ -44,9 +57,9 @@ fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
     let row = |i: usize| {
         let mut scene = first.clone();
         let unit = &mut scene.hammers[0];
-        unit.supply_pressure_pa *= 1.0 - 0.02 * i as f64;
-        unit.standoff_m -= 0.004 * i as f64;
-        scene.duration_s = 0.11 + 0.01 * i as f64;
+        unit.supply_pressure_pa *= 1.0 - 0.015 * i as f64;
+        unit.standoff_m -= 0.003 * i as f64;
+        scene.duration_s = 0.11 + 0.007 * i as f64;
         match i {
             4 => scene.solver.max_steps = 700,
             5 => scene.outputs.twins = 1,
@@ -55,7 +68,7 @@ fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
         change(&mut scene);
         RowJob::new(scene, modes.clone(), 1)
     };
-    (0..7).map(row).collect()
+    (0..11).map(row).collect()
 }
 
 /// Bits of every number of an outcome, as far as its text shows them: Rust writes the shortest digits that give a number back.
@@ -65,17 +78,16 @@ fn text(outcome: &RowOutcome) -> String {
 
 #[track_caller]
 fn same_in_any_order(jobs: &[RowJob]) {
-    let alone: Vec<String> =
-        jobs.iter().map(|job| text(&RowOutcome { wall_time_s: 0.0, ..job.clone().run() })).collect();
+    let alone: Vec<String> = jobs.iter().map(|job| text(&without_time(job.clone().run()))).collect();
     let count = jobs.len();
     let orders: [Vec<usize>; 3] =
         [(0..count).collect(), (0..count).rev().collect(), (0..count).map(|i| (3 * i + 2) % count).collect()];
-    // In the registers of this processor, and as any other would do it.
-    let ways: [fn(&mut dyn JobSource); 2] = [run_jobs, run_jobs_in::<Four>];
-    for (order, run) in orders.iter().flat_map(|order| ways.map(|run| (order, run))) {
+    let ways = available();
+    for (order, registers) in orders.iter().flat_map(|order| ways.clone().map(move |registers| (order, registers))) {
+        let run = |source: &mut dyn JobSource| run_jobs_in(registers, source);
         let ended = side_by_side(run, order.iter().map(|&row| (row as u64, jobs[row].clone())));
         for (row, alone) in alone.iter().enumerate() {
-            assert_eq!(text(&ended[&(row as u64)]), *alone, "row {row} in the order {order:?}");
+            assert_eq!(text(&ended[&(row as u64)]), *alone, "row {row} in the order {order:?}, {registers:?}");
         }
     }
 }
@@ -110,10 +122,45 @@ fn lanes_equal_rows_alone_under_every_law() {
     }
 }
 
+/// A budget of steps or of wall time that a row exceeds ends that row only: the others are what they are alone.
+#[test]
+fn budgets_end_one_row_only() {
+    let mut jobs = rows(&["solver.guide=tied"], |_| ());
+    let alone: Vec<String> = jobs.iter().map(|job| text(&without_time(job.clone().run()))).collect();
+    assert!(alone[4].contains("more than 700 steps"), "{}", alone[4]);
+    let mut slow = jobs[2].scene().unwrap();
+    slow.solver.max_wall_time_s = 0.0;
+    jobs[2] = RowJob::new(slow, jobs[2].modes().clone(), 1);
+    for registers in available() {
+        let run = |source: &mut dyn JobSource| run_jobs_in(registers, source);
+        let ended = side_by_side(run, (0..).zip(jobs.iter().cloned()));
+        for (row, alone) in (0..).zip(&alone).filter(|(row, _)| *row != 2) {
+            assert_eq!(text(&ended[&row]), *alone, "row {row}");
+        }
+        assert_eq!(ended[&2].status, RowStatus::BudgetExhausted);
+        assert!(ended[&2].reason.contains("more than 0 s of wall time"), "{}", ended[&2].reason);
+    }
+}
+
+/// A panic while lanes advance, here of the numbers themselves when the third row's pressure is compared: every row is run alone, none is
+/// lost, and what they give is the same.
+#[test]
+fn a_panic_in_a_lane_leaves_the_rows_whole() {
+    let jobs = rows(&["solver.guide=tied"], |_| ());
+    let breaking = jobs[2].scene().unwrap().hammers[0].supply_pressure_pa;
+    Fragile::breaks_at(breaking);
+    let ended = side_by_side(run_jobs_over::<Fragile>, (0..).zip(jobs.iter().cloned()));
+    assert!(Fragile::broke() > 0, "no comparison saw the pressure");
+    assert_eq!(ended.len(), jobs.len());
+    for (row, job) in (0..).zip(&jobs) {
+        assert_eq!(text(&ended[&row]), text(&without_time(job.clone().run())), "row {row}");
+    }
+}
+
 /// Rows of two shapes in turn: each shape has its own group, and none waits for ever.
 #[test]
 fn rows_of_several_shapes() {
     let (one, two) = (rows(&["solver.guide=tied"], |_| ()), rows(&["solver.guide=spring"], |_| ()));
-    let mixed: Vec<RowJob> = one.into_iter().zip(two).flat_map(|(one, two)| [one, two]).take(8).collect();
+    let mixed: Vec<RowJob> = one.into_iter().zip(two).flat_map(|(one, two)| [one, two]).take(20).collect();
     same_in_any_order(&mixed);
 }

@@ -327,9 +327,8 @@ fn twins_show_the_scatter() {
 fn signals_agree_with_the_tables() {
     let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.18"]).unwrap();
     let interval_s = 1e-6;
-    let (outcome, recorder) = run_row_observed(&scene, &modes, |model| {
-        decore::metrics::SignalRecorder::new(model, (&["hammer"], &["part"]), interval_s)
-    });
+    let (outcome, recorder) =
+        run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, interval_s));
     let (metrics, signals) = (outcome.metrics.unwrap(), recorder.unwrap().into_signals());
     let values = |name: &str| {
         let signal = signals.iter().find(|signal| signal.name == name);
@@ -355,6 +354,51 @@ fn signals_agree_with_the_tables() {
     let last = |integral: &[f64]| integral[integral.len() - 1];
     assert_relative("work of the run", last(work), metrics.totals.delivered_work_j, 1e-9);
     assert_relative("impulse of the run", last(impulse), metrics.hammers[0].delivered_impulse_n_s, 1e-9);
+}
+
+/// Forces of mount and fixture are what Newton's law leaves: of the hammer's bodies together and of a casting that only heaves,
+/// momentum is the integral of the forces. At the end the energy balance is the audit's, and it holds at any time.
+#[test]
+fn signals_of_forces_and_energies_balance() {
+    let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.12"]).unwrap();
+    let interval_s = 2e-6;
+    let (outcome, recorder) =
+        run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, interval_s));
+    let (metrics, signals) = (outcome.metrics.unwrap(), recorder.unwrap().into_signals());
+    let values = |name: &str| {
+        let signal = signals.iter().find(|signal| signal.name == name);
+        signal.unwrap_or_else(|| panic!("no signal {name}")).values.as_slice()
+    };
+    let integral = |values: &[f64], to: usize| {
+        let ends = 0.5 * (values[0] + values[to]);
+        interval_s * (values[..=to].iter().sum::<f64>() - ends)
+    };
+    // The impulse of blows is integrated with the state: a sum over samples misses where their forces jump.
+    let (strike, mount) = (values("hammer_delivered_impulse_n_s"), values("hammer_mount_force_n"));
+    let fixture = scene.castings[0].fixtures[0].name.as_str();
+    let table = values(&format!("part_fixture_{fixture}_force_n")).to_vec();
+    assert!(mount[0].abs() < 1e-6 && table[0].abs() < 1e-6, "at rest {} and {}", mount[0], table[0]);
+    let parameters = &scene.hammers[0].parameters;
+    let bodies = [
+        (parameters.telescope.cylinder_mass_kg, values("hammer_cylinder_velocity_m_s")),
+        (parameters.valve.mass_kg, values("hammer_spool_velocity_m_s")),
+        (parameters.piston.mass_kg, values("hammer_piston_velocity_m_s")),
+        (parameters.chisel.mass_kg, values("hammer_chisel_velocity_m_s")),
+    ];
+    for to in [20_000, 30_000, strike.len() - 1] {
+        let momentum: f64 = bodies.iter().map(|(mass, velocity)| mass * velocity[to]).sum();
+        let given = -integral(mount, to) - strike[to];
+        assert!((momentum - given).abs() < 1e-3, "hammer: {momentum} and {given} N s");
+        let momentum = scene.castings[0].mass_kg * values("part_heave_velocity_m_s")[to];
+        let given = strike[to] - integral(&table, to);
+        assert!((momentum - given).abs() < 1e-3, "casting: {momentum} and {given} N s");
+    }
+    let (put_in, unaccounted) = (values("work_put_in_j"), values("energy_unaccounted_j"));
+    let last = put_in.len() - 1;
+    let residual = unaccounted[last] / put_in[last];
+    assert!((residual - metrics.totals.energy_residual).abs() < 1e-7, "{residual}");
+    let worst = unaccounted.iter().map(|residual| residual.abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-3 * put_in[last], "{worst} J of {}", put_in[last]);
 }
 
 /// A sampled function between its samples, by the cubic through four of them.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::station::{checked, rows};
+use decore::comparison::comparison_schema;
 use decore::contact::ContactLawName;
 use decore::hammer::HammerParameters;
 use decore::quantity::{Kind, Value};
@@ -172,6 +173,7 @@ fn schemas_are_the_committed_ones() {
         ("hammer.schema.json", hammer_schema()),
         ("sensitivity.schema.json", sensitivity_schema()),
         ("surrogate.schema.json", surrogate_schema()),
+        ("comparison.schema.json", comparison_schema()),
     ];
     for (file, schema) in schemas {
         let text = format!("{}\n", serde_json::to_string_pretty(&schema).unwrap());

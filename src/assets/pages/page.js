@@ -1,6 +1,8 @@
 // What all pages share: data out of the page, numbers as text, and figures on canvas that can be saved as SVG.
 
 const INK = '#1c2430', SOFT = '#55606e', RULE = '#dfe4ea', GREY = '#b4bdc8', BLUE = '#1f5fa8', ORANGE = '#c8590a';
+const meta = JSON.parse(document.getElementById('meta').textContent);
+const body = document.getElementById('page');
 const FONT = 'system-ui,-apple-system,"Segoe UI",sans-serif';
 
 /** An element; texts become text nodes, so that names from files of others are shown as they are. */
@@ -13,6 +15,21 @@ function el(tag, attributes, ...children) {
   }
   node.append(...children);
   return node;
+}
+
+function section(title, ...content) {
+  const node = el('section', {}, el('h2', {}, title), ...content);
+  body.append(node);
+  return node;
+}
+
+function note(text) { return el('p', { class: 'note' }, text); }
+
+/** Where the page's figures come from; `content` stands before it. */
+function provenance(meta, ...content) {
+  const facts = [['study', meta.title], ['study hash', meta.study_hash], ['seed', String(meta.seed)], ['program', `decore ${meta.version}`], ['set over the study', meta.overrides.join('; ') || 'nothing'], ...meta.inputs.map(([name, hash]) => [`file ${name}`, hash])];
+  const lines = facts.map(([name, value]) => el('tr', {}, el('td', { class: 'text' }, name), el('td', { class: 'text' }, value)));
+  section(content.length ? 'Energy residuals and provenance' : 'Provenance', ...content, el('table', {}, ...lines), el('details', {}, el('summary', {}, 'The study as typed'), el('pre', {}, meta.study_text)));
 }
 
 /** A select with a label before it. `options`: [value, text]. */
@@ -76,7 +93,7 @@ class CanvasPainter {
   constructor(context) { this.context = context; }
   line(points, { color = INK, width = 1, alpha = 1, dash = [] } = {}) {
     const c = this.context;
-    c.globalAlpha = alpha; c.strokeStyle = color; c.lineWidth = width; c.setLineDash(dash);
+    c.globalAlpha = alpha; c.strokeStyle = color; c.lineWidth = width; c.lineJoin = 'round'; c.setLineDash(dash);
     c.beginPath();
     for (let i = 0; i < points.length; i += 2) i ? c.lineTo(points[i], points[i + 1]) : c.moveTo(points[0], points[1]);
     c.stroke();
@@ -108,8 +125,18 @@ class CanvasPainter {
     c.fillText(string, 0, 0);
     c.restore();
   }
-  /** A drawn canvas, stretched smoothly over a rectangle. */
-  image(canvas, x, y, width, height) { this.context.drawImage(canvas, x, y, width, height); }
+  /** A closed line through [x, y, x, y, ...]. */
+  polygon(points, { fill, stroke } = {}) {
+    const c = this.context;
+    c.setLineDash([]); c.lineWidth = 1;
+    c.beginPath();
+    for (let i = 0; i < points.length; i += 2) i ? c.lineTo(points[i], points[i + 1]) : c.moveTo(points[0], points[1]);
+    c.closePath();
+    if (fill) { c.fillStyle = fill; c.fill(); }
+    if (stroke) { c.strokeStyle = stroke; c.stroke(); }
+  }
+  /** A drawn canvas, or the part [x, y, width, height] of it, stretched smoothly over a rectangle. */
+  image(canvas, x, y, width, height, part = [0, 0, canvas.width, canvas.height]) { this.context.drawImage(canvas, ...part, x, y, width, height); }
 }
 
 /** Writes an SVG of what is drawn; images are embedded. */
@@ -123,7 +150,7 @@ class SvgPainter {
   line(points, { color = INK, width = 1, alpha = 1, dash = [] } = {}) {
     const path = Array.from(points, SvgPainter.at).join(' ');
     const dashes = dash.length ? ` stroke-dasharray="${dash.join(' ')}"` : '';
-    this.parts.push(`<polyline points="${path}" fill="none" stroke="${color}" stroke-width="${width}" stroke-opacity="${alpha}"${dashes}/>`);
+    this.parts.push(`<polyline points="${path}" fill="none" stroke="${color}" stroke-width="${width}" stroke-opacity="${alpha}" stroke-linejoin="round"${dashes}/>`);
   }
   rect(x, y, width, height, { fill = 'none', stroke = 'none', alpha = 1 } = {}) {
     const [a, b, c, d] = [x, y, width, height].map(SvgPainter.at);
@@ -139,9 +166,14 @@ class SvgPainter {
     const [a, b] = [SvgPainter.at(x), SvgPainter.at(y)], turn = turned ? ` transform="rotate(-90 ${a} ${b})"` : '';
     this.parts.push(`<text x="${a}" y="${b}" font-size="${size}" font-weight="${weight}" fill="${color}" text-anchor="${anchor}" dominant-baseline="central"${turn}>${SvgPainter.escape(string)}</text>`);
   }
-  image(canvas, x, y, width, height) {
+  polygon(points, { fill = 'none', stroke = 'none' } = {}) {
+    this.parts.push(`<polygon points="${Array.from(points, SvgPainter.at).join(' ')}" fill="${fill}" stroke="${stroke}"/>`);
+  }
+  image(canvas, x, y, width, height, part = [0, 0, canvas.width, canvas.height]) {
+    const own = el('canvas', { width: part[2], height: part[3] });
+    own.getContext('2d').drawImage(canvas, ...part, 0, 0, part[2], part[3]);
     const [a, b, c, d] = [x, y, width, height].map(SvgPainter.at);
-    this.parts.push(`<image x="${a}" y="${b}" width="${c}" height="${d}" preserveAspectRatio="none" href="${canvas.toDataURL('image/png')}"/>`);
+    this.parts.push(`<image x="${a}" y="${b}" width="${c}" height="${d}" preserveAspectRatio="none" href="${own.toDataURL('image/png')}"/>`);
   }
   finish() {
     const size = `width="${this.width}" height="${this.height}" viewBox="0 0 ${this.width} ${this.height}"`;
@@ -213,18 +245,19 @@ const near = new IntersectionObserver((entries) => {
 /**
  * A figure on canvas with caption and a button that saves it as SVG.
  *
- * `paint(painter, width, height)` draws it; `height` is a number or a function of the width. `over(painter, width, height)` draws
- * what follows the pointer. `hover(x, y)` returns the text beside the pointer; `drag(x0, y0, x1, y1, ended)` is told of a drag and,
- * with equal ends, of a click.
+ * `paint(painter, width, height)` draws it; `height` is a number or a function of the width. `still(painter, width, height)` draws on
+ * top what stays until [Figure#renew], `over(painter, width, height)` what follows the pointer. `hover(x, y)` returns the text beside the pointer; `drag(x0, y0, x1, y1, ended, event)` is told of a drag
+ * and, with equal ends, of a click; `wheel(x, y, event)` of the wheel, and returns whether it was meant.
  */
 class Figure {
   constructor(options) {
     Object.assign(this, { near: false, stale: true, caption: '', ...options });
     this.canvas = el('canvas', { role: 'img', 'aria-label': options.title });
-    this.top = el('canvas', { class: 'over', 'aria-hidden': 'true' });
+    const layer = (kind) => el('canvas', { class: `over ${kind}`, 'aria-hidden': 'true' });
+    [this.middle, this.top] = [this.still ? layer('still') : '', layer('pointer')];
     this.heading = el('b', {}, options.title);
     const button = el('button', { type: 'button', title: 'Save as SVG', 'aria-label': `Save as SVG: ${options.title}`, onclick: () => this.saveSvg() }, 'SVG');
-    this.node = el('figure', {}, el('figcaption', {}, this.heading, button), el('div', { class: 'paper' }, this.canvas, this.top));
+    this.node = el('figure', {}, el('figcaption', {}, this.heading, button), el('div', { class: 'paper' }, this.canvas, this.middle, this.top));
     this.node.figure = this;
     this.listen();
     figures.add(this);
@@ -232,6 +265,8 @@ class Figure {
     new ResizeObserver(() => { if (Math.round(this.node.clientWidth) !== this.width) this.redraw(); }).observe(this.node);
   }
   retitle(title) { this.title = title; this.heading.textContent = title; this.canvas.setAttribute('aria-label', title); }
+  /** Draws now if it is in sight, else when it comes there; also what else stays. */
+  renew() { this.stood = 0; this.redraw(); }
   /** Draws now if it is in sight, else when it comes there. */
   redraw() { this.stale = true; if (this.near) this.draw(); }
   size(canvas) {
@@ -250,6 +285,7 @@ class Figure {
     this.tall = Math.round(typeof this.height === 'function' ? this.height(width) : this.height);
     this.stale = false;
     this.paint(this.size(this.canvas), this.width, this.tall);
+    if (this.still && this.stood !== width) { this.still(this.size(this.middle), width, this.tall); this.stood = width; }
     this.redrawOver();
   }
   redrawOver() { if (this.over && this.width) this.over(this.size(this.top), this.width, this.tall); }
@@ -257,6 +293,7 @@ class Figure {
     if (this.stale) this.draw();
     const painter = new SvgPainter(this.width, this.tall);
     this.paint(painter, this.width, this.tall);
+    this.still?.(painter, this.width, this.tall);
     return painter.finish();
   }
   saveSvg() { save(`${this.title.replace(/[^\p{L}\p{N}]+/gu, '_')}.svg`, this.svg(), 'image/svg+xml'); }
@@ -273,14 +310,15 @@ class Figure {
     });
     this.canvas.addEventListener('pointermove', (event) => {
       const point = at(event);
-      if (start) { hint(event, ''); this.drag(...start, ...point, false); }
+      if (start) { hint(event, ''); this.drag(...start, ...point, false, event); }
       else if (this.hover) hint(event, this.hover(...point));
     });
     const end = (event) => {
-      if (start) this.drag(...start, ...at(event), true);
+      if (start) this.drag(...start, ...at(event), true, event);
       start = null;
     };
     this.canvas.addEventListener('pointerup', end);
+    if (this.wheel) this.canvas.addEventListener('wheel', (event) => { if (this.wheel(...at(event), event)) event.preventDefault(); }, { passive: false });
     this.canvas.addEventListener('pointercancel', () => { start = null; });
     this.canvas.addEventListener('pointerleave', (event) => { hint(event, ''); if (this.left) this.left(); });
   }

@@ -110,15 +110,18 @@ impl Triplets {
                 put(column, row, value);
             }
         }
-        let matrix = compress(file, (pointers, indices, data))?;
+        let matrix = compress(file, &pointers, indices, data)?;
         if storage == Storage::OneTriangle { Ok(matrix) } else { symmetrise(file, matrix) }
     }
 }
 
-type Compressed = (Vec<usize>, Vec<usize>, Vec<f64>);
-
 /// Sorts every row and sums repeated entries.
-fn compress(file: &str, (pointers, mut indices, mut data): Compressed) -> Result<CsMat<f64>, StructureError> {
+fn compress(
+    file: &str,
+    pointers: &[usize],
+    mut indices: Vec<usize>,
+    mut data: Vec<f64>,
+) -> Result<CsMat<f64>, StructureError> {
     let order = pointers.len() - 1;
     let mut kept = vec![0];
     let mut write = 0;

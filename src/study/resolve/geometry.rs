@@ -76,7 +76,7 @@ fn place(hammer: &HammerUnit, points: &PointTable) -> Option<[f64; 3]> {
 }
 
 fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    libm::hypot(a[0] - b[0], a[1] - b[1])
 }
 
 fn words([x, y]: [f64; 2]) -> String {

@@ -150,11 +150,11 @@ fn read_columns(records: &mut Records, header: &Header, wanted: bool) -> Result<
         }
         let mut rest = body;
         while !rest.is_empty() {
-            let (first, length, skip) = string_head(records, header, rest)?;
-            let values = rest.get(skip..).and_then(|rest| rest.get(..length));
+            let StringHead { first, length, own_length } = string_head(records, header, rest)?;
+            let values = rest.get(own_length..).and_then(|rest| rest.get(..length));
             let values = values.ok_or_else(|| records.fault("a string is cut short"))?;
             run(records, header, (first, column), values, &mut entries)?;
-            rest = &rest[skip + length..];
+            rest = &rest[own_length + length..];
         }
     }
 }
@@ -175,8 +175,17 @@ fn run(
     Ok(())
 }
 
-/// First row of a string, the bytes of its values and those of its head.
-fn string_head(records: &Records, header: &Header, bytes: &[u8]) -> Result<(i64, usize, usize), StructureError> {
+/// What stands before the values of a string.
+struct StringHead {
+    /// First row.
+    first: i64,
+    /// Bytes of the values.
+    length: usize,
+    /// Bytes of the head itself.
+    own_length: usize,
+}
+
+fn string_head(records: &Records, header: &Header, bytes: &[u8]) -> Result<StringHead, StructureError> {
     let fault = || records.fault("a string is cut short");
     let word = records.integer(bytes, 0).ok_or_else(fault)?;
     let (first, words, integers) = if header.big {
@@ -186,5 +195,5 @@ fn string_head(records: &Records, header: &Header, bytes: &[u8]) -> Result<(i64,
     };
     let words = words.and_then(|words| usize::try_from(words).ok()).ok_or_else(fault)?;
     let length = (words / header.words()).checked_mul(records.size(header)).ok_or_else(fault)?;
-    Ok((first, length, integers * records.integer))
+    Ok(StringHead { first, length, own_length: integers * records.integer })
 }

@@ -1,0 +1,158 @@
+// Plots over one time axis, which they share with the mechanism, and spectra.
+
+const CURVES = ['#1f5fa8', '#c8590a', '#2a7f62', '#8a4fa3', '#b23a48', '#7a6a00', '#2c8fae', '#55606e'];
+const DASHES = [[], [6, 3], [2, 2], [8, 2, 2, 2], [1, 3], [10, 4], [4, 4]];
+/** How blows are marked, by kind: colour, shape of the mark. */
+const MARKS = { first_impact: ['#b23a48', 'square'], stroke_impact: ['#b23a48', 'square'], settling: ['#c9a227', 'down'], periodic: ['#2a7f62', 'down'], blank: ['#55606e', 'cross'] };
+
+const words = (name) => name.replaceAll('_', ' ');
+
+/** The part of the time that plots show, the time under the pointer, and that of the mechanism. */
+class View {
+  constructor(end, shortest) { Object.assign(this, { end, shortest, from: 0, to: end, now: 0, pointed: null, listeners: [], followers: [] }); }
+  /** `moved` is called when other times are shown, `marked` when a mark of a time moves. */
+  watch(moved, marked) { this.listeners.push(moved); this.followers.push(marked); }
+  show(from, to) {
+    const length = Math.max(this.shortest, Math.min(this.end, to - from)), middle = (from + to) / 2;
+    this.from = Math.max(0, Math.min(this.end - length, to - from === length ? from : middle - length / 2));
+    this.to = this.from + length;
+    this.listeners.forEach((listener) => listener());
+  }
+  zoom(factor, about = (this.from + this.to) / 2) { this.show(about - (about - this.from) * factor, about + (this.to - about) * factor); }
+  pan(share) { const by = Math.max(-this.from, Math.min(this.end - this.to, share * (this.to - this.from))); this.show(this.from + by, this.to + by); }
+  all() { this.show(0, this.end); }
+  /** Moves the mechanism's time; plots follow when it leaves what they show. */
+  seek(time) {
+    this.now = Math.max(0, Math.min(this.end, time));
+    if (this.now < this.from || this.now > this.to) {
+      const length = this.to - this.from, start = this.now - 0.1 * length;
+      this.show(start, start + length);
+    }
+    this.mark();
+  }
+  point(time) { this.pointed = time; this.mark(); }
+  mark() { this.followers.forEach((listener) => listener()); }
+}
+
+/** A time in the unit that suits it. */
+function timeText(time) { return `${(1000 * time).toFixed(3)} ms`; }
+
+/** Entries of a legend as rows that fit a width: [{ x, row, entry }], number of rows. */
+function legendRows(entries, width) {
+  let [x, row] = [0, 0];
+  const placed = entries.map((entry) => {
+    const room = 38 + 6.2 * entry.name.length;
+    if (x && x + room > width) [x, row] = [0, row + 1];
+    const at = { x, row, entry };
+    x += room;
+    return at;
+  });
+  return { placed, rows: entries.length ? row + 1 : 0 };
+}
+
+/** A mark of a blow with its point or middle at (x, y). */
+function blowMark(painter, kind, x, y) {
+  const [color, shape] = MARKS[kind];
+  if (shape === 'square') painter.rect(x - 4, y - 4, 8, 8, { fill: color });
+  else if (shape === 'down') painter.polygon([x - 4.5, y - 4, x + 4.5, y - 4, x, y + 4], { fill: color });
+  else { painter.line([x - 4, y - 4, x + 4, y + 4], { color, width: 1.6 }); painter.line([x - 4, y + 4, x + 4, y - 4], { color, width: 1.6 }); }
+}
+
+/**
+ * A plot of signals over the view's time. `curves()`: [{ name, trace, color, dash }]; `scale` turns SI into `unit`; `blows()`: those
+ * that are marked.
+ */
+function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], height = 190 }) {
+  const legend = (width) => {
+    const kinds = [...new Set(blows().map((blow) => blow.kind))].map((kind) => ({ name: words(kind), kind }));
+    const entries = [...curves(), ...kinds];
+    return legendRows(entries.length > 1 ? entries : [], width - 80);
+  };
+  const frame = (width, height) => {
+    const top = 8 + 17 * legend(width).rows + (blows().length ? 12 : 0);
+    return { left: 66, top, width: width - 80, height: height - 42 - top };
+  };
+  const timeAt = (x, box) => Math.max(0, Math.min(view.end, view.from + (x - box.left) / box.width * (view.to - view.from)));
+  const place = (time, box) => box.left + (time - view.from) / (view.to - view.from) * box.width;
+  let grip = null;
+  const figure = new Figure({
+    title, height: (width) => height + 17 * legend(width).rows,
+    paint(painter, width, tall) {
+      const box = frame(width, tall), shown = curves();
+      let [low, high] = [Infinity, -Infinity];
+      for (const { trace } of shown) { const [a, b] = trace.range(view.from, view.to); low = Math.min(low, a); high = Math.max(high, b); }
+      if (!(low <= high)) [low, high] = [0, 0];
+      const pad = (high - low) * 0.05 || Math.abs(high) * 0.05 || 1 / scale;
+      const { px, py } = axes(painter, box, { low: 1000 * view.from, high: 1000 * view.to, title: 'time (ms)' }, { low: scale * (low - pad), high: scale * (high + pad), title: unit });
+      for (const { trace, color, dash } of shown) {
+        painter.line(trace.points(view.from, view.to, box.width, (time) => px(1000 * time), (value) => py(scale * value)), { color, dash, width: 1.2 });
+      }
+      for (const blow of blows()) if (blow.start_s >= view.from && blow.start_s <= view.to) blowMark(painter, blow.kind, px(1000 * blow.start_s), box.top - 7);
+      for (const { x, row, entry } of legend(width).placed) {
+        const [left, y] = [box.left + x, 9 + 17 * row];
+        if (entry.kind) blowMark(painter, entry.kind, left + 9, y);
+        else painter.line([left, y, left + 18, y], { color: entry.color, dash: entry.dash, width: 2 });
+        painter.text(entry.name, left + 23, y, { color: SOFT });
+      }
+    },
+    over(painter, width, tall) {
+      const box = frame(width, tall), line = (time, color) => {
+        if (time >= view.from && time <= view.to) painter.line([place(time, box), box.top, place(time, box), box.top + box.height], { color });
+      };
+      line(view.now, ORANGE);
+      if (view.pointed !== null) line(view.pointed, '#8a94a0');
+      if (grip) painter.rect(Math.min(...grip), box.top, Math.abs(grip[1] - grip[0]), box.height, { fill: BLUE, alpha: 0.15 });
+    },
+    hover(x, y) {
+      const box = frame(this.width, this.tall);
+      if (x < box.left || x > box.left + box.width) { view.point(null); return ''; }
+      const time = timeAt(x, box), lines = curves().map(({ name, trace }) => `${name}: ${short(scale * trace.at(time))} ${unit}`);
+      view.point(time);
+      const blow = blows().find((one) => Math.abs(place(one.start_s, box) - x) < 6);
+      return [timeText(time), ...lines, ...(blow ? [`${words(blow.kind)}, blow ${blow.number} at ${timeText(blow.start_s)}`] : [])].join('\n');
+    },
+    left() { view.point(null); },
+    drag(x0, y0, x1, y1, ended, event) {
+      const box = frame(this.width, this.tall);
+      if (event.shiftKey) {
+        const share = ((this.held ?? x0) - x1) / box.width;
+        this.held = ended ? null : x1;
+        view.pan(share);
+        return;
+      }
+      if (ended && Math.abs(x1 - x0) < 4) view.seek(timeAt(x1, box));
+      else if (ended) view.show(...[timeAt(x0, box), timeAt(x1, box)].sort((a, b) => a - b));
+      grip = ended ? null : [x0, x1];
+      this.redrawOver();
+    },
+    wheel(x, y, event) {
+      if (event.ctrlKey || event.metaKey) view.zoom(Math.exp(Math.max(-1, Math.min(1, event.deltaY * 0.01))), timeAt(x, frame(this.width, this.tall)));
+      else if (event.shiftKey) view.pan(Math.sign(event.deltaX || event.deltaY) * 0.1);
+      else return false;
+      return true;
+    },
+  });
+  view.watch(() => figure.redraw(), () => { if (figure.near) figure.redrawOver(); });
+  return figure;
+}
+
+/** A spectrum of one phase of a signal. */
+function spectrumPlot(title, lines, values, unit, scale) {
+  const frame = (width, height) => ({ left: 60, top: 8, width: width - 72, height: height - 50 });
+  const most = 1000;
+  return new Figure({
+    title, height: 180,
+    paint(painter, width, height) {
+      let high = 0;
+      for (let k = 1; k < values.length; k++) high = Math.max(high, values[k]);
+      const { px, py } = axes(painter, frame(width, height), { low: 0, high: most, title: 'frequency (Hz)' }, { low: 0, high: scale * high * 1.05 || 1, title: unit });
+      const points = [];
+      for (let k = 1; k < values.length; k++) points.push(px(k * lines.resolution_hz), py(scale * values[k]));
+      painter.line(points, { color: BLUE, width: 1.2 });
+    },
+    hover(x) {
+      const box = frame(this.width, this.tall), k = Math.round((x - box.left) / box.width * most / lines.resolution_hz);
+      return k > 0 && k < values.length ? `${(k * lines.resolution_hz).toFixed(1)} Hz\n${short(scale * values[k])} ${unit}` : '';
+    },
+  });
+}

@@ -1,0 +1,21 @@
+//! Why pages cannot be made.
+
+use crate::dataset::DatasetError;
+use crate::metrics::SpectrumError;
+
+/// Why a page could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// The dataset could not be read.
+    #[error("{0}")]
+    Dataset(#[from] DatasetError),
+    /// What the page is told could not be written as JSON.
+    #[error("failed to write the page's data as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// A spectrum could not be computed.
+    #[error("{0}")]
+    Spectrum(#[from] SpectrumError),
+    /// The signals could not be packed.
+    #[error("failed to pack the page's signals: {0}")]
+    Pack(#[from] std::io::Error),
+}

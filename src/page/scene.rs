@@ -1,0 +1,324 @@
+//! The page of a row: what `src/assets/pages/scene.js` draws.
+
+use serde::Serialize;
+
+use super::blocks::{Scripts, page};
+use super::error::PageError;
+use super::samples::{Samples, Scale};
+use crate::dataset::DatasetInfo;
+use crate::hammer::HammerParameters;
+use crate::metrics::{
+    Blow, BlowKind, CastingMetrics, HammerMetrics, HammerSignals, RunTotals, Signal, SignalOf, Spectrum,
+};
+use crate::quantity::{Quantity, Value};
+use crate::run::RowOutcome;
+use crate::scene::{HammerUnit, Scene};
+
+/// Least interval in s at which a page reads the signals.
+const LEAST_INTERVAL_S: f64 = 2e-5;
+/// Values of all signals that a page carries, about.
+const MOST_VALUES: f64 = 1.6e7;
+/// Frequency in Hz up to which a page has spectra: as far as the paper's figures go.
+const MOST_FREQUENCY_HZ: f64 = 1000.0;
+/// Least samples that a spectrum is taken of.
+const LEAST_SAMPLES: usize = 64;
+/// Signals that have spectra.
+const WITH_SPECTRA: [&str; 3] = [
+    HammerSignals::arm_velocity_m_s.name,
+    HammerSignals::chisel_velocity_m_s.name,
+    HammerSignals::casting_velocity_m_s.name,
+];
+
+/// What a row's page is made from.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneView<'a> {
+    /// What is known of the study.
+    pub info: &'a DatasetInfo,
+    /// The row's index.
+    pub row: usize,
+    /// Values of the study's factors in the row.
+    pub factors: &'a [Value],
+    /// The row's scene.
+    pub scene: &'a Scene,
+    /// Its outcome.
+    pub outcome: &'a RowOutcome,
+    /// Its signals, time first, one value every [`SceneView::interval_s`].
+    pub signals: &'a [Signal],
+    /// Interval of the signals in s.
+    pub interval_s: f64,
+}
+
+/// What the page is told besides its data.
+#[derive(Serialize)]
+struct Meta<'a> {
+    title: &'a str,
+    row: usize,
+    study_hash: &'a str,
+    seed: u64,
+    version: &'a str,
+    overrides: &'a [String],
+    inputs: Vec<(&'a String, &'a String)>,
+    study_text: &'a str,
+    factors: Vec<(&'a str, String, &'a str)>,
+    status: &'static str,
+    reason: &'a str,
+    duration_s: f64,
+    ambient_pa: f64,
+    interval_s: f64,
+    samples: usize,
+    signals: Vec<Stored<'a>>,
+    hammers: Vec<Hammer<'a>>,
+    castings: Vec<Casting<'a>>,
+    figures: Vec<Figure>,
+    blows: Vec<Struck>,
+    outputs: Vec<Output>,
+    spectra: Vec<Lines>,
+}
+
+/// A signal of the data block; the first takes the first bytes.
+#[derive(Serialize)]
+struct Stored<'a> {
+    of: SignalOf,
+    quantity: &'static str,
+    unit: &'static str,
+    text: &'a str,
+    scale: Scale,
+}
+
+/// A hammer as it is drawn; lengths in m.
+#[derive(Serialize)]
+struct Hammer<'a> {
+    name: &'a str,
+    casting: usize,
+    strike_point_m: [f64; 2],
+    standoff_m: f64,
+    supply_pa: f64,
+    telescope_stroke_m: f64,
+    piston_stroke_m: f64,
+    chamber_length_m: f64,
+    spool_travel_m: f64,
+    chisel_travel_m: f64,
+}
+
+/// A casting as it is drawn: its name, and name and place of each fixture.
+#[derive(Serialize)]
+struct Casting<'a> {
+    name: &'a str,
+    fixtures: Vec<(&'a str, &'a str, [f64; 2])>,
+}
+
+/// A column of the table of blows.
+#[derive(Serialize)]
+struct Figure {
+    name: &'static str,
+    heading: &'static str,
+    unit: &'static str,
+    text: String,
+}
+
+/// A blow: its hammer, kind and figures, in the order of the columns.
+#[derive(Serialize)]
+struct Struck {
+    hammer: usize,
+    number: usize,
+    kind: &'static str,
+    start_s: f64,
+    figures: Vec<Option<f64>>,
+}
+
+/// An output of the row.
+#[derive(Serialize)]
+struct Output {
+    of: String,
+    name: &'static str,
+    value: Option<String>,
+    unit: &'static str,
+    text: String,
+}
+
+/// The spectrum of a signal over a phase.
+#[derive(Serialize)]
+struct Lines {
+    hammer: usize,
+    quantity: &'static str,
+    phase: &'static str,
+    from_s: f64,
+    to_s: f64,
+    resolution_hz: f64,
+    offset: usize,
+    count: usize,
+}
+
+impl SceneView<'_> {
+    /// Interval in s at which a page of `signals` signals over `duration_s` reads them: 20 us, of long scenes with many signals more.
+    pub fn page_interval_s(signals: usize, duration_s: f64) -> f64 {
+        (duration_s * signals as f64 / MOST_VALUES).max(LEAST_INTERVAL_S)
+    }
+}
+
+/// A row as a page, whole in one file: signals, spectra, blows, and the mechanism as it moves.
+///
+/// # Errors
+/// [`PageError`] if its data cannot be written.
+pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
+    let SceneView { info, scene, outcome, .. } = view;
+    let samples = view.signals.first().map_or(0, |time| time.values.len());
+    let mut data = Samples::default();
+    let mut signals = Vec::new();
+    // The first is time: a multiple of the interval.
+    for signal in view.signals.iter().skip(1) {
+        let Signal { of, quantity, unit, description, .. } = signal;
+        signals.push(Stored {
+            of: *of,
+            quantity,
+            unit,
+            text: description,
+            scale: data.signal(&signal.values, signal.unit),
+        });
+    }
+    let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
+    let spectra = spectra(view, blows, &mut data)?;
+    let title = format!("{}, row {}", info.study_name, view.row);
+    let meta = Meta {
+        title: &title,
+        row: view.row,
+        study_hash: &info.study_hash,
+        seed: info.seed,
+        version: &info.program_version,
+        overrides: &info.overrides,
+        inputs: info.inputs.iter().collect(),
+        study_text: &info.study_text,
+        factors: factors(view),
+        status: outcome.status.text(),
+        reason: &outcome.reason,
+        duration_s: scene.duration_s,
+        ambient_pa: scene.environment.ambient_pressure_pa,
+        interval_s: view.interval_s,
+        samples,
+        signals,
+        hammers: hammers(scene),
+        castings: castings(scene),
+        figures: Blow::QUANTITIES.iter().filter_map(figure).collect(),
+        blows: blows.iter().map(struck).collect(),
+        outputs: outputs(view),
+        spectra,
+    };
+    Ok(page(&title, Scripts::Scene, &meta, &data.deflated()?)?)
+}
+
+fn factors<'a>(view: &SceneView<'a>) -> Vec<(&'a str, String, &'a str)> {
+    let values = view.info.factors.iter().zip(view.factors);
+    values.map(|(factor, value)| (factor.name.as_str(), value.to_string(), factor.unit.as_str())).collect()
+}
+
+fn hammers(scene: &Scene) -> Vec<Hammer<'_>> {
+    scene.hammers.iter().map(hammer).collect()
+}
+
+fn hammer(unit: &HammerUnit) -> Hammer<'_> {
+    let HammerParameters { telescope, piston, valve, chisel, .. } = unit.parameters;
+    Hammer {
+        name: unit.name.as_str(),
+        casting: unit.casting,
+        strike_point_m: unit.strike_point_m,
+        standoff_m: unit.standoff_m,
+        supply_pa: unit.supply_pressure_pa,
+        telescope_stroke_m: telescope.stroke_m,
+        piston_stroke_m: piston.stroke_m,
+        chamber_length_m: piston.chamber_length_m,
+        spool_travel_m: valve.travel_m,
+        chisel_travel_m: chisel.travel_m,
+    }
+}
+
+fn castings(scene: &Scene) -> Vec<Casting<'_>> {
+    let castings = scene.castings.iter().map(|casting| Casting {
+        name: &casting.name,
+        fixtures: (casting.fixtures.iter())
+            .map(|fixture| (fixture.name.as_str(), fixture.point.as_str(), fixture.at_m))
+            .collect(),
+    });
+    castings.collect()
+}
+
+/// A column of the table of blows: a figure that has a heading.
+fn figure(quantity: &Quantity<Blow>) -> Option<Figure> {
+    let text = quantity.description();
+    Some(Figure { name: quantity.name, heading: quantity.heading?, unit: quantity.unit, text })
+}
+
+fn struck(blow: &Blow) -> Struck {
+    let headed = Blow::QUANTITIES.iter().filter(|quantity| quantity.heading.is_some());
+    Struck {
+        hammer: blow.hammer,
+        number: blow.number,
+        kind: blow.kind.text(),
+        start_s: blow.start_time_s,
+        figures: headed.map(|quantity| (quantity.value)(blow).and_then(|value| value.number())).collect(),
+    }
+}
+
+/// All outputs of the row with their texts.
+fn outputs(view: &SceneView<'_>) -> Vec<Output> {
+    let Some(metrics) = &view.outcome.metrics else { return Vec::new() };
+    let mut outputs = Vec::new();
+    list(&mut outputs, "run", RunTotals::QUANTITIES, &metrics.totals);
+    for (name, hammer) in view.info.hammers.iter().zip(&metrics.hammers) {
+        list(&mut outputs, &format!("hammer {name}"), HammerMetrics::QUANTITIES, hammer);
+    }
+    for (name, casting) in view.info.castings.iter().zip(&metrics.castings) {
+        list(&mut outputs, &format!("casting {name}"), CastingMetrics::QUANTITIES, casting);
+    }
+    outputs
+}
+
+fn list<T>(outputs: &mut Vec<Output>, of: &str, quantities: &[Quantity<T>], metrics: &T) {
+    outputs.extend(quantities.iter().map(|quantity| Output {
+        of: of.to_owned(),
+        name: quantity.name,
+        value: (quantity.value)(metrics).map(|value| value.to_string()),
+        unit: quantity.unit,
+        text: quantity.description(),
+    }));
+}
+
+/// A part of a hammer's work: its name, where it begins and ends in s.
+type Phase = (&'static str, f64, f64);
+
+/// Extension, first impact, one periodic blow (the last between two others) and hammering of a hammer, as far as it has them.
+fn phases(view: &SceneView<'_>, hammer: usize, blows: &[Blow]) -> Vec<Phase> {
+    let own: Vec<&Blow> = blows.iter().filter(|blow| blow.hammer == hammer).collect();
+    let begin_s = view.scene.hammers.get(hammer).map_or(0.0, |unit| unit.start_time_s);
+    let Some(first) = own.first() else { return vec![("extension", begin_s, view.scene.duration_s)] };
+    let mut phases = vec![("extension", begin_s, first.start_time_s)];
+    let second_s = own.get(1).map_or(view.scene.duration_s, |blow| blow.start_time_s);
+    phases.push(("first impact", first.start_time_s, second_s));
+    let periodic = |pair: &&[&Blow]| pair.iter().all(|blow| blow.kind == BlowKind::Periodic);
+    if let Some([from, to]) = own.windows(2).rfind(periodic) {
+        phases.push(("one periodic blow", from.start_time_s, to.start_time_s));
+    }
+    phases.push(("hammering", first.start_time_s, view.scene.duration_s));
+    phases
+}
+
+/// Spectra of every hammer's phases.
+fn spectra(view: &SceneView<'_>, blows: &[Blow], data: &mut Samples) -> Result<Vec<Lines>, PageError> {
+    let mut spectra = Vec::new();
+    for (hammer, quantity) in (0..view.scene.hammers.len()).flat_map(|h| WITH_SPECTRA.map(|quantity| (h, quantity))) {
+        let is_it = |signal: &&Signal| signal.of == SignalOf::Hammer(hammer) && signal.quantity == quantity;
+        let Some(signal) = view.signals.iter().find(is_it) else { continue };
+        for (phase, from_s, to_s) in phases(view, hammer, blows) {
+            let index = |time_s: f64| ((time_s / view.interval_s).ceil() as usize).min(signal.values.len());
+            let Some(part) = signal.values.get(index(from_s)..index(to_s)) else { continue };
+            if part.len() < LEAST_SAMPLES {
+                continue;
+            }
+            let spectrum = Spectrum::of(part, view.interval_s)?;
+            let lines = spectrum.up_to(MOST_FREQUENCY_HZ);
+            let (resolution_hz, count) = (spectrum.resolution_hz, lines.len());
+            let offset = data.numbers(lines);
+            spectra.push(Lines { hammer, quantity, phase, from_s, to_s, resolution_hz, offset, count });
+        }
+    }
+    Ok(spectra)
+}

@@ -1,0 +1,121 @@
+//! `decore scene`: the page of a row, a row of a dataset run again.
+
+use std::fs;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::ZlibDecoder;
+use serde_json::Value as Json;
+use tempfile::TempDir;
+
+const QUICK: [&str; 4] = ["--set", "solver.guide=tied", "--set", "duration_s=0.15"];
+
+fn study(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name)
+}
+
+/// Runs the program in a folder; returns its output, which must have ended with this code.
+fn decore(folder: &Path, arguments: &[&str], code: i32) -> Output {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_decore")).args(arguments).current_dir(folder).output().expect("started");
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The text of the page's element with this `id`.
+fn block<'a>(page: &'a str, id: &str) -> &'a str {
+    let start = page.split_once(&format!("id=\"{id}\">")).expect("element").1;
+    start.split_once("</script>").expect("its end").0
+}
+
+#[test]
+fn a_page_depends_on_study_and_row_alone() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let title = "title=</script><b>\"Größe\" 锤</b>";
+    let rig = study("paper_rig.toml");
+    let of = |file: &str, further: &[&str]| {
+        let mut arguments = vec!["scene", rig.to_str().expect("path"), "--set", title, "--html", file];
+        arguments.extend(QUICK.iter().chain(further));
+        decore(scratch.path(), &arguments, 0);
+        fs::read_to_string(scratch.path().join(file)).expect("page")
+    };
+    let page = of("one.html", &[]);
+    assert_eq!(page, of("other name.html", &["--plot", "beside.svg"]));
+    assert!(!page.contains(scratch.path().to_str().expect("path")), "the page names a folder of this machine");
+    assert!(!page.contains("<b>\"Größe") && page.contains("&lt;b&gt;") && page.contains("\\u003cb>"));
+    for loads in ["http:", "https:", "src=", "url(", "@import", "fetch(", "XMLHttpRequest", "<link"] {
+        assert!(!page.replace("http://www.w3.org/2000/svg", "").contains(loads), "{loads}");
+    }
+    // All signals but time, four bytes a value, and spectra behind them.
+    let meta: Json = serde_json::from_str(block(&page, "meta")).expect("JSON");
+    let samples = meta["samples"].as_u64().expect("samples") as usize;
+    assert!((7500..=7501).contains(&samples), "0.15 s every 20 us: {samples}");
+    let mut data = Vec::new();
+    let packed = STANDARD.decode(block(&page, "data")).expect("base64");
+    ZlibDecoder::new(packed.as_slice()).read_to_end(&mut data).expect("inflated");
+    let signals = meta["signals"].as_array().expect("signals");
+    let spectra = meta["spectra"].as_array().expect("spectra");
+    let last = spectra.last().expect("a spectrum");
+    let end = last["offset"].as_u64().expect("offset") + 4 * last["count"].as_u64().expect("count");
+    assert!(data.len() as u64 == end && data.len() > 4 * samples * signals.len());
+    // 0.0025 s of the first impact's casting would have lines 400 Hz apart; phases are those of the paper.
+    let phases: Vec<&str> = spectra.iter().filter_map(|lines| lines["phase"].as_str()).collect();
+    assert_eq!(&phases[..3], ["extension", "first impact", "hammering"], "no periodic blow within 0.15 s");
+}
+
+#[test]
+fn a_page_that_cannot_be_written_names_its_own_path() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let rig = study("paper_rig.toml");
+    let mut arguments = vec!["scene", rig.to_str().expect("path"), "--html", "nowhere/page.html"];
+    arguments.extend(QUICK);
+    let said = text(&decore(scratch.path(), &arguments, 3).stderr);
+    assert!(said.contains("nowhere") && !said.contains(".partial"), "{said}");
+    arguments[3] = "page.txt";
+    let said = text(&decore(scratch.path(), &arguments, 2).stderr);
+    assert!(said.contains("has to end in .html"), "{said}");
+}
+
+#[test]
+fn a_stored_row_is_run_again_and_compared() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let grid = study("pressure_grid.toml");
+    let mut arguments = vec!["run", grid.to_str().expect("path"), "--output", "out"];
+    arguments.extend(QUICK);
+    decore(scratch.path(), &arguments, 0);
+    // Its hammer file is beside the study, not beside the dataset.
+    let lost = text(&decore(scratch.path(), &["scene", "out", "--row", "2"], 2).stderr);
+    assert!(lost.contains("hammers/default.toml") && lost.contains("--files-in"), "{lost}");
+    let files = study("");
+    let again = |further: &[&str]| {
+        let mut arguments = vec!["scene", "out", "--row", "2", "--files-in", files.to_str().expect("path")];
+        arguments.extend(further);
+        decore(scratch.path(), &arguments, 0)
+    };
+    let html = again(&["--html", "row.html"]);
+    let said = text(&html.stdout);
+    assert!(said.contains("row 2: done") && said.contains("the same as the stored row: "), "{said}");
+    assert!(!text(&html.stderr).contains("not as when"), "{}", text(&html.stderr));
+    let mut arguments = vec!["scene", grid.to_str().expect("path"), "--row", "2", "--html", "fresh.html"];
+    arguments.extend(QUICK);
+    decore(scratch.path(), &arguments, 0);
+    let page = |file: &str| fs::read_to_string(scratch.path().join(file)).expect("page");
+    assert_eq!(page("row.html"), page("fresh.html"));
+    let json: Json = serde_json::from_slice(&again(&["--json"]).stdout).expect("JSON");
+    let stored = &json["stored_row"];
+    assert!(stored["is_there"] == true && stored["values"].as_u64() > Some(50), "{stored}");
+    assert_eq!(stored["differences"].as_array().map(Vec::len), Some(0));
+    // With another value it is another row.
+    let other = again(&["--set", "duration_s=0.14"]);
+    assert!(!text(&other.stdout).contains("stored row"));
+    let far = ["scene", "out", "--row", "900", "--files-in", files.to_str().expect("path")];
+    let none = text(&decore(scratch.path(), &far, 2).stderr);
+    assert!(none.contains("--row is 900"), "{none}");
+}
