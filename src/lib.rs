@@ -36,7 +36,7 @@
 //! plot        :
 //! quantity    :
 //! random      :
-//! regression  : linalg random
+//! regression  : linalg number random
 //! words       :
 //! contact     : number parameter
 //! workpiece   : parameter
@@ -55,7 +55,7 @@
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! surrogate   : dataset files random regression sensitivity study
+//! surrogate   : dataset files number random regression sensitivity study
 //! cli         : accuracy analysis comparison dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study surrogate system words
 //! ```
 //!

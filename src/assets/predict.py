@@ -23,6 +23,46 @@ def load(path):
     return {"figures": figures, "columns": columns, "points": np.column_stack(scaled)}
 
 
+# Weights of rows are large numbers of both signs, so that a last digit of an exponential function would show in their sum: functions and
+# sums are those of decore, operation by operation, and so are the digits.
+_LN_2 = (0.6931471803691238, 1.9082149292705877e-10)
+
+
+def _exp(x):
+    """The exponential function, by basic operations alone."""
+    rounding = 6755399441055744.0
+    x = np.clip(x, -700.0, 700.0)
+    k = (x * 1.4426950408889634 + rounding) - rounding
+    r = (x - k * _LN_2[0]) - k * _LN_2[1]
+    square = r * r
+    even, odd = np.full_like(x, 1.0 / 479001600.0), np.full_like(x, 1.0 / 6227020800.0)
+    for of_even, of_odd in ((3628800.0, 39916800.0), (40320.0, 362880.0), (720.0, 5040.0), (24.0, 120.0), (2.0, 6.0), (1.0, 1.0)):
+        even, odd = even * square + 1.0 / of_even, odd * square + 1.0 / of_odd
+    return np.ldexp(even + r * odd, k.astype(int))
+
+
+def _ln(x):
+    """The natural logarithm of positive numbers, by basic operations alone."""
+    mantissa, exponent = np.frexp(np.maximum(x, 2.2250738585072014e-308))
+    mantissa, exponent = 2.0 * mantissa, exponent - 1.0
+    large = mantissa > 1.4142135623730951
+    mantissa, exponent = np.where(large, 0.5 * mantissa, mantissa), np.where(large, exponent + 1.0, exponent)
+    f = (mantissa - 1.0) / (mantissa + 1.0)
+    square = f * f
+    total = np.full_like(f, 1.0 / 21.0)
+    for odd in (19.0, 17.0, 15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0):
+        total = total * square + 1.0 / odd
+    return exponent * _LN_2[0] + (2.0 * f + (2.0 * f * square * total + exponent * _LN_2[1]))
+
+
+def _sum(rows, weights):
+    """Weighted sum of rows, one after the other."""
+    total = np.zeros(rows.shape[1])
+    for row, weight in zip(rows, weights):
+        total = total + row * weight
+    return total
+
+
 def _scaled(factor, values):
     """Places of values in a factor's range, 0 to 1; numbers of names. And whether they lie outside."""
     if factor["names"]:
@@ -35,7 +75,7 @@ def _scaled(factor, values):
     slack = 1e-9 * max(high - low, abs(low), abs(high))
     outside = (values < low - slack) | (values > high + slack)
     if factor["logarithmic"]:
-        values, low, high = np.log(values), np.log(low), np.log(high)
+        values, low, high = (_ln(np.asarray(value, dtype=float)) for value in (values, low, high))
     return (values - low) / (high - low) if high > low else np.zeros(len(values)), outside
 
 
@@ -46,9 +86,9 @@ def _correlations(process, nominal, a, b):
         difference = a[:, k][:, None] - b[:, k][None, :]
         squared += weight * ((difference != 0.0) if nominal[k] else difference * difference)
     if process["kernel"] == "squared_exponential":
-        return np.exp(-0.5 * squared)
+        return _exp(-0.5 * squared)
     s = np.sqrt(5.0 * squared)
-    return (1.0 + s + s * s / 3.0) * np.exp(-s)
+    return (1.0 + s + s * s / 3.0) * _exp(-s)
 
 
 def _process(model, process, name, places):
@@ -64,7 +104,7 @@ def _process(model, process, name, places):
     explained = inverse @ near
     share = np.maximum(1.0 - np.sum(explained * explained, axis=0), 0.0)
     share += (1.0 - near.T @ ones) ** 2 / ones.sum() + process["noise"]
-    return process["mean"] + near.T @ weights, np.sqrt(process["variance"] * share)
+    return process["mean"] + _sum(near, weights), np.sqrt(process["variance"] * share)
 
 
 def predict(model, rows):

@@ -76,7 +76,7 @@ pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
     }
     let model = crate::surrogate::read(&arguments.model)?;
     let predicted = crate::surrogate::predict(&model, &arguments.table)?;
-    write_table(&arguments.output, &model.info, ("predictions", &predicted.columns))?;
+    write_table(&arguments.output, &model.info, "predictions", &predicted.columns)?;
     let (rows, outside, path) = (predicted.rows, predicted.outside, arguments.output.display());
     say(&format_args!("{rows} rows predicted: {path}"))?;
     if outside > 0 {

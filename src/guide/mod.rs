@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 10] = [
+pub const TOPICS: [Topic; 11] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",

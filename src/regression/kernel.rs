@@ -1,4 +1,8 @@
 //! Correlations that fall with the distance.
+//!
+//! Weights of rows are large numbers of both signs: what predicts with a stored model elsewhere repeats these operations one by one.
+
+use crate::number::exp;
 
 /// How the correlation of two rows falls with their distance `s`, `s^2 = sum_k w_k d_k^2`, `d_k` their difference in factor `k`
 /// (of names: 1 where they differ), `w_k` the factor's inverse squared length.
@@ -25,10 +29,10 @@ impl Kernel {
     /// The correlation at a squared distance.
     pub fn at(self, squared: f64) -> f64 {
         match self {
-            Self::SquaredExponential => (-0.5 * squared).exp(),
+            Self::SquaredExponential => exp(-0.5 * squared),
             Self::Matern52 => {
                 let s = (5.0 * squared).sqrt();
-                (1.0 + s + s * s / 3.0) * (-s).exp()
+                (1.0 + s + s * s / 3.0) * exp(-s)
             }
         }
     }
@@ -37,12 +41,12 @@ impl Kernel {
     pub(super) fn with_slope(self, squared: f64) -> (f64, f64) {
         match self {
             Self::SquaredExponential => {
-                let value = (-0.5 * squared).exp();
+                let value = exp(-0.5 * squared);
                 (value, -0.5 * value)
             }
             Self::Matern52 => {
                 let s = (5.0 * squared).sqrt();
-                let decay = (-s).exp();
+                let decay = exp(-s);
                 ((1.0 + s + s * s / 3.0) * decay, -5.0 / 6.0 * (1.0 + s) * decay)
             }
         }

@@ -28,13 +28,16 @@ impl Hyperparameters {
     /// From the logarithms that are searched over.
     pub(super) fn from_logarithms(logarithms: &[f64]) -> Self {
         let (noise, weights) = logarithms.split_last().unwrap_or((&0.0, &[]));
-        Self { weights: weights.iter().map(|weight| weight.exp()).collect(), noise: LEAST_NOISE + noise.exp() }
+        Self {
+            weights: weights.iter().map(|weight| libm::exp(*weight)).collect(),
+            noise: LEAST_NOISE + libm::exp(*noise),
+        }
     }
 
     /// The logarithms that are searched over.
     pub(super) fn logarithms(&self) -> Vec<f64> {
         let noise = (self.noise - LEAST_NOISE).max(0.01 * LEAST_NOISE);
-        self.weights.iter().chain([&noise]).map(|value| value.max(f64::MIN_POSITIVE).ln()).collect()
+        self.weights.iter().chain([&noise]).map(|value| libm::log(value.max(f64::MIN_POSITIVE))).collect()
     }
 
     /// The same to six digits: more mean nothing, and any reader of decimal numbers reads these alike.
@@ -45,15 +48,15 @@ impl Hyperparameters {
 
     /// Where a search starts: one length, a multiple of the usual one, and a noise.
     pub(super) fn start(factors: usize, [length, noise]: [f64; 2]) -> Vec<f64> {
-        let mut start = vec![usual_weight(factors) - 2.0 * length.ln(); factors];
-        start.push(noise.ln());
+        let mut start = vec![usual_weight(factors) - 2.0 * libm::log(length); factors];
+        start.push(libm::log(noise));
         start
     }
 }
 
 /// Logarithm of the inverse square of a usual length.
 fn usual_weight(factors: usize) -> f64 {
-    -2.0 * LENGTHS[0] - (factors as f64).ln()
+    -2.0 * LENGTHS[0] - libm::log(factors as f64)
 }
 
 /// Squared distances of all pairs of rows along each factor, row after row of the lower triangle's columns.
@@ -189,8 +192,8 @@ fn solved(matrix: DMatrix<f64>, values: &[f64]) -> Result<Solved, LinalgError> {
     let alpha: Vec<f64> = inverse.column_iter().map(|column| dot(column.as_slice(), &centred)).collect();
     let freedom = rows as f64 - 1.0;
     let variance = dot(&alpha, &centred) / freedom;
-    let half_determinant: f64 = factor.diagonal().iter().map(|pivot| pivot.ln()).sum();
-    let log_likelihood = -0.5 * freedom * variance.ln() - half_determinant - 0.5 * total.ln();
+    let half_determinant: f64 = factor.diagonal().iter().map(|pivot| libm::log(*pivot)).sum();
+    let log_likelihood = -0.5 * freedom * libm::log(variance) - half_determinant - 0.5 * libm::log(total);
     Ok(Solved { factor, inverse, ones, alpha, mean, variance, log_likelihood })
 }
 

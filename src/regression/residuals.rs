@@ -38,7 +38,7 @@ impl Residuals {
     /// Logarithm of the density of the rows, each under the model without it, but for a constant (Rasmussen and Williams, 2006,
     /// equation 5.11).
     pub fn log_density(&self) -> f64 {
-        let of = |(error, own): (&f64, &f64)| -0.5 * (error / own) * (error / own) - own.ln();
+        let of = |(error, own): (&f64, &f64)| -0.5 * (error / own) * (error / own) - libm::log(*own);
         self.errors.iter().zip(&self.std_devs).map(of).sum()
     }
 

@@ -49,8 +49,8 @@ impl Success {
             .collect();
         let mut loss = |at: &[f64]| Some(loss(at, &rows));
         let scaling = match minimise(vec![SLOPE[0], 0.0], SEARCH, &mut loss) {
-            Some(found) => [found.at[0].exp(), found.at[1]],
-            None => [SLOPE[0].exp(), 0.0],
+            Some(found) => [libm::exp(found.at[0]), found.at[1]],
+            None => [libm::exp(SLOPE[0]), 0.0],
         };
         Ok(Self::ByPlace { process, scaling })
     }
@@ -63,7 +63,7 @@ impl Success {
         match self {
             Self::Everywhere(probability) => Ok(vec![*probability; places.rows()]),
             Self::ByPlace { process, scaling } => {
-                let of = |at: &Prediction| 1.0 / (1.0 + (-scaled(*scaling, at)).exp());
+                let of = |at: &Prediction| 1.0 / (1.0 + libm::exp(-scaled(*scaling, at)));
                 Ok(process.predict(places)?.iter().map(of).collect())
             }
         }
@@ -78,7 +78,7 @@ fn scaled([slope, offset]: [f64; 2], at: &Prediction) -> f64 {
 /// Minus the logarithm of the probability of the rows, with the prior of the slope, and its gradient by the slope's logarithm and
 /// the offset.
 fn loss(at: &[f64], rows: &[(f64, Prediction)]) -> (f64, Vec<f64>) {
-    let (slope, offset) = (at[0].exp(), at[1]);
+    let (slope, offset) = (libm::exp(at[0]), at[1]);
     let off = (at[0] - SLOPE[0]) / SLOPE[1];
     let (mut sum, mut gradient) = (0.5 * off * off, vec![off / SLOPE[1], 0.0]);
     for (sign, row) in rows {
@@ -86,8 +86,8 @@ fn loss(at: &[f64], rows: &[(f64, Prediction)]) -> (f64, Vec<f64>) {
         let root = (1.0 + spread).sqrt();
         let margin = sign * (slope * row.mean + offset) / root;
         // ln(1 + exp(-margin)), without overflow.
-        sum += (-margin.abs()).exp().ln_1p() + (-margin).max(0.0);
-        let pull = -sign / (1.0 + margin.exp());
+        sum += libm::log1p(libm::exp(-margin.abs())) + (-margin).max(0.0);
+        let pull = -sign / (1.0 + libm::exp(margin));
         gradient[0] += pull * (slope * row.mean / root - (slope * row.mean + offset) * spread / root.powi(3));
         gradient[1] += pull / root;
     }

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::number::ln;
 use crate::regression::{Points, RegressionError};
 use crate::sensitivity::FactorColumn;
 use crate::study::FactorOutline;
@@ -45,7 +46,7 @@ impl FactorSpace {
         if !self.names.is_empty() {
             return value;
         }
-        let of = |value: f64| if self.logarithmic { value.ln() } else { value };
+        let of = |value: f64| if self.logarithmic { ln(value) } else { value };
         let [low, high] = self.range.map(of);
         if high > low { (of(value) - low) / (high - low) } else { 0.0 }
     }
