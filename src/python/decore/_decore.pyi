@@ -7,7 +7,26 @@ from typing import Any, Literal, TypeAlias, final
 
 from numpy.typing import ArrayLike
 
-__all__: list[str]
+__all__ = [
+    "Analysis",
+    "Column",
+    "Dataset",
+    "DatasetError",
+    "Error",
+    "Factor",
+    "Function",
+    "MachineError",
+    "Problem",
+    "Progress",
+    "Row",
+    "Study",
+    "StudyError",
+    "StudyWarning",
+    "SweepError",
+    "Table",
+    "__version__",
+    "open",
+]
 __version__: str
 
 _Value: TypeAlias = float | int | str
