@@ -15,8 +15,8 @@ function failureFigure(state, factor, reasons) {
   const { status, reason } = state, group = groups(factor, 16), done = status.names.indexOf('done');
   const all = new Uint32Array(group.count), parts = reasons.map(() => new Uint32Array(group.count));
   for (let i = 0; i < status.values.length; i++) {
-    const g = group.of(i);
-    if (g !== g) continue;
+    const g = group.of[i];
+    if (g === UNGROUPED) continue;
     all[g]++;
     if (status.values[i] !== done) {
       const at = reasons.indexOf(reason.values[i]);
@@ -55,9 +55,9 @@ function failureFigure(state, factor, reasons) {
 function effect(factor, output, rows) {
   const group = groups(factor, 12), n = group.count;
   const counts = new Uint32Array(n), means = new Float64Array(n), squares = new Float64Array(n);
-  for (const i of rows) {
-    const v = output.values[i], g = group.of(i);
-    if (v !== v || g !== g) continue;
+  for (let k = 0; k < rows.length; k++) {
+    const v = output.values[rows[k]], g = group.of[rows[k]];
+    if (v !== v || g === UNGROUPED) continue;
     const before = means[g];
     counts[g]++;
     means[g] += (v - before) / counts[g];
@@ -101,14 +101,21 @@ function surfaceFigure(state, chosen) {
   const frame = (width, height) => ({ left: 66, top: 8, width: width - 190, height: height - 54 });
   const compute = () => {
     const { output, a, b } = chosen(), [ga, gb] = [groups(a, 16), groups(b, 16)];
-    const sums = new Float64Array(ga.count * gb.count), counts = new Uint32Array(sums.length);
-    for (const i of state.selection.picked) {
-      const v = output.values[i], k = ga.of(i) * gb.count + gb.of(i);
-      if (v === v && k === k) { sums[k] += v; counts[k]++; }
+    const means = new Float64Array(ga.count * gb.count), squares = new Float64Array(means.length), counts = new Uint32Array(means.length);
+    const { picked } = state.selection;
+    for (let p = 0; p < picked.length; p++) {
+      const i = picked[p], v = output.values[i], k = ga.of[i] * gb.count + gb.of[i];
+      if (v === v && ga.of[i] !== UNGROUPED && gb.of[i] !== UNGROUPED) {
+        const before = means[k];
+        counts[k]++;
+        means[k] += (v - before) / counts[k];
+        squares[k] += (v - before) * (v - means[k]);
+      }
     }
-    const means = sums.map((sum, k) => sum / counts[k]), there = means.filter((m) => m === m);
+    counts.forEach((count, k) => { if (!count) means[k] = NaN; });
+    const there = means.filter((m) => m === m), deviation = (k) => (counts[k] > 1 ? Math.sqrt(squares[k] / (counts[k] - 1)) : NaN);
     const range = there.reduce(([low, high], m) => [Math.min(low, m), Math.max(high, m)], [Infinity, -Infinity]);
-    return { output, a, b, ga, gb, counts, means, range };
+    return { output, a, b, ga, gb, counts, means, deviation, range };
   };
   const axis = (column, group) => {
     const names = column.names || (group.width ? null : group.centres.map((v) => short(v)));
@@ -140,7 +147,7 @@ function surfaceFigure(state, chosen) {
       const k = i * s.gb.count + j;
       if (!(i in s.ga.centres) || !(j in s.gb.centres) || !s.counts[k]) return '';
       const at = (column, group, g) => `${column.label}: ${column.names ? column.names[g] : withUnit(short(group.centres[g]), column.unit)}`;
-      return `${at(s.a, s.ga, i)}\n${at(s.b, s.gb, j)}\n${s.output.label}: ${withUnit(short(s.means[k]), s.output.unit)} (mean of ${s.counts[k]} rows)`;
+      return `${at(s.a, s.ga, i)}\n${at(s.b, s.gb, j)}\n${s.output.label}: ${withUnit(short(s.means[k]), s.output.unit)} ± ${short(s.deviation(k) / Math.sqrt(s.counts[k]))} (mean of ${s.counts[k]} rows and its standard error; scatter of rows ${short(s.deviation(k))})`;
     },
   });
 }
@@ -149,8 +156,8 @@ function surfaceFigure(state, chosen) {
  * Rows that no other row beats: none is at least as good in all goals and better in one. `goals`: [column, sign], sign 1 for larger
  * is better. Sorted by the first goal, a row need only be compared with the front found so far.
  */
-function front(rows, goals) {
-  const size = rows.length, keys = goals.map(([column, sign]) => Float64Array.from(rows, (i) => sign * column.values[i]));
+function front(all, goals) {
+  const rows = unbeaten(all, goals), size = rows.length, keys = goals.map(([column, sign]) => Float64Array.from(rows, (i) => sign * column.values[i]));
   const order = Array.from({ length: size }, (_, k) => k).filter((k) => keys.every((key) => key[k] === key[k]));
   order.sort((p, q) => { for (const key of keys) if (key[p] !== key[q]) return key[q] - key[p]; return p - q; });
   const kept = [];
@@ -167,12 +174,35 @@ function front(rows, goals) {
   return kept.map((k) => rows[k]);
 }
 
+/**
+ * Rows less those that are beaten in the last goal by a row on higher levels of the others: of many rows few are left to be sorted.
+ * On each pair of levels stands the best last goal of all rows on these or higher levels.
+ */
+function unbeaten(rows, goals) {
+  const [across, up, last] = [goals[0], goals.length > 2 ? goals[1] : null, goals[goals.length - 1]], size = STRIDE + 1;
+  const rank = ([column, sign]) => { const level = levels.of(column); return (i) => (sign > 0 || level[i] === NONE ? level[i] : NONE - 1 - level[i]); };
+  const [x, y] = [rank(across), up ? rank(up) : () => 0], place = places.of(last[0]), sign = last[1];
+  const best = new Float32Array(size * size).fill(-Infinity), kept = new Uint32Array(rows.length);
+  for (let k = 0; k < rows.length; k++) {
+    const i = rows[k], a = x(i), b = y(i), value = sign * place[i];
+    if (a !== NONE && b !== NONE && value > best[a * size + b]) best[a * size + b] = value;
+  }
+  for (let a = size - 2; a >= 0; a--) for (let b = size - 2; b >= 0; b--) best[a * size + b] = Math.max(best[a * size + b], best[(a + 1) * size + b], best[a * size + b + 1]);
+  const higher = up ? size + 1 : size;
+  let count = 0;
+  for (let k = 0; k < rows.length; k++) {
+    const i = rows[k];
+    if (!(sign * place[i] < best[x(i) * size + y(i) + higher])) kept[count++] = i;
+  }
+  return kept.subarray(0, count);
+}
+
 /** The front of two or three outputs over the selected rows. `chosen()`: goals as [front] takes them. */
 function frontFigure(state, chosen, found) {
   const frame = (width, height) => ({ left: 66, top: 10, width: width - 190, height: height - 56 });
   const place = (column, i, from, length) => from + (column.values[i] - column.domain[0]) / (column.domain[1] - column.domain[0]) * length;
   return new Figure({
-    title: 'Pareto front', height: 400,
+    title: 'Pareto front', height: 400, ground: new Densities([LEVELS, LEVELS], GREY_RGB),
     paint(painter, width, height) {
       const goals = chosen(), [[a], [b], third] = goals, box = frame(width, height), rows = state.selection.picked;
       const best = this.best = front(rows, goals);
@@ -180,7 +210,9 @@ function frontFigure(state, chosen, found) {
       axes(painter, box, { low: a.domain[0], high: a.domain[1], title: titled(a.label, a.unit) }, { low: b.domain[0], high: b.domain[1], title: titled(b.label, b.unit) });
       const at = (i) => [place(a, i, box.left, box.width), place(b, i, box.top + box.height, -box.height)];
       if (rows.length > SINGLE_ROWS) {
-        painter.image(Matrix.prototype.density(a, b, rows, GREY_RGB), box.left, box.top, box.width, box.height);
+        const found = state.selection.levels;
+        this.ground.fill(pointsOn(found.of(a), found.of(b)));
+        painter.image(this.ground.show(), box.left, box.top, box.width, box.height);
       } else painter.dots(Array.from(rows).flatMap(at).filter(Number.isFinite), 2, { color: GREY, alpha: 0.8 });
       if (!third) {
         painter.dots(best.flatMap(at), 4, { color: ORANGE });

@@ -3,28 +3,37 @@
 /** Rows up to which each is drawn by itself; of more the density is drawn, on as many levels as [LEVELS]. */
 const SINGLE_ROWS = 2500;
 
-/** A canvas of given pixels filled from densities: colour of `rgb`, denser is darker, on a logarithmic scale. */
-function densityImage(density, width, height, rgb, largest) {
-  const canvas = el('canvas', { width, height }), context = canvas.getContext('2d');
-  const image = context.createImageData(width, height), pixels = new Uint32Array(image.data.buffer);
-  const colour = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0], scale = 215 / Math.log1p(largest || 1);
-  for (let i = 0; i < density.length; i++) {
-    if (density[i]) pixels[i] = colour | ((40 + Math.log1p(density[i]) * scale) << 24);
+/** One canvas of `across` by `down` images of densities, filled again and again: the browser takes up one image, not many. */
+class Densities {
+  constructor([width, height], rgb, across = 1, down = 1) {
+    Object.assign(this, { width, height, across, canvas: el('canvas', { width: width * across, height: height * down }) });
+    this.context = this.canvas.getContext('2d');
+    this.image = this.context.createImageData(this.canvas.width, this.canvas.height);
+    this.pixels = new Uint32Array(this.image.data.buffer);
+    this.colour = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0];
   }
-  context.putImageData(image, 0, 0);
-  return canvas;
+  /** Fills an image with whole numbers as densities, lines from the top: denser is darker, on a logarithmic scale. */
+  fill(density, column = 0, row = 0) {
+    const { width, height, across, pixels, colour } = this, scale = 215 / Math.log1p(largest(density) || 1);
+    for (let y = 0, from = 0; y < height; y++) {
+      for (let x = 0, to = ((row * height + y) * across + column) * width; x < width; x++, from++, to++) {
+        const count = density[from];
+        pixels[to] = count ? colour | ((40 + (count < LOGS.length ? LOGS[count] : Math.log1p(count)) * scale) << 24) : 0;
+      }
+    }
+  }
+  /** Hands what was filled to the canvas. */
+  show() { this.context.putImageData(this.image, 0, 0); return this.canvas; }
+  /** Where an image is on the canvas. */
+  place(column, row) { return [column * this.width, row * this.height, this.width, this.height]; }
 }
 
 const GREY_RGB = [190, 198, 208], BLUE_RGB = [31, 95, 168];
 
-/** Number of rows on each pair of levels of two columns. */
-function pairs(a, b, rows) {
-  const counts = new Uint32Array(LEVELS * LEVELS), count = rows ? rows.length : a.level.length;
-  const [la, lb] = [a.level, b.level];
-  for (let k = 0; k < count; k++) {
-    const i = rows ? rows[k] : k;
-    if (la[i] !== NONE && lb[i] !== NONE) counts[la[i] * LEVELS + lb[i]]++;
-  }
+/** Number of rows on each pair of levels, [STRIDE] by [STRIDE]: of two columns the levels of the same rows. */
+function pairs(a, b) {
+  const counts = new Uint32Array(STRIDE * STRIDE);
+  for (let k = 0; k < a.length; k++) counts[a[k] * STRIDE + b[k]]++;
   return counts;
 }
 
@@ -34,18 +43,28 @@ function largest(values) {
   return most;
 }
 
-/** Densities of the lines between two axes, as an image whose rows are levels. */
-function linesBetween(a, b, rows, rgb) {
-  const width = 72, counts = pairs(a, b, rows), density = new Float32Array(width * LEVELS);
+/** Pixels between two axes of parallel coordinates, before they are stretched. */
+const GAP = 72;
+
+/** Densities of the lines between two axes, from levels: lines of pixels from the top. */
+function linesBetween(a, b) {
+  const counts = pairs(a, b), density = new Uint32Array(GAP * LEVELS);
   for (let from = 0; from < LEVELS; from++) {
     for (let to = 0; to < LEVELS; to++) {
-      const count = counts[from * LEVELS + to];
+      const count = counts[from * STRIDE + to];
       if (!count) continue;
-      const slope = (to - from) / (width - 1);
-      for (let x = 0, y = LEVELS - 0.5 - from; x < width; x++, y -= slope) density[(y | 0) * width + x] += count;
+      const slope = (to - from) / (GAP - 1);
+      for (let x = 0, y = LEVELS - 0.5 - from; x < GAP; x++, y -= slope) density[(y | 0) * GAP + x] += count;
     }
   }
-  return densityImage(density, width, LEVELS, rgb, largest(density));
+  return density;
+}
+
+/** Densities of points, from levels: lines of pixels from the top. */
+function pointsOn(a, b) {
+  const counts = pairs(a, b), density = new Uint32Array(LEVELS * LEVELS);
+  for (let x = 0; x < LEVELS; x++) for (let y = 0; y < LEVELS; y++) density[(LEVELS - 1 - y) * LEVELS + x] = counts[x * STRIDE + y];
+  return density;
 }
 
 /** Parallel coordinates of the shown columns. */
@@ -54,11 +73,25 @@ class Parallel {
     this.state = state;
     this.figure = new Figure({
       title: 'Parallel coordinates', height: 380,
-      paint: (...on) => this.paint(...on), over: (...on) => this.paintOver(...on),
+      paint: (...on) => this.paint(...on), still: (...on) => this.axes(...on), over: (...on) => this.paintOver(...on),
       hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
       left: () => { this.row = -1; this.figure.redrawOver(); },
     });
     this.row = -1;
+  }
+  /** Other columns are shown. */
+  renew() {
+    this.sheets = new Kept((rgb) => new Densities([GAP, LEVELS], rgb, Math.max(1, this.state.shown.length - 1)));
+    this.ground = null;
+    this.figure.renew();
+  }
+  /** The lines of all rows: what lies under those of the selected ones. */
+  prepare() { return (this.ground ||= this.between(levels, GREY_RGB)); }
+  /** The lines of rows with these levels, on one canvas. */
+  between(found, rgb) {
+    const { shown } = this.state, sheet = this.sheets.of(rgb);
+    for (let k = 0; k + 1 < shown.length; k++) sheet.fill(linesBetween(found.of(shown[k]), found.of(shown[k + 1])), k);
+    return sheet.show();
   }
   x(k, width) { const n = this.state.shown.length; return n > 1 ? 55 + k * (width - 110) / (n - 1) : width / 2; }
   y(column, v) { const [low, high] = column.domain; return this.bottom - (v - low) / (high - low) * (this.bottom - this.top); }
@@ -68,15 +101,17 @@ class Parallel {
     [this.top, this.bottom] = [62, height - 14];
     const narrowed = selection.narrowed;
     if (table.rows <= SINGLE_ROWS) {
-      if (narrowed) this.lines(painter, width, Array.from({ length: table.rows }, (_, i) => i), GREY, 0.35);
+      if (narrowed) this.lines(painter, width, Array(table.rows).keys(), GREY, 0.35);
       this.lines(painter, width, selection.picked, BLUE, Math.max(0.15, Math.min(0.8, 60 / selection.picked.length)));
     } else {
-      const key = shown.map((column) => column.index).join();
-      if (this.key !== key) [this.key, this.ground] = [key, shown.slice(1).map((b, k) => linesBetween(shown[k], b, null, GREY_RGB))];
-      const place = (image, k) => painter.image(image, this.x(k, width), this.top, this.x(k + 1, width) - this.x(k, width), this.bottom - this.top);
-      if (narrowed) this.ground.forEach(place);
-      shown.slice(1).map((b, k) => linesBetween(shown[k], b, narrowed ? selection.picked : null, BLUE_RGB)).forEach(place);
+      const place = (image) => painter.image(image, 55, this.top, width - 110, this.bottom - this.top);
+      if (narrowed) place(this.prepare());
+      place(this.between(selection.levels, BLUE_RGB));
     }
+    shown.forEach((column, k) => this.limit(painter, column, this.x(k, width)));
+  }
+  axes(painter, width) {
+    const { shown } = this.state;
     shown.forEach((column, k) => this.axis(painter, column, this.x(k, width), (width - 110) / Math.max(1, shown.length - 1)));
   }
   lines(painter, width, rows, color, alpha) {
@@ -102,6 +137,8 @@ class Parallel {
       painter.line([x - 3, this.y(column, value), x + 3, this.y(column, value)], { color: INK });
       painter.text(text, x + 5, this.y(column, value), { size: 10, halo: true });
     }
+  }
+  limit(painter, column, x) {
     const limit = this.state.selection.limits.get(column);
     if (!limit) return;
     const spans = limit instanceof Set ? [...limit].map((code) => [code - 0.5, code + 0.5]) : [[limit.low, limit.high]];
@@ -124,10 +161,11 @@ class Parallel {
     if (!shown.length) return '';
     const n = shown.length, along = n > 1 ? Math.max(0, Math.min(n - 1.001, (x - 55) / (width - 110) * (n - 1))) : 0;
     const k = Math.floor(along), t = along - k, a = shown[k], b = shown[Math.min(n - 1, k + 1)];
-    let best = 9, row = -1;
-    for (const i of selection.picked) {
-      const at = (1 - t) * this.y(a, a.values[i]) + t * this.y(b, b.values[i]), distance = Math.abs(at - y);
-      if (distance < best) [best, row] = [distance, i];
+    const { picked } = selection, [pa, pb] = [selection.places.of(a), selection.places.of(b)], aim = (this.bottom - y) / (this.bottom - this.top);
+    let best = 9 / (this.bottom - this.top), row = -1;
+    for (let p = 0; p < picked.length; p++) {
+      const distance = Math.abs((1 - t) * pa[p] + t * pb[p] - aim);
+      if (distance < best) { best = distance; row = picked[p]; }
     }
     if (row !== this.row) { this.row = row; this.figure.redrawOver(); }
     return row < 0 ? '' : this.state.describe(row);
@@ -147,24 +185,51 @@ class Matrix {
     this.columns = [];
     this.figure = new Figure({
       title: 'Scatter matrix', height: (width) => Math.min(width, 1000) * 0.8 + 40,
-      paint: (...on) => this.paint(...on), hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
+      paint: (...on) => this.paint(...on), still: (...on) => this.frames(...on), hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
     });
+  }
+  /** Shows other columns. */
+  renew(columns) {
+    const parts = Math.max(1, columns.length - 1);
+    this.columns = columns;
+    this.sheets = new Kept((rgb) => new Densities([LEVELS, LEVELS], rgb, parts, parts));
+    this.ground = null;
+    this.figure.renew();
+  }
+  /** The points of all rows: what lies under those of the selected ones. */
+  prepare() { return (this.ground ||= this.points(levels, GREY_RGB)); }
+  /** The points of rows with these levels, on one canvas: that of columns j and i > j in column j and line i - 1. */
+  points(found, rgb) {
+    const { columns } = this, sheet = this.sheets.of(rgb);
+    for (let i = 1; i < columns.length; i++) for (let j = 0; j < i; j++) sheet.fill(pointsOn(found.of(columns[j]), found.of(columns[i])), j, i - 1);
+    return sheet.show();
   }
   cell(i, j) {
     const n = this.columns.length, w = (this.figure.width - 80) / n, h = (this.figure.tall - 60) / n;
     return { left: 72 + j * w, top: 8 + i * h, width: w - 8, height: h - 8 };
   }
   paint(painter) {
-    const n = this.columns.length, narrowed = this.state.selection.narrowed;
-    const key = this.columns.map((column) => column.index).join();
-    if (this.key !== key) [this.key, this.ground] = [key, new Map()];
+    const n = this.columns.length, { table, selection } = this.state, images = [];
+    if (table.rows > SINGLE_ROWS) {
+      if (selection.narrowed) images.push(this.prepare());
+      images.push(this.points(selection.levels, BLUE_RGB));
+    }
     for (let i = 0; i < n; i++) {
       for (let j = 0; j < n; j++) {
         const box = this.cell(i, j);
         if (i === j) this.diagonal(painter, this.columns[i], box);
-        else if (j < i) this.panel(painter, [this.columns[j], this.columns[i]], box, narrowed);
+        else if (j < i && images.length) images.forEach((image) => painter.image(image, box.left, box.top, box.width, box.height, this.sheets.of(BLUE_RGB).place(j, i - 1)));
+        else if (j < i) this.panel(painter, [this.columns[j], this.columns[i]], box);
         else this.correlation(painter, this.columns[j], this.columns[i], box);
-        if (j <= i) painter.rect(box.left, box.top, box.width, box.height, { stroke: RULE });
+      }
+    }
+  }
+  /** What no brush changes. */
+  frames(painter) {
+    for (let i = 0; i < this.columns.length; i++) {
+      for (let j = 0; j <= i; j++) {
+        const { left, top, width, height } = this.cell(i, j);
+        painter.rect(left, top, width, height, { stroke: RULE });
       }
     }
     this.columns.forEach((column, k) => this.labels(painter, column, k));
@@ -184,26 +249,18 @@ class Matrix {
     }
   }
   diagonal(painter, column, box) {
-    const all = histogram(column, null, 32), some = histogram(column, this.state.selection.picked, 32);
+    const all = distributions.of(column), some = histogram(column, this.state.selection);
     const most = Math.max(1, ...all), width = box.width / all.length;
     const bar = (count, k, fill) => painter.rect(box.left + k * width, box.top + box.height * (1 - count / most * 0.92), Math.max(0.6, width - 0.6), box.height * count / most * 0.92, { fill });
     all.forEach((count, k) => { if (count) bar(count, k, RULE); });
     some.forEach((count, k) => { if (count) bar(count, k, BLUE); });
   }
-  panel(painter, [a, b], box, narrowed) {
-    const { table, selection } = this.state;
-    if (table.rows <= SINGLE_ROWS) {
-      const at = (rows) => this.points(a, b, box, rows);
-      if (narrowed) painter.dots(at(null), table.rows < 100 ? 2.2 : 1.6, { color: GREY, alpha: 0.5 });
-      painter.dots(at(selection.picked), table.rows < 100 ? 2.6 : 1.9, { color: BLUE, alpha: Math.max(0.25, Math.min(0.85, 200 / selection.picked.length)) });
-      return;
-    }
-    const key = `${a.index},${b.index}`;
-    if (!this.ground.has(key)) this.ground.set(key, this.density(a, b, null, GREY_RGB));
-    if (narrowed) painter.image(this.ground.get(key), box.left, box.top, box.width, box.height);
-    painter.image(this.density(a, b, selection.picked, BLUE_RGB), box.left, box.top, box.width, box.height);
+  panel(painter, [a, b], box) {
+    const { table, selection } = this.state, at = (rows) => this.dots(a, b, box, rows);
+    if (selection.narrowed) painter.dots(at(null), table.rows < 100 ? 2.2 : 1.6, { color: GREY, alpha: 0.5 });
+    painter.dots(at(selection.picked), table.rows < 100 ? 2.6 : 1.9, { color: BLUE, alpha: Math.max(0.25, Math.min(0.85, 200 / selection.picked.length)) });
   }
-  points(a, b, box, rows) {
+  dots(a, b, box, rows) {
     const at = [], count = rows ? rows.length : a.values.length;
     const part = ({ domain, values }, i) => (values[i] - domain[0]) / (domain[1] - domain[0]);
     for (let k = 0; k < count; k++) {
@@ -212,17 +269,12 @@ class Matrix {
     }
     return at;
   }
-  density(a, b, rows, rgb) {
-    const counts = pairs(a, b, rows), image = new Uint32Array(counts.length);
-    for (let x = 0; x < LEVELS; x++) for (let y = 0; y < LEVELS; y++) image[(LEVELS - 1 - y) * LEVELS + x] = counts[x * LEVELS + y];
-    return densityImage(image, LEVELS, LEVELS, rgb, largest(image));
-  }
   correlation(painter, a, b, box) {
     if (a.names || b.names) return;
     let n = 0, sa = 0, sb = 0, aa = 0, bb = 0, ab = 0;
-    const scale = (column, i) => (column.values[i] - column.domain[0]) / (column.domain[1] - column.domain[0]);
-    for (const i of this.state.selection.picked) {
-      const x = scale(a, i), y = scale(b, i), sum = x + y;
+    const { places } = this.state.selection, [pa, pb] = [places.of(a), places.of(b)];
+    for (let k = 0; k < pa.length; k++) {
+      const x = pa[k] - 0.5, y = pb[k] - 0.5, sum = x + y;
       if (sum !== sum) continue;
       n++; sa += x; sb += y; aa += x * x; bb += y * y; ab += x * y;
     }
@@ -244,12 +296,12 @@ class Matrix {
   hover(x, y) {
     const found = this.find(x, y);
     if (!found) return '';
-    const { a, b, box } = found, parts = ([low, high]) => high - low;
-    const vx = a.domain[0] + (x - box.left) / box.width * parts(a.domain), vy = b.domain[0] + (1 - (y - box.top) / box.height) * parts(b.domain);
+    const { a, b, box } = found, { picked, places } = this.state.selection, [pa, pb] = [places.of(a), places.of(b)];
+    const [px, py] = [(x - box.left) / box.width, 1 - (y - box.top) / box.height];
     let best = 64, row = -1;
-    for (const i of this.state.selection.picked) {
-      const dx = (a.values[i] - vx) / parts(a.domain) * box.width, dy = (b.values[i] - vy) / parts(b.domain) * box.height;
-      if (dx * dx + dy * dy < best) [best, row] = [dx * dx + dy * dy, i];
+    for (let k = 0; k < picked.length; k++) {
+      const dx = (pa[k] - px) * box.width, dy = (pb[k] - py) * box.height, distance = dx * dx + dy * dy;
+      if (distance < best) { best = distance; row = picked[k]; }
     }
     return row < 0 ? '' : this.state.describe(row, [a, b]);
   }
@@ -271,7 +323,7 @@ function distribution(state, column) {
   const figure = new Figure({
     title: titled(column.label, column.unit), height: 165,
     paint(painter, width, height) {
-      const box = frame(width, height), all = histogram(column, null, 32), some = histogram(column, state.selection.picked, 32);
+      const box = frame(width, height), all = distributions.of(column), some = histogram(column, state.selection);
       const most = Math.max(1, ...all), n = all.length;
       const { py } = axes(painter, box, { low: column.domain[0], high: column.domain[1], names: column.names }, { low: 0, high: most, whole: true });
       const bar = (count, k, fill) => { if (count) painter.rect(box.left + box.width * k / n, py(count), Math.max(0.7, box.width / n - 1), py(0) - py(count), { fill }); };
@@ -282,7 +334,7 @@ function distribution(state, column) {
       painter.text(words, 4, height - 8, { color: SOFT, size: Math.min(10.5, width / words.length * 1.75) });
     },
     hover(x) {
-      const box = frame(this.width, this.tall), all = histogram(column, null, 32), some = histogram(column, state.selection.picked, 32);
+      const box = frame(this.width, this.tall), all = distributions.of(column), some = histogram(column, state.selection);
       const k = Math.floor((x - box.left) / box.width * all.length);
       if (!(k in all)) return '';
       const step = (column.domain[1] - column.domain[0]) / all.length, from = column.domain[0] + k * step;

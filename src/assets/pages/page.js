@@ -135,8 +135,8 @@ class CanvasPainter {
     if (fill) { c.fillStyle = fill; c.fill(); }
     if (stroke) { c.strokeStyle = stroke; c.stroke(); }
   }
-  /** A drawn canvas, stretched smoothly over a rectangle. */
-  image(canvas, x, y, width, height) { this.context.drawImage(canvas, x, y, width, height); }
+  /** A drawn canvas, or the part [x, y, width, height] of it, stretched smoothly over a rectangle. */
+  image(canvas, x, y, width, height, part = [0, 0, canvas.width, canvas.height]) { this.context.drawImage(canvas, ...part, x, y, width, height); }
 }
 
 /** Writes an SVG of what is drawn; images are embedded. */
@@ -169,9 +169,11 @@ class SvgPainter {
   polygon(points, { fill = 'none', stroke = 'none' } = {}) {
     this.parts.push(`<polygon points="${Array.from(points, SvgPainter.at).join(' ')}" fill="${fill}" stroke="${stroke}"/>`);
   }
-  image(canvas, x, y, width, height) {
+  image(canvas, x, y, width, height, part = [0, 0, canvas.width, canvas.height]) {
+    const own = el('canvas', { width: part[2], height: part[3] });
+    own.getContext('2d').drawImage(canvas, ...part, 0, 0, part[2], part[3]);
     const [a, b, c, d] = [x, y, width, height].map(SvgPainter.at);
-    this.parts.push(`<image x="${a}" y="${b}" width="${c}" height="${d}" preserveAspectRatio="none" href="${canvas.toDataURL('image/png')}"/>`);
+    this.parts.push(`<image x="${a}" y="${b}" width="${c}" height="${d}" preserveAspectRatio="none" href="${own.toDataURL('image/png')}"/>`);
   }
   finish() {
     const size = `width="${this.width}" height="${this.height}" viewBox="0 0 ${this.width} ${this.height}"`;
@@ -243,18 +245,19 @@ const near = new IntersectionObserver((entries) => {
 /**
  * A figure on canvas with caption and a button that saves it as SVG.
  *
- * `paint(painter, width, height)` draws it; `height` is a number or a function of the width. `over(painter, width, height)` draws
- * what follows the pointer. `hover(x, y)` returns the text beside the pointer; `drag(x0, y0, x1, y1, ended, event)` is told of a drag
+ * `paint(painter, width, height)` draws it; `height` is a number or a function of the width. `still(painter, width, height)` draws on
+ * top what stays until [Figure#renew], `over(painter, width, height)` what follows the pointer. `hover(x, y)` returns the text beside the pointer; `drag(x0, y0, x1, y1, ended, event)` is told of a drag
  * and, with equal ends, of a click; `wheel(x, y, event)` of the wheel, and returns whether it was meant.
  */
 class Figure {
   constructor(options) {
     Object.assign(this, { near: false, stale: true, caption: '', ...options });
     this.canvas = el('canvas', { role: 'img', 'aria-label': options.title });
-    this.top = el('canvas', { class: 'over', 'aria-hidden': 'true' });
+    const layer = () => el('canvas', { class: 'over', 'aria-hidden': 'true' });
+    [this.middle, this.top] = [this.still ? layer() : '', layer()];
     this.heading = el('b', {}, options.title);
     const button = el('button', { type: 'button', title: 'Save as SVG', 'aria-label': `Save as SVG: ${options.title}`, onclick: () => this.saveSvg() }, 'SVG');
-    this.node = el('figure', {}, el('figcaption', {}, this.heading, button), el('div', { class: 'paper' }, this.canvas, this.top));
+    this.node = el('figure', {}, el('figcaption', {}, this.heading, button), el('div', { class: 'paper' }, this.canvas, this.middle, this.top));
     this.node.figure = this;
     this.listen();
     figures.add(this);
@@ -262,6 +265,8 @@ class Figure {
     new ResizeObserver(() => { if (Math.round(this.node.clientWidth) !== this.width) this.redraw(); }).observe(this.node);
   }
   retitle(title) { this.title = title; this.heading.textContent = title; this.canvas.setAttribute('aria-label', title); }
+  /** Draws now if it is in sight, else when it comes there; also what else stays. */
+  renew() { this.stood = 0; this.redraw(); }
   /** Draws now if it is in sight, else when it comes there. */
   redraw() { this.stale = true; if (this.near) this.draw(); }
   size(canvas) {
@@ -273,13 +278,17 @@ class Figure {
     context.clearRect(0, 0, this.width, this.tall);
     return new CanvasPainter(context);
   }
-  draw(room = this.node.clientWidth) {
+  /** Draws in a width; `flat`: on one canvas, as paper needs it, where what lies over another canvas hides it. */
+  draw(room = this.node.clientWidth, flat = false) {
     const width = Math.round(room);
     if (!width) return;
     this.width = width;
     this.tall = Math.round(typeof this.height === 'function' ? this.height(width) : this.height);
     this.stale = false;
-    this.paint(this.size(this.canvas), this.width, this.tall);
+    const ground = this.size(this.canvas);
+    this.paint(ground, this.width, this.tall);
+    if (this.still && (flat || this.stood !== width)) this.still(flat ? ground : this.size(this.middle), width, this.tall);
+    this.stood = flat ? 0 : width;
     this.redrawOver();
   }
   redrawOver() { if (this.over && this.width) this.over(this.size(this.top), this.width, this.tall); }
@@ -287,6 +296,7 @@ class Figure {
     if (this.stale) this.draw();
     const painter = new SvgPainter(this.width, this.tall);
     this.paint(painter, this.width, this.tall);
+    this.still?.(painter, this.width, this.tall);
     return painter.finish();
   }
   saveSvg() { save(`${this.title.replace(/[^\p{L}\p{N}]+/gu, '_')}.svg`, this.svg(), 'image/svg+xml'); }
@@ -318,7 +328,7 @@ class Figure {
 }
 
 // On paper a figure is as wide as a column of text: its letters keep their size.
-addEventListener('beforeprint', () => figures.forEach((figure) => figure.draw(figure.node.closest('.grid') ? 215 : 690)));
+addEventListener('beforeprint', () => figures.forEach((figure) => figure.draw(figure.node.closest('.grid') ? 215 : 690, true)));
 addEventListener('afterprint', () => figures.forEach((figure) => figure.redraw()));
 
 /**

@@ -79,22 +79,22 @@ function chip(column, limit) {
   return node;
 }
 
-/** The linked views and the choice of their columns. */
+/** The linked views and the choice of their columns; returns the views. */
 function linkedViews() {
   if (!state.shown.length || table.rows < 2) {
     section('Rows together', el('p', {}, 'Views of rows together need two rows or more in which something differs.'));
-    return;
+    return [];
   }
   const parallel = new Parallel(state), matrix = new Matrix(state), grid = el('div', { class: 'grid' });
   const watched = new Set();
   const choose = () => {
     const some = state.shown.filter((column) => column.group === 'factor').sort((a, b) => ordered.indexOf(a) - ordered.indexOf(b)).slice(0, 3);
-    matrix.columns = [...some, ...state.shown.filter((column) => column.group !== 'factor')].slice(0, 6);
     for (const figure of watched) figures.delete(figure);
     watched.clear();
     for (const column of state.shown) watched.add(distribution(state, column));
     grid.replaceChildren(...[...watched].map((figure) => figure.node));
-    for (const figure of [parallel.figure, matrix.figure]) figure.redraw();
+    parallel.renew();
+    matrix.renew([...some, ...state.shown.filter((column) => column.group !== 'factor')].slice(0, 6));
   };
   const boxes = el('div', { class: 'choice' });
   for (const [group, title] of [['factor', 'Factors'], ['aggregate', 'Over all hammers and castings'], ['run', 'Run'], ['hammer', 'Hammers'], ['casting', 'Castings'], ['row', 'Row'], ['solver', 'Solver']]) {
@@ -110,10 +110,12 @@ function linkedViews() {
     }
   }
   section('Rows together', note('Drag along an axis or over a panel to select rows; click there to let them go. All plots and the list of rows follow.'),
-    el('details', { class: 'choices' }, el('summary', {}, `Columns (${table.columns.length})`), boxes), parallel.figure.node, matrix.figure.node);
+    el('details', { class: 'choices' }, el('summary', {}, `Columns (${table.columns.length})`), boxes), parallel.figure.node);
   section('Distributions', note('Grey: all rows. Blue: the selected ones.'), grid);
+  section('Pairs of columns', note('Below the diagonal rows over two columns, above it the correlation of the selected ones.'), matrix.figure.node);
   choose();
   selection.watch(() => { parallel.figure.redraw(); matrix.figure.redraw(); watched.forEach((figure) => figure.redraw()); });
+  return [parallel, matrix];
 }
 
 let rows = () => {};
@@ -124,13 +126,15 @@ function rowList() {
   const holder = el('div', { class: 'scroll' });
   const study = el('input', { value: 'STUDY.toml', 'aria-label': 'study file' });
   const quoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
-  const sorted = () => {
+  /** Order of two rows: missing values come last, equal ones in the order of the table. */
+  const order = () => {
     const { values } = by, sign = falling ? -1 : 1;
-    return Array.from(selection.picked).sort((p, q) => {
-      const [a, b] = [values[p], values[q]];
-      return a !== a || b !== b ? (a !== a) - (b !== b) : sign * (a - b) || p - q;
-    });
+    return (p, q) => {
+      const a = values[p], b = values[q];
+      return a !== a || b !== b ? (a !== a) - (b !== b) || p - q : sign * (a - b) || p - q;
+    };
   };
+  const sorted = () => Array.from(selection.picked).sort(order());
   const columns = () => [state.row, state.status, ...state.shown.filter((column) => ![state.row, state.status].includes(column))];
   const csv = () => {
     const cell = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
@@ -139,7 +143,7 @@ function rowList() {
   const commands = () => sorted().map((i) => [`decore scene ${quoted(study.value)} --row ${state.row.values[i]}`, ...meta.overrides.map((one) => `--set ${quoted(one)}`)].join(' ')).join('\n') + '\n';
   rows = () => {
     const header = columns().map((column) => el('th', { title: column.text, 'aria-sort': column === by ? (falling ? 'descending' : 'ascending') : 'none' }, el('button', { type: 'button', onclick: () => { falling = column === by ? !falling : !column.smaller; by = column; rows(); } }, `${titled(column.label, column.unit)}${column === by ? (falling ? ' ▾' : ' ▴') : ''}`)));
-    const lines = sorted().slice(0, most).map((i) => el('tr', {}, ...columns().map((column) => el('td', { class: column.names ? 'text' : '', title: exact(column, i) }, readable(column, i)))));
+    const lines = leastOf(selection.picked, order(), most).map((i) => el('tr', {}, ...columns().map((column) => el('td', { class: column.names ? 'text' : '', title: exact(column, i) }, readable(column, i)))));
     holder.replaceChildren(el('table', { id: 'rows' }, el('thead', {}, el('tr', {}, ...header)), el('tbody', {}, ...lines)));
   };
   const button = (text, make) => el('button', { type: 'button', onclick: (event) => copy(make(), event.currentTarget) }, text);
@@ -162,14 +166,22 @@ function failures() {
     el('div', { class: 'grid' }, ...ordered.slice(0, 12).map((factor) => failureFigure(state, factor, reasons).node)));
 }
 
+/** What is known of how far an output is off in one row: columns beside it of its scatter between twins and its standard error. */
+function besides(output) {
+  const names = [`${output.name}_scatter`, output.name.replace(/_([a-z]+|m_s|n_s)$/, '_error_$1')];
+  const columns = names.map((name) => table.named.get(name)).filter((column) => column && column !== output && column.count);
+  const { mean, deviation } = moments(output, selection.picked);
+  return [
+    `All selected rows: mean ${withUnit(short(mean), output.unit)}, standard deviation ${withUnit(short(deviation), output.unit)}.`,
+    ...columns.map((column) => `${column.label} of single rows: mean ${withUnit(short(moments(column, selection.picked).mean), column.unit)}, largest ${short(column.high)}.`),
+  ];
+}
+
 function effectsSection() {
   if (!factors.length || !first || table.rows < 2) return;
   let output = first, [a, b] = [ordered[0], ordered[1]], cache = null;
   const scatter = note('');
-  const words = () => {
-    const beside = [`${output.name}_scatter`, output.name.replace(/_([a-z]+|m_s|n_s)$/, '_error_$1')].map((name) => table.named.get(name)).filter((column) => column && column !== output && column.count);
-    scatter.textContent = ['Means of the selected rows in groups of each factor; bars: standard error of the mean.', ...beside.map((column) => `${column.label}: mean ${withUnit(short(moments(column, selection.picked).mean), column.unit)}, largest ${short(column.high)}.`)].join(' ');
-  };
+  const words = () => { scatter.textContent = ['Means of the selected rows in groups of each factor; bars: standard error of the mean.', ...besides(output)].join(' '); };
   const effects = () => {
     if (cache) return cache;
     const of = new Map(ordered.slice(0, 24).map((factor) => [factor, effect(factor, output, selection.picked)]));
@@ -185,7 +197,7 @@ function effectsSection() {
   const listed = (columns) => columns.map((column) => [column.index, column.label]);
   section('Main effects', el('div', { class: 'controls' }, choice('Output', listed(outputs), output.index, (value) => { output = table.columns[value]; renew(); })), scatter, el('div', { class: 'grid' }, ...all.map((figure) => figure.node)));
   if (surface) {
-    section('Response surface', note('Mean of the output chosen above over two factors, selected rows.'), el('div', { class: 'controls' },
+    section('Response surface', note('Mean of the output chosen above over two factors, selected rows; its standard error and the scatter beside each mean are shown under the pointer.'), el('div', { class: 'controls' },
       choice('Across', listed(factors), a.index, (value) => { a = table.columns[value]; renew(); }), choice('Up', listed(factors), b.index, (value) => { b = table.columns[value]; renew(); })), surface.node);
   }
   selection.watch(renew);
@@ -216,7 +228,7 @@ function ending() {
 
 head();
 limitBar();
-linkedViews();
+const linked = linkedViews();
 figures.forEach((figure) => { if (figure.node.getBoundingClientRect().top < innerHeight) figure.draw(); });
 performance.mark('decore-drawn');
 // What is below comes when the reader has something to see.
@@ -227,4 +239,6 @@ setTimeout(() => {
   fronts();
   ending();
   performance.mark('decore-whole');
+  // What lies under a selection is made ready before the first one.
+  requestIdleCallback(() => { if (table.rows > SINGLE_ROWS) linked.forEach((view) => view.prepare()); });
 });

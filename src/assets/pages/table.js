@@ -1,7 +1,18 @@
 // The table of a report: typed columns out of the page, and the rows that all limits let through.
 
-/** Levels into which linked views sort values, and the mark of a value that is missing. */
-const LEVELS = 128, NONE = 255;
+/** Levels into which linked views sort values, the level of a value that is missing, and the number of both. */
+const LEVELS = 128, NONE = LEVELS, STRIDE = LEVELS + 1;
+/** Logarithms of one more than a whole number, for densities. */
+const LOGS = Float32Array.from({ length: 4096 }, (_, i) => Math.log1p(i));
+
+/** What is computed when it is first asked for; `make(key)` makes it. */
+class Kept extends Map {
+  constructor(make) { super(); this.make = make; }
+  of(key) {
+    if (!this.has(key)) this.set(key, this.make(key));
+    return this.get(key);
+  }
+}
 
 /** The columns of the page's data block. Values are numbers (NaN: none); those of a category count into its `names`. */
 function readTable(meta) {
@@ -27,7 +38,7 @@ function labelOf({ name, subject, group, unit }) {
   return bare.replaceAll('_', ' ') + scatter;
 }
 
-/** Range, domain of axes and level of each value of a column. */
+/** Range and domain of axes of a column. */
 function measure(column) {
   const { values, names } = column;
   let low = Infinity, high = -Infinity, count = 0;
@@ -40,13 +51,25 @@ function measure(column) {
   }
   const pad = names ? 0.5 : (high - low) * 0.02 || Math.abs(high) * 0.02 || 1;
   const domain = names ? [-0.5, names.length - 0.5] : count ? [low - pad, high + pad] : [0, 1];
-  const levels = new Uint8Array(values.length), scale = LEVELS / (domain[1] - domain[0]);
+  Object.assign(column, { low, high, count, domain, varies: high > low });
+}
+
+/** The level of each value of a column. */
+const levels = new Kept(({ values, domain }) => {
+  const found = new Uint8Array(values.length), base = domain[0], scale = LEVELS / (domain[1] - base);
   for (let i = 0; i < values.length; i++) {
     const v = values[i];
-    levels[i] = v !== v ? NONE : Math.min(LEVELS - 1, (v - domain[0]) * scale);
+    found[i] = v !== v ? NONE : (v - base) * scale;
   }
-  Object.assign(column, { low, high, count, domain, level: levels, varies: high > low });
-}
+  return found;
+});
+
+/** The place of each value of a column in its domain, from 0 to 1. */
+const places = new Kept(({ values, domain }) => {
+  const found = new Float32Array(values.length), base = domain[0], scale = 1 / (domain[1] - base);
+  for (let i = 0; i < values.length; i++) found[i] = (values[i] - base) * scale;
+  return found;
+});
 
 /** A value as it stands in the table of all digits that the page has. */
 function exact(column, row) {
@@ -74,7 +97,10 @@ class Selection {
     this.table = table;
     this.limits = new Map();
     this.listeners = [];
-    this.apply();
+    /** By how many limits a row is left out, and which rows each limit leaves out. */
+    this.left = new Uint16Array(table.rows);
+    this.masks = new Map();
+    this.pick();
   }
   /** Calls `listener` whenever the selection has changed. */
   watch(listener) { this.listeners.push(listener); }
@@ -85,8 +111,9 @@ class Selection {
     for (const [column, limit] of pairs) {
       if (limit) this.limits.set(column, limit);
       else this.limits.delete(column);
+      this.apply(column);
     }
-    this.apply();
+    this.pick();
     for (const listener of this.listeners) listener();
     performance.measure('decore-brush', 'decore-brush-begins');
   }
@@ -99,43 +126,70 @@ class Selection {
     return codes.length ? new Set(codes) : null;
   }
   clear() { this.set([...this.limits.keys()].map((column) => [column, null])); }
-  apply() {
-    const inside = new Uint8Array(this.table.rows).fill(1);
-    for (const [{ values }, limit] of this.limits) {
-      if (limit instanceof Set) {
-        for (let i = 0; i < inside.length; i++) if (inside[i] && !limit.has(values[i])) inside[i] = 0;
-      } else {
-        const { low, high } = limit;
-        // A missing value is within no limits: both comparisons fail.
-        for (let i = 0; i < inside.length; i++) inside[i] &= values[i] >= low && values[i] <= high ? 1 : 0;
-      }
+  /** Renews what the limit of a column leaves out; the other limits stay as they are. */
+  apply(column) {
+    const { left } = this, { values } = column, limit = this.limits.get(column), before = this.masks.get(column);
+    if (before) for (let i = 0; i < left.length; i++) left[i] -= before[i];
+    if (!limit) { this.masks.delete(column); return; }
+    const mask = before || new Uint8Array(left.length);
+    if (limit instanceof Set) {
+      for (let i = 0; i < mask.length; i++) mask[i] = limit.has(values[i]) ? 0 : 1;
+    } else {
+      const { low, high } = limit;
+      // A missing value is within no limits: both comparisons fail.
+      for (let i = 0; i < mask.length; i++) mask[i] = values[i] >= low && values[i] <= high ? 0 : 1;
     }
+    for (let i = 0; i < left.length; i++) left[i] += mask[i];
+    this.masks.set(column, mask);
+  }
+  /** Lists the rows within all limits. */
+  pick() {
+    const { left } = this, picked = new Uint32Array(left.length);
     let count = 0;
-    for (let i = 0; i < inside.length; i++) count += inside[i];
-    const picked = new Uint32Array(count);
-    for (let i = 0, k = 0; i < inside.length; i++) if (inside[i]) picked[k++] = i;
-    this.inside = inside;
-    this.picked = picked;
+    for (let i = 0; i < left.length; i++) { picked[count] = i; count += left[i] ? 0 : 1; }
+    this.picked = picked.subarray(0, count);
+    const some = (all) => new Kept((column) => (this.narrowed ? gathered(all.of(column), this.picked) : all.of(column)));
+    /** Levels and places of the selected rows alone. */
+    [this.levels, this.places] = [some(levels), some(places)];
   }
 }
 
-/** Number of rows on each level of a column, on `parts` parts of its axis. `rows`: indices, or null for all. */
-function histogram(column, rows, parts) {
-  const { level, values, names } = column;
-  const counts = new Uint32Array(names ? names.length : parts), count = rows ? rows.length : level.length;
-  const shift = Math.log2(LEVELS / parts);
-  for (let k = 0; k < count; k++) {
-    const i = rows ? rows[k] : k;
-    if (level[i] !== NONE) counts[names ? values[i] : level[i] >> shift]++;
-  }
+/** The values of some rows. */
+function gathered(values, rows) {
+  const some = new values.constructor(rows.length);
+  for (let k = 0; k < some.length; k++) some[k] = values[rows[k]];
+  return some;
+}
+
+/** Parts of an axis on which rows are counted. */
+const PARTS = 32;
+
+/** Number of rows on each part of a column's axis, of a category on each name. */
+function histogram(column, selection) {
+  if (!selection.narrowed) return distributions.of(column);
+  return column.names ? counted(gathered(column.values, selection.picked), column.names.length) : onParts(selection.levels.of(column));
+}
+
+const distributions = new Kept((column) => (column.names ? counted(column.values, column.names.length) : onParts(levels.of(column))));
+
+function onParts(found) {
+  const counts = new Uint32Array(PARTS + 1), shift = Math.log2(LEVELS / PARTS);
+  for (let k = 0; k < found.length; k++) counts[found[k] >> shift]++;
+  // The last is of those that are missing.
+  return counts.subarray(0, PARTS);
+}
+
+function counted(codes, names) {
+  const counts = new Uint32Array(names);
+  for (let k = 0; k < codes.length; k++) if (codes[k] === codes[k]) counts[codes[k]]++;
   return counts;
 }
 
 /** Mean, least, largest and number of the values of a column in rows. */
 function moments(column, rows) {
   let count = 0, sum = 0, squares = 0, low = Infinity, high = -Infinity;
-  for (const i of rows) {
-    const v = column.values[i];
+  for (let k = 0; k < rows.length; k++) {
+    const v = column.values[rows[k]];
     if (v !== v) continue;
     const before = count ? sum / count : 0;
     count++; sum += v;
@@ -147,23 +201,50 @@ function moments(column, rows) {
   return { count, mean: count ? sum / count : NaN, low, high, deviation, error: deviation / Math.sqrt(count) };
 }
 
+/** Groups of columns' values as [grouped] finds them, by the largest number of groups. */
+const groupings = new Kept((most) => new Kept((column) => grouped(column, most)));
+
+function groups(column, most) { return groupings.of(most).of(column); }
+
 /**
  * Groups of a column's values: each level where there are few and rows share them, else equal parts of its range, of few rows fewer.
- * { names, centres, of(row) }.
+ * { count, names, centres, width, of }: `of` has the group of each row, [UNGROUPED] where there is none.
  */
-function groups(column, most) {
-  const { values, names } = column;
-  if (names) return { count: names.length, names, centres: names.map((_, i) => i), of: (i) => values[i] };
+function grouped(column, most) {
+  const { values, names, low, high } = column, of = new Uint8Array(values.length);
+  const all = (group) => { for (let i = 0; i < of.length; i++) of[i] = values[i] === values[i] ? group(values[i]) : UNGROUPED; };
+  if (names) {
+    all((v) => v);
+    return { count: names.length, names, centres: names.map((_, i) => i), of };
+  }
   const distinct = new Set();
   for (let i = 0; i < values.length && distinct.size <= most; i++) if (values[i] === values[i]) distinct.add(values[i]);
   if (distinct.size <= most && (2 * distinct.size <= column.count || distinct.size < 3)) {
     const centres = [...distinct].sort((a, b) => a - b), place = new Map(centres.map((v, i) => [v, i]));
-    return { count: centres.length, centres, of: (i) => place.get(values[i]) ?? NaN };
+    all((v) => place.get(v));
+    return { count: centres.length, centres, of };
   }
   const parts = Math.max(2, Math.min(most, Math.floor(Math.sqrt(column.count / 2))));
-  const { low, high } = column, width = (high - low) / parts;
-  const centres = Array.from({ length: parts }, (_, i) => low + (i + 0.5) * width);
-  return { count: parts, centres, width, of: (i) => Math.min(parts - 1, Math.floor((values[i] - low) / width)) };
+  const width = (high - low) / parts, scale = 1 / width, last = parts - 1;
+  all((v) => Math.min(last, Math.floor((v - low) * scale)));
+  return { count: parts, centres: Array.from({ length: parts }, (_, i) => low + (i + 0.5) * width), width, of };
+}
+
+/** The group of a row whose value is missing: beyond the number of names that a page tells apart. */
+const UNGROUPED = 255;
+
+/** The first `most` of rows in an order, without sorting all. */
+function leastOf(rows, order, most) {
+  const kept = [];
+  for (let k = 0; k < rows.length; k++) {
+    const row = rows[k];
+    if (kept.length === most && order(row, kept[most - 1]) > 0) continue;
+    let [from, to] = [0, kept.length];
+    while (from < to) { const middle = (from + to) >> 1; if (order(kept[middle], row) < 0) from = middle + 1; else to = middle; }
+    kept.splice(from, 0, row);
+    if (kept.length > most) kept.pop();
+  }
+  return kept;
 }
 
 /** Share of an output's variance that lies between groups of a factor, adjusted for their number: what a factor does by itself. */
@@ -172,8 +253,8 @@ function influence(factor, output) {
   let sum = 0, squares = 0, count = 0;
   const step = Math.max(1, Math.floor(output.values.length / 20000));
   for (let i = 0; i < output.values.length; i += step) {
-    const v = output.values[i], g = group.of(i);
-    if (v !== v || g !== g) continue;
+    const v = output.values[i], g = group.of[i];
+    if (v !== v || g === UNGROUPED) continue;
     sums[g] += v; counts[g]++; sum += v; squares += v * v; count++;
   }
   const total = squares - sum * sum / count;
