@@ -103,6 +103,12 @@ class Browser:
         if width == 1280:
             page.pdf()
             assert not page.evaluate(BLANK) and not page.wrong, f"{path} in print: {page.wrong}"
+            # What is printed has the texts of the axes on the same canvas: all others are hidden.
+            page.emulate_media(media="print")
+            hidden = "[...document.querySelectorAll('canvas.over')].every((one) => getComputedStyle(one).display === 'none')"
+            page.evaluate("dispatchEvent(new Event('beforeprint'))")
+            lone = page.evaluate("[...figures].filter((figure) => figure.still && figure.stood !== 0).map((figure) => figure.title)")
+            assert page.evaluate(hidden) and not lone, f"{path} in print: no axes of {lone}"
         page.close()
 
     def saves(self, path: pathlib.Path) -> None:

@@ -55,6 +55,7 @@
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
+//! python      : analysis dataset design engine metrics quantity run sensitivity study words
 //! surrogate   : dataset files number random regression sensitivity study
 //! cli         : accuracy analysis comparison dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study surrogate system words
 //! ```
@@ -84,6 +85,7 @@
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
 //! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
+//! - `python`: the module of the Python package; with the feature of that name alone.
 //!
 //! # The same bytes on every system
 //!
@@ -119,6 +121,9 @@ pub mod number;
 pub mod page;
 #[allow(clippy::disallowed_methods)]
 pub mod plot;
+#[cfg(feature = "python")]
+#[allow(clippy::disallowed_methods)]
+pub mod python;
 pub mod quantity;
 pub mod random;
 pub mod regression;

@@ -8,10 +8,8 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::outputs::{Output, StudyArguments};
 use super::text::{plural, say};
-use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues, write_table};
-use crate::engine::dataset_info;
-use crate::quantity::{Kind, Value};
-use crate::study::CheckedStudy;
+use crate::dataset::{TableColumn, TableValues, write_table};
+use crate::engine::{dataset_info, design_columns};
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -36,7 +34,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
     let study =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.checked()?;
     let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
-    let columns = columns(&study, &info);
+    let columns = design_columns(&study, &info);
     if is("csv") {
         let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
         write_csv(file, &columns).map_err(|error| failed(error.into()))?;
@@ -46,36 +44,6 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
     let (rows, factors) = (plural(study.row_count(), "row"), plural(info.factors.len(), "factor"));
     say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()))?;
     Ok(Exit::Done)
-}
-
-/// The index of the row, then the factors, derived ones included.
-fn columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
-    let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
-    let index = TableColumn {
-        name: RowRecord::row.name.to_owned(),
-        unit: RowRecord::row.unit.to_owned(),
-        description: RowRecord::row.description(),
-        values: TableValues::Integer((0..rows.len() as i64).collect()),
-    };
-    let factor = |(place, factor): (usize, &Factor)| {
-        let cells = || rows.iter().filter_map(move |row| row.get(place));
-        let number = |value: &Value| value.number().unwrap_or(f64::NAN);
-        let whole = |value: &Value| match value {
-            Value::Integer(value) => Some(*value),
-            _ => None,
-        };
-        TableColumn {
-            name: format!("factor_{}", factor.name),
-            unit: factor.unit.clone(),
-            description: factor.description.clone(),
-            values: match factor.kind {
-                Kind::Real | Kind::Count => TableValues::Real(cells().map(number).collect()),
-                Kind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
-                Kind::Text | Kind::Category => TableValues::Text(cells().map(ToString::to_string).collect()),
-            },
-        }
-    };
-    [index].into_iter().chain(info.factors.iter().enumerate().map(factor)).collect()
 }
 
 /// Numbers in the shortest form that reads back the same.

@@ -5,6 +5,7 @@ mod analyse;
 mod check;
 mod cluster;
 mod compare;
+mod completions;
 mod design;
 mod exit;
 mod help;
@@ -92,6 +93,10 @@ enum Command {
     Hyperqueue(cluster::HyperQueueArguments),
     /// Write a commented study to start from.
     Init(init::InitArguments),
+    /// Print a script by which a shell completes the command line.
+    Completions(completions::CompletionsArguments),
+    /// Write a manual page of the program and of each command.
+    Man(completions::ManArguments),
     /// Print the help of a command or a page of the guide.
     Help(help::HelpArguments),
 }
@@ -142,6 +147,8 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),
         Command::Init(arguments) => init::init(&arguments),
+        Command::Completions(arguments) => completions::completions(Arguments::command(), &arguments),
+        Command::Man(arguments) => completions::man(Arguments::command(), &arguments),
         Command::Help(arguments) => help::help(Arguments::command(), &arguments),
     }
 }

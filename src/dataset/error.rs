@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use arrow_schema::ArrowError;
 use parquet::errors::ParquetError;
 
 use crate::words::nearest;
@@ -194,6 +195,9 @@ pub enum DatasetError {
         #[source]
         source: ParquetError,
     },
+    /// Columns that make no table.
+    #[error("failed to put the columns of a table together: {0}")]
+    Batch(#[from] ArrowError),
     /// A part is not the one that was written.
     #[error("{}: {found}, expected {expected}; the file was changed or damaged: write the dataset anew, or run the sweep again to compute the part's rows again", path.display())]
     Damaged {

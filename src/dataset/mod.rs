@@ -41,6 +41,7 @@
 //! entries of the Arrow schema too. Texts of which there are few (status, kind, names) are dictionaries of Arrow.
 
 mod aggregates;
+mod batches;
 mod columns;
 mod difference;
 mod durable;
@@ -68,6 +69,7 @@ mod verify;
 mod writer;
 
 pub use aggregates::Aggregates;
+pub use batches::{Batches, record_batches};
 pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, TableName};
 pub use difference::differences;
 pub use error::DatasetError;
@@ -80,6 +82,6 @@ pub use reader::DatasetReader;
 pub use record::StoredRow;
 pub use rerun::Chosen;
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
-pub use table_file::{TableColumn, TableValues, write_signals, write_table};
+pub use table_file::{TableColumn, TableValues, signals_batch, table_batch, write_signals, write_table};
 pub use verify::{Verification, verify};
 pub use writer::{DatasetWriter, Existing, RowRecorder};

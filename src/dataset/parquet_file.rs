@@ -9,7 +9,7 @@ use arrow_array::builder::{Float64Builder, Int64Builder, StringBuilder, StringDi
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
-use arrow_schema::{DataType, Field, Schema};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::arrow::{ArrowWriter, ProjectionMask};
 use parquet::basic::{Compression, ZstdLevel};
@@ -146,11 +146,11 @@ impl TableBuilder {
         }
     }
 
-    /// The Parquet file of the rows and their number; `block`: what the file is to say of its block, see [`read_block_text`].
+    /// The rows as a batch of Arrow.
     ///
     /// # Errors
-    /// The Parquet library's.
-    pub fn encode(self, info: &DatasetInfo, block: Option<String>) -> Result<(Vec<u8>, u64), ParquetError> {
+    /// The Arrow library's.
+    pub fn batch(self, info: &DatasetInfo) -> Result<RecordBatch, ArrowError> {
         let finish = |column: ColumnBuilder| -> ArrayRef {
             match column {
                 ColumnBuilder::Real(mut builder) => Arc::new(builder.finish()),
@@ -161,8 +161,16 @@ impl TableBuilder {
             }
         };
         let arrays = self.columns.into_iter().map(finish).collect();
-        let batch = RecordBatch::try_new(schema(info, &self.descriptions), arrays)?;
+        RecordBatch::try_new(schema(info, &self.descriptions), arrays)
+    }
+
+    /// The Parquet file of the rows and their number; `block`: what the file is to say of its block, see [`read_block_text`].
+    ///
+    /// # Errors
+    /// The Parquet library's.
+    pub fn encode(self, info: &DatasetInfo, block: Option<String>) -> Result<(Vec<u8>, u64), ParquetError> {
         let mut properties = properties(info, dictionary_json(self.table, &self.descriptions))?;
+        let batch = self.batch(info)?;
         if let Some(block) = block {
             let mut entries = properties.key_value_metadata().cloned().unwrap_or_default();
             entries.push(KeyValue::new(BLOCK_KEY.to_owned(), block));

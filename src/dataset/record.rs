@@ -4,6 +4,7 @@
 //! that must be written anew: that is why all of them give the same files.
 
 use super::columns::{Column, Columns, Source, TableName};
+use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
@@ -134,6 +135,39 @@ impl RowWriter {
 pub fn cells_say_failed(names: &[&str], cells: &[Cell<'_>]) -> bool {
     let status = names.iter().zip(cells).find(|(name, _)| **name == RowOutcome::status.name);
     status.is_none_or(|(_, cell)| *cell != Some(Value::Text(RowStatus::Done.text())))
+}
+
+/// Holds a record to the shape that the columns were made for: a value without column would be lost silently.
+///
+/// # Errors
+/// [`DatasetError::Record`].
+pub fn check_record(info: &DatasetInfo, record: &RowRecord) -> Result<(), DatasetError> {
+    let misfit = |what: &str, found: String, expected: String| {
+        Err(DatasetError::Record { row: record.row, what: what.to_owned(), found, expected })
+    };
+    let count = |what: &str, found: usize, expected: usize| match found == expected {
+        true => Ok(()),
+        false => misfit(what, found.to_string(), expected.to_string()),
+    };
+    count("number of factors", record.factors.len(), info.factors.len())?;
+    for (value, factor) in record.factors.iter().zip(&info.factors) {
+        if value.kind() != factor.kind {
+            let what = format!("type of factor `{}`", factor.name);
+            return misfit(&what, format!("{:?}", value.kind()), format!("{:?}", factor.kind));
+        }
+    }
+    let Some(metrics) = &record.outcome.metrics else {
+        return Ok(());
+    };
+    count("number of hammers", metrics.hammers.len(), info.hammers.len())?;
+    count("number of castings", metrics.castings.len(), info.castings.len())?;
+    if let Some(blow) = metrics.blows.iter().find(|blow| blow.hammer >= info.hammers.len()) {
+        return misfit("index of a blow's hammer", blow.hammer.to_string(), format!("below {}", info.hammers.len()));
+    }
+    if let Some(blow) = metrics.blows.iter().find(|blow| blow.casting >= info.castings.len()) {
+        return misfit("index of a blow's casting", blow.casting.to_string(), format!("below {}", info.castings.len()));
+    }
+    Ok(())
 }
 
 fn read_cell<'a>(rest: &mut &'a [u8]) -> Option<Cell<'a>> {

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow_schema::ArrowError;
 
 use super::columns::{ColumnDescription, ColumnGroup, check_unique, identifier};
 use super::durable::StagedFile;
@@ -12,6 +13,9 @@ use super::info::DatasetInfo;
 use super::parquet_file::{encode_batch, properties, schema};
 use crate::metrics::Signal;
 use crate::quantity::{Kind, Quantity};
+
+/// Name of the table of signals.
+const SIGNALS: &str = "signals";
 
 /// A column of a table; all columns of a table have the same length.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,13 +67,17 @@ impl TableColumn {
 /// # Errors
 /// As [`write_table`].
 pub fn write_signals(path: &Path, info: &DatasetInfo, signals: &[Signal]) -> Result<(), DatasetError> {
+    write_table(path, info, SIGNALS, &signal_columns(signals))
+}
+
+fn signal_columns(signals: &[Signal]) -> Vec<TableColumn> {
     let column = |signal: &Signal| TableColumn {
         name: signal.name.clone(),
         unit: signal.unit.to_owned(),
         description: signal.description.clone(),
         values: TableValues::Real(signal.values.clone()),
     };
-    write_table(path, info, "signals", &signals.iter().map(column).collect::<Vec<_>>())
+    signals.iter().map(column).collect()
 }
 
 /// Writes a table to `path`; units and descriptions are in the fields' metadata, the study in the file's key-values.
@@ -79,20 +87,49 @@ pub fn write_signals(path: &Path, info: &DatasetInfo, signals: &[Signal]) -> Res
 /// # Errors
 /// [`DatasetError::DuplicateColumn`] if two columns have one name, the Parquet library's or the system's.
 pub fn write_table(path: &Path, info: &DatasetInfo, table: &str, columns: &[TableColumn]) -> Result<(), DatasetError> {
-    let descriptions: Vec<ColumnDescription> = columns.iter().map(|column| description(table, column)).collect();
-    check_unique(&descriptions)?;
-    let array = |column: &TableColumn| match &column.values {
-        TableValues::Real(values) => Arc::new(Float64Array::from(values.clone())) as ArrayRef,
-        TableValues::Integer(values) => Arc::new(Int64Array::from(values.clone())) as ArrayRef,
-        TableValues::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,
-    };
+    let descriptions = descriptions(table, columns)?;
     let dictionary = serde_json::json!({ "table": table, "columns": descriptions }).to_string();
-    let bytes = RecordBatch::try_new(schema(info, &descriptions), columns.iter().map(array).collect())
+    let bytes = batch(info, &descriptions, columns)
         .map_err(Into::into)
         .and_then(|batch| encode_batch(&batch, properties(info, dictionary)?))
         .map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     StagedFile::write(folder, path, &bytes)?.put_in_place()
+}
+
+/// A table in memory, as [`write_table`] writes it.
+///
+/// # Errors
+/// [`DatasetError::DuplicateColumn`] if two columns have one name, [`DatasetError::Batch`] if they are not of one length.
+pub fn table_batch(info: &DatasetInfo, table: &str, columns: &[TableColumn]) -> Result<RecordBatch, DatasetError> {
+    Ok(batch(info, &descriptions(table, columns)?, columns)?)
+}
+
+/// Signals in memory, as [`write_signals`] writes them.
+///
+/// # Errors
+/// As [`table_batch`].
+pub fn signals_batch(info: &DatasetInfo, signals: &[Signal]) -> Result<RecordBatch, DatasetError> {
+    table_batch(info, SIGNALS, &signal_columns(signals))
+}
+
+fn batch(
+    info: &DatasetInfo,
+    descriptions: &[ColumnDescription],
+    columns: &[TableColumn],
+) -> Result<RecordBatch, ArrowError> {
+    let array = |column: &TableColumn| match &column.values {
+        TableValues::Real(values) => Arc::new(Float64Array::from(values.clone())) as ArrayRef,
+        TableValues::Integer(values) => Arc::new(Int64Array::from(values.clone())) as ArrayRef,
+        TableValues::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,
+    };
+    RecordBatch::try_new(schema(info, descriptions), columns.iter().map(array).collect())
+}
+
+fn descriptions(table: &str, columns: &[TableColumn]) -> Result<Vec<ColumnDescription>, DatasetError> {
+    let descriptions: Vec<ColumnDescription> = columns.iter().map(|column| description(table, column)).collect();
+    check_unique(&descriptions)?;
+    Ok(descriptions)
 }
 
 fn description(table: &str, column: &TableColumn) -> ColumnDescription {

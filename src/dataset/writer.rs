@@ -18,7 +18,7 @@ use super::journal::{self, JOURNAL, Journal};
 use super::lock::{LOCK_NAME, Lock, Place};
 use super::manifest::{MANIFEST_NAME, Manifest, Rerun, RowSpan, TIMINGS_NAME, TimingsManifest};
 use super::rebuild::{Known, known, strays};
-use super::record::StoredRow;
+use super::record::{StoredRow, check_record};
 use super::recovery::{Recovered, recover, rows_left, supersede};
 use super::rerun::Chosen;
 use super::status::{self, STATUS_NAME};
@@ -530,34 +530,4 @@ fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
     let names = tables.into_iter().chain([JOURNAL, DAMAGED, GROWING, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
     names.map(|name| folder.join(name)).try_for_each(|path| set_aside(&path, &aside))?;
     Ok(format!("the dataset that was there is kept in {} until the new one is whole", aside.display()))
-}
-
-/// Holds a record to the shape that the columns were made for: a value without column would be lost silently.
-fn check_record(info: &DatasetInfo, record: &RowRecord) -> Result<(), DatasetError> {
-    let misfit = |what: &str, found: String, expected: String| {
-        Err(DatasetError::Record { row: record.row, what: what.to_owned(), found, expected })
-    };
-    let count = |what: &str, found: usize, expected: usize| match found == expected {
-        true => Ok(()),
-        false => misfit(what, found.to_string(), expected.to_string()),
-    };
-    count("number of factors", record.factors.len(), info.factors.len())?;
-    for (value, factor) in record.factors.iter().zip(&info.factors) {
-        if value.kind() != factor.kind {
-            let what = format!("type of factor `{}`", factor.name);
-            return misfit(&what, format!("{:?}", value.kind()), format!("{:?}", factor.kind));
-        }
-    }
-    let Some(metrics) = &record.outcome.metrics else {
-        return Ok(());
-    };
-    count("number of hammers", metrics.hammers.len(), info.hammers.len())?;
-    count("number of castings", metrics.castings.len(), info.castings.len())?;
-    if let Some(blow) = metrics.blows.iter().find(|blow| blow.hammer >= info.hammers.len()) {
-        return misfit("index of a blow's hammer", blow.hammer.to_string(), format!("below {}", info.hammers.len()));
-    }
-    if let Some(blow) = metrics.blows.iter().find(|blow| blow.casting >= info.castings.len()) {
-        return misfit("index of a blow's casting", blow.casting.to_string(), format!("below {}", info.castings.len()));
-    }
-    Ok(())
 }

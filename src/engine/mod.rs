@@ -26,6 +26,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod design_table;
 mod error;
 mod event;
 mod info;
@@ -36,6 +37,7 @@ mod prepared;
 mod stub;
 mod sweep;
 
+pub use design_table::design_columns;
 pub use error::EngineError;
 pub use event::{Listener, SweepEvent};
 pub use info::dataset_info;

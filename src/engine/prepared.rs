@@ -4,14 +4,19 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
-use crate::dataset::DatasetInfo;
+use crate::dataset::{DatasetError, DatasetInfo};
+use crate::design::Level;
 use crate::metrics::{Signal, SignalRecorder};
-use crate::run::{DEFAULT_RETRIES, JobSource, RowJob, RowOutcome, RowSource, run_jobs, run_one_by_one};
+use crate::run::{
+    BatchProgress, BatchSettings, DEFAULT_RETRIES, DEFAULT_WINDOW, JobSource, RowJob, RowOutcome, RowSource, RowStatus,
+    RowTask, run_batch, run_jobs, run_one_by_one,
+};
 use crate::scene::Scene;
 use crate::structure::StructureError;
 use crate::study::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
@@ -104,14 +109,19 @@ impl Engine {
     /// # Errors
     /// Why the row describes no scene that can be simulated.
     pub fn scene(&self, row: usize) -> Result<RowScene, InvalidRow> {
-        let scene = self.checked.scene(row)?;
+        self.on_machine(self.checked.scene(row))
+    }
+
+    /// A scene with the modes of its machine.
+    fn on_machine(&self, scene: Result<Scene, InvalidRow>) -> Result<RowScene, InvalidRow> {
+        let scene = scene?;
         let modes = self.modes(&scene).map_err(|error| InvalidRow { reason: error.to_string() })?;
         Ok(RowScene { scene, modes })
     }
 
-    /// What is to be done for a row, retries and twins included.
-    fn job(&self, row: usize) -> Result<RowJob, InvalidRow> {
-        let RowScene { scene, modes } = self.scene(row)?;
+    /// What is to be done for a scene, retries and twins included.
+    fn job(&self, scene: Result<Scene, InvalidRow>) -> Result<RowJob, InvalidRow> {
+        let RowScene { scene, modes } = self.on_machine(scene)?;
         Ok(RowJob::new(scene, modes, self.retries))
     }
 
@@ -138,7 +148,61 @@ impl Engine {
         row: usize,
         interval_s: f64,
     ) -> Result<(RowOutcome, Option<Vec<Signal>>), EngineError> {
-        let RowScene { scene, modes } = match self.scene(row) {
+        self.with_signals(self.checked.scene(row), interval_s)
+    }
+
+    /// As [`Engine::outcome_with_signals`], where the factors have these levels, see [`CheckedStudy::levels`].
+    ///
+    /// # Errors
+    /// As for [`Engine::outcome_with_signals`].
+    pub fn outcome_with_signals_at(
+        &self,
+        levels: &[Level],
+        interval_s: f64,
+    ) -> Result<(RowOutcome, Option<Vec<Signal>>), EngineError> {
+        self.with_signals(self.checked.scene_at(levels), interval_s)
+    }
+
+    /// As [`Rows::outcome`], where the factors have these levels, see [`CheckedStudy::levels`].
+    pub fn outcome_at(&self, levels: &[Level]) -> RowOutcome {
+        self.alone(self.checked.scene_at(levels))
+    }
+
+    /// The outcomes where the factors have the levels of each of these points, in their order: those of [`Engine::outcome_at`],
+    /// computed side by side and on several threads. `None` where `stop` was set before all had begun.
+    ///
+    /// `threads`: as [`BatchSettings::threads`].
+    ///
+    /// # Errors
+    /// [`EngineError::Batch`] if the threads cannot be started.
+    pub fn outcomes_at(
+        &self,
+        points: &[Vec<Level>],
+        threads: usize,
+        stop: &AtomicBool,
+    ) -> Result<Option<Vec<RowOutcome>>, EngineError> {
+        let settings = BatchSettings { threads, window: DEFAULT_WINDOW, stop, progress: &Untold };
+        let mut outcomes = Vec::with_capacity(points.len());
+        let summary = run_batch(0..points.len() as u64, &settings, &Points { engine: self, points }, |_, outcome| {
+            outcomes.push(outcome);
+            Ok::<(), DatasetError>(())
+        })?;
+        Ok(Some(outcomes).filter(|_| !summary.stopped))
+    }
+
+    fn alone(&self, scene: Result<Scene, InvalidRow>) -> RowOutcome {
+        match self.job(scene) {
+            Ok(job) => job.run(),
+            Err(invalid) => RowOutcome::invalid(invalid.reason),
+        }
+    }
+
+    fn with_signals(
+        &self,
+        scene: Result<Scene, InvalidRow>,
+        interval_s: f64,
+    ) -> Result<(RowOutcome, Option<Vec<Signal>>), EngineError> {
+        let RowScene { scene, modes } = match self.on_machine(scene) {
             Ok(found) => found,
             Err(invalid) => return Ok((RowOutcome::invalid(invalid.reason), None)),
         };
@@ -165,21 +229,50 @@ impl Rows for Engine {
 
     /// Simulates a row, retries and twins included.
     fn outcome(&self, row: usize) -> RowOutcome {
-        match self.job(row) {
-            Ok(job) => job.run(),
-            Err(invalid) => RowOutcome::invalid(invalid.reason),
-        }
+        self.alone(self.checked.scene(row))
     }
 
     /// Rows of one shape side by side.
     fn run(&self, rows: &mut dyn RowSource) {
-        run_jobs(&mut Jobs { engine: self, rows });
+        run_jobs(&mut Jobs { engine: self, scene: &|row| self.checked.scene(row as usize), rows });
     }
+}
+
+/// Points whose factors were given.
+struct Points<'p> {
+    engine: &'p Engine,
+    points: &'p [Vec<Level>],
+}
+
+impl RowTask for Points<'_> {
+    type Kept = RowOutcome;
+
+    fn run(&self, rows: &mut dyn RowSource) {
+        let scene = |row: u64| match self.points.get(row as usize) {
+            Some(levels) => self.engine.checked.scene_at(levels),
+            None => Err(InvalidRow { reason: format!("there is no point {row}") }),
+        };
+        run_jobs(&mut Jobs { engine: self.engine, scene: &scene, rows });
+    }
+
+    fn keep(&self, _: u64, outcome: RowOutcome) -> RowOutcome {
+        outcome
+    }
+}
+
+/// Tells nobody.
+struct Untold;
+
+impl BatchProgress for Untold {
+    fn row_ended(&self, _: RowStatus) {}
+
+    fn tick(&self) {}
 }
 
 /// Rows of an engine as what is to be done.
 struct Jobs<'j> {
     engine: &'j Engine,
+    scene: &'j dyn Fn(u64) -> Result<Scene, InvalidRow>,
     rows: &'j mut dyn RowSource,
 }
 
@@ -187,7 +280,7 @@ impl JobSource for Jobs<'_> {
     fn next(&mut self, wait: bool) -> Option<(u64, RowJob)> {
         loop {
             let row = self.rows.next(wait)?;
-            match catch_unwind(AssertUnwindSafe(|| self.engine.job(row as usize))) {
+            match catch_unwind(AssertUnwindSafe(|| self.engine.job((self.scene)(row)))) {
                 Ok(Ok(job)) => return Some((row, job)),
                 Ok(Err(invalid)) => self.rows.ended(row, RowOutcome::invalid(invalid.reason)),
                 Err(payload) => self.panicked(row, payload),

@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 11] = [
+pub const TOPICS: [Topic; 12] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -27,6 +27,11 @@ pub const TOPICS: [Topic; 11] = [
         name: "reading",
         about: "the tables in pandas, polars, DuckDB and pyarrow",
         text: include_str!("reading.md"),
+    },
+    Topic {
+        name: "python",
+        about: "studies, sweeps, tables and functions over arrays from Python",
+        text: include_str!("python.md"),
     },
     Topic { name: "scatter", about: "which differences between rows are real", text: include_str!("scatter.md") },
     Topic {

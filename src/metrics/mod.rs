@@ -24,5 +24,7 @@ pub use blow::{Blow, BlowKind};
 pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 pub use percussion::Percussion;
 pub use recorder::Recorder;
-pub use signals::{CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Signal, SignalOf, SignalRecorder};
+pub use signals::{
+    CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder,
+};
 pub use spectrum::{Spectrum, SpectrumError};

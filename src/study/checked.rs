@@ -80,8 +80,13 @@ impl CheckedStudy {
     ///
     /// A factor all of whose paths are overridden has the override's value.
     pub fn row_values(&self, row: usize) -> Vec<Value> {
-        let Some(levels) = self.design.row(row) else { return Vec::new() };
-        let values = self.study.plan.values(&levels).0.into_iter().zip(self.study.factors());
+        self.design.row(row).map_or(Vec::new(), |levels| self.values_at(&levels))
+    }
+
+    /// Values of the factors, derived ones included, where those that the design draws have these levels: as
+    /// [`CheckedStudy::row_values`].
+    pub fn values_at(&self, levels: &[Level]) -> Vec<Value> {
+        let values = self.study.plan.values(levels).0.into_iter().zip(self.study.factors());
         values
             .map(|(value, factor)| {
                 let overridden: Option<Vec<Value>> =
@@ -107,7 +112,16 @@ impl CheckedStudy {
         let levels = self.design.row(row).ok_or_else(|| InvalidRow {
             reason: format!("row {row} does not exist: the study has the rows 0 to {}", self.row_count() - 1),
         })?;
-        let (values, fault) = self.study.plan.values(&levels);
+        self.scene_at(&levels)
+    }
+
+    /// The scene where the factors that the design draws have these levels, see [`CheckedStudy::levels`]: that of
+    /// [`CheckedStudy::scene`] for a row's levels. No range and no constraint of the design is asked.
+    ///
+    /// # Errors
+    /// As for [`CheckedStudy::scene`].
+    pub fn scene_at(&self, levels: &[Level]) -> Result<Scene, InvalidRow> {
+        let (values, fault) = self.study.plan.values(levels);
         if let Some(reason) = fault {
             return Err(InvalidRow { reason });
         }

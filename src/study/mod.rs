@@ -16,6 +16,7 @@ mod constraints;
 mod demand;
 mod document;
 mod file;
+mod given;
 mod growth;
 mod hash;
 mod loaded;

@@ -6,3 +6,4 @@ mod options;
 mod printing;
 mod readme;
 mod scene;
+mod written;

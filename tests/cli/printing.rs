@@ -33,6 +33,8 @@ fn printing(study: &str) -> Vec<Vec<String>> {
         plain(&["status", "out", "--json"]),
         plain(&["verify", "out"]),
         plain(&["init", "-"]),
+        plain(&["completions", "bash"]),
+        plain(&["man", "--output", "man"]),
         plain(&["help"]),
         plain(&["help", "outputs"]),
         plain(&["help", "run"]),

@@ -1,5 +1,6 @@
 //! Datasets: tables and their readers, and sweeps that are killed, grown, or spread over machines.
 
+mod batches;
 #[cfg(unix)]
 mod cluster;
 mod compare;

@@ -7,6 +7,7 @@ mod design_strata;
 mod designs;
 mod errors;
 mod faults;
+mod given;
 mod scene;
 mod station;
 mod warnings;

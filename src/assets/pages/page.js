@@ -253,8 +253,8 @@ class Figure {
   constructor(options) {
     Object.assign(this, { near: false, stale: true, caption: '', ...options });
     this.canvas = el('canvas', { role: 'img', 'aria-label': options.title });
-    const layer = (kind) => el('canvas', { class: `over ${kind}`, 'aria-hidden': 'true' });
-    [this.middle, this.top] = [this.still ? layer('still') : '', layer('pointer')];
+    const layer = () => el('canvas', { class: 'over', 'aria-hidden': 'true' });
+    [this.middle, this.top] = [this.still ? layer() : '', layer()];
     this.heading = el('b', {}, options.title);
     const button = el('button', { type: 'button', title: 'Save as SVG', 'aria-label': `Save as SVG: ${options.title}`, onclick: () => this.saveSvg() }, 'SVG');
     this.node = el('figure', {}, el('figcaption', {}, this.heading, button), el('div', { class: 'paper' }, this.canvas, this.middle, this.top));
@@ -278,14 +278,17 @@ class Figure {
     context.clearRect(0, 0, this.width, this.tall);
     return new CanvasPainter(context);
   }
-  draw(room = this.node.clientWidth) {
+  /** Draws in a width; `flat`: on one canvas, as paper needs it, where what lies over another canvas hides it. */
+  draw(room = this.node.clientWidth, flat = false) {
     const width = Math.round(room);
     if (!width) return;
     this.width = width;
     this.tall = Math.round(typeof this.height === 'function' ? this.height(width) : this.height);
     this.stale = false;
-    this.paint(this.size(this.canvas), this.width, this.tall);
-    if (this.still && this.stood !== width) { this.still(this.size(this.middle), width, this.tall); this.stood = width; }
+    const ground = this.size(this.canvas);
+    this.paint(ground, this.width, this.tall);
+    if (this.still && (flat || this.stood !== width)) this.still(flat ? ground : this.size(this.middle), width, this.tall);
+    this.stood = flat ? 0 : width;
     this.redrawOver();
   }
   redrawOver() { if (this.over && this.width) this.over(this.size(this.top), this.width, this.tall); }
@@ -325,7 +328,7 @@ class Figure {
 }
 
 // On paper a figure is as wide as a column of text: its letters keep their size.
-addEventListener('beforeprint', () => figures.forEach((figure) => figure.draw(figure.node.closest('.grid') ? 215 : 690)));
+addEventListener('beforeprint', () => figures.forEach((figure) => figure.draw(figure.node.closest('.grid') ? 215 : 690, true)));
 addEventListener('afterprint', () => figures.forEach((figure) => figure.redraw()));
 
 /**

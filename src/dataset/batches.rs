@@ -1,0 +1,123 @@
+//! Tables as batches of Arrow: those of rows in memory, and those of a dataset as they are read.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use arrow_array::{RecordBatch, RecordBatchReader};
+use arrow_schema::{ArrowError, SchemaRef};
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+
+use super::columns::{Columns, Source, TableName};
+use super::durable::failed_to;
+use super::error::DatasetError;
+use super::info::{DatasetInfo, RowRecord};
+use super::parquet_file::{TableBuilder, schema};
+use super::reader::DatasetReader;
+use super::record::check_record;
+
+/// Rows of a batch that is read.
+const BATCH_ROWS: usize = 65_536;
+
+/// The tables of some rows, as the parts of a dataset hold them: in the order of [`TableName::ALL`].
+///
+/// # Errors
+/// [`DatasetError::Record`] if a row has not the shape of the study, [`DatasetError::Batch`].
+pub fn record_batches(
+    info: &DatasetInfo,
+    columns: &Columns,
+    records: &[RowRecord],
+) -> Result<[RecordBatch; 3], DatasetError> {
+    records.iter().try_for_each(|record| check_record(info, record))?;
+    let [mut runs, mut blows, mut timings] =
+        TableName::ALL.map(|table| TableBuilder::new(table, columns.describe(table)));
+    for record in records {
+        let mut source = Source::new(info, record);
+        for (builder, table) in [(&mut runs, TableName::Runs), (&mut timings, TableName::Timings)] {
+            let cells = columns.of(table).iter().map(|column| column.cell(&source));
+            cells.enumerate().for_each(|(place, cell)| builder.append(place, cell));
+        }
+        for blow in record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows) {
+            source.blow = Some(blow);
+            let cells = columns.blows.iter().map(|column| column.cell(&source));
+            cells.enumerate().for_each(|(place, cell)| blows.append(place, cell));
+        }
+    }
+    Ok([runs.batch(info)?, blows.batch(info)?, timings.batch(info)?])
+}
+
+/// Batches of a table of a dataset, part by part; memory is bounded by one of them.
+pub struct Batches {
+    schema: SchemaRef,
+    /// Parts that have not been begun.
+    left: VecDeque<PathBuf>,
+    /// The part that is being read, and where it is.
+    part: Option<(PathBuf, ParquetRecordBatchReader)>,
+}
+
+impl DatasetReader {
+    /// The rows of a table as batches of Arrow, in the order of the parts; every field has its unit and description, the schema the
+    /// study.
+    ///
+    /// Batches fail as [`DatasetReader::visit`] does, with the error of this library inside the Arrow library's.
+    pub fn batches(&self, table: TableName) -> Batches {
+        let left = self.parts(table).iter().map(|part| self.folder().join(&part.file)).collect();
+        Batches { schema: schema(&self.manifest().study, self.columns(table)), left, part: None }
+    }
+}
+
+impl Batches {
+    fn open(path: PathBuf) -> Result<(PathBuf, ParquetRecordBatchReader), DatasetError> {
+        let file = File::open(&path).map_err(failed_to("open", &path))?;
+        let reader = ParquetRecordBatchReaderBuilder::try_new(file)
+            .and_then(|builder| builder.with_batch_size(BATCH_ROWS).build())
+            .map_err(|source| DatasetError::Parquet { path: path.clone(), source })?;
+        Ok((path, reader))
+    }
+
+    fn read(&mut self) -> Result<Option<RecordBatch>, DatasetError> {
+        loop {
+            let (path, reader) = match &mut self.part {
+                Some(part) => part,
+                None => match self.left.pop_front() {
+                    Some(path) => self.part.insert(Self::open(path)?),
+                    None => return Ok(None),
+                },
+            };
+            let Some(batch) = reader.next() else {
+                self.part = None;
+                continue;
+            };
+            let batch = batch.map_err(|error| DatasetError::Parquet { path: path.clone(), source: error.into() })?;
+            // The same columns with the same types; what parts say of themselves is not the table's.
+            let columns = batch.columns().to_vec();
+            return match RecordBatch::try_new(Arc::clone(&self.schema), columns) {
+                Ok(batch) => Ok(Some(batch)),
+                Err(error) => Err(DatasetError::Damaged {
+                    path: path.clone(),
+                    found: error.to_string(),
+                    expected: "the columns of the manifest's study".to_owned(),
+                }),
+            };
+        }
+    }
+}
+
+impl Iterator for Batches {
+    type Item = Result<RecordBatch, ArrowError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let read = self.read();
+        if read.is_err() {
+            (self.left, self.part) = (VecDeque::new(), None);
+        }
+        read.map_err(|error| ArrowError::ExternalError(Box::new(error))).transpose()
+    }
+}
+
+impl RecordBatchReader for Batches {
+    fn schema(&self) -> SchemaRef {
+        Arc::clone(&self.schema)
+    }
+}

@@ -1,0 +1,35 @@
+//! The rows of a design as a table.
+
+use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues};
+use crate::quantity::{Kind, Value};
+use crate::study::CheckedStudy;
+
+/// The columns of a design's rows: the index of the row, then the factors, derived ones included.
+pub fn design_columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
+    let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
+    let index = TableColumn {
+        name: RowRecord::row.name.to_owned(),
+        unit: RowRecord::row.unit.to_owned(),
+        description: RowRecord::row.description(),
+        values: TableValues::Integer((0..rows.len() as i64).collect()),
+    };
+    let factor = |(place, factor): (usize, &Factor)| {
+        let cells = || rows.iter().filter_map(move |row| row.get(place));
+        let number = |value: &Value| value.number().unwrap_or(f64::NAN);
+        let whole = |value: &Value| match value {
+            Value::Integer(value) => Some(*value),
+            _ => None,
+        };
+        TableColumn {
+            name: format!("factor_{}", factor.name),
+            unit: factor.unit.clone(),
+            description: factor.description.clone(),
+            values: match factor.kind {
+                Kind::Real | Kind::Count => TableValues::Real(cells().map(number).collect()),
+                Kind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
+                Kind::Text | Kind::Category => TableValues::Text(cells().map(ToString::to_string).collect()),
+            },
+        }
+    };
+    [index].into_iter().chain(info.factors.iter().enumerate().map(factor)).collect()
+}

@@ -1,0 +1,156 @@
+//! A dataset, opened.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use serde_json::json;
+
+use super::error::Raise;
+use super::table::Table;
+use super::wait::Work;
+use crate::analysis::{Bootstrap, Estimator};
+use crate::dataset::{DatasetReader, TableName, table_batch};
+use crate::sensitivity::{SensitivitySettings, analyse, columns};
+use crate::words::nearest;
+
+/// A dataset as it was when it was opened.
+#[pyclass(module = "decore", frozen)]
+pub struct Dataset {
+    reader: Arc<DatasetReader>,
+}
+
+impl Dataset {
+    /// Opens the dataset in a folder.
+    ///
+    /// # Errors
+    /// As for [`DatasetReader::open`].
+    pub fn open(py: Python<'_>, folder: &std::path::Path) -> PyResult<Self> {
+        let reader = py.detach(|| DatasetReader::open(folder)).map_err(|error| error.raise(py))?;
+        Ok(Self { reader: Arc::new(reader) })
+    }
+}
+
+#[pymethods]
+impl Dataset {
+    /// The table of runs: a row per run.
+    #[getter]
+    fn runs(&self) -> Table {
+        Table::stored(&self.reader, TableName::Runs)
+    }
+
+    /// The table of blows: a row per blow.
+    #[getter]
+    fn blows(&self) -> Table {
+        Table::stored(&self.reader, TableName::Blows)
+    }
+
+    /// Wall time of each run.
+    #[getter]
+    fn timings(&self) -> Table {
+        Table::stored(&self.reader, TableName::Timings)
+    }
+
+    /// The folder.
+    #[getter]
+    fn folder(&self) -> PathBuf {
+        self.reader.folder().to_owned()
+    }
+
+    /// Name of the study.
+    #[getter]
+    fn study_name(&self) -> &str {
+        &self.reader.manifest().study.study_name
+    }
+
+    /// Text of the study file.
+    #[getter]
+    fn study_text(&self) -> &str {
+        &self.reader.manifest().study.study_text
+    }
+
+    /// The values set over the study's, `path=value`.
+    #[getter]
+    fn overrides(&self) -> Vec<String> {
+        self.reader.manifest().study.overrides.clone()
+    }
+
+    /// Seed of the design.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.reader.manifest().study.seed
+    }
+
+    /// Rows that the dataset is to hold.
+    #[getter]
+    fn rows(&self) -> u64 {
+        self.reader.manifest().range.len()
+    }
+
+    /// Rows that are there, whatever their status.
+    #[getter]
+    fn rows_done(&self) -> u64 {
+        self.reader.manifest().rows_done
+    }
+
+    /// Of these, rows with another status than done.
+    #[getter]
+    fn rows_failed(&self) -> u64 {
+        self.reader.manifest().rows_failed()
+    }
+
+    /// Which factor matters to which output: as `decore analyse`.
+    #[pyo3(signature = (outputs=Vec::new(), *, estimator="salib", given=false, bootstrap=1000, seed=0))]
+    fn analyse(
+        &self,
+        py: Python<'_>,
+        outputs: Vec<String>,
+        estimator: &str,
+        given: bool,
+        bootstrap: usize,
+        seed: u64,
+    ) -> PyResult<Analysis> {
+        let estimator = named(estimator)?;
+        let bootstrap = Bootstrap { replicates: bootstrap, seed, level: Bootstrap::LEVEL };
+        let settings = SensitivitySettings { outputs, estimator, given, bootstrap };
+        let reader = Arc::clone(&self.reader);
+        let found = Work::new(move |_| analyse(&reader, &settings)).wait(py)?.map_err(|error| error.raise(py))?;
+        let batch = table_batch(&self.reader.manifest().study, "sensitivity", &columns(&found));
+        let table = Py::new(py, Table::new("sensitivity", batch.map_err(|error| error.raise(py))?))?;
+        Ok(Analysis { table, json: json!(found).to_string(), text: found.to_string().trim_end().to_owned() })
+    }
+
+    fn __repr__(&self) -> String {
+        let manifest = self.reader.manifest();
+        let (folder, rows) = (self.reader.folder().display(), manifest.range.len());
+        format!("<decore.Dataset {folder}: {}, {} of {rows} rows>", manifest.study.study_name, manifest.rows_done)
+    }
+}
+
+fn named(name: &str) -> PyResult<Estimator> {
+    let names = || Estimator::ALL.into_iter().map(Estimator::name);
+    Estimator::ALL.into_iter().find(|one| one.name() == name).ok_or_else(|| {
+        let hint = nearest(name, names()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let known = names().collect::<Vec<_>>().join(", ");
+        PyValueError::new_err(format!("estimator is `{name}`, expected one of {known}{hint}"))
+    })
+}
+
+/// What was found of the factors of a dataset.
+#[pyclass(module = "decore", frozen, get_all)]
+pub struct Analysis {
+    /// A row per output and index.
+    table: Py<Table>,
+    /// As JSON (schemas/sensitivity.schema.json).
+    json: String,
+    /// In words, as `decore analyse` prints it.
+    text: String,
+}
+
+#[pymethods]
+impl Analysis {
+    fn __str__(&self) -> &str {
+        &self.text
+    }
+}

@@ -1,0 +1,119 @@
+//! What is raised: exceptions that keep the file, line, key and suggestion of a fault.
+
+use pyo3::create_exception;
+use pyo3::exceptions::{PyException, PyUserWarning};
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+use crate::dataset;
+use crate::engine::EngineError;
+use crate::sensitivity::SensitivityError;
+use crate::study::{self, Place};
+
+create_exception!(decore, Error, PyException, "What decore raises; all its exceptions are of this class.");
+create_exception!(
+    decore,
+    StudyError,
+    Error,
+    "A study is wrong. `problems` has its faults, one `Problem` each, by place."
+);
+create_exception!(decore, MachineError, Error, "A machine's files cannot be read, or the machine cannot be reduced.");
+create_exception!(decore, DatasetError, Error, "A dataset cannot be written or read, or lacks what is asked for.");
+create_exception!(decore, SweepError, Error, "Rows could not be run or stored; what is done is kept.");
+create_exception!(decore, StudyWarning, PyUserWarning, "What about a study is possible but unlikely.");
+
+/// One fault of a study.
+#[pyclass(module = "decore", frozen, get_all)]
+pub struct Problem {
+    /// Name of the file, or the value set over it.
+    file: String,
+    /// Line, from 1; none where the fault belongs to no line.
+    line: Option<usize>,
+    /// Column in characters, from 1.
+    column: Option<usize>,
+    /// Path of the key; empty for a fault of syntax.
+    key: String,
+    /// What is wrong.
+    message: String,
+    /// What was expected, where that is not part of the message.
+    expected: Option<String>,
+    /// The nearest known key or name.
+    suggestion: Option<String>,
+    /// All of it as text, with the line of the file.
+    text: String,
+}
+
+#[pymethods]
+impl Problem {
+    fn __str__(&self) -> &str {
+        &self.text
+    }
+
+    fn __repr__(&self) -> String {
+        let line = self.line.map_or(String::new(), |line| format!(":{line}"));
+        format!("<decore.Problem {}{line} `{}`: {}>", self.file, self.key, self.message)
+    }
+}
+
+impl Problem {
+    fn new(problem: &study::Problem) -> Self {
+        let Place { file, line, column, .. } = &problem.place;
+        Self {
+            file: file.clone(),
+            line: *line,
+            column: *column,
+            key: problem.key.clone(),
+            message: problem.message.clone(),
+            expected: problem.expected.clone(),
+            suggestion: problem.nearest.clone(),
+            text: problem.to_string(),
+        }
+    }
+}
+
+/// An error of the library as the exception that stands for it.
+pub trait Raise {
+    /// The exception.
+    fn raise(self, py: Python<'_>) -> PyErr;
+}
+
+impl Raise for study::StudyError {
+    fn raise(self, py: Python<'_>) -> PyErr {
+        let error = StudyError::new_err(self.to_string());
+        let problems = self.problems().iter().map(Problem::new);
+        let attached = PyList::new(py, problems.map(|problem| Py::new(py, problem)).filter_map(Result::ok));
+        match attached.and_then(|problems| error.value(py).setattr("problems", problems)) {
+            Ok(()) => error,
+            Err(failure) => failure,
+        }
+    }
+}
+
+impl Raise for dataset::DatasetError {
+    fn raise(self, _: Python<'_>) -> PyErr {
+        DatasetError::new_err(self.to_string())
+    }
+}
+
+impl Raise for EngineError {
+    fn raise(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Study(error) => error.raise(py),
+            Self::Dataset(error) => error.raise(py),
+            Self::Batch(error) => SweepError::new_err(error.to_string()),
+            Self::Signals { .. } => Error::new_err(self.to_string()),
+            Self::Structure(_) | Self::Read { .. } | Self::MissingPoint { .. } | Self::MovedPoint { .. } => {
+                MachineError::new_err(self.to_string())
+            }
+        }
+    }
+}
+
+impl Raise for SensitivityError {
+    fn raise(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Dataset(error) => error.raise(py),
+            other => DatasetError::new_err(other.to_string()),
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Outputs as a function of factors, over arrays: what optimisers and samplers call.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use pyo3::buffer::PyBuffer;
+use pyo3::exceptions::{PyImportError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyTuple};
+
+use super::error::Raise;
+use super::factor::ends;
+use super::ready::{Asked, Ready, Shared};
+use super::wait::Work;
+use crate::dataset::Source;
+use crate::design::Level;
+use crate::engine::{EngineError, Rows};
+use crate::quantity::Value;
+
+/// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output, NaN where a point could
+/// not be simulated. Without the axis of points for one point, without that of outputs for one output.
+#[pyclass(module = "decore", frozen)]
+pub struct Function {
+    ready: Shared,
+    factors: Vec<String>,
+    fixed: Vec<(String, Value)>,
+    outputs: Vec<String>,
+    /// Their places in the table of runs.
+    places: Vec<usize>,
+    /// Whether one output was asked for by its name alone.
+    single: bool,
+    threads: usize,
+}
+
+/// A function as it is asked for; all names are known.
+pub struct Definition {
+    /// Factors that are columns of X.
+    pub factors: Vec<String>,
+    /// The others.
+    pub fixed: Vec<(String, Value)>,
+    /// Columns of Y with their places in the table of runs.
+    pub outputs: Vec<(String, usize)>,
+    /// Whether Y has no axis of outputs.
+    pub single: bool,
+    /// Threads; 0: all.
+    pub threads: usize,
+}
+
+impl Function {
+    /// The function of a study.
+    pub fn new(ready: &Shared, definition: Definition) -> Self {
+        let Definition { factors, fixed, outputs, single, threads } = definition;
+        let (outputs, places) = outputs.into_iter().unzip();
+        Self { ready: Arc::clone(ready), factors, fixed, outputs, places, single, threads }
+    }
+
+    /// The levels of the factors at a row of X.
+    fn levels(&self, py: Python<'_>, x: &[f64]) -> PyResult<Vec<Level>> {
+        let own = self.factors.iter().zip(x).map(|(name, x)| (name.clone(), Value::Real(*x)));
+        let given: Vec<(String, Value)> = own.chain(self.fixed.iter().cloned()).collect();
+        self.ready.engine.checked().levels(&given).map_err(|error| error.raise(py))
+    }
+}
+
+#[pymethods]
+impl Function {
+    /// Names of the factors, the columns of X.
+    #[getter]
+    fn factors(&self) -> Vec<String> {
+        self.factors.clone()
+    }
+
+    /// Names of the outputs, the columns of Y.
+    #[getter]
+    fn outputs(&self) -> Vec<String> {
+        self.outputs.clone()
+    }
+
+    /// The range of each factor: its ends in the design.
+    #[getter]
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        let all = self.ready.engine.study().factors();
+        let of = |name: &String| all.iter().find(|factor| factor.name == *name);
+        self.factors.iter().filter_map(of).map(|factor| ends(factor)).map(Option::unwrap_or_default).collect()
+    }
+
+    /// The outputs at the points of X, computed on several threads.
+    fn __call__<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let numpy = py.import("numpy").map_err(|error| {
+            PyImportError::new_err(format!("{error}: functions over arrays take numpy; install it beside decore"))
+        })?;
+        let array = numpy.call_method1("ascontiguousarray", (x, "float64"))?;
+        let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+        let width = self.factors.len();
+        if shape.last() != Some(&width) || shape.len() > 2 {
+            let names = self.factors.join(", ");
+            let message =
+                format!("X has the shape {shape:?}, expected ({width},) or (points, {width}): columns {names}");
+            return Err(PyValueError::new_err(message));
+        }
+        let values = PyBuffer::<f64>::get(&array)?.to_vec(py)?;
+        let points: Vec<Vec<Level>> = match width {
+            0 => vec![self.levels(py, &[])?; shape.first().copied().filter(|_| shape.len() == 2).unwrap_or(1)],
+            width => values.chunks_exact(width).map(|x| self.levels(py, x)).collect::<PyResult<_>>()?,
+        };
+        let rows = points.len();
+        let task = Task { ready: Arc::clone(&self.ready), points, places: self.places.clone(), threads: self.threads };
+        let found = Work::new(move |stop| task.run(stop)).wait(py)?.map_err(|error| error.raise(py))?;
+        let outputs = Some(self.places.len()).filter(|_| !self.single);
+        let shape: Vec<usize> = Some(rows).filter(|_| shape.len() == 2).into_iter().chain(outputs).collect();
+        let bytes = PyByteArray::new(py, bytemuck::cast_slice(&found));
+        let flat = numpy.call_method1("frombuffer", (bytes, "float64"))?;
+        match shape.as_slice() {
+            [] => flat.call_method1("item", (0,)),
+            shape => flat.call_method1("reshape", (PyTuple::new(py, shape)?,)),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<decore.Function ({}) -> ({})>", self.factors.join(", "), self.outputs.join(", "))
+    }
+}
+
+/// Points to be simulated.
+struct Task {
+    ready: Arc<Ready>,
+    points: Vec<Vec<Level>>,
+    places: Vec<usize>,
+    threads: usize,
+}
+
+impl Task {
+    /// The outputs point by point; what is left out after a stop is not asked for any more.
+    fn run(&self, stop: &AtomicBool) -> Result<Vec<f64>, EngineError> {
+        let engine = &self.ready.engine;
+        let outcomes = match self.points.as_slice() {
+            // No other thread is worth its start.
+            [only] => vec![engine.outcome_at(only)],
+            points => engine.outcomes_at(points, self.threads, stop)?.unwrap_or_default(),
+        };
+        let mut found = Vec::with_capacity(outcomes.len() * self.places.len());
+        for (levels, outcome) in self.points.iter().zip(outcomes) {
+            let record = self.ready.record(&Asked::Point(levels.clone()), outcome);
+            let source = Source::new(&self.ready.info, &record);
+            let column = |place: &usize| self.ready.columns.runs.get(*place);
+            let number = |value: Value<&str>| value.number();
+            let cells = self.places.iter().filter_map(column).map(|column| column.cell(&source));
+            found.extend(cells.map(|cell| cell.and_then(number).unwrap_or(f64::NAN)));
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,49 @@
+//! The module of the Python package `decore`: the calls of [`crate::engine`] and [`crate::dataset`] that the command line makes, for
+//! notebooks and programs. What is around it in Python is in `decore/` beside this file, with the types of all it has.
+//!
+//! Nothing here holds the interpreter while it simulates, reads or writes.
+
+mod dataset;
+mod error;
+mod factor;
+mod function;
+mod ready;
+mod row;
+mod study;
+mod sweep;
+mod table;
+mod value;
+mod wait;
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+
+/// Opens the dataset in a folder.
+#[pyfunction]
+fn open(py: Python<'_>, dataset: PathBuf) -> PyResult<dataset::Dataset> {
+    dataset::Dataset::open(py, &dataset)
+}
+
+#[pymodule]
+fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(open, module)?)?;
+    module.add_class::<study::Study>()?;
+    module.add_class::<factor::Factor>()?;
+    module.add_class::<row::Row>()?;
+    module.add_class::<function::Function>()?;
+    module.add_class::<sweep::Progress>()?;
+    module.add_class::<dataset::Dataset>()?;
+    module.add_class::<dataset::Analysis>()?;
+    module.add_class::<table::Table>()?;
+    module.add_class::<table::Column>()?;
+    module.add_class::<error::Problem>()?;
+    module.add("Error", py.get_type::<error::Error>())?;
+    module.add("StudyError", py.get_type::<error::StudyError>())?;
+    module.add("MachineError", py.get_type::<error::MachineError>())?;
+    module.add("DatasetError", py.get_type::<error::DatasetError>())?;
+    module.add("SweepError", py.get_type::<error::SweepError>())?;
+    module.add("StudyWarning", py.get_type::<error::StudyWarning>())
+}

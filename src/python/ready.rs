@@ -1,0 +1,126 @@
+//! A study with its machines reduced, and what every table of its rows needs.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use arrow_array::RecordBatch;
+
+use crate::dataset::{Columns, DatasetError, DatasetInfo, RowRecord, record_batches, signals_batch};
+use crate::design::Level;
+use crate::engine::{Engine, EngineError, Rows, dataset_info};
+use crate::metrics::{Instant, Signal};
+use crate::run::RowOutcome;
+use crate::study::CheckedStudy;
+
+/// A study ready to run.
+pub struct Ready {
+    /// What runs its rows.
+    pub engine: Engine,
+    /// What its tables say of it.
+    pub info: DatasetInfo,
+    /// Columns of its tables.
+    pub columns: Columns,
+}
+
+/// What is simulated.
+pub enum Asked {
+    /// A row of the design.
+    Row(usize),
+    /// Levels of the factors.
+    Point(Vec<Level>),
+}
+
+/// A simulated row as tables.
+pub struct Simulated {
+    /// How it ended, and its outputs.
+    pub outcome: RowOutcome,
+    /// Its rows of `runs`, `blows` and `timings`.
+    pub tables: [RecordBatch; 3],
+    /// Its signals, where they were asked for and the row could be simulated.
+    pub signals: Option<RecordBatch>,
+}
+
+/// Which signals of a row are kept.
+pub enum Chosen {
+    /// All.
+    All,
+    /// Those of these names.
+    Named(Vec<String>),
+}
+
+/// Signals that are asked for.
+pub struct Wanted {
+    /// Which.
+    pub chosen: Chosen,
+    /// Time between two of their values in s.
+    pub interval_s: f64,
+}
+
+impl Ready {
+    /// Reduces the machines of a study.
+    ///
+    /// # Errors
+    /// As for [`Engine::new`].
+    pub fn new(study: &CheckedStudy, retries: u32) -> Result<Self, EngineError> {
+        let engine = Engine::new(study.study().clone())?.with_retries(retries);
+        let info = engine.info();
+        let columns = Columns::new(&info)?;
+        Ok(Self { engine, info, columns })
+    }
+
+    /// What the tables take of an outcome; a point that is no row of the design counts as row 0.
+    pub fn record(&self, asked: &Asked, outcome: RowOutcome) -> RowRecord {
+        let study = self.engine.checked();
+        match asked {
+            Asked::Row(row) => RowRecord { row: *row as u64, factors: study.row_values(*row), outcome },
+            Asked::Point(levels) => RowRecord { row: 0, factors: study.values_at(levels), outcome },
+        }
+    }
+
+    /// Simulates a row.
+    ///
+    /// # Errors
+    /// As for [`Engine::outcome_with_signals`]; [`DatasetError::UnknownColumn`] for a signal that the row does not have.
+    pub fn simulate(&self, asked: &Asked, wanted: Option<&Wanted>) -> Result<Simulated, EngineError> {
+        let engine = &self.engine;
+        let (outcome, signals) = match (asked, wanted) {
+            (Asked::Row(row), None) => (engine.outcome(*row), None),
+            (Asked::Point(levels), None) => (engine.outcome_at(levels), None),
+            (Asked::Row(row), Some(wanted)) => engine.outcome_with_signals(*row, wanted.interval_s)?,
+            (Asked::Point(levels), Some(wanted)) => engine.outcome_with_signals_at(levels, wanted.interval_s)?,
+        };
+        let signals = match (signals, wanted) {
+            (Some(signals), Some(wanted)) => Some(signals_batch(&self.info, &wanted.of(signals)?)?),
+            _ => None,
+        };
+        let record = self.record(asked, outcome);
+        let tables = record_batches(&self.info, &self.columns, std::slice::from_ref(&record))?;
+        Ok(Simulated { outcome: record.outcome, tables, signals })
+    }
+}
+
+impl Wanted {
+    /// The signals that are asked for, the time first.
+    fn of(&self, signals: Vec<Signal>) -> Result<Vec<Signal>, DatasetError> {
+        let Chosen::Named(names) = &self.chosen else { return Ok(signals) };
+        if let Some(unknown) = names.iter().find(|name| !signals.iter().any(|signal| signal.name == **name)) {
+            return Err(DatasetError::UnknownColumn {
+                table: "signals",
+                column: unknown.clone(),
+                known: signals.into_iter().map(|signal| signal.name).collect(),
+            });
+        }
+        let (times, others): (Vec<Signal>, Vec<Signal>) =
+            signals.into_iter().partition(|signal| signal.name == Instant::time_s.name);
+        let named = names.iter().filter_map(|name| others.iter().find(|signal| signal.name == *name).cloned());
+        Ok(times.into_iter().chain(named).collect())
+    }
+}
+
+/// What the table of a design says of its study, whose machines need not be reduced.
+pub fn design_info(study: &CheckedStudy) -> DatasetInfo {
+    dataset_info(study, BTreeMap::new(), BTreeMap::new())
+}
+
+/// A study ready to run, shared with the threads that run it.
+pub type Shared = Arc<Ready>;

@@ -1,0 +1,56 @@
+//! One simulated row.
+
+use pyo3::prelude::*;
+
+use super::ready::Simulated;
+use super::table::Table;
+use crate::dataset::TableName;
+
+/// How a row ended, and its tables.
+#[pyclass(module = "decore", frozen, get_all)]
+pub struct Row {
+    /// `done`, `audit_failed`, `invalid`, `diverged` or `budget_exhausted`.
+    status: &'static str,
+    /// Why the row is not done; empty if it is.
+    reason: String,
+    /// Time that it took, in s.
+    wall_time_s: f64,
+    /// Its row of the table of runs.
+    runs: Py<Table>,
+    /// Its blows.
+    blows: Py<Table>,
+    /// Its signals; none unless they were asked for and the row could be simulated.
+    signals: Option<Py<Table>>,
+}
+
+impl Row {
+    /// The row for Python.
+    ///
+    /// # Errors
+    /// Those of making objects.
+    pub fn new(py: Python<'_>, simulated: Simulated) -> PyResult<Self> {
+        let Simulated { outcome, tables: [runs, blows, _], signals } = simulated;
+        Ok(Self {
+            status: outcome.status.text(),
+            reason: outcome.reason,
+            wall_time_s: outcome.wall_time_s,
+            runs: Py::new(py, Table::new(TableName::Runs.folder(), runs))?,
+            blows: Py::new(py, Table::new(TableName::Blows.folder(), blows))?,
+            signals: signals.map(|signals| Py::new(py, Table::new("signals", signals))).transpose()?,
+        })
+    }
+}
+
+#[pymethods]
+impl Row {
+    /// The value of a column of the table of runs.
+    fn __getitem__(&self, py: Python<'_>, column: &str) -> PyResult<Py<PyAny>> {
+        let values = self.runs.get().values(py, column)?;
+        Ok(values.into_iter().next().unwrap_or_else(|| py.None()))
+    }
+
+    fn __repr__(&self) -> String {
+        let reason = if self.reason.is_empty() { String::new() } else { format!(": {}", self.reason) };
+        format!("<decore.Row {}{reason}>", self.status)
+    }
+}

@@ -1,0 +1,247 @@
+//! A study: its rows, simulated one by one, as a function, or as a sweep.
+
+use std::ffi::CString;
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyMapping, PyString};
+
+use super::dataset::Dataset;
+use super::error::{Raise, StudyWarning, SweepError};
+use super::factor::Factor;
+use super::function::{Definition, Function};
+use super::ready::{Asked, Chosen, Ready, Shared, Wanted, design_info};
+use super::row::Row;
+use super::sweep::Sweep;
+use super::table::Table;
+use super::value::{given, settings};
+use super::wait::Work;
+use crate::dataset::{DatasetError, Existing, SweepState, TableName, table_batch};
+use crate::design::Level;
+use crate::engine::{checked, design_columns};
+use crate::run::DEFAULT_RETRIES;
+use crate::study::{CheckedStudy, StudyError};
+
+/// Threads at most, as on the command line.
+const MOST_THREADS: usize = 1024;
+
+/// A study, held to its machine. The machine is reduced when the first row is run.
+#[pyclass(module = "decore", frozen)]
+pub struct Study {
+    checked: CheckedStudy,
+    retries: u32,
+    ready: OnceLock<Shared>,
+}
+
+impl Study {
+    /// The study ready to run.
+    fn ready(&self, py: Python<'_>) -> PyResult<&Shared> {
+        if let Some(ready) = self.ready.get() {
+            return Ok(ready);
+        }
+        let (checked, retries) = (self.checked.clone(), self.retries);
+        let made = Work::new(move |_| Ready::new(&checked, retries)).wait(py)?.map_err(|error| error.raise(py))?;
+        for note in made.engine.notes() {
+            warn(py, note)?;
+        }
+        Ok(self.ready.get_or_init(|| Arc::new(made)))
+    }
+
+    /// The row that is meant: its index, or values by the names of the factors.
+    fn asked(&self, py: Python<'_>, row: &Bound<'_, PyAny>) -> PyResult<Asked> {
+        if let Ok(values) = row.cast::<PyMapping>() {
+            let levels: Result<Vec<Level>, StudyError> = self.checked.levels(&given(values)?);
+            return levels.map(Asked::Point).map_err(|error| error.raise(py));
+        }
+        let Ok(index) = row.extract::<i64>() else {
+            let found = row.get_type().name()?;
+            return Err(PyTypeError::new_err(format!("expected the index of a row or a mapping, found {found}")));
+        };
+        let rows = self.checked.row_count();
+        let index = usize::try_from(index).ok().filter(|index| *index < rows);
+        index
+            .map(Asked::Row)
+            .ok_or_else(|| PyIndexError::new_err(format!("the study has the rows 0 to {}, not {row}", rows - 1)))
+    }
+
+    /// The place of a column of numbers in the table of runs.
+    fn place(ready: &Ready, name: &str) -> Result<usize, DatasetError> {
+        let (table, columns) = (TableName::Runs.folder(), ready.columns.describe(TableName::Runs));
+        match columns.iter().position(|column| column.name == name) {
+            Some(place) if columns.get(place).is_some_and(|column| !column.kind.is_text()) => Ok(place),
+            Some(_) => Err(DatasetError::NotANumber { table, column: name.to_owned() }),
+            None => Err(DatasetError::UnknownColumn {
+                table,
+                column: name.to_owned(),
+                known: columns.into_iter().map(|column| column.name).collect(),
+            }),
+        }
+    }
+}
+
+#[pymethods]
+impl Study {
+    /// Reads a study file, with values set over its own.
+    #[new]
+    #[pyo3(signature = (path, overrides=None, *, retries=DEFAULT_RETRIES))]
+    fn new(py: Python<'_>, path: PathBuf, overrides: Option<&Bound<'_, PyMapping>>, retries: u32) -> PyResult<Self> {
+        let overrides = overrides.map(settings).transpose()?.unwrap_or_default();
+        let work = move |_: &_| checked(crate::study::Study::load(&path)?.with_overrides(&overrides)?);
+        let checked = Work::new(work).wait(py)?.map_err(|error| error.raise(py))?;
+        for warning in checked.warnings() {
+            warn(py, &warning.to_string())?;
+        }
+        Ok(Self { checked, retries, ready: OnceLock::new() })
+    }
+
+    /// Title of the study.
+    #[getter]
+    fn title(&self) -> &str {
+        self.checked.study().title()
+    }
+
+    /// Hash over all that determines its rows.
+    #[getter]
+    fn hash(&self) -> &str {
+        self.checked.study().hash()
+    }
+
+    /// Names of the hammers.
+    #[getter]
+    fn hammers(&self) -> Vec<&str> {
+        self.checked.study().hammer_names()
+    }
+
+    /// Names of the castings.
+    #[getter]
+    fn castings(&self) -> Vec<&str> {
+        self.checked.study().casting_names()
+    }
+
+    /// The factors of the design.
+    #[getter]
+    fn factors(&self, py: Python<'_>) -> PyResult<Vec<Factor>> {
+        self.checked.study().factors().iter().map(|factor| Factor::new(py, factor)).collect()
+    }
+
+    fn __len__(&self) -> usize {
+        self.checked.row_count()
+    }
+
+    /// The design: a row per run, a column per factor. Nothing is run.
+    fn rows(&self, py: Python<'_>) -> PyResult<Table> {
+        let batch = py.detach(|| {
+            let info = design_info(&self.checked);
+            table_batch(&info, "design", &design_columns(&self.checked, &info))
+        });
+        Ok(Table::new("design", batch.map_err(|error| error.raise(py))?))
+    }
+
+    /// Simulates a row of the design, or one with these values of the factors.
+    #[pyo3(signature = (row, *, signals=None, signal_interval_s=1e-4))]
+    fn scene(
+        &self,
+        py: Python<'_>,
+        row: &Bound<'_, PyAny>,
+        signals: Option<&Bound<'_, PyAny>>,
+        signal_interval_s: f64,
+    ) -> PyResult<Row> {
+        let asked = self.asked(py, row)?;
+        let wanted = chosen(signals)?.map(|chosen| Wanted { chosen, interval_s: signal_interval_s });
+        if !(signal_interval_s > 0.0 && signal_interval_s.is_finite()) {
+            let message = format!("signal_interval_s is {signal_interval_s}, expected a positive number");
+            return Err(PyValueError::new_err(message));
+        }
+        let ready = Arc::clone(self.ready(py)?);
+        let found = Work::new(move |_| ready.simulate(&asked, wanted.as_ref())).wait(py)?;
+        Row::new(py, found.map_err(|error| error.raise(py))?)
+    }
+
+    /// Outputs as a function of factors, over arrays.
+    #[pyo3(signature = (outputs, *, factors=None, fixed=None, threads=0))]
+    fn function(
+        &self,
+        py: Python<'_>,
+        outputs: &Bound<'_, PyAny>,
+        factors: Option<Vec<String>>,
+        fixed: Option<&Bound<'_, PyMapping>>,
+        threads: usize,
+    ) -> PyResult<Function> {
+        check_threads(threads)?;
+        let fixed = fixed.map(given).transpose()?.unwrap_or_default();
+        let single = outputs.is_instance_of::<PyString>();
+        let names = if single { vec![outputs.extract()?] } else { outputs.extract::<Vec<String>>()? };
+        let factors = factors.unwrap_or_else(|| {
+            let left = self.checked.free_factors().filter(|factor| fixed.iter().all(|(name, _)| *name != factor.name));
+            left.map(|factor| factor.name.clone()).collect()
+        });
+        let ready = self.ready(py)?;
+        let place = |name: String| Self::place(ready, &name).map(|place| (name, place));
+        let outputs = names.into_iter().map(place).collect::<Result<_, _>>().map_err(|error| error.raise(py))?;
+        Ok(Function::new(ready, Definition { factors, fixed, outputs, single, threads }))
+    }
+
+    /// Runs the rows that the dataset in `output` does not hold yet; the same call again goes on.
+    #[pyo3(signature = (output, *, threads=0, progress=None, replace=false, max_failed=None))]
+    fn run(
+        &self,
+        py: Python<'_>,
+        output: PathBuf,
+        threads: usize,
+        progress: Option<&Bound<'_, PyAny>>,
+        replace: bool,
+        max_failed: Option<u64>,
+    ) -> PyResult<Dataset> {
+        check_threads(threads)?;
+        let told = listener(py, progress)?;
+        let existing = if replace { Existing::Replace } else { Existing::Resume };
+        let (ready, folder) = (Arc::clone(self.ready(py)?), output.clone());
+        let sweep = Sweep { ready, folder, threads, existing, max_failed };
+        let status = sweep.run(py, told)?.map_err(|error| error.raise(py))?;
+        match status.state {
+            SweepState::TooManyFailed => Err(SweepError::new_err(status.message)),
+            _ => Dataset::open(py, &output),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<decore.Study {}: {} rows>", self.title(), self.checked.row_count())
+    }
+}
+
+fn check_threads(threads: usize) -> PyResult<()> {
+    if threads <= MOST_THREADS {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("threads is {threads}, expected 0 (all) to {MOST_THREADS}")))
+}
+
+/// What is told of progress: the package's own display, a callable, or nobody.
+fn listener(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Py<PyAny>>> {
+    match progress {
+        None => Ok(None),
+        Some(one) if one.is_callable() => Ok(Some(one.clone().unbind())),
+        Some(one) if one.is_truthy()? => Ok(Some(py.import("decore._progress")?.getattr("Display")?.call0()?.unbind())),
+        Some(_) => Ok(None),
+    }
+}
+
+/// The signals that are asked for: a list of names, or `True` for all.
+fn chosen(signals: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Chosen>> {
+    match signals {
+        None => Ok(None),
+        Some(one) => match one.cast::<PyBool>() {
+            Ok(all) => Ok(all.is_true().then_some(Chosen::All)),
+            Err(_) => Ok(Some(Chosen::Named(one.extract()?))),
+        },
+    }
+}
+
+/// Tells what looks wrong.
+fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    // A text of a study holds no zero; one that does ends there.
+    let text = CString::new(text.split('\0').next().unwrap_or_default())?;
+    PyErr::warn(py, &py.get_type::<StudyWarning>(), &text, 1)
+}

@@ -1,0 +1,149 @@
+//! A sweep that a Python program runs: told of by a callable, stopped by Ctrl-C.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+
+use super::ready::Shared;
+use super::wait::Work;
+use crate::dataset::{Existing, SweepStatus};
+use crate::engine::{EngineError, SweepEvent, SweepSettings};
+use crate::run::RowStatus;
+
+/// Time between two calls of the callable.
+const TOLD_EVERY: Duration = Duration::from_millis(200);
+
+/// Sweeps that were interrupted and whose rows still run; a folder is theirs until they end.
+static ENDING: Mutex<Vec<Receiver<()>>> = Mutex::new(Vec::new());
+
+/// How far a sweep is.
+#[pyclass(module = "decore", frozen, get_all)]
+pub struct Progress {
+    /// Rows that the dataset is to hold.
+    rows: u64,
+    /// Rows that are there, whatever their status.
+    done: u64,
+    /// Of these, rows with another status than done.
+    failed: u64,
+    /// Time since the rows began, in s.
+    elapsed_s: f64,
+    /// Time left at this rate in s; none before the first row.
+    seconds_left: Option<f64>,
+    /// Whether no more rows are run.
+    ended: bool,
+}
+
+#[pymethods]
+impl Progress {
+    fn __repr__(&self) -> String {
+        format!("<decore.Progress {} of {} rows, {} failed>", self.done, self.rows, self.failed)
+    }
+}
+
+/// What is counted while rows run, on any thread.
+#[derive(Default)]
+struct Counts {
+    rows: AtomicU64,
+    before: AtomicU64,
+    done: AtomicU64,
+    failed: AtomicU64,
+}
+
+impl Counts {
+    fn hear(&self, event: SweepEvent<'_>) {
+        match event {
+            SweepEvent::Begins { rows, done, failed } => {
+                self.before.store(done, Ordering::Relaxed);
+                self.failed.store(failed, Ordering::Relaxed);
+                self.done.store(done, Ordering::Relaxed);
+                self.rows.store(rows, Ordering::Relaxed);
+            }
+            SweepEvent::RowEnded(status) => {
+                self.failed.fetch_add(u64::from(status != RowStatus::Done), Ordering::Relaxed);
+                self.done.fetch_add(1, Ordering::Relaxed);
+            }
+            // Told of where the sweep ends, or in the dataset itself.
+            SweepEvent::Grown { .. } | SweepEvent::Found { .. } | SweepEvent::Tick | SweepEvent::Ends => {}
+            SweepEvent::SummaryNotWritten(_) | SweepEvent::Failed => {}
+        }
+    }
+
+    /// `None` before the rows begin.
+    fn progress(&self, elapsed: Duration, ended: bool) -> Option<Progress> {
+        let [rows, before, done, failed] =
+            [&self.rows, &self.before, &self.done, &self.failed].map(|count| count.load(Ordering::Relaxed));
+        let elapsed_s = elapsed.as_secs_f64();
+        let own = done.saturating_sub(before);
+        let seconds_left = (own > 0).then(|| elapsed_s / own as f64 * rows.saturating_sub(done) as f64);
+        (rows > 0).then_some(Progress { rows, done, failed, elapsed_s, seconds_left, ended })
+    }
+}
+
+/// A sweep as it is asked for.
+pub struct Sweep {
+    /// The study.
+    pub ready: Shared,
+    /// The dataset's folder.
+    pub folder: PathBuf,
+    /// Threads; 0: all.
+    pub threads: usize,
+    /// What becomes of a dataset that is there.
+    pub existing: Existing,
+    /// Rows that may fail.
+    pub max_failed: Option<u64>,
+}
+
+impl Sweep {
+    /// Runs the rows that are missing and calls `told` about them five times a second.
+    ///
+    /// # Errors
+    /// What an interrupt or `told` raised; then rows that ended are kept, and rows that still run end by themselves, before a
+    /// sweep that comes later begins.
+    pub fn run(self, py: Python<'_>, told: Option<Py<PyAny>>) -> PyResult<Result<SweepStatus, EngineError>> {
+        let counts = Arc::new(Counts::default());
+        let (begin, own) = (Instant::now(), Arc::clone(&counts));
+        let work = move |stop: &AtomicBool| {
+            let (ends, ended) = sync_channel::<()>(0);
+            let earlier = std::mem::replace(&mut *lock(), vec![ended]);
+            // A sweep drops its end of the channel when it ends.
+            for earlier in earlier {
+                let _ = earlier.recv();
+            }
+            let listener = |event: SweepEvent<'_>| own.hear(event);
+            let settings = SweepSettings {
+                threads: self.threads,
+                existing: self.existing,
+                max_failed: self.max_failed,
+                stop: Some(stop),
+                listener: &listener,
+                ..SweepSettings::default()
+            };
+            let status = self.ready.engine.run(&self.folder, &settings);
+            drop(ends);
+            status
+        };
+        let (seen, callable) = (Arc::clone(&counts), told.as_ref().map(|told| told.clone_ref(py)));
+        let mut last = None::<Instant>;
+        let tick = move |py: Python<'_>| {
+            let Some(callable) = callable.as_ref().filter(|_| last.is_none_or(|last| last.elapsed() >= TOLD_EVERY))
+            else {
+                return Ok(());
+            };
+            last = Some(Instant::now());
+            seen.progress(begin.elapsed(), false).map_or(Ok(()), |progress| callable.call1(py, (progress,)).map(drop))
+        };
+        let status = Work { run: work, tick: Box::new(tick) }.wait(py)?;
+        if let (Some(told), Some(progress)) = (told, counts.progress(begin.elapsed(), true)) {
+            told.call1(py, (progress,))?;
+        }
+        Ok(status)
+    }
+}
+
+fn lock() -> std::sync::MutexGuard<'static, Vec<Receiver<()>>> {
+    ENDING.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,78 @@
+//! Values of Python as values of a study, and back.
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyList, PyMapping, PyString, PyTuple};
+
+use crate::quantity::Value;
+
+/// A number or a text, numpy's included.
+pub fn value(from: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(text) = from.cast::<PyString>() {
+        return Ok(Value::Text(text.to_str()?.to_owned()));
+    }
+    if !from.is_instance_of::<PyBool>() {
+        if let Ok(whole) = from.extract::<i64>() {
+            return Ok(Value::Integer(whole));
+        }
+        if let Ok(real) = from.extract::<f64>() {
+            return Ok(Value::Real(real));
+        }
+    }
+    Err(PyTypeError::new_err(format!("expected a number or a text, found {}", from.repr()?)))
+}
+
+/// Values by the names of factors.
+pub fn given(from: &Bound<'_, PyMapping>) -> PyResult<Vec<(String, Value)>> {
+    entries(from)?.into_iter().map(|(name, given)| Ok((name, value(&given)?))).collect()
+}
+
+/// The settings `path=value` of a mapping: as `--set` takes them.
+pub fn settings(from: &Bound<'_, PyMapping>) -> PyResult<Vec<String>> {
+    let setting = |(path, value): (String, Bound<'_, PyAny>)| {
+        // A text alone needs no quotes, and stands in a dataset as the command line puts it there.
+        let text = match value.cast::<PyString>() {
+            Ok(text) => text.to_str()?.to_owned(),
+            Err(_) => toml(&value)?,
+        };
+        Ok(format!("{path}={text}"))
+    };
+    entries(from)?.into_iter().map(setting).collect()
+}
+
+fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    from.items()?.iter().map(|item| item.extract::<(String, Bound<'py, PyAny>)>()).collect()
+}
+
+/// A value as TOML writes it.
+fn toml(from: &Bound<'_, PyAny>) -> PyResult<String> {
+    if let Ok(truth) = from.cast::<PyBool>() {
+        return Ok(truth.is_true().to_string());
+    }
+    if from.is_instance_of::<PyList>() || from.is_instance_of::<PyTuple>() {
+        let parts: Vec<String> = from.try_iter()?.map(|part| toml(&part?)).collect::<PyResult<_>>()?;
+        return Ok(format!("[{}]", parts.join(", ")));
+    }
+    if let Ok(table) = from.cast::<PyDict>() {
+        let pairs = table.iter().map(|(key, value)| {
+            let key = toml::Value::from(key.extract::<String>()?);
+            Ok(format!("{key} = {}", toml(&value)?))
+        });
+        return Ok(format!("{{ {} }}", pairs.collect::<PyResult<Vec<String>>>()?.join(", ")));
+    }
+    Ok(match value(from)? {
+        Value::Text(text) => toml::Value::from(text).to_string(),
+        Value::Real(real) => toml::Value::from(real).to_string(),
+        number => number.to_string(),
+    })
+}
+
+/// A value for Python.
+pub fn object(py: Python<'_>, value: &Value<impl AsRef<str>>) -> PyResult<Py<PyAny>> {
+    Ok(match value {
+        Value::Real(value) => value.into_pyobject(py)?.into_any().unbind(),
+        Value::Integer(value) => value.into_pyobject(py)?.into_any().unbind(),
+        Value::Count(value) => value.into_pyobject(py)?.into_any().unbind(),
+        Value::Text(value) => value.as_ref().into_pyobject(py)?.into_any().unbind(),
+    })
+}

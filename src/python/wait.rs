@@ -1,0 +1,67 @@
+//! Long work beside the interpreter: other Python threads run meanwhile, and Ctrl-C is heard.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::thread::Builder;
+use std::time::Duration;
+
+use pyo3::prelude::*;
+
+use super::error::Error;
+
+/// Time between two looks for an interrupt.
+const TICK: Duration = Duration::from_millis(50);
+/// What work that was told to stop may take to end before the call returns without it.
+const GRACE: Duration = Duration::from_millis(350);
+
+/// Work that is told to stop by a flag.
+pub struct Work<T, F: FnOnce(&AtomicBool) -> T> {
+    /// What is done; a long one looks at the flag.
+    pub run: F,
+    /// Called with the interpreter at least every 50 ms.
+    pub tick: Box<dyn FnMut(Python<'_>) -> PyResult<()>>,
+}
+
+impl<T: Send + 'static, F: FnOnce(&AtomicBool) -> T + Send + 'static> Work<T, F> {
+    /// Work that nobody watches.
+    pub fn new(run: F) -> Self {
+        Self { run, tick: Box::new(|_| Ok(())) }
+    }
+
+    /// Does the work on a thread of its own without holding the interpreter.
+    ///
+    /// After an interrupt (or an exception of `tick`) the work is told to stop. Where it has not ended 0.35 s later, it is left to
+    /// end by itself, its result dropped.
+    ///
+    /// # Errors
+    /// What a signal handler or `tick` raised; [`Error`] if the work panicked or has no thread.
+    pub fn wait(mut self, py: Python<'_>) -> PyResult<T> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let (tell, mut told) = sync_channel(1);
+        let (run, flag) = (self.run, Arc::clone(&stop));
+        // Nobody listens any more after an interrupt.
+        let started = Builder::new().name("decore".to_owned()).spawn(move || drop(tell.send(run(&flag))));
+        started.map_err(|error| Error::new_err(format!("failed to start a thread: {error}")))?;
+        loop {
+            match hear(py, &mut told, TICK) {
+                Ok(result) => return Ok(result),
+                Err(RecvTimeoutError::Disconnected) => {
+                    let message = "the program panicked (a defect of decore: please report it with the study)";
+                    return Err(Error::new_err(message));
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if let Err(raised) = py.check_signals().and_then(|()| (self.tick)(py)) {
+                stop.store(true, Ordering::SeqCst);
+                // Ended or not: what was asked for is not wanted any more.
+                drop(hear(py, &mut told, GRACE));
+                return Err(raised);
+            }
+        }
+    }
+}
+
+fn hear<T: Send>(py: Python<'_>, told: &mut Receiver<T>, time: Duration) -> Result<T, RecvTimeoutError> {
+    py.detach(move || told.recv_timeout(time))
+}

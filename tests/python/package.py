@@ -1,0 +1,234 @@
+"""Checks the package as it is installed: bytes of a sweep, errors, tables, functions, interrupts, threads, time of a call.
+
+Usage: python package.py PROGRAM STUDIES, with the program `decore` and the folder of the shipped studies.
+"""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import warnings
+
+import duckdb
+import numpy
+import pandas
+import polars
+import pyarrow
+
+import decore
+
+PROGRAM, STUDIES = (pathlib.Path(argument).resolve() for argument in sys.argv[1:3])
+PLACEMENT, GRID = STUDIES / "placement.toml", STUDIES / "pressure_grid.toml"
+SHORT = {"duration_s": 0.15}
+# Allowed over the simulation itself, for one call, in s.
+MOST_OVERHEAD_S = 1e-3
+# Time from Ctrl-C to the exception, in s.
+MOST_INTERRUPT_S = 0.5
+# Share of its rate that a Python thread keeps beside a sweep on another core.
+LEAST_RATE = 0.9
+
+
+def check(condition, message):
+    """Unlike `assert`, also checks under `python -O`."""
+    if not condition:
+        sys.exit(f"package: {message}")
+
+
+def raised(kind, call):
+    """The exception of a call that must fail."""
+    try:
+        call()
+    except kind as error:
+        return error
+    sys.exit(f"package: no {kind.__name__}")
+
+
+def check_bytes(scratch):
+    """A sweep is that of the command line, whatever the threads."""
+    command = [PROGRAM, "run", GRID, "--set", "duration_s=0.15", "--set", "hammer.hammer.supply_bar=4.5", "--output"]
+    subprocess.run([*command, scratch / "command"], check=True, capture_output=True)
+    study = decore.Study(GRID, SHORT | {"hammer.hammer.supply_bar": 4.5})
+    told = []
+    dataset = study.run(scratch / "python", threads=2, progress=told.append)
+    check((dataset.rows, dataset.rows_done, dataset.rows_failed) == (8, 8, 0), "the rows of the grid")
+    check(told[-1].ended and told[-1].done == 8, f"progress ends with all rows: {told}")
+    for name in ["manifest.json", "runs/runs-000000000000.parquet", "blows/blows-000000000000.parquet"]:
+        same = (scratch / "command" / name).read_bytes() == (scratch / "python" / name).read_bytes()
+        check(same, f"{name} is not that of the command line")
+    again = study.run(scratch / "python", progress=told.append)
+    check(told[-1].done == 8 and len(again.runs) == 8, "a sweep that is whole stays so")
+    raised(decore.DatasetError, lambda: decore.Study(GRID).run(scratch / "python"))
+    return dataset
+
+
+def check_readers(dataset):
+    """All readers see the same, units included."""
+    for table in [dataset.runs, dataset.blows, dataset.timings]:
+        arrow = pyarrow.table(table)
+        columns = {"polars": polars.DataFrame(table), "pandas": pandas.DataFrame.from_arrow(table)}
+        stream = table
+        duck = duckdb.sql("select * from stream")
+        for column in table.columns:
+            field = arrow.schema.field(column.name)
+            check(field.metadata[b"unit"].decode() == column.unit and column.description, f"unit of {column.name}")
+            own = table[column.name]
+            check(arrow[column.name].to_pylist() == own, f"{column.name} in pyarrow")
+            check(columns["polars"][column.name].to_list() == own, f"{column.name} in polars")
+            check([row[0] for row in duck.select(f'"{column.name}"').fetchall()] == own, f"{column.name} in DuckDB")
+            seen = [None if pandas.isna(value) else value for value in columns["pandas"][column.name].tolist()]
+            check(seen == own, f"{column.name} in pandas")
+        check(len(table) == arrow.num_rows > 0, f"rows of {table}")
+    check("did you mean" in str(raised(KeyError, lambda: dataset.runs["delivered_wrk_j"])), "the nearest column")
+
+
+def check_rows(dataset):
+    """The rows of a design by index, by values, and as a function, are those of the sweep."""
+    study = decore.Study(GRID, SHORT | {"hammer.hammer.supply_bar": 4.5})
+    design = study.rows()
+    check(design["factor_mount"] == dataset.runs["factor_mount"] and len(design) == len(study) == 8, "the design")
+    work = dataset.runs["delivered_work_j"]
+    row = study.scene(5, signals=["hammer_casting_force_n", "time_s"], signal_interval_s=1e-3)
+    check(row.status == "done" and row["delivered_work_j"] == work[5], "row 5 by its index")
+    check([column.name for column in row.signals.columns] == ["time_s", "hammer_casting_force_n"], "signals by name")
+    check(len(row.signals) == 151 and len(study.scene(5, signals=True).signals.columns) > 20, "signals")
+    blows = zip(dataset.blows["row"], dataset.blows["work_j"])
+    check(row.blows["work_j"] == [work for row, work in blows if row == 5], "blows")
+    values = {name: design[f"factor_{name}"][5] for name in ["mount", "standoff"]}
+    check(study.scene(values)["delivered_work_j"] == work[5], "row 5 by its values")
+    function = study.function("delivered_work_j", fixed={"mount": values["mount"]})
+    check(function.factors == ["standoff"] and function.bounds == [(0.06, 0.085)], "what is left of the factors")
+    rows = [index for index in range(8) if design["factor_mount"][index] == values["mount"]]
+    found = function(numpy.array([[design["factor_standoff"][index]] for index in rows]))
+    check(found.tolist() == [work[index] for index in rows], "the function's values are the sweep's")
+    both = study.function(["delivered_work_j", "total_air_used_nl"], fixed=values)(numpy.empty((2, 0)))
+    check(both.shape == (2, 2) and (both[0] == both[1]).all(), "outputs are columns")
+
+
+def check_functions():
+    """Shapes of arrays, points that cannot be, faults."""
+    study = decore.Study(PLACEMENT, SHORT)
+    work = study.function("delivered_work_j", factors=["position", "pressure"], fixed={"standoff": 0.08, "fixture_stiffness": 3e7})
+    one, many = work([0.0, 5.0]), work([[0.0, 5.0], [2.0, 5.0], [0.01, 4]])
+    check(isinstance(one, float) and many.shape == (3,) and many[0] == one, "one point and many")
+    check(numpy.isnan(many[1]) and not numpy.isnan(many[2]), "a hammer beside its casting is no number")
+    check(work(numpy.asfortranarray([[0.0, 5.0], [0.01, 4.0]]))[1] == many[2], "columns in Fortran's order")
+    check(study.function(["delivered_work_j"])([[0.0, 5, 0.08, 3e7]]).shape == (1, 1), "a list of outputs is an axis")
+    check("(points, 2)" in str(raised(ValueError, lambda: work([1.0, 2.0, 3.0]))), "the shape that was expected")
+    check("NaN" in str(raised(decore.StudyError, lambda: work([0.0, float("nan")]))), "no number is a fault")
+    check("did you mean" in str(raised(decore.DatasetError, lambda: study.function("delivered_wrk_j"))), "a near output")
+    raised(decore.DatasetError, lambda: study.function("status"))
+
+
+def check_errors(scratch):
+    """File, line, key and suggestion of a fault; warnings."""
+    file = scratch / "wrong.toml"
+    text = PLACEMENT.read_text()
+    file.write_text(text.replace("mass_kg = 3.0", "mas_kg = 3.0").replace("hammers/", f"{STUDIES}/hammers/"))
+    line = next(number for number, line in enumerate(file.read_text().splitlines(), 1) if "mas_kg" in line)
+    problems = raised(decore.StudyError, lambda: decore.Study(file)).problems
+    found = [(problem.file, problem.line, problem.key, problem.suggestion) for problem in problems]
+    check((str(file), line, "casting.part.mas_kg", "mass_kg") in found, f"what is wrong: {found}")
+    raised(decore.StudyError, lambda: decore.Study(scratch / "absent.toml"))
+    check(issubclass(decore.StudyError, decore.Error) and issubclass(decore.SweepError, decore.Error), "one family")
+    study = decore.Study(PLACEMENT, SHORT)
+    missing = raised(decore.StudyError, lambda: study.scene({"presure": 5.0})).problems
+    check(any(problem.suggestion == "pressure" for problem in missing), f"{missing}")
+    raised(IndexError, lambda: study.scene(240))
+    raised(decore.DatasetError, lambda: decore.open(scratch / "absent"))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        decore.Study(PLACEMENT, {"hammer.hammer.supply_bar": 40.0})
+    check(any(issubclass(one.category, decore.StudyWarning) for one in caught), "40 bar are unlikely")
+
+
+def check_interrupt(scratch):
+    """Ctrl-C ends a sweep of long rows within half a second; the same sweep goes on from the rows that ended, to the same bytes."""
+    study = decore.Study(PLACEMENT, {"duration_s": 4.0, "design.rows": 12})
+    study.scene(0)
+    begun = []
+
+    def interrupt():
+        begun.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer(1.0, interrupt).start()
+    raised(KeyboardInterrupt, lambda: study.run(scratch / "interrupted", threads=1))
+    took = time.perf_counter() - begun[0]
+    print(f"  Ctrl-C: {took:.2f} s")
+    check(took < MOST_INTERRUPT_S, f"Ctrl-C took {took:.2f} s")
+    told = []
+    check(study.run(scratch / "interrupted", progress=told.append).rows_done == 12, "the sweep goes on")
+    check(0 < told[0].done < 12, f"rows that ended are kept: {told[0]}")
+    study.run(scratch / "whole")
+    for name in ["manifest.json", "runs/runs-000000000000.parquet", "blows/blows-000000000000.parquet"]:
+        same = (scratch / "interrupted" / name).read_bytes() == (scratch / "whole" / name).read_bytes()
+        check(same, f"{name} is not that of a sweep without an interrupt")
+
+
+def check_overhead():
+    """A call takes at most a millisecond more than the simulation within; the least of many, as the machine has other work."""
+    study = decore.Study(PLACEMENT, {"duration_s": 0.02})
+    study.scene(0)
+    over = []
+    for _ in range(100):
+        begin = time.perf_counter()
+        row = study.scene(3)
+        over.append(time.perf_counter() - begin - row.wall_time_s)
+    least = min(over)
+    print(f"  a call of scene beyond its simulation: {1e3 * least:.2f} ms")
+    check(least < MOST_OVERHEAD_S, f"a call takes {1e3 * least:.2f} ms beyond its simulation")
+
+
+def rate(seconds):
+    """Rounds of arithmetic per second of the calling thread."""
+    begin, rounds = time.perf_counter(), 0
+    while time.perf_counter() - begin < seconds:
+        sum(range(1000))
+        rounds += 1
+    return rounds / (time.perf_counter() - begin)
+
+
+def check_rate(scratch):
+    """A Python thread goes on while a sweep runs on another core. Of several tries the best counts: the machine has other work."""
+    if len(os.sched_getaffinity(0)) < 2:
+        return print("  a Python thread beside a sweep: not tried, there is one core")
+    study = decore.Study(PLACEMENT, {"duration_s": 6.0, "design.rows": 1000})
+    study.scene(0)
+    shares = []
+    for attempt in range(3):
+        alone, beside = rate(1.0), []
+
+        def measure():
+            time.sleep(0.3)
+            beside.append(rate(1.0))
+            os.kill(os.getpid(), signal.SIGINT)
+
+        thread = threading.Thread(target=measure)
+        thread.start()
+        raised(KeyboardInterrupt, lambda: study.run(scratch / f"beside-{attempt}", threads=1, progress=lambda _: None))
+        thread.join()
+        shares.append(beside[0] / alone)
+        if shares[-1] >= LEAST_RATE:
+            break
+    print(f"  a Python thread beside a sweep: {', '.join(f'{100 * share:.0f} %' for share in shares)} of its rate")
+    check(max(shares) >= LEAST_RATE, "a Python thread is held up by a sweep")
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        scratch = pathlib.Path(name)
+        dataset = check_bytes(scratch)
+        check_readers(dataset)
+        check_rows(dataset)
+        check_functions()
+        check_errors(scratch)
+        check_overhead()
+        check_interrupt(scratch)
+        check_rate(scratch)
+
+
+main()
