@@ -1,6 +1,6 @@
 """Holds the NumPy predictor to decore: `predicted_alike.py predict.py MODEL TABLE PREDICTED`.
 
-Means and ends of intervals are equal to 1e-12 of the output's spread in the model, standard deviations by their squares.
+Means and probabilities are equal to 1e-12 of the output's spread in the model, variances to that of its square.
 """
 
 import importlib.util
