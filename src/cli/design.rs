@@ -1,6 +1,5 @@
 //! `decore design`: the rows of a design as a file, which a `table` design reads back.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -9,7 +8,7 @@ use super::exit::{Exit, Failure};
 use super::outputs::{Output, StudyArguments};
 use super::text::{plural, say};
 use crate::dataset::{TableColumn, TableValues, write_table};
-use crate::engine::{dataset_info, design_columns};
+use crate::engine::design_table;
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
@@ -33,8 +32,7 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
     let outputs = [Output { flag: "--output", path: Some(file), ending: None }];
     let study =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.checked()?;
-    let info = dataset_info(&study, BTreeMap::new(), BTreeMap::new());
-    let columns = design_columns(&study, &info);
+    let (info, columns) = design_table(&study);
     if is("csv") {
         let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
         write_csv(file, &columns).map_err(|error| failed(error.into()))?;

@@ -1,11 +1,12 @@
 //! `decore surrogate`: models of a dataset's outputs; `decore predict`: what they say of rows that were not run.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_whole};
 use super::inputs::{expect_dataset, expect_ending};
+use super::outputs::{Output, refuse_inputs};
 use super::text::{fit, say, tell, terminal_columns};
 use crate::dataset::{DatasetReader, write_table};
 use crate::surrogate::{PREDICTOR, SurrogateSettings};
@@ -69,11 +70,8 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
 }
 
 pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
-    expect_ending("--output", Some(&arguments.output), "parquet")?;
-    if same(&arguments.output, &arguments.model) || same(&arguments.output, &arguments.table) {
-        let shown = arguments.output.display();
-        return Err(Failure::Argument(format!("--output {shown} is what is read: give another name")));
-    }
+    let output = Output { flag: "--output", path: Some(&arguments.output), ending: Some("parquet") };
+    refuse_inputs(&[arguments.model.clone(), arguments.table.clone()], &[output])?;
     let model = crate::surrogate::read(&arguments.model)?;
     let predicted = crate::surrogate::predict(&model, &arguments.table)?;
     write_table(&arguments.output, &model.info, "predictions", &predicted.columns)?;
@@ -87,11 +85,6 @@ pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
     }
     warn(&model.surrogate.warnings());
     Ok(Exit::Done)
-}
-
-/// Whether both names are those of one file that exists.
-fn same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 fn warn(warnings: &[String]) {

@@ -1,11 +1,16 @@
 //! The rows of a design as a table.
 
+use std::collections::BTreeMap;
+
+use super::info::dataset_info;
 use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues};
 use crate::quantity::{Kind, Value};
 use crate::study::CheckedStudy;
 
-/// The columns of a design's rows: the index of the row, then the factors, derived ones included.
-pub fn design_columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColumn> {
+/// The columns of a design's rows: the index of the row, then the factors, derived ones included. And what their table says of the study,
+/// whose machines need not be reduced.
+pub fn design_table(study: &CheckedStudy) -> (DatasetInfo, Vec<TableColumn>) {
+    let info = dataset_info(study, BTreeMap::new(), BTreeMap::new());
     let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
     let index = TableColumn {
         name: RowRecord::row.name.to_owned(),
@@ -31,5 +36,6 @@ pub fn design_columns(study: &CheckedStudy, info: &DatasetInfo) -> Vec<TableColu
             },
         }
     };
-    [index].into_iter().chain(info.factors.iter().enumerate().map(factor)).collect()
+    let columns = [index].into_iter().chain(info.factors.iter().enumerate().map(factor)).collect();
+    (info, columns)
 }

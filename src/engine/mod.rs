@@ -37,10 +37,9 @@ mod prepared;
 mod stub;
 mod sweep;
 
-pub use design_table::design_columns;
+pub use design_table::design_table;
 pub use error::EngineError;
 pub use event::{Listener, SweepEvent};
-pub use info::dataset_info;
 pub use machine::{Machine, SourceModel, reduction_settings};
 pub use prepared::{Engine, RowScene, Rows, checked};
 pub use stub::StubRows;

@@ -1,13 +1,12 @@
 //! A study with its machines reduced, and what every table of its rows needs.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
 
 use crate::dataset::{Columns, DatasetError, DatasetInfo, RowRecord, record_batches, signals_batch};
 use crate::design::Level;
-use crate::engine::{Engine, EngineError, Rows, dataset_info};
+use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Instant, Signal};
 use crate::run::RowOutcome;
 use crate::study::CheckedStudy;
@@ -115,11 +114,6 @@ impl Wanted {
         let named = names.iter().filter_map(|name| others.iter().find(|signal| signal.name == *name).cloned());
         Ok(times.into_iter().chain(named).collect())
     }
-}
-
-/// What the table of a design says of its study, whose machines need not be reduced.
-pub fn design_info(study: &CheckedStudy) -> DatasetInfo {
-    dataset_info(study, BTreeMap::new(), BTreeMap::new())
 }
 
 /// A study ready to run, shared with the threads that run it.

@@ -12,7 +12,7 @@ use super::dataset::Dataset;
 use super::error::{Raise, StudyWarning, SweepError};
 use super::factor::Factor;
 use super::function::{Definition, Function};
-use super::ready::{Asked, Chosen, Ready, Shared, Wanted, design_info};
+use super::ready::{Asked, Chosen, Ready, Shared, Wanted};
 use super::row::Row;
 use super::sweep::Sweep;
 use super::table::Table;
@@ -20,7 +20,7 @@ use super::value::{given, settings};
 use super::wait::Work;
 use crate::dataset::{DatasetError, Existing, SweepState, TableName, table_batch};
 use crate::design::Level;
-use crate::engine::{checked, design_columns};
+use crate::engine::{checked, design_table};
 use crate::run::DEFAULT_RETRIES;
 use crate::study::{CheckedStudy, StudyError};
 
@@ -133,8 +133,8 @@ impl Study {
     /// The design: a row per run, a column per factor. Nothing is run.
     fn rows(&self, py: Python<'_>) -> PyResult<Table> {
         let batch = py.detach(|| {
-            let info = design_info(&self.checked);
-            table_batch(&info, "design", &design_columns(&self.checked, &info))
+            let (info, columns) = design_table(&self.checked);
+            table_batch(&info, "design", &columns)
         });
         Ok(Table::new("design", batch.map_err(|error| error.raise(py))?))
     }
