@@ -221,6 +221,8 @@ def check_rate(scratch):
 
 
 def main():
+    # Where this runs in the background of a script, Ctrl-C is ignored from the start.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory() as name:
         scratch = pathlib.Path(name)
         dataset = check_bytes(scratch)
