@@ -14,6 +14,7 @@
 //!             +--comparison--> difference of two
 //!             +--sensitivity, analysis--> indices of the factors
 //!             +--surrogate, regression--> models, which predict rows not run
+//!             +--features--> flat table for predictors of others
 //! ```
 //!
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
@@ -56,8 +57,9 @@
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
 //! python      : analysis dataset design engine metrics quantity run sensitivity study words
+//! features    : dataset files metrics quantity run study
 //! surrogate   : dataset files number random regression sensitivity study
-//! cli         : accuracy analysis comparison dataset design engine files guide integrate metrics page plot quantity report run scene sensitivity structure study surrogate system words
+//! cli         : accuracy analysis comparison dataset design engine features files guide integrate metrics page plot quantity report run scene sensitivity structure study surrogate system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -78,6 +80,7 @@
 //! - [`comparison`]: the difference of two datasets.
 //! - [`analysis`], [`sensitivity`]: which factor matters: of plain tables of numbers, and of a dataset.
 //! - [`regression`], [`surrogate`]: what a row not run would give: of plain tables of numbers, and of a dataset.
+//! - [`features`]: the flat table that a predictor is trained on, its dictionary, groups and splits.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
@@ -110,6 +113,7 @@ pub mod dataset;
 pub mod design;
 pub mod engine;
 pub mod expression;
+pub mod features;
 pub mod files;
 pub mod guide;
 pub mod hammer;

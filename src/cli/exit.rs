@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use crate::comparison::ComparisonError;
 use crate::dataset::DatasetError;
 use crate::engine::EngineError;
+use crate::features::FeaturesError;
 use crate::files::Staged;
 use crate::page::PageError;
 use crate::plot::PlotError;
@@ -61,6 +62,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Surrogate(SurrogateError),
     #[error("{0}")]
+    Features(FeaturesError),
+    #[error("{0}")]
     Page(PageError),
     #[error("{0}")]
     Comparison(ComparisonError),
@@ -94,11 +97,12 @@ impl Failure {
                 _ => Exit::NotWritten,
             },
             Self::Engine(EngineError::Batch(BatchError::Sink { .. })) | Self::Write { .. } => Exit::NotWritten,
+            Self::Features(FeaturesError::Write { .. } | FeaturesError::Parquet(_)) => Exit::NotWritten,
             Self::Page(_) | Self::Plot(_) | Self::Print(_) | Self::Surrogate(SurrogateError::Write { .. }) => {
                 Exit::NotWritten
             }
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
-            Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) => Exit::BadInput,
+            Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) | Self::Features(_) => Exit::BadInput,
         }
     }
 }
@@ -117,6 +121,15 @@ impl From<SurrogateError> for Failure {
         match error {
             SurrogateError::Dataset(error) => Self::Dataset(error),
             other => Self::Surrogate(other),
+        }
+    }
+}
+
+impl From<FeaturesError> for Failure {
+    fn from(error: FeaturesError) -> Self {
+        match error {
+            FeaturesError::Dataset(error) => Self::Dataset(error),
+            other => Self::Features(other),
         }
     }
 }

@@ -8,6 +8,7 @@ mod compare;
 mod completions;
 mod design;
 mod exit;
+mod export;
 mod help;
 mod init;
 mod inputs;
@@ -85,6 +86,8 @@ enum Command {
     Predict(surrogate::PredictArguments),
     /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
     Compare(compare::CompareArguments),
+    /// Write a dataset as a flat table that predictors are trained on, with its dictionary.
+    Export(export::ExportArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
@@ -143,6 +146,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Surrogate(arguments) => surrogate::surrogate(&arguments),
         Command::Predict(arguments) => surrogate::predict(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),

@@ -82,6 +82,6 @@ pub use reader::DatasetReader;
 pub use record::StoredRow;
 pub use rerun::Chosen;
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
-pub use table_file::{TableColumn, TableValues, signals_batch, table_batch, write_signals, write_table};
+pub use table_file::{TableColumn, TableValues, signals_batch, table_batch, table_bytes, write_signals, write_table};
 pub use verify::{Verification, verify};
 pub use writer::{DatasetWriter, Existing, RowRecorder};

@@ -61,8 +61,12 @@ pub fn schema(info: &DatasetInfo, columns: &[ColumnDescription]) -> Arc<Schema> 
             Field::new(&column.name, data_type(column.kind), true).with_metadata(metadata)
         })
         .collect();
-    let study = HashMap::from(study_entries(info).map(|(key, value)| (key.to_owned(), value)));
-    Arc::new(Schema::new_with_metadata(fields, study))
+    Arc::new(Schema::new_with_metadata(fields, study_metadata(info)))
+}
+
+/// What the schema of every table says of its study.
+pub fn study_metadata(info: &DatasetInfo) -> HashMap<String, String> {
+    HashMap::from(study_entries(info).map(|(key, value)| (key.to_owned(), value)))
 }
 
 /// What every file says of its study.

@@ -4,13 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
-use arrow_schema::ArrowError;
+use arrow_schema::{ArrowError, Field, Schema};
+use parquet::errors::ParquetError;
 
 use super::columns::{ColumnDescription, ColumnGroup, check_unique, identifier};
 use super::durable::StagedFile;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::parquet_file::{encode_batch, properties, schema};
+use super::parquet_file::{encode_batch, properties, schema, study_metadata};
 use crate::metrics::Signal;
 use crate::quantity::{Kind, Quantity};
 
@@ -95,6 +96,21 @@ pub fn write_table(path: &Path, info: &DatasetInfo, table: &str, columns: &[Tabl
         .map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     StagedFile::write(folder, path, &bytes)?.put_in_place()
+}
+
+/// The Parquet file of columns whose fields say more than unit and description; `dictionary`: what the file is to say of them. The
+/// study is in its metadata as in every file's.
+///
+/// # Errors
+/// The Parquet library's, such as columns of different lengths.
+pub fn table_bytes(
+    info: &DatasetInfo,
+    dictionary: String,
+    columns: Vec<(Field, ArrayRef)>,
+) -> Result<Vec<u8>, ParquetError> {
+    let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns.into_iter().unzip();
+    let schema = Arc::new(Schema::new_with_metadata(fields, study_metadata(info)));
+    encode_batch(&RecordBatch::try_new(schema, arrays)?, properties(info, dictionary)?)
 }
 
 /// A table in memory, as [`write_table`] writes it.

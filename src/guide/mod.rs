@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 12] = [
+pub const TOPICS: [Topic; 13] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -53,6 +53,11 @@ pub const TOPICS: [Topic; 12] = [
         name: "surrogate",
         about: "what a row not run would give: models, their errors, predictions",
         text: include_str!("surrogate.md"),
+    },
+    Topic {
+        name: "features",
+        about: "a flat table for predictors: figures per casting, dictionary",
+        text: include_str!("features.md"),
     },
     Topic {
         name: "accuracy",

@@ -1,8 +1,12 @@
-//! What the text of a study alone says of its design: for those who have its rows, but not the files of its machine.
+//! What the text of a study alone says of its design and its hammers: for those who have its rows, but not the files of its
+//! machine.
+
+use std::collections::BTreeMap;
 
 use super::document::error::{Problem, StudyError};
 use super::document::keys::Shape;
 use super::document::overrides::Override;
+use super::document::path;
 use super::document::tree::Document;
 use super::document::typed::read_tree;
 use super::file::{DesignEntry, Scale};
@@ -21,6 +25,8 @@ pub struct DesignOutline {
     pub constraints: Vec<String>,
     /// Factors with rank correlations; empty where there are none.
     pub correlated: Vec<String>,
+    /// The casting that each hammer strikes, by the hammer's name; without those that strike the only one.
+    pub strikes: BTreeMap<String, String>,
 }
 
 /// A factor as the text describes it.
@@ -30,6 +36,10 @@ pub struct FactorOutline {
     pub name: String,
     /// Whether its value is an expression of other factors.
     pub derived: bool,
+    /// The expression, as written.
+    pub expression: Option<String>,
+    /// Paths of the parameters that have its value, by segments.
+    pub drives: Vec<Vec<String>>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
     /// The ends that the study gives it; `None` where it gives none.
@@ -55,11 +65,18 @@ impl DesignOutline {
             let at = ["design".to_owned()];
             StudyError::one(Problem::new(document.locate(&at), format!("design.{key}"), message))
         })?;
-        Ok(Self::of(entry.unwrap_or_default()))
+        let strikes = strikes(tree.get("hammer"));
+        Ok(Self::of(entry.unwrap_or_default(), strikes))
     }
 
-    fn of(entry: DesignEntry) -> Self {
+    /// The factor that the parameter of this path, by segments, has its value from.
+    pub fn driver(&self, path: &[&str]) -> Option<&FactorOutline> {
+        self.factors.iter().find(|factor| factor.drives.iter().any(|driven| driven == path))
+    }
+
+    fn of(entry: DesignEntry, strikes: BTreeMap<String, String>) -> Self {
         Self {
+            strikes,
             design: entry.kind.unwrap_or_default().of(&entry.as_part().options()).ok(),
             constraints: entry.constraints,
             correlated: entry.correlation.map(|correlation| correlation.factors).unwrap_or_default(),
@@ -69,6 +86,10 @@ impl DesignOutline {
                 .map(|(name, factor)| FactorOutline {
                     name,
                     derived: factor.expression.is_some(),
+                    drives: (factor.path.iter().chain(factor.paths.iter().flatten()))
+                        .filter_map(|path| path::split(path).ok())
+                        .collect(),
+                    expression: factor.expression,
                     values: factor.values.unwrap_or_default(),
                     range: factor.range,
                     logarithmic: factor.scale == Some(Scale::Log),
@@ -76,4 +97,12 @@ impl DesignOutline {
                 .collect(),
         }
     }
+}
+
+/// The castings that the table of hammers names.
+fn strikes(hammers: Option<&toml::Value>) -> BTreeMap<String, String> {
+    let named = |(name, hammer): (&String, &toml::Value)| {
+        Some((name.clone(), hammer.get("casting").and_then(toml::Value::as_str)?.to_owned()))
+    };
+    hammers.and_then(toml::Value::as_table).into_iter().flatten().filter_map(named).collect()
 }

@@ -5,6 +5,7 @@ mod batches;
 mod cluster;
 mod compare;
 mod durable;
+mod features;
 mod growth;
 mod linux;
 mod loss;

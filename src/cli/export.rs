@@ -1,0 +1,86 @@
+//! `decore export`: a dataset as other programs want it.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use super::exit::{Exit, Failure};
+use super::inputs::expect_dataset;
+use super::text::{plural, say};
+use crate::dataset::DatasetReader;
+use crate::features::{FeatureSettings, Format};
+
+#[derive(Debug, Args)]
+pub(super) struct ExportArguments {
+    /// Folder of the dataset.
+    dataset: PathBuf,
+    /// Folder for the flat table that a predictor is trained on, a row per run and casting, and for what describes it.
+    #[arg(long, value_name = "FOLDER", required = true)]
+    features: PathBuf,
+    /// Format of the table.
+    #[arg(long, default_value = Format::default().name(), value_parser = format())]
+    format: Format,
+    /// Energy in J from which a blow counts in the dose.
+    #[arg(long, default_value_t = 0.0, value_name = "J", value_parser = not_negative)]
+    dose_threshold_j: f64,
+    /// Cumulative work in J whose time is to be a column.
+    #[arg(long, value_name = "J", value_parser = not_negative)]
+    work_j: Option<f64>,
+    /// Write over the files of an earlier export.
+    #[arg(long)]
+    replace: bool,
+}
+
+/// Reads a format by its name.
+fn format() -> impl TypedValueParser<Value = Format> {
+    let named = |name: String| Format::ALL.into_iter().find(|one| one.name() == name).unwrap_or_default();
+    PossibleValuesParser::new(Format::ALL.map(Format::name)).map(named)
+}
+
+/// Reads a number that is not negative.
+fn not_negative(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| *number >= 0.0 && number.is_finite());
+    number.ok_or_else(|| "expected a number from 0 on, e.g. 12.5".to_owned())
+}
+
+pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
+    let ExportArguments { dataset, features: folder, format, .. } = arguments;
+    expect_dataset(dataset)?;
+    refuse_inside(folder, dataset)?;
+    let settings = FeatureSettings {
+        dose_threshold_j: arguments.dose_threshold_j,
+        work_j: arguments.work_j,
+        format: *format,
+        replace: arguments.replace,
+    };
+    let found = crate::features::export(&DatasetReader::open(dataset)?, folder, &settings)?;
+    let features = &found.features;
+    let rows = features.columns.first().map_or(0, |column| column.values.len());
+    say(&format_args!(
+        "wrote {}: {}, {} ({} of {} done)",
+        folder.join(format.file()).display(),
+        plural(rows, "row"),
+        plural(features.columns.len(), "column"),
+        features.done,
+        plural(features.runs as usize, "run"),
+    ))?;
+    Ok(Exit::Done)
+}
+
+/// Refuses a folder for outputs that lies in the dataset that is read.
+fn refuse_inside(folder: &Path, dataset: &Path) -> Result<(), Failure> {
+    // What is not there yet will lie where the last folder above it that is there lies.
+    let place = folder.ancestors().find_map(|above| match above.as_os_str().is_empty() {
+        true => Path::new(".").canonicalize().ok(),
+        false => above.canonicalize().ok(),
+    });
+    match (place, dataset.canonicalize()) {
+        (Some(place), Ok(dataset)) if place.starts_with(&dataset) => Err(Failure::Argument(format!(
+            "--features {}: the folder lies in the dataset {}, which is read: give a folder outside of it",
+            folder.display(),
+            dataset.display()
+        ))),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,30 @@
+//! The flat table that a predictor is trained on: what the tables of a dataset say of each casting in each run, in one row.
+//!
+//! ```text
+//! runs, blows --dataset--> Struck --+
+//! study text --study--> outline ----+--> table of columns --file--> Parquet, CSV
+//!                                             |
+//!                                             +--dictionary--> JSON, CSV
+//! ```
+//!
+//! What needs time signals (the casting's acceleration, root mean squares of its velocity in bands) is not in the table: a
+//! dataset holds none.
+
+mod column;
+mod dictionary;
+mod error;
+mod export;
+mod figures;
+mod file;
+mod hammers;
+mod plan;
+mod settings;
+mod struck;
+mod table;
+
+pub use column::{Column, Role, Values};
+pub use dictionary::{Dictionary, Entry};
+pub use error::FeaturesError;
+pub use export::{Exported, export, files};
+pub use settings::{FeatureSettings, Format};
+pub use table::{Features, features};

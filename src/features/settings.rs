@@ -1,0 +1,54 @@
+//! What a table of features is to hold, and how it is written.
+
+use serde::Serialize;
+
+/// Format of the table's file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Format {
+    /// Parquet, with the dictionary in the metadata of its fields.
+    #[default]
+    Parquet,
+    /// Text with a comma between cells; nulls are empty.
+    Csv,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Parquet, Self::Csv];
+
+    /// Its name, which is the ending of the file too.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Parquet => "parquet",
+            Self::Csv => "csv",
+        }
+    }
+
+    /// Name of the table's file.
+    pub fn file(self) -> &'static str {
+        match self {
+            Self::Parquet => "features.parquet",
+            Self::Csv => "features.csv",
+        }
+    }
+}
+
+/// What the table is to hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeatureSettings {
+    /// Energy in J from which a blow counts in the dose. Default 0: every blow that reaches the casting.
+    pub dose_threshold_j: f64,
+    /// Cumulative work in J; the time to reach it is a column. Default: no such column.
+    pub work_j: Option<f64>,
+    /// Format of the table's file.
+    pub format: Format,
+    /// Whether files of an earlier export are written over.
+    pub replace: bool,
+}
+
+impl Default for FeatureSettings {
+    fn default() -> Self {
+        Self { dose_threshold_j: 0.0, work_j: None, format: Format::default(), replace: false }
+    }
+}
