@@ -1,11 +1,15 @@
 //! `decore accuracy`: speed against error on one row of a study.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::exit::{Exit, Failure, write_file};
+use super::json::say_json;
 use super::outputs::StudyArguments;
 use super::progress::clock;
 use super::text::{check_row, say, tell};
@@ -48,6 +52,9 @@ pub(super) struct AccuracyArguments {
     /// Leave out the slowest of the methods at a fixed step: rk4 at 1 us and the implicit trapezoid.
     #[arg(long)]
     quick: bool,
+    /// Print the comparison as JSON (schemas/accuracy.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
@@ -73,8 +80,13 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
     write(&folder, &engine, &result, &words)?;
-    say(&words)?;
-    say(&format_args!("Table, text and plot are in {}", folder.display()))?;
+    if arguments.json {
+        say_json(&AccuracyResult::of(&engine, arguments.row, &result))?;
+        tell(&format_args!("Table, text and plot are in {}", folder.display()));
+    } else {
+        say(&words)?;
+        say(&format_args!("Table, text and plot are in {}", folder.display()))?;
+    }
     Ok(Exit::Done)
 }
 
@@ -112,9 +124,80 @@ fn write(folder: &Path, engine: &Engine, result: &Accuracy, words: &str) -> Resu
     write_file(&folder.join("accuracy.svg"), plot(result)?)
 }
 
+/// Speed against error on one row.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct AccuracyResult {
+    /// Title of the study.
+    study: String,
+    /// Hash of the study.
+    study_hash: String,
+    /// The row.
+    row: usize,
+    /// What the outputs are, by name.
+    outputs: BTreeMap<&'static str, String>,
+    /// The settings that were run.
+    settings: Vec<SettingResult>,
+    /// Relative difference of each output between the reference and the same at ten times its tolerance.
+    reference_error: Errors,
+    /// Relative movement of each output where pressures and standoffs are perturbed.
+    sensitivity: Errors,
+    /// What modes that are left out change; null where there are none, or none were asked for.
+    truncation: Option<Truncation>,
+}
+
+/// Largest relative error of each output over hammers or castings; null where one of the two runs has none.
+type Errors = BTreeMap<&'static str, Option<f64>>;
+
+/// One setting.
+#[derive(Debug, Serialize, JsonSchema)]
+struct SettingResult {
+    #[serde(flatten)]
+    row: TableRow,
+    /// Work done.
+    counters: Counters,
+    /// Energy residual; null unless the run reached its end.
+    energy_residual: Option<f64>,
+    /// Errors of the outputs.
+    errors: Errors,
+}
+
+/// What modes that are left out change.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Truncation {
+    /// Modes with none left out.
+    modes: usize,
+    /// Errors of the outputs.
+    errors: Errors,
+}
+
+impl AccuracyResult {
+    fn of(engine: &Engine, row: usize, result: &Accuracy) -> Self {
+        let errors = |values: &[f64]| -> Errors {
+            let finite = values.iter().map(|value| Some(*value).filter(|value| value.is_finite()));
+            result.outputs.iter().map(|output| output.name).zip(finite).collect()
+        };
+        let setting = |measurement: &Measurement| SettingResult {
+            row: TableRow::of(measurement),
+            counters: measurement.counters,
+            energy_residual: measurement.totals.as_ref().map(|totals| totals.energy_residual),
+            errors: errors(&measurement.errors),
+        };
+        Self {
+            study: engine.study().title().to_owned(),
+            study_hash: engine.study().hash().to_owned(),
+            row,
+            outputs: result.outputs.iter().map(|output| (output.name, output.description.clone())).collect(),
+            settings: result.measurements.iter().map(setting).collect(),
+            reference_error: errors(&result.reference_error),
+            sensitivity: errors(&result.sensitivity),
+            truncation: result.truncation.as_ref().map(|(modes, of)| Truncation { modes: *modes, errors: errors(of) }),
+        }
+    }
+}
+
 quantities! {
     /// A row of the table, before its errors.
-    #[derive(Default)]
+    #[derive(Debug, Default, Serialize, JsonSchema)]
     pub struct TableRow {
         /// Family of settings, or what limits all of them.
         pub setting: String => "",

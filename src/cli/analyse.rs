@@ -7,6 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
 use super::inputs::{expect_dataset, expect_ending};
+use super::json::say_json;
 use super::more_rows::{Goal, Source};
 use super::run::stop_on_interrupt;
 use super::text::{fit, say, terminal_columns};
@@ -88,7 +89,10 @@ pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
     if let Some(path) = &arguments.parquet {
         write_table(path, &reader.manifest().study, "sensitivity", &columns(&found))?;
     }
-    say(&if arguments.json { json(&found) } else { readable(&found) })?;
+    match arguments.json {
+        true => say_json(&found)?,
+        false => say(&readable(&found))?,
+    }
     Ok(exit)
 }
 
@@ -105,10 +109,6 @@ fn run_more(arguments: &AnalyseArguments, settings: &SensitivitySettings) -> Res
         }
         _ => Ok(exit),
     }
-}
-
-fn json(found: &Sensitivity) -> String {
-    format!("{:#}", serde_json::json!(found))
 }
 
 fn readable(found: &Sensitivity) -> String {

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
+use super::json::say_json;
 use super::text::{fit, plural, say, six_digits, terminal_columns};
 use crate::comparison::{
     Comparison, ComparisonSettings, Listed, OutputDifference, PairDifference, Side, compare as compare_datasets,
@@ -56,7 +56,7 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<Exit, Failure> {
         ComparisonSettings { outputs: arguments.outputs.clone(), relative: arguments.relative, most: arguments.most };
     let found = compare_datasets(&a?, &b?, &settings)?;
     if arguments.json {
-        say(&format_args!("{:#}", json!(found)))?;
+        say_json(&found)?;
     } else {
         let text = readable(&found);
         let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
+use super::json::say_json;
 use super::text::{say, tell};
 use crate::dataset::{DatasetReader, Existing};
 use crate::report::{ReportSettings, summarise};
@@ -21,6 +22,9 @@ pub(super) struct MergeArguments {
     /// Replace a dataset that is already in the folder.
     #[arg(long)]
     replace: bool,
+    /// Print the summary as JSON (schemas/report.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
@@ -28,6 +32,10 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     arguments.shards.iter().try_for_each(|shard| expect_dataset(shard))?;
     let merged = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
     merged.notes.iter().for_each(|note| tell(note));
-    say(&summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?)?;
+    let summary = summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?;
+    match arguments.json {
+        true => say_json(&summary)?,
+        false => say(&summary)?,
+    }
     Ok(if merged.manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
 }

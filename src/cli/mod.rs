@@ -3,6 +3,7 @@
 mod accuracy;
 mod analyse;
 mod check;
+mod check_result;
 mod cluster;
 mod compare;
 mod completions;
@@ -12,6 +13,7 @@ mod export;
 mod help;
 mod init;
 mod inputs;
+mod json;
 mod merge;
 mod more_rows;
 mod outputs;
@@ -21,6 +23,7 @@ mod rows;
 mod run;
 mod scene;
 mod scene_plot;
+mod scene_result;
 mod shard;
 mod signals;
 mod status;
@@ -36,6 +39,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 pub use exit::Exit;
 use exit::Failure;
+pub use json::output_schemas;
 
 /// What the exit codes mean, as `--help` shows it.
 const EXIT_CODES: &str = "Exit codes:

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_whole};
 use super::inputs::expect_dataset;
+use super::json::say_json;
 use super::text::{fit, say, terminal_columns};
 use crate::dataset::DatasetReader;
 use crate::page::{MOST_ROWS, dataset_page};
@@ -24,6 +25,9 @@ pub(super) struct ReportArguments {
     /// Write the dataset as one page of HTML to look through in a browser, instead of printing the summary; needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Print the summary as JSON (schemas/report.schema.json).
+    #[arg(long, conflicts_with = "html")]
+    json: bool,
 }
 
 pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
@@ -38,6 +42,10 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     let summary = summarise(&reader, &settings)?;
+    if arguments.json {
+        say_json(&summary)?;
+        return Ok(Exit::Done);
+    }
     let paper = Paper { columns: terminal_columns(), blocks: shows_blocks() };
     let charts = Charts::of(&reader, &settings)?.text(paper);
     let summary = match paper.columns {

@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::default_folder;
+use super::json::say_json;
 use super::outputs::{Output, StudyArguments};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
@@ -67,6 +68,9 @@ pub(super) struct RunArguments {
     /// Write how the sweep ended to this file (JSON) when it ends.
     #[arg(long, value_name = "FILE")]
     summary: Option<PathBuf>,
+    /// Print the summary as JSON (schemas/report.schema.json).
+    #[arg(long)]
+    json: bool,
     /// Built-in test scene: rows that take this time in ms and whose outcomes are made up.
     #[arg(long, value_name = "MS", hide = true)]
     stub_row_ms: Option<f64>,
@@ -115,7 +119,11 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         tell(&format_args!("{message}{advice}: {done} of {} rows are in {}", status.rows, folder.display()));
     }
     let reader = DatasetReader::open(&folder)?;
-    say(&summarise(&reader, &report)?.to_string().trim_end())?;
+    let summary = summarise(&reader, &report)?;
+    match arguments.json {
+        true => say_json(&summary)?,
+        false => say(&summary.to_string().trim_end())?,
+    }
     Ok(match status.state {
         SweepState::TooManyFailed => Exit::TooManyFailed,
         SweepState::Interrupted => Exit::Interrupted,

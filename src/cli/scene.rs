@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
 
 use super::exit::{Exit, Failure, write_file, write_whole};
 use super::inputs::is_dataset;
+use super::json::say_json;
 use super::outputs::{Output, StudyArguments};
 use super::scene_plot::{Picture, scene_plot};
-use super::stored::{Comparison, Stored};
+use super::scene_result::SceneResult;
+use super::stored::Stored;
 use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
@@ -33,7 +34,7 @@ pub(super) struct SceneArguments {
     /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Print the outcome as JSON.
+    /// Print the outcome as JSON (schemas/scene.schema.json).
     #[arg(long)]
     json: bool,
     /// Also write time signals to this Parquet file.
@@ -79,7 +80,7 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     let outcome = simulate(&engine, arguments)?;
     let comparison = stored.map(|stored| stored.compare(&engine, arguments.row, &outcome)).transpose()?;
     if arguments.json {
-        say(&json_text(&engine, (arguments.row, &outcome), comparison.as_ref()))?;
+        say_json(&SceneResult::of(&engine, arguments.row, &outcome, comparison))?;
     } else {
         say(&readable(&engine, arguments.row, &outcome).trim_end())?;
         comparison.map_or(Ok(()), |comparison| say(&comparison.text()))?;
@@ -137,49 +138,6 @@ fn page(
     let (info, factors) = (engine.info(), engine.checked().row_values(row));
     let view = SceneView { info: &info, row, factors: &factors, scene: &scene, outcome, signals, interval_s };
     Ok(scene_page(&view)?)
-}
-
-/// The outcome with names where it counts hammers and castings: those of the tables.
-fn named(outcome: &RowOutcome, [hammers, castings]: [&[&str]; 2]) -> serde_json::Value {
-    let mut value = json!(outcome);
-    let Some(metrics) = value.get_mut("metrics").filter(|metrics| metrics.is_object()) else { return value };
-    for (list, names) in [("hammers", hammers), ("castings", castings)] {
-        for of in [format!("/{list}"), format!("/scatter/{list}")] {
-            let entries = metrics.pointer_mut(&of).and_then(serde_json::Value::as_array_mut);
-            for (entry, name) in entries.into_iter().flatten().zip(names) {
-                entry["name"] = json!(name);
-            }
-        }
-    }
-    for blow in metrics["blows"].as_array_mut().into_iter().flatten() {
-        let hammer = blow["hammer"].as_u64().and_then(|index| hammers.get(usize::try_from(index).ok()?));
-        blow["hammer"] = json!(hammer);
-    }
-    value
-}
-
-fn json_text(engine: &Engine, (row, outcome): (usize, &RowOutcome), stored: Option<&Comparison>) -> String {
-    let study = engine.study();
-    let factors: serde_json::Map<String, serde_json::Value> = study
-        .factors()
-        .iter()
-        .zip(engine.checked().row_values(row))
-        .map(|(factor, value)| (factor.name.clone(), json!(value)))
-        .collect();
-    let mut text = json!({
-        "study": study.title(),
-        "study_hash": study.hash(),
-        "row": row,
-        "overrides": study.overrides(),
-        "factors": factors,
-        "hammers": study.hammer_names(),
-        "castings": study.casting_names(),
-        "outcome": named(outcome, [&study.hammer_names(), &study.casting_names()]),
-    });
-    if let Some(comparison) = stored {
-        text["stored_row"] = json!(comparison);
-    }
-    format!("{text:#}")
 }
 
 /// The outcome as text; writing to a string cannot fail.

@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
+use super::json::say_json;
 use super::progress::clock;
 use super::text::say;
 use crate::dataset::{DatasetReader, SweepState, SweepStatus};
@@ -16,9 +18,20 @@ pub(super) struct StatusArguments {
     /// Folders of datasets, or of the shards of one.
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
-    /// Print the status of each as JSON.
+    /// Print the status of each as JSON (schemas/status.schema.json).
     #[arg(long)]
     json: bool,
+}
+
+/// How far a sweep is.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct DatasetStatus {
+    /// Folder of the dataset.
+    dataset: PathBuf,
+    /// As its `status.json` has it.
+    status: SweepStatus,
+    /// What is damaged by a look at names and lengths, a sentence each; nothing is looked at while the sweep runs.
+    damage: Vec<String>,
 }
 
 pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
@@ -31,23 +44,19 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
             SweepState::Running => Vec::new(),
             _ => DatasetReader::open(folder)?.damage_at_a_glance().iter().map(ToString::to_string).collect(),
         };
-        found.push((folder, status, damage));
+        found.push(DatasetStatus { dataset: folder.clone(), status, damage });
     }
     if arguments.json {
-        let list: Vec<_> = found
-            .iter()
-            .map(|(folder, status, damage)| json!({ "dataset": folder, "status": status, "damage": damage }))
-            .collect();
-        say(&format_args!("{:#}", json!(list)))?;
+        say_json(&found)?;
         return Ok(Exit::Done);
     }
-    for (folder, status, damage) in &found {
+    for DatasetStatus { dataset: folder, status, damage } in &found {
         say(&text(folder, status))?;
         damage.iter().try_for_each(|line| say(&format_args!("  DAMAGED: {line}")))?;
         say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", folder.display()))?;
     }
     if found.len() > 1 {
-        let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|(_, status, _)| count(status)).sum::<u64>();
+        let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|one| count(&one.status)).sum::<u64>();
         let (done, rows, failed) = (sum(|s| s.rows_done), sum(|s| s.rows), sum(|s| s.rows_failed));
         say(&format_args!("together: {done} of {rows} rows, {failed} failed"))?;
     }

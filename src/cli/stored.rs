@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exit::Failure;
@@ -21,7 +22,8 @@ pub(super) struct Stored {
 }
 
 /// What a row that was run again has beside the stored one.
-#[derive(Debug, Default, PartialEq, Serialize)]
+#[derive(Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "StoredRow")]
 pub(super) struct Comparison {
     /// Whether the dataset has the row.
     pub is_there: bool,

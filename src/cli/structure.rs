@@ -1,11 +1,15 @@
 //! `decore structure`: how good is the reduction of a machine?
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_study;
+use super::json::say_json;
 use super::outputs::{Output, StudyArguments, refuse_inputs};
 use super::text::{plural, say};
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
@@ -32,7 +36,7 @@ pub(super) struct StructureArguments {
     /// move.
     #[arg(long)]
     effects: bool,
-    /// Print the report as JSON.
+    /// Print the report as JSON (schemas/structure.schema.json).
     #[arg(long)]
     json: bool,
     /// Also write the report as an HTML page with plots.
@@ -87,11 +91,13 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
         write_file(path, quality_page(&report, &title)?)?;
     }
     if arguments.json {
-        say(&serde_json::to_string_pretty(&report).map_err(|error| Failure::Argument(error.to_string()))?)?;
+        let selections = if has_scene { selections(arguments)? } else { None };
+        say_json(&StructureResult { report, selections })?;
     } else {
         say(&readable(&report).trim_end())?;
-        if has_scene {
-            selections(arguments)?;
+        // The report is there at once, the selections take a while.
+        if let Some(selections) = if has_scene { selections(arguments)? } else { None } {
+            say(&selections_text(&selections))?;
         }
         if let Some(path) = &arguments.html {
             say(&format_args!("\npage           {}", path.display()))?;
@@ -103,35 +109,89 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     Ok(Exit::Done)
 }
 
+/// How good a reduction is.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct StructureResult {
+    #[serde(flatten)]
+    report: QualityReport,
+    /// How many modes the scene of the study's first row needs; null for a structure alone.
+    selections: Option<Selections>,
+}
+
+/// How many modes a scene needs, out of all of the basis, housings added.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Selections {
+    /// Receptances are compared up to this frequency in Hz.
+    band_hz: f64,
+    /// One entry per tolerance.
+    tried: Vec<Selected>,
+}
+
+/// Modes for one tolerance.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Selected {
+    /// Error of receptances that is allowed, over static flexibility.
+    tolerance: f64,
+    /// Modes kept.
+    kept: usize,
+    /// Modes that there are.
+    available: usize,
+    /// Residual modes.
+    residual: usize,
+    /// Error of receptances that was reached, over static flexibility.
+    reached: f64,
+    /// Largest relative change of each main output against all modes; null unless asked for.
+    changes: Option<BTreeMap<&'static str, Option<f64>>>,
+}
+
 /// How many modes the scene of a study's first row needs, by the error of the receptances between its points and, where
-/// asked for, by what the outputs of a run move.
-fn selections(arguments: &StructureArguments) -> Result<(), Failure> {
+/// asked for, by what the outputs of a run move; `None` where the row describes no scene.
+fn selections(arguments: &StructureArguments) -> Result<Option<Selections>, Failure> {
     const TOLERANCES: [f64; 5] = [1e-6, 1e-4, 1e-3, 1e-2, 1e-1];
     let mut overrides = arguments.overrides.clone();
     overrides.push("structure.mode_tolerance=0".to_owned());
     let engine = StudyArguments { file: &arguments.file, overrides: &overrides, outputs: &[] }.engine()?;
-    let Ok(RowScene { scene, modes }) = engine.scene(0) else { return Ok(()) };
+    let Ok(RowScene { scene, modes }) = engine.scene(0) else { return Ok(None) };
     let band_hz = engine.study().structure().mode_band_hz;
     let reference = arguments.effects.then(|| run_row(&scene, &modes).metrics).flatten();
-    let effects =
-        if reference.is_some() { format!("  largest change of {}", MAIN_OUTPUTS.join(", ")) } else { String::new() };
-    say(&format_args!(
+    let select = |tolerance: f64| -> Result<Selected, Failure> {
+        let (selection, modes) = engine.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
+        let changes = reference.as_ref().and_then(|reference| {
+            let metrics = run_row(&scene, &modes).metrics?;
+            let changes =
+                main_differences(&metrics, reference).map(|change| Some(change).filter(|one| one.is_finite()));
+            Some(MAIN_OUTPUTS.into_iter().zip(changes).collect())
+        });
+        Ok(Selected {
+            tolerance,
+            kept: selection.kept.len(),
+            available: selection.available,
+            residual: selection.residual.omega_rad_s.len(),
+            reached: selection.bound,
+            changes,
+        })
+    };
+    Ok(Some(Selections { band_hz, tried: TOLERANCES.into_iter().map(select).collect::<Result<_, _>>()? }))
+}
+
+fn selections_text(selections: &Selections) -> String {
+    let Selections { band_hz, tried } = selections;
+    let effects = match tried.iter().any(|selected| selected.changes.is_some()) {
+        true => format!("  largest change of {}", MAIN_OUTPUTS.join(", ")),
+        false => String::new(),
+    };
+    let mut text = format!(
         "\nmodes for the scene of row 0 out of all of the basis, housings added; error of receptances up to {band_hz} Hz over static \
          flexibility\n{:>9} {:>6} {:>5} {:>9} {:>10}{effects}",
         "tolerance", "kept", "of", "residual", "reached"
-    ))?;
-    for tolerance in TOLERANCES {
-        let (selection, modes) = engine.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
-        let (kept, available) = (selection.kept.len(), selection.available);
-        let residual = selection.residual.omega_rad_s.len();
-        let mut line = format!("{tolerance:>9.0e} {kept:>6} {available:>5} {residual:>9} {:>10.1e}", selection.bound);
-        if let Some(reference) = &reference {
-            let changes = run_row(&scene, &modes).metrics.map(|metrics| main_differences(&metrics, reference));
-            changes.iter().flatten().for_each(|change| line.push_str(&format!(" {change:>8.0e}")));
+    );
+    for Selected { tolerance, kept, available, residual, reached, changes } in tried {
+        text += &format!("\n{tolerance:>9.0e} {kept:>6} {available:>5} {residual:>9} {reached:>10.1e}");
+        for change in MAIN_OUTPUTS.iter().filter_map(|name| changes.as_ref()?.get(name)) {
+            text += &format!(" {:>8.0e}", change.unwrap_or(f64::NAN));
         }
-        say(&line)?;
     }
-    Ok(())
+    text
 }
 
 /// Settings of the structure, and what a study needs of it.

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_whole};
 use super::inputs::{expect_dataset, expect_ending};
+use super::json::say_json;
 use super::outputs::{Output, refuse_inputs};
 use super::text::{fit, say, tell, terminal_columns};
 use crate::dataset::{DatasetReader, write_table};
@@ -57,14 +58,13 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
         crate::surrogate::write(&model, path)?;
         write_whole(&path.with_file_name("predict.py"), PREDICTOR.as_bytes())?;
     }
-    let text = match arguments.json {
-        true => format!("{:#}", serde_json::json!(model.surrogate)),
-        false => {
-            let text = model.surrogate.to_string();
-            terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns))
-        }
-    };
-    say(&text.trim_end())?;
+    if arguments.json {
+        say_json(&model.surrogate)?;
+    } else {
+        let text = model.surrogate.to_string();
+        let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));
+        say(&text.trim_end())?;
+    }
     warn(&model.surrogate.warnings());
     Ok(Exit::Done)
 }

@@ -3,9 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
+use super::json::say_json;
 use super::text::say;
 use crate::dataset::{Verification, verify as verify_dataset};
 
@@ -14,31 +17,85 @@ pub(super) struct VerifyArguments {
     /// Folders of datasets.
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
+    /// Print what was found of each as JSON (schemas/verification.schema.json).
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was found of a dataset.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Verified {
+    /// Its folder.
+    dataset: PathBuf,
+    /// Whether no fault was found.
+    whole: bool,
+    /// Name of its study.
+    study: String,
+    /// Hash of its study.
+    study_hash: String,
+    /// Seed of its design.
+    seed: u64,
+    /// Version of the program that wrote it.
+    program_version: String,
+    /// Rows that it is to hold.
+    rows: u64,
+    /// Rows that are in whole parts.
+    rows_done: u64,
+    /// Rows that only the journal has.
+    rows_in_journal: u64,
+    /// Parts that were read.
+    parts: u64,
+    /// Their bytes.
+    bytes: u64,
+    /// What is damaged, missing or foreign, a sentence each.
+    faults: Vec<String>,
 }
 
 pub(super) fn verify(arguments: &VerifyArguments) -> Result<Exit, Failure> {
-    let mut exit = Exit::Done;
+    let mut all = Vec::with_capacity(arguments.datasets.len());
     for folder in &arguments.datasets {
         expect_dataset(folder)?;
-        let found = verify_dataset(folder)?;
-        if !found.faults.is_empty() {
-            exit = Exit::NotWhole;
+        let found = Verified::of(folder, verify_dataset(folder)?);
+        // Reading one takes a while: each is told when it was read.
+        if !arguments.json {
+            say(&text(&found))?;
         }
-        say(&text(folder, &found))?;
+        all.push(found);
     }
-    Ok(exit)
+    if arguments.json {
+        say_json(&all)?;
+    }
+    Ok(if all.iter().all(|found| found.whole) { Exit::Done } else { Exit::NotWhole })
 }
 
-fn text(folder: &Path, found: &Verification) -> String {
-    let verdict = if found.faults.is_empty() { "whole" } else { "NOT WHOLE" };
-    let study = &found.study;
+impl Verified {
+    fn of(folder: &Path, found: Verification) -> Self {
+        Self {
+            dataset: folder.to_owned(),
+            whole: found.faults.is_empty(),
+            study: found.study.study_name,
+            study_hash: found.study.study_hash,
+            seed: found.study.seed,
+            program_version: found.study.program_version,
+            rows: found.rows,
+            rows_done: found.rows_done,
+            rows_in_journal: found.rows_in_journal,
+            parts: found.parts,
+            bytes: found.bytes,
+            faults: found.faults,
+        }
+    }
+}
+
+fn text(found: &Verified) -> String {
+    let verdict = if found.whole { "whole" } else { "NOT WHOLE" };
     let mut text = format!(
         "{}: {verdict}\n  study `{}`, hash {}, seed {}, decore {}\n  {} of {} rows in {} parts ({} bytes)",
-        folder.display(),
-        study.study_name,
-        study.study_hash,
-        study.seed,
-        study.program_version,
+        found.dataset.display(),
+        found.study,
+        found.study_hash,
+        found.seed,
+        found.program_version,
         found.rows_done,
         found.rows,
         found.parts,

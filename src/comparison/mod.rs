@@ -34,5 +34,5 @@ mod settings;
 
 pub use compare::compare;
 pub use error::ComparisonError;
-pub use result::{Comparison, Listed, OutputDifference, PairDifference, Side, StatusDifference, comparison_schema};
+pub use result::{Comparison, Listed, OutputDifference, PairDifference, Side, StatusDifference};
 pub use settings::ComparisonSettings;

@@ -165,12 +165,3 @@ impl PairDifference {
         Some(if a == b { 0.0 } else { (a - b).abs() })
     }
 }
-
-/// JSON schema (draft 2020-12) of what `decore compare --json` prints.
-pub fn comparison_schema() -> serde_json::Value {
-    let mut schema = schemars::schema_for!(Comparison).to_value();
-    if let Some(object) = schema.as_object_mut() {
-        object.insert("title".to_owned(), "decore comparison".into());
-    }
-    schema
-}

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::aggregates::Aggregates;
@@ -41,7 +42,7 @@ impl TableName {
 }
 
 /// What a column is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ColumnGroup {
     /// The row itself: index, status.
@@ -65,7 +66,7 @@ pub enum ColumnGroup {
 }
 
 /// A column without its getter: an entry of the data dictionary.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ColumnDescription {
     /// Name: letters, digits and underscores; unique in its table even without regard to case.
     pub name: String,

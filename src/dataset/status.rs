@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::durable::failed_to;
@@ -18,7 +19,7 @@ use crate::files::{Limit, Staged, is_passing_name, read};
 pub const STATUS_NAME: &str = "status.json";
 
 /// What a sweep is doing, or how it ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SweepState {
     /// Rows are run.
@@ -38,7 +39,7 @@ pub enum SweepState {
 }
 
 /// A row that is not done.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct RowError {
     /// Index of the row.
     pub row: u64,
@@ -49,7 +50,7 @@ pub struct RowError {
 }
 
 /// `status.json` and the completion file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepStatus {
     /// What the sweep does.
     pub state: SweepState,

@@ -8,7 +8,7 @@ pub const MAX_MEASURED_ROWS: usize = 2048;
 pub const PHI_EXPONENT: i32 = 20;
 
 /// Measures of a design in the unit cube, see [`super::Coordinate::unit`].
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Quality {
     /// Rows measured: all, or the first [`MAX_MEASURED_ROWS`].
     pub rows: usize,

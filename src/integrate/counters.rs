@@ -1,12 +1,13 @@
 //! What an integration counts.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::quantity::quantities;
 
 quantities! {
     /// Work done.
-    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
     pub struct Counters {
         /// Accepted steps.
         pub steps: u64 => "1",

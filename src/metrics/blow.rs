@@ -1,12 +1,13 @@
 //! One blow of a hammer, and what is remembered of it while its run goes on.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::quantity::{Cell, Kind, QuantityField, Value, quantities};
 
 quantities! {
     /// What one blow did.
-    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct Blow {
         /// Index of the hammer.
         pub hammer: usize,
@@ -36,7 +37,7 @@ quantities! {
 }
 
 /// Kind of a blow.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BlowKind {
     /// The cylinder's single impact of the first stroke.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::blow::Blow;
@@ -12,7 +13,7 @@ quantities! {
     /// Outputs of one hammer. `None`: the event did not happen (or not often enough).
     ///
     /// "Periodic" figures are over the periodic blows: those that reach the casting, without the first of each stroke.
-    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct HammerMetrics {
         /// Start of the first impact (the first contact with the casting in the first stroke).
         pub first_impact_time_s: Option<f64> => "s" main,
@@ -85,7 +86,7 @@ quantities! {
 
 quantities! {
     /// Outputs of one casting.
-    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct CastingMetrics {
         /// Largest absolute heave velocity.
         pub peak_velocity_m_s: f64 => "m/s" main,
@@ -104,7 +105,7 @@ quantities! {
 
 quantities! {
     /// Outputs of the run as a whole.
-    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct RunTotals {
         /// Work delivered to the castings over the whole run by all hammers: the integral of force times velocity.
         pub delivered_work_j: f64 => "J" main,
@@ -119,7 +120,7 @@ quantities! {
 }
 
 /// All outputs of one run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RunMetrics {
     /// One entry per hammer.
     pub hammers: Vec<HammerMetrics>,
@@ -141,7 +142,7 @@ pub type ScatterOf = BTreeMap<&'static str, Option<f64>>;
 
 quantities! {
     /// Scatter of the main outputs over a run and its twins: half the range; of the percussion, the share of another kind.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct Scatter {
         /// Twins of the row that were simulated to their end; the scatter is over these and the row itself.
         pub twins_done: u64 => "1",

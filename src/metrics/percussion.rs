@@ -1,5 +1,6 @@
 //! What a series of blows is: regular, irregular, not yet settled, stopped, or never felt by the casting.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::blow::{BlowKind, Recorded};
@@ -7,7 +8,7 @@ use crate::quantity::{Cell, Kind, QuantityField, Value};
 use crate::scene::OutputSettings;
 
 /// Kind of motion of a hammer's percussion, the least sound first.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Percussion {
     /// No blow of the percussion at all.

@@ -102,7 +102,7 @@ pub fn dataset_page(reader: &DatasetReader, settings: &ReportSettings, most_rows
         rows_there,
         rows_shown,
         blows: report.blows,
-        worst_residual: report.worst_residual.map(|(_, residual)| residual.abs()),
+        worst_residual: report.worst_residual.map(|worst| worst.energy_residual.abs()),
         statuses: &report.statuses,
         reasons: reasons(&report.reasons),
         notes: notes(rows_there, rows_shown, is_exact, all.len() - chosen.len()),

@@ -5,4 +5,4 @@ mod summary;
 mod text;
 
 pub use charts::{Charts, Paper};
-pub use summary::{BestRow, DEFAULT_RANKING, Figure, Range, Report, ReportSettings, summarise};
+pub use summary::{BestRow, DEFAULT_RANKING, Figure, Range, Report, ReportSettings, WorstResidual, summarise};

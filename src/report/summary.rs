@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::dataset::{Aggregates, ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::{Cell, Value};
@@ -71,7 +74,7 @@ impl Default for ReportSettings {
 }
 
 /// A value as text, with its column's name and unit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Figure {
     /// Name of the column; of a factor, its name in the study.
     pub name: String,
@@ -82,7 +85,7 @@ pub struct Figure {
 }
 
 /// One of the best rows.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct BestRow {
     /// Index of the row in the design.
     pub row: u64,
@@ -95,7 +98,7 @@ pub struct BestRow {
 }
 
 /// Range of an output over the rows that are done.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Range {
     /// What it is.
     pub title: String,
@@ -111,8 +114,17 @@ pub struct Range {
     pub max: f64,
 }
 
+/// The row whose energies balance worst.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct WorstResidual {
+    /// Index of the row in the design.
+    pub row: u64,
+    /// Its energy residual over its largest energy.
+    pub energy_residual: f64,
+}
+
 /// Summary of a dataset; its `Display` is the text.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
     /// The dataset's folder.
     pub folder: PathBuf,
@@ -140,8 +152,8 @@ pub struct Report {
     pub best: Vec<BestRow>,
     /// Ranges of outputs.
     pub ranges: Vec<Range>,
-    /// Row with the largest absolute energy residual, and that residual.
-    pub worst_residual: Option<(u64, f64)>,
+    /// Row with the largest absolute energy residual.
+    pub worst_residual: Option<WorstResidual>,
     /// Files that are no parts of the dataset, in words, and damaged ones if checksums were asked for.
     pub damage: Vec<String>,
 }
@@ -284,8 +296,8 @@ impl<'a> Gatherer<'a> {
     fn judge_residual(&mut self, row: u64, residual: f64) {
         // A residual that is no number counts as the worst.
         let size = |value: f64| if value.is_nan() { f64::INFINITY } else { value.abs() };
-        if self.report.worst_residual.is_none_or(|(_, worst)| size(residual) > size(worst)) {
-            self.report.worst_residual = Some((row, residual));
+        if self.report.worst_residual.is_none_or(|worst| size(residual) > size(worst.energy_residual)) {
+            self.report.worst_residual = Some(WorstResidual { row, energy_residual: residual });
         }
     }
 

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt;
 
-use super::summary::{BestRow, Figure, Range, Report};
+use super::summary::{BestRow, Figure, Range, Report, WorstResidual};
 use crate::dataset::TableName;
 use crate::quantity::Value;
 
@@ -103,7 +103,7 @@ impl Report {
     }
 
     fn write_residual(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some((row, residual)) = self.worst_residual else {
+        let Some(WorstResidual { row, energy_residual: residual }) = self.worst_residual else {
             return Ok(());
         };
         writeln!(f, "\nEnergy residual: at worst {} % (row {row})", significant(100.0 * residual))

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::integrate::Counters;
@@ -9,7 +10,7 @@ use crate::metrics::RunMetrics;
 use crate::quantity::{Cell, Kind, QuantityField, Value, quantities};
 
 /// How a row ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RowStatus {
     /// Simulated to its end, and the audits hold.
@@ -49,7 +50,7 @@ impl QuantityField for RowStatus {
 
 quantities! {
     /// Result of one row.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct RowOutcome {
         /// How the row ended: done, audit_failed, invalid, diverged, budget_exhausted.
         pub status: RowStatus => "",

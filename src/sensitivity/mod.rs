@@ -20,9 +20,7 @@ mod units;
 pub use analyse::{DEFAULT_OUTPUTS, SensitivitySettings, analyse};
 pub use columns::columns;
 pub use error::SensitivityError;
-pub use result::{
-    Index, IndexName, Intervals, LeftOut, Method, OutputSensitivity, Sensitivity, UnitName, Used, sensitivity_schema,
-};
+pub use result::{Index, IndexName, Intervals, LeftOut, Method, OutputSensitivity, Sensitivity, UnitName, Used};
 pub use table::{FactorColumn, OutputColumn, Table};
 pub use text::four_digits;
 pub use units::{Units, Whole};

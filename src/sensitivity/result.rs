@@ -234,12 +234,3 @@ impl UnitName {
         }
     }
 }
-
-/// JSON schema (draft 2020-12) of what `decore analyse --json` prints.
-pub fn sensitivity_schema() -> serde_json::Value {
-    let mut schema = schemars::schema_for!(Sensitivity).to_value();
-    if let Some(object) = schema.as_object_mut() {
-        object.insert("title".to_owned(), "decore sensitivity".into());
-    }
-    schema
-}

@@ -5,7 +5,7 @@ use std::time::Instant;
 use cpu_time::ThreadTime;
 
 /// One step of a computation.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct StepRecord {
     /// What was done.
     pub name: String,

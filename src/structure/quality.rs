@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::error::{Step, StructureError};
@@ -45,7 +46,7 @@ pub struct QualitySettings {
 }
 
 /// One mode of the full model beside its counterpart.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ModePair {
     /// Frequency of the full model in Hz.
     pub full_hz: f64,
@@ -63,7 +64,7 @@ pub struct ModePair {
 }
 
 /// Static stiffness of an interface DOF, all others free.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StaticStiffness {
     /// Point and direction, `R5.z`.
     pub dof: String,
@@ -76,7 +77,7 @@ pub struct StaticStiffness {
 }
 
 /// Velocity at one DOF per force at another, over frequency.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MobilityCurve {
     /// Where the velocity is taken.
     pub response: String,
@@ -91,7 +92,7 @@ pub struct MobilityCurve {
 }
 
 /// Condition numbers: of sparse matrices in the 1-norm (estimated), of reduced ones in the 2-norm.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Conditions {
     /// Stiffness of all rows (with the shift where it is singular).
     pub full_stiffness: Option<f64>,
@@ -104,7 +105,7 @@ pub struct Conditions {
 }
 
 /// The report.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct QualityReport {
     /// What was met on the way.
     pub facts: ReductionFacts,

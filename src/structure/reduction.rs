@@ -27,7 +27,7 @@ pub struct ReductionSettings {
 }
 
 /// What was met on the way to a reduced structure.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct ReductionFacts {
     /// Rows of the model's matrices.
     pub order: usize,

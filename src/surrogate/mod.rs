@@ -20,5 +20,5 @@ pub use file::{PREDICTOR, read, write};
 pub use fit::{SurrogateSettings, fit};
 pub use model::{Model, OutputModel};
 pub use predict::{Predicted, predict};
-pub use result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate, surrogate_schema};
+pub use result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};
 pub use space::FactorSpace;

@@ -133,12 +133,3 @@ impl Surrogate {
         self.outputs.iter().filter_map(of).collect()
     }
 }
-
-/// JSON schema (draft 2020-12) of what `decore surrogate --json` prints.
-pub fn surrogate_schema() -> serde_json::Value {
-    let mut schema = schemars::schema_for!(Surrogate).to_value();
-    if let Some(object) = schema.as_object_mut() {
-        object.insert("title".to_owned(), "decore surrogate".into());
-    }
-    schema
-}

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use decore::comparison::{Comparison, ComparisonError, ComparisonSettings, compare, comparison_schema};
+use decore::cli::output_schemas;
+use decore::comparison::{Comparison, ComparisonError, ComparisonSettings, compare};
 use decore::dataset::{DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord};
 use decore::engine::{Engine, SweepSettings};
 use decore::metrics::{RunMetrics, Scatter, ScatterOf};
@@ -279,7 +280,7 @@ fn the_command_has_exit_codes_and_json_of_its_schema() {
     assert!(code == Some(0), "{text}");
     let (code, text, _) = ran([&a, &b], &["--json"]);
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let schema = comparison_schema();
+    let (_, schema) = output_schemas().into_iter().find(|(name, _)| *name == "comparison").expect("schema");
     let keys = |value: &serde_json::Value| value.as_object().expect("object").keys().cloned().collect::<Vec<_>>();
     assert_eq!((code, keys(&json)), (Some(9), keys(&schema["properties"])));
     assert_eq!(keys(&json["outputs"][0]), keys(&schema["$defs"]["OutputDifference"]["properties"]));

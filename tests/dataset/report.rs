@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::synthetic::{ROWS, dataset, info};
 use decore::dataset::{DatasetError, DatasetReader, DatasetWriter, Existing};
-use decore::report::{ReportSettings, summarise};
+use decore::report::{ReportSettings, WorstResidual, summarise};
 use tempfile::TempDir;
 
 #[test]
@@ -17,7 +17,7 @@ fn the_report_ranks_rows_and_names_the_tables() {
     let best: Vec<u64> = report.best.iter().map(|best| best.row).collect();
     assert_eq!(best, [149, 148, 147, 146, 145], "{report}");
     assert_eq!(report.statuses["done"] + report.statuses["invalid"], ROWS);
-    assert_eq!(report.worst_residual, Some((20, -2e-3)));
+    assert_eq!(report.worst_residual, Some(WorstResidual { row: 20, energy_residual: -2e-3 }));
     assert_eq!((report.percussions["periodic"], report.percussions["stalled"]), (103, 26));
     let frequency = report.ranges.iter().find(|range| range.unit == "Hz").expect("frequencies");
     assert_eq!((frequency.min, frequency.max), (20.0, 20.0));

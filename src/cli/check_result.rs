@@ -1,0 +1,290 @@
+//! What `decore check` finds, as plain data: printed as text or as JSON.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::exit::Failure;
+use crate::dataset::{Columns, TableName};
+use crate::design::{Aliases, Quality};
+use crate::engine::{Engine, RowScene, Rows};
+use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
+use crate::scene::Scene;
+use crate::study::{CheckedStudy, Study};
+use crate::system::InterfaceModes;
+
+/// Wall time in s spent at most on the row that tells the time of the others.
+const PROBE_WALL_TIME_S: f64 = 10.0;
+/// Rows looked at for one that can be simulated.
+const PROBED_ROWS: usize = 100;
+
+/// All that is found.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Check {
+    /// What is known without running a row.
+    #[serde(flatten)]
+    pub plan: Plan,
+    /// The first row that describes a scene, run for at most 10 s of wall time; null where none of the first 100 does.
+    pub probe: Option<Probe>,
+}
+
+/// What is known of a study without running a row.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Plan {
+    /// Title of the study.
+    pub study: String,
+    /// Hash of the study.
+    pub study_hash: String,
+    /// What looks wrong and is run nevertheless, a sentence each.
+    pub warnings: Vec<String>,
+    /// Rows of the design.
+    pub rows: usize,
+    /// Seed of the design.
+    pub seed: u64,
+    /// The factors.
+    pub factors: Vec<FactorPlan>,
+    /// The constraints as typed.
+    pub constraints: Vec<String>,
+    /// How many points met the constraints; null where none were left out.
+    pub acceptance: Option<AcceptanceCount>,
+    /// What a two-level fraction confuses; null for another design.
+    pub confused: Option<Confused>,
+    /// Measures of the design; null without factors.
+    pub quality: Option<Quality>,
+    /// Names of the hammers.
+    pub hammers: Vec<String>,
+    /// Names of the castings.
+    pub castings: Vec<String>,
+    /// Columns of the table of runs.
+    pub columns_per_run: usize,
+    /// Columns of the table of blows.
+    pub columns_per_blow: usize,
+}
+
+/// One factor.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct FactorPlan {
+    /// Name.
+    pub name: String,
+    /// Unit; null where the study names none.
+    pub unit: Option<String>,
+    /// What it varies over, in words.
+    pub domain: String,
+    /// The study's values that it drives.
+    pub drives: Vec<String>,
+}
+
+/// Points that met the constraints.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct AcceptanceCount {
+    /// Points, or blocks of rows that belong together, that were drawn.
+    pub tried: usize,
+    /// Those of them that met the constraints.
+    pub accepted: usize,
+}
+
+/// What a two-level fraction confuses.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Confused {
+    /// Factors that are products of others.
+    pub generators: Vec<Generator>,
+    /// Number of products of factors that are the same in every row, by their number of factors, from 0; null where there are
+    /// too many to count.
+    pub word_lengths: Option<Vec<usize>>,
+    /// Least number of factors of such a product; null where there is none or too many to count.
+    pub resolution: Option<usize>,
+    /// Effects of one or two factors (`a`, `a*b`) that cannot be told apart, in lists.
+    pub aliased: Vec<Vec<String>>,
+}
+
+/// A factor that is a product of others.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Generator {
+    /// The factor.
+    pub factor: String,
+    /// The product, `a*b*c`.
+    pub product: String,
+}
+
+/// What a row took, and the others may take.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Probe {
+    /// The row that was run.
+    pub row: usize,
+    /// Rows before it that describe no scene.
+    pub invalid_before: usize,
+    /// How the run ended.
+    pub status: RowStatus,
+    /// Why it is not done; empty if it is.
+    pub reason: String,
+    /// Simulated time reached, s.
+    pub time_reached_s: f64,
+    /// Modes of the structure that were kept.
+    pub modes: usize,
+    /// How the modes were selected; null where they are not.
+    pub selection: Option<Selected>,
+    /// States of the coupled system.
+    pub states: usize,
+    /// Twins of each row.
+    pub twins: u64,
+    /// Why outputs of the row may scatter; null where nothing says so.
+    pub amplifies: Option<String>,
+    /// How many times as long a row takes with one twin as without, less one; null where neither twins nor a scene that
+    /// amplifies make it worth knowing.
+    pub twin_time_ratio: Option<f64>,
+    /// Wall time of a row alone, its twins included, s; null if the row ended at once.
+    pub row_time_s: Option<f64>,
+    /// Threads of the forecast.
+    pub threads: usize,
+    /// Wall time of all rows were they run one by one, s: an upper bound; null if the row ended at once.
+    pub total_time_s: Option<f64>,
+}
+
+/// A selection of modes.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Selected {
+    /// Modes kept.
+    pub kept: usize,
+    /// Modes that there are.
+    pub available: usize,
+    /// Residual modes.
+    pub residual: usize,
+    /// Largest error of receptances over static flexibility.
+    pub bound: f64,
+}
+
+impl Plan {
+    /// What a study plans.
+    ///
+    /// # Errors
+    /// Names of which no columns can be made.
+    pub fn of(engine: &Engine) -> Result<Self, Failure> {
+        let columns = Columns::new(&engine.info())?;
+        let (study, checked) = (engine.study(), engine.checked());
+        let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<_>>();
+        let factors = study.factors().iter().map(|factor| FactorPlan {
+            name: factor.name.clone(),
+            unit: factor.unit.clone(),
+            domain: factor.domain(),
+            drives: factor.paths(),
+        });
+        let acceptance = checked.acceptance();
+        Ok(Self {
+            study: study.title().to_owned(),
+            study_hash: study.hash().to_owned(),
+            warnings: checked.warnings().iter().map(ToString::to_string).collect(),
+            rows: checked.row_count(),
+            seed: study.seed(),
+            factors: factors.collect(),
+            constraints: owned(study.constraints()),
+            acceptance: acceptance.map(|of| AcceptanceCount { tried: of.tried, accepted: of.accepted }),
+            confused: checked.design().aliases().map(|aliases| Confused::of(study, &aliases)),
+            quality: Quality::of(checked.design()),
+            hammers: owned(study.hammer_names()),
+            castings: owned(study.casting_names()),
+            columns_per_run: columns.describe(TableName::Runs).len(),
+            columns_per_blow: columns.describe(TableName::Blows).len(),
+        })
+    }
+}
+
+impl Confused {
+    fn of(study: &Study, aliases: &Aliases) -> Self {
+        let drawn = study.factors().iter().filter(|factor| factor.distribution().is_some());
+        let names: Vec<&str> = drawn.map(|factor| factor.name.as_str()).collect();
+        let product = |effect: &[usize]| effect.iter().map(|factor| names[*factor]).collect::<Vec<_>>().join("*");
+        let generators = aliases.generators.iter();
+        Self {
+            generators: generators
+                .map(|(factor, others)| Generator { factor: names[*factor].to_owned(), product: product(others) })
+                .collect(),
+            word_lengths: aliases.word_lengths.clone(),
+            resolution: aliases.resolution(),
+            aliased: aliases.chains.iter().map(|chain| chain.iter().map(|effect| product(effect)).collect()).collect(),
+        }
+    }
+}
+
+impl AcceptanceCount {
+    /// Share of the points that met the constraints.
+    pub fn rate(&self) -> f64 {
+        self.accepted as f64 / self.tried.max(1) as f64
+    }
+}
+
+/// Rows looked at by [`probe`] where none can be simulated.
+pub(super) fn probed_rows(checked: &CheckedStudy) -> usize {
+    checked.row_count().min(PROBED_ROWS)
+}
+
+/// Simulates the first row that describes a scene and tells what it took; `threads` 0: as many as the machine has.
+pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
+    let rows = engine.checked().row_count();
+    let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
+    let found = (0..probed_rows(engine.checked())).find_map(|row| Some((row, engine.scene(row).ok()?)));
+    let (row, RowScene { mut scene, modes }) = found?;
+    scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
+    let outcome = run_row(&scene, &modes);
+    let selection = engine.machine_of(&scene).selection(&scene).ok().flatten();
+    let amplifies = amplifies(&scene);
+    let twins = scene.outputs.twins;
+    let twin_time_ratio = (twins > 0 || amplifies.is_some()).then(|| twin_time_ratio(&scene, &modes, &outcome));
+    let times = 1.0 + twin_time_ratio.unwrap_or(0.0) * twins as f64;
+    let row_time_s = row_time_s(&outcome, scene.duration_s).map(|row_s| (times * row_s).min(f64::MAX));
+    let rows_one_by_one = rows as f64 / threads.min(rows.max(1)) as f64;
+    Some(Probe {
+        row,
+        invalid_before: row,
+        status: outcome.status,
+        modes: outcome.modes,
+        selection: selection.map(|selection| Selected {
+            kept: selection.kept.len(),
+            available: selection.available,
+            residual: selection.residual.omega_rad_s.len(),
+            bound: selection.bound,
+        }),
+        states: outcome.states,
+        twins: twins as u64,
+        amplifies,
+        twin_time_ratio,
+        row_time_s,
+        threads,
+        total_time_s: row_time_s.map(|row_s| (row_s * rows_one_by_one).min(f64::MAX)),
+        time_reached_s: outcome.time_reached_s,
+        reason: outcome.reason,
+    })
+}
+
+/// How many times as long as the row its twin takes.
+fn twin_time_ratio(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -> f64 {
+    run_row(&twin(scene, 0), modes).wall_time_s / outcome.wall_time_s
+}
+
+/// Time of a row by a run that may have ended before its time; `None` for one that ended at once. A duration may be as long as a
+/// number can be: what is more than that is as much.
+fn row_time_s(outcome: &RowOutcome, duration_s: f64) -> Option<f64> {
+    let reached_s = outcome.time_reached_s;
+    (reached_s > 0.0).then(|| (outcome.wall_time_s * (duration_s / reached_s)).min(f64::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrate::Counters;
+
+    #[test]
+    fn a_row_that_ended_early_would_have_taken_longer() {
+        let outcome = |time_reached_s: f64| RowOutcome {
+            status: RowStatus::Done,
+            reason: String::new(),
+            time_reached_s,
+            modes: 0,
+            states: 0,
+            metrics: None,
+            counters: Counters::default(),
+            wall_time_s: 1.0,
+        };
+        assert_eq!(row_time_s(&outcome(0.5), 1.5), Some(3.0));
+        assert_eq!(row_time_s(&outcome(0.5), 1e308), Some(f64::MAX));
+        assert_eq!(row_time_s(&outcome(0.0), 1.5), None);
+    }
+}

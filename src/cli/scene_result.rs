@@ -1,0 +1,91 @@
+//! A row's outcome as JSON, with names where it counts hammers and castings: those of the tables.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::{Value as Json, json};
+
+use super::json::schema;
+use super::stored::Comparison;
+use crate::engine::{Engine, Rows};
+use crate::quantity::Value;
+use crate::run::RowOutcome;
+
+/// One row.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct SceneResult {
+    /// Title of the study.
+    study: String,
+    /// Hash of the study.
+    study_hash: String,
+    /// Index of the row in the design.
+    row: usize,
+    /// Values set over the study's, `path=value`.
+    overrides: Vec<String>,
+    /// Values of the factors.
+    factors: BTreeMap<String, Value>,
+    /// Names of the hammers.
+    hammers: Vec<String>,
+    /// Names of the castings.
+    castings: Vec<String>,
+    /// How the row ended, and its outputs.
+    #[schemars(with = "RowOutcome")]
+    outcome: Json,
+    /// The row beside the stored one; null unless a dataset's row was run again.
+    stored_row: Option<Comparison>,
+}
+
+impl SceneResult {
+    /// The row's outcome under the names of `engine`'s study.
+    pub fn of(engine: &Engine, row: usize, outcome: &RowOutcome, stored_row: Option<Comparison>) -> Self {
+        let study = engine.study();
+        let (hammers, castings) = (study.hammer_names(), study.casting_names());
+        let values = study.factors().iter().zip(engine.checked().row_values(row));
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        Self {
+            study: study.title().to_owned(),
+            study_hash: study.hash().to_owned(),
+            row,
+            overrides: study.overrides().to_vec(),
+            factors: values.map(|(factor, value)| (factor.name.clone(), value)).collect(),
+            hammers: owned(&hammers),
+            castings: owned(&castings),
+            outcome: named(outcome, [&hammers, &castings]),
+            stored_row,
+        }
+    }
+}
+
+/// Schema of [`SceneResult`]: that of the outcome, with what [`named`] changes.
+pub(super) fn scene_schema() -> Json {
+    let mut schema = schema::<SceneResult>("scene");
+    let name = json!({ "type": "string", "description": "Name in the study." });
+    for of in ["HammerMetrics", "CastingMetrics"] {
+        schema["$defs"][of]["properties"]["name"] = name.clone();
+    }
+    schema["$defs"]["Blow"]["properties"]["hammer"] = name;
+    let scatter = json!({ "type": ["number", "string", "null"] });
+    for of in ["hammers", "castings"] {
+        schema["$defs"]["Scatter"]["properties"][of]["items"]["additionalProperties"] = scatter.clone();
+    }
+    schema
+}
+
+fn named(outcome: &RowOutcome, [hammers, castings]: [&[&str]; 2]) -> Json {
+    let mut value = json!(outcome);
+    let Some(metrics) = value.get_mut("metrics").filter(|metrics| metrics.is_object()) else { return value };
+    for (list, names) in [("hammers", hammers), ("castings", castings)] {
+        for of in [format!("/{list}"), format!("/scatter/{list}")] {
+            let entries = metrics.pointer_mut(&of).and_then(Json::as_array_mut);
+            for (entry, name) in entries.into_iter().flatten().zip(names) {
+                entry["name"] = json!(name);
+            }
+        }
+    }
+    for blow in metrics["blows"].as_array_mut().into_iter().flatten() {
+        let hammer = blow["hammer"].as_u64().and_then(|index| hammers.get(usize::try_from(index).ok()?));
+        blow["hammer"] = json!(hammer);
+    }
+    value
+}

@@ -1,0 +1,110 @@
+"""Holds what the commands print with `--json` to the schemas: every key must be declared, and every declared one be there.
+
+Usage: python printed_json.py ROOT PROGRAM (the folder with `schemas` and `studies`; the built program)
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import jsonschema
+
+SWEEP = """
+title = "small <sweep>"
+duration_s = 0.25
+[structure]
+source = "station"
+[outputs]
+twins = 1
+[design]
+kind = "latin_hypercube"
+rows = 30
+seed = 7
+[design.factor.pressure]
+path = "hammer.left.supply_bar"
+range = [5.0, 6.5]
+[design.factor.standoff]
+path = "hammer.left.standoff_m"
+range = [0.08, 0.09]
+[hammer.left]
+mount = "R5"
+[casting.part]
+mass_kg = 0.517
+[casting.part.fixture.table]
+point = "T5"
+stiffness_n_per_m = 3e7
+"""
+
+
+def closed(schema):
+    """The schema with objects that have no other keys than those that are declared."""
+    if isinstance(schema, list):
+        return [closed(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    made = {key: closed(value) for key, value in schema.items()}
+    if isinstance(schema.get("properties"), dict) and schema.get("type") == "object":
+        made.setdefault("additionalProperties", False)
+    return made
+
+
+def printed(program, folder, arguments, codes):
+    """The JSON that a command prints."""
+    done = subprocess.run([program, *arguments, "--json"], cwd=folder, capture_output=True, text=True)
+    if done.returncode not in codes:
+        sys.exit(f"printed_json: {arguments}: code {done.returncode}\n{done.stderr}")
+    return json.loads(done.stdout)
+
+
+def main(root, program):
+    """All commands; the first fault ends the program."""
+    schemas = {
+        path.name.removesuffix(".schema.json"): json.loads(path.read_text())
+        for path in sorted((root / "schemas").glob("*.schema.json"))
+    }
+    inputs = {"study", "hammer"}
+    commands = [
+        ("check", ["check", "sweep.toml"], [0]),
+        ("check", ["check", str(root / "studies/three_hammers.toml")], [0]),
+        ("check", ["check", "fraction.toml"], [0]),
+        ("check", ["check", "single.toml"], [0]),
+        ("report", ["run", "sweep.toml", "--output", "a"], [0]),
+        ("report", ["run", "sweep.toml", "--output", "s1", "--shard", "1/2"], [0]),
+        ("report", ["run", "sweep.toml", "--output", "s2", "--shard", "2/2"], [0]),
+        ("report", ["merge", "s1", "s2", "--output", "b"], [0]),
+        ("report", ["report", "a"], [0]),
+        ("status", ["status", "a", "b"], [0]),
+        ("verification", ["verify", "a", "b"], [0]),
+        ("comparison", ["compare", "a", "b"], [0]),
+        ("scene", ["scene", "sweep.toml", "--row", "3"], [0]),
+        ("scene", ["scene", "a", "--row", "3"], [0]),
+        ("scene", ["scene", "sweep.toml", "--set", "solver.max_steps=10"], [4]),
+        ("sensitivity", ["analyse", "a"], [0]),
+        ("surrogate", ["surrogate", "a"], [0]),
+        ("structure", ["structure", "sweep.toml", "--effects"], [0]),
+        ("accuracy", ["accuracy", "sweep.toml", "--repeats", "1", "--quick", "--set", "duration_s=0.04"], [0]),
+    ]
+    if missing := set(schemas) - inputs - {name for name, _, _ in commands}:
+        sys.exit(f"printed_json: no command prints {sorted(missing)}")
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = pathlib.Path(scratch)
+        (folder / "sweep.toml").write_text(SWEEP)
+        single = SWEEP[: SWEEP.index("[design]")] + SWEEP[SWEEP.index("[hammer.left]") :]
+        (folder / "single.toml").write_text(single)
+        gate = '[design.factor.gate]\npath = "hammer.left.gate_delay_s"\nrange = [0.01, 0.02]\n[hammer.left]'
+        fraction = SWEEP.replace('"latin_hypercube"\nrows = 30\nseed = 7', '"fractional_factorial"\nresolution = 3')
+        fraction = fraction.replace("[hammer.left]", gate)
+        (folder / "fraction.toml").write_text(fraction)
+        for name, arguments, codes in commands:
+            schema = closed(schemas[name])
+            jsonschema.Draft202012Validator.check_schema(schema)
+            faults = list(jsonschema.Draft202012Validator(schema).iter_errors(printed(program, folder, arguments, codes)))
+            if faults:
+                sys.exit("\n".join([f"printed_json: {arguments}:"] + [f"{f.json_path}: {f.message[:300]}" for f in faults[:8]]))
+            print(f"printed_json: {' '.join(arguments[:2])} holds to {name}")
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve())
