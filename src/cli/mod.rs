@@ -25,6 +25,7 @@ mod run;
 mod scene;
 mod scene_plot;
 mod scene_result;
+mod schemas;
 mod shard;
 mod signals;
 mod status;
@@ -40,7 +41,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 pub use exit::Exit;
 use exit::Failure;
-pub use json::output_schemas;
+pub use schemas::output_schemas;
 
 /// What the exit codes mean, as `--help` shows it.
 const EXIT_CODES: &str = "Exit codes:
