@@ -57,9 +57,9 @@
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! python      : analysis dataset design engine metrics quantity run sensitivity study words
 //! features    : dataset files metrics quantity run study
 //! surrogate   : dataset files number random regression sensitivity study
+//! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words
 //! cli         : accuracy analysis comparison dataset design engine features files guide integrate metrics page plot quantity report run scene sensitivity structure study surrogate system words
 //! ```
 //!

@@ -19,6 +19,6 @@ pub use error::SurrogateError;
 pub use file::{PREDICTOR, read, write};
 pub use fit::{SurrogateSettings, fit};
 pub use model::{Model, OutputModel};
-pub use predict::{Predicted, predict};
+pub use predict::{Predicted, Row, predict, predict_rows};
 pub use result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};
 pub use space::FactorSpace;
