@@ -7,7 +7,7 @@ use super::model::{Model, OutputModel};
 use super::result::OutputSurrogate;
 use super::space::{FactorSpace, places};
 use crate::dataset::{TableColumn, TableValues};
-use crate::regression::{Points, Prediction, RegressionError, Success};
+use crate::regression::{Points, Prediction, RegressionError};
 use crate::study::{TableRow, table_rows};
 
 /// Predictions of a table.
@@ -124,11 +124,7 @@ fn output_columns(
         column("_low", "Lower end of the interval of a new row.".to_owned(), &|at| at.mean - reach * at.std_dev),
         column("_high", "Upper end of the interval of a new row.".to_owned(), &|at| at.mean + reach * at.std_dev),
     ];
-    if let Some(success) = &output.success {
-        let of = match (&model.success, success.scaling) {
-            (Some(of), Some(scaling)) => Success::ByPlace { process: Box::new(of.process.clone()), scaling },
-            _ => Success::Everywhere(success.everywhere.unwrap_or(success.share)),
-        };
+    if let Some(of) = model.success_of(output) {
         columns.push(TableColumn {
             name: format!("{}_probability", output.output),
             unit: "1".to_owned(),
