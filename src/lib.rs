@@ -15,6 +15,7 @@
 //!             +--sensitivity, analysis--> indices of the factors
 //!             +--surrogate, regression--> models, which predict rows not run
 //!             +--features--> flat table for predictors of others
+//!             +--refinement--> rows to run next
 //! ```
 //!
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
@@ -56,10 +57,11 @@
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! python      : analysis dataset design engine metrics quantity run sensitivity study words
 //! features    : dataset design files metrics quantity random run study
 //! surrogate   : dataset files number random regression sensitivity study
-//! cli         : accuracy analysis comparison dataset design engine features files guide integrate metrics page plot quantity report run scene sensitivity structure study surrogate system words
+//! refinement  : dataset design quantity random regression sensitivity study surrogate
+//! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words
+//! cli         : accuracy analysis comparison dataset design engine features files guide integrate metrics page plot quantity refinement report run scene sensitivity structure study surrogate system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -81,6 +83,7 @@
 //! - [`analysis`], [`sensitivity`]: which factor matters: of plain tables of numbers, and of a dataset.
 //! - [`regression`], [`surrogate`]: what a row not run would give: of plain tables of numbers, and of a dataset.
 //! - [`features`]: the flat table that a predictor is trained on, its dictionary, groups and splits.
+//! - [`refinement`]: which rows to run next, from what those before gave.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
@@ -130,6 +133,9 @@ pub mod plot;
 pub mod python;
 pub mod quantity;
 pub mod random;
+#[allow(clippy::disallowed_methods)]
+pub mod refinement;
+#[allow(clippy::disallowed_methods)]
 pub mod regression;
 #[allow(clippy::disallowed_methods)]
 pub mod report;
@@ -139,6 +145,7 @@ pub mod scene;
 pub mod sensitivity;
 pub mod structure;
 pub mod study;
+#[allow(clippy::disallowed_methods)]
 pub mod surrogate;
 pub mod system;
 pub mod words;

@@ -83,6 +83,8 @@ def main(root, program):
         ("scene", ["scene", "sweep.toml", "--set", "solver.max_steps=10"], [4]),
         ("sensitivity", ["analyse", "a"], [0]),
         ("surrogate", ["surrogate", "a"], [0]),
+        ("refinement", ["refine", "table.toml", "--maximise", "delivered_work_j", "--most-rows", "12"], [0]),
+        ("refinement", ["refine", "table.toml", "--boundary", "delivered_work_j<=50", "--most-rows", "12"], [0]),
         ("structure", ["structure", "sweep.toml", "--effects"], [0]),
         ("accuracy", ["accuracy", "sweep.toml", "--repeats", "1", "--quick", "--set", "duration_s=0.04"], [0]),
     ]
@@ -97,6 +99,9 @@ def main(root, program):
         fraction = SWEEP.replace('"latin_hypercube"\nrows = 30\nseed = 7', '"fractional_factorial"\nresolution = 3')
         fraction = fraction.replace("[hammer.left]", gate)
         (folder / "fraction.toml").write_text(fraction)
+        (folder / "table.toml").write_text(SWEEP.replace('"latin_hypercube"\nrows = 30', '"table"\nfile = "rows.csv"'))
+        design = [program, "design", "sweep.toml", "--set", "design.rows=12", "--output", "rows.csv"]
+        subprocess.run(design, cwd=folder, check=True, capture_output=True)
         for name, arguments, codes in commands:
             schema = closed(schemas[name])
             jsonschema.Draft202012Validator.check_schema(schema)

@@ -11,6 +11,7 @@ use crate::features::FeaturesError;
 use crate::files::Staged;
 use crate::page::PageError;
 use crate::plot::PlotError;
+use crate::refinement::RefinementError;
 use crate::run::BatchError;
 use crate::sensitivity::SensitivityError;
 use crate::structure::StructureError;
@@ -64,6 +65,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Features(FeaturesError),
     #[error("{0}")]
+    Refinement(RefinementError),
+    #[error("{0}")]
     Page(PageError),
     #[error("{0}")]
     Comparison(ComparisonError),
@@ -102,7 +105,8 @@ impl Failure {
                 Exit::NotWritten
             }
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
-            Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) | Self::Features(_) => Exit::BadInput,
+            Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) => Exit::BadInput,
+            Self::Features(_) | Self::Refinement(_) => Exit::BadInput,
         }
     }
 }
@@ -130,6 +134,15 @@ impl From<FeaturesError> for Failure {
         match error {
             FeaturesError::Dataset(error) => Self::Dataset(error),
             other => Self::Features(other),
+        }
+    }
+}
+
+impl From<RefinementError> for Failure {
+    fn from(error: RefinementError) -> Self {
+        match error {
+            RefinementError::Surrogate(error) => error.into(),
+            other => Self::Refinement(other),
         }
     }
 }

@@ -13,6 +13,7 @@ use super::structure::StructureResult;
 use super::text::say;
 use super::verify::Verified;
 use crate::comparison::Comparison;
+use crate::refinement::Progress;
 use crate::report::Report;
 use crate::sensitivity::Sensitivity;
 use crate::surrogate::Surrogate;
@@ -32,6 +33,7 @@ pub fn output_schemas() -> Vec<(&'static str, Value)> {
         ("accuracy", schema::<AccuracyResult>("accuracy")),
         ("check", schema::<Check>("check")),
         ("comparison", schema::<Comparison>("comparison")),
+        ("refinement", schema::<Progress>("refinement")),
         ("report", schema::<Report>("report")),
         ("scene", scene_schema()),
         ("sensitivity", schema::<Sensitivity>("sensitivity")),

@@ -18,6 +18,7 @@ mod merge;
 mod more_rows;
 mod outputs;
 mod progress;
+mod refine;
 mod report;
 mod rows;
 mod run;
@@ -88,6 +89,8 @@ enum Command {
     Surrogate(surrogate::SurrogateArguments),
     /// Predict the rows of a table with models that `decore surrogate` wrote.
     Predict(surrogate::PredictArguments),
+    /// Run a table of rows, and add those that teach or promise the most, batch by batch.
+    Refine(refine::RefineArguments),
     /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
     Compare(compare::CompareArguments),
     /// Write a dataset as a flat table that predictors are trained on, with its dictionary.
@@ -149,6 +152,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Analyse(arguments) => analyse::analyse(&arguments),
         Command::Surrogate(arguments) => surrogate::surrogate(&arguments),
         Command::Predict(arguments) => surrogate::predict(&arguments),
+        Command::Refine(arguments) => refine::refine(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),

@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     });
     // Before the rows are run, not after.
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
-    check_ranking(&rows.info(), &report.rank_by)?;
+    check_number(&rows.info(), &report.rank_by)?;
     let again = chosen(arguments, rows.checked().row_count() as u64)?;
     let display = Display { folder: &folder, again: again.is_some(), progress: OnceLock::new() };
     let settings = SweepSettings {
@@ -162,8 +162,8 @@ fn stub_rows(study: CheckedStudy, arguments: &RunArguments, milliseconds: f64) -
     Ok(StubRows { study, duration, busy: arguments.stub_busy })
 }
 
-/// The column that the summary ranks by must be there and hold numbers.
-fn check_ranking(info: &DatasetInfo, name: &str) -> Result<(), DatasetError> {
+/// A column of the table of runs that is worked with must be there and hold numbers.
+pub(super) fn check_number(info: &DatasetInfo, name: &str) -> Result<(), DatasetError> {
     let table = TableName::Runs;
     let columns = Columns::new(info)?.describe(table);
     match columns.iter().find(|column| column.name == name) {

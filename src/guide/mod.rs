@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 13] = [
+pub const TOPICS: [Topic; 14] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -58,6 +58,11 @@ pub const TOPICS: [Topic; 13] = [
         name: "features",
         about: "a flat table for predictors: figures per casting, dictionary",
         text: include_str!("features.md"),
+    },
+    Topic {
+        name: "refine",
+        about: "which row to run next: models that learn, optima under limits, boundaries",
+        text: include_str!("refine.md"),
     },
     Topic {
         name: "accuracy",

@@ -8,11 +8,13 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use super::error::Raise;
+use super::surrogate::Surrogate;
 use super::table::Table;
 use super::wait::Work;
 use crate::analysis::{Bootstrap, Estimator};
 use crate::dataset::{DatasetReader, TableName, table_batch};
 use crate::sensitivity::{SensitivitySettings, analyse, columns};
+use crate::surrogate::{SurrogateSettings, fit};
 use crate::words::nearest;
 
 /// A dataset as it was when it was opened.
@@ -119,6 +121,18 @@ impl Dataset {
         let batch = table_batch(&self.reader.manifest().study, "sensitivity", &columns(&found));
         let table = Py::new(py, Table::new("sensitivity", batch.map_err(|error| error.raise(py))?))?;
         Ok(Analysis { table, json: json!(found).to_string(), text: found.to_string().trim_end().to_owned() })
+    }
+
+    /// Models of the outputs over the factors: as `decore surrogate`.
+    #[pyo3(signature = (outputs=Vec::new(), *, least_q2=SurrogateSettings::default().least_q2))]
+    fn surrogate(&self, py: Python<'_>, outputs: Vec<String>, least_q2: f64) -> PyResult<Surrogate> {
+        if !(0.0..=1.0).contains(&least_q2) {
+            return Err(PyValueError::new_err(format!("least_q2 is {least_q2}, expected a number from 0 to 1")));
+        }
+        let reader = Arc::clone(&self.reader);
+        let settings = SurrogateSettings { outputs, least_q2 };
+        let model = Work::new(move |_| fit(&reader, &settings)).wait(py)?.map_err(|error| error.raise(py))?;
+        Ok(Surrogate::new(model))
     }
 
     fn __repr__(&self) -> String {

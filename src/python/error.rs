@@ -9,6 +9,7 @@ use crate::dataset;
 use crate::engine::EngineError;
 use crate::sensitivity::SensitivityError;
 use crate::study::{self, Place};
+use crate::surrogate::SurrogateError;
 
 create_exception!(decore, Error, PyException, "What decore raises; all its exceptions are of this class.");
 create_exception!(
@@ -110,6 +111,15 @@ impl Raise for EngineError {
 }
 
 impl Raise for SensitivityError {
+    fn raise(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Dataset(error) => error.raise(py),
+            other => DatasetError::new_err(other.to_string()),
+        }
+    }
+}
+
+impl Raise for SurrogateError {
     fn raise(self, py: Python<'_>) -> PyErr {
         match self {
             Self::Dataset(error) => error.raise(py),

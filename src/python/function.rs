@@ -81,7 +81,7 @@ impl Function {
     fn bounds(&self) -> Vec<(f64, f64)> {
         let all = self.ready.engine.study().factors();
         let of = |name: &String| all.iter().find(|factor| factor.name == *name);
-        self.factors.iter().filter_map(of).map(|factor| ends(factor)).map(Option::unwrap_or_default).collect()
+        self.factors.iter().filter_map(of).map(ends).map(Option::unwrap_or_default).collect()
     }
 
     /// The outputs at the points of X, computed on several threads.

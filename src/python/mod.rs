@@ -10,6 +10,7 @@ mod function;
 mod ready;
 mod row;
 mod study;
+mod surrogate;
 mod sweep;
 mod table;
 mod value;
@@ -37,6 +38,7 @@ fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<sweep::Progress>()?;
     module.add_class::<dataset::Dataset>()?;
     module.add_class::<dataset::Analysis>()?;
+    module.add_class::<surrogate::Surrogate>()?;
     module.add_class::<table::Table>()?;
     module.add_class::<table::Column>()?;
     module.add_class::<error::Problem>()?;

@@ -40,7 +40,8 @@ pub fn settings(from: &Bound<'_, PyMapping>) -> PyResult<Vec<String>> {
     entries(from)?.into_iter().map(setting).collect()
 }
 
-fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+/// The names and what stands under them.
+pub fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
     from.items()?.iter().map(|item| item.extract::<(String, Bound<'py, PyAny>)>()).collect()
 }
 

@@ -244,6 +244,30 @@ impl GaussianProcess {
         Ok(predictions.collect())
     }
 
+    /// Covariances of the expected values at places: what is not known of them, noise left out.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn covariances(&self, places: &Points) -> Result<DMatrix<f64>, RegressionError> {
+        if places.nominal() != self.points.nominal() {
+            let (found, expected) = (places.factors(), self.points.factors());
+            return Err(RegressionError::Size { what: "factors", found, expected });
+        }
+        let solved = &self.solved;
+        let mut near = DMatrix::from_fn(self.points.rows(), places.rows(), |own, place| {
+            self.correlation(self.points.row(own), places.row(place))
+        });
+        let total: f64 = solved.ones.iter().sum();
+        let rest: Vec<f64> = near.column_iter().map(|column| 1.0 - dot(column.as_slice(), &solved.ones)).collect();
+        solve_lower(&solved.factor, &mut near)?;
+        let columns: Vec<_> = near.column_iter().collect();
+        Ok(DMatrix::from_fn(places.rows(), places.rows(), |a, b| {
+            let explained = dot(columns[a].as_slice(), columns[b].as_slice());
+            let prior = self.correlation(places.row(a), places.row(b));
+            solved.variance * (prior - explained + rest[a] * rest[b] / total)
+        }))
+    }
+
     fn correlation(&self, own: &[f64], place: &[f64]) -> f64 {
         let squared = (self.hyperparameters.weights.iter().enumerate())
             .map(|(factor, weight)| weight * self.points.squared(factor, [own[factor], place[factor]]))

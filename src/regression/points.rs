@@ -51,6 +51,18 @@ impl Points {
         Self { values, nominal: self.nominal.clone() }
     }
 
+    /// These places and then others with the same factors.
+    ///
+    /// # Errors
+    /// [`RegressionError::Size`] for another number of factors.
+    pub fn with(&self, others: &Self) -> Result<Self, RegressionError> {
+        if others.nominal != self.nominal {
+            let (found, expected) = (others.factors(), self.factors());
+            return Err(RegressionError::Size { what: "factors", found, expected });
+        }
+        Ok(Self { values: [&self.values[..], &others.values].concat(), nominal: self.nominal.clone() })
+    }
+
     /// Squared distance of two places along a factor: of names 1 where they differ.
     pub(super) fn squared(&self, factor: usize, [a, b]: [f64; 2]) -> f64 {
         match self.nominal[factor] {

@@ -1,6 +1,6 @@
 //! A study held to its machine: every name known, its constraints applied, its rows what they stay.
 
-use super::constraints::{constrained, unknown_names};
+use super::constraints::{constrained, meets, unknown_names};
 use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
 use super::document::path;
@@ -99,6 +99,14 @@ impl CheckedStudy {
                 }
             })
             .collect()
+    }
+
+    /// Whether all constraints hold where the drawn factors have these levels.
+    ///
+    /// # Errors
+    /// A constraint that cannot be evaluated.
+    pub fn meets(&self, levels: &[Level]) -> Result<bool, StudyError> {
+        meets(&self.study, &self.points, levels)
     }
 
     /// The scene of a row.

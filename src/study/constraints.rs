@@ -9,7 +9,7 @@ use super::plan::design::{Constraint, Plan, design_problem};
 use super::plan::factor::{FactorInfo, Factors, Source};
 use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
-use crate::design::{Constraints, Design, Level};
+use crate::design::{Constraints, Design, DesignError, Level};
 use crate::expression::{Role, Scope, Value, Word};
 use crate::hammer::choked_flow;
 use crate::quantity;
@@ -31,6 +31,15 @@ pub(super) fn constrained(study: &Study, points: &PointTable) -> Result<Design, 
     };
     let design = plan.design.constrained(Constraints { factors, met: &mut met });
     design.map_err(|error| StudyError::one(design_problem(&study.typed.document, &error, &plan.factors)))
+}
+
+/// Whether all constraints hold where the drawn factors have these levels.
+pub(super) fn meets(study: &Study, points: &PointTable, levels: &[Level]) -> Result<bool, StudyError> {
+    let plan = &study.plan;
+    let met = met(study, (levels, points), &plan.cheapest_first());
+    let met = met.map_err(DesignError::Constraint);
+    let met = met.map_err(|error| StudyError::one(design_problem(&study.typed.document, &error, &plan.factors)))?;
+    Ok(met == plan.constraints.len() && plan.values(levels).1.is_none())
 }
 
 /// How many of these constraints hold in a row, up to the first that does not.

@@ -19,6 +19,7 @@ use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
 use super::resolve::structure::{MachineTable, StructureSettings};
 use super::schema::study_schema;
+use crate::design::Kind;
 use crate::files::{self, Limit};
 use crate::quantity::Value;
 use crate::scene::Scene;
@@ -168,6 +169,12 @@ impl Study {
         let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
         let machines = machines.flat_map(|settings| settings.source.files()).map(|(_, path)| path.to_path_buf());
         self.typed.file.iter().cloned().chain(hammers).chain(rows).chain(machines).collect()
+    }
+
+    /// The file with the rows of a design that is a table, as paths are opened; `None` for any other design.
+    pub fn row_file(&self) -> Option<PathBuf> {
+        let file = self.plan.files.first().filter(|_| matches!(self.plan.design.kind(), Kind::Table(_)))?;
+        Some(self.typed.directory.join(&file.name))
     }
 
     /// The text of the study file.

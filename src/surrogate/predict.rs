@@ -7,7 +7,7 @@ use super::model::{Model, OutputModel};
 use super::result::OutputSurrogate;
 use super::space::{FactorSpace, places};
 use crate::dataset::{TableColumn, TableValues};
-use crate::regression::{Points, Prediction, RegressionError, Success};
+use crate::regression::{Points, Prediction, RegressionError};
 use crate::study::{TableRow, table_rows};
 
 /// Predictions of a table.
@@ -29,7 +29,26 @@ pub fn predict(model: &Model, table: &Path) -> Result<Predicted, SurrogateError>
     let factors = &model.surrogate.factors;
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
     let rows = table_rows(table, &names).map_err(SurrogateError::Table)?;
-    let values = rows.iter().map(|row| read_row(model, row, table)).collect::<Result<Vec<Vec<f64>>, _>>()?;
+    let place = |row: &TableRow| format!("{}, {}", table.display(), row.place);
+    predict_rows(model, &rows.iter().map(|row| Row { place: place(row), cells: &row.cells }).collect::<Vec<_>>())
+}
+
+/// A row to be predicted.
+#[derive(Debug, Clone)]
+pub struct Row<'a> {
+    /// Where it stands, for errors.
+    pub place: String,
+    /// Values of the factors, in the model's order, as texts.
+    pub cells: &'a [String],
+}
+
+/// Predicts rows.
+///
+/// # Errors
+/// [`SurrogateError::Table`] for a cell that cannot be read, naming the row and the factor.
+pub fn predict_rows(model: &Model, rows: &[Row<'_>]) -> Result<Predicted, SurrogateError> {
+    let factors = &model.surrogate.factors;
+    let values = rows.iter().map(|row| read_row(model, row)).collect::<Result<Vec<Vec<f64>>, _>>()?;
     let outside: Vec<String> = values.iter().map(|row| outside(model, row)).collect();
     let mut columns = vec![TableColumn {
         name: "row".to_owned(),
@@ -68,12 +87,10 @@ pub fn predict(model: &Model, table: &Path) -> Result<Predicted, SurrogateError>
     Ok(Predicted { columns, rows: rows.len(), outside })
 }
 
-fn read_row(model: &Model, row: &TableRow, table: &Path) -> Result<Vec<f64>, SurrogateError> {
+fn read_row(model: &Model, row: &Row<'_>) -> Result<Vec<f64>, SurrogateError> {
     let cells = row.cells.iter().zip(&model.surrogate.factors);
     let value = |(cell, factor): (&String, &FactorSpace)| {
-        let told = |message| {
-            SurrogateError::Table(format!("{}, {}, column `{}`: {message}", table.display(), row.place, factor.name))
-        };
+        let told = |message| SurrogateError::Table(format!("{}, column `{}`: {message}", row.place, factor.name));
         factor.read(cell).map_err(told)
     };
     cells.map(value).collect()
@@ -107,11 +124,7 @@ fn output_columns(
         column("_low", "Lower end of the interval of a new row.".to_owned(), &|at| at.mean - reach * at.std_dev),
         column("_high", "Upper end of the interval of a new row.".to_owned(), &|at| at.mean + reach * at.std_dev),
     ];
-    if let Some(success) = &output.success {
-        let of = match (&model.success, success.scaling) {
-            (Some(of), Some(scaling)) => Success::ByPlace { process: Box::new(of.process.clone()), scaling },
-            _ => Success::Everywhere(success.everywhere.unwrap_or(success.share)),
-        };
+    if let Some(of) = model.success_of(output) {
         columns.push(TableColumn {
             name: format!("{}_probability", output.output),
             unit: "1".to_owned(),

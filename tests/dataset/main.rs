@@ -11,6 +11,7 @@ mod growth;
 mod linux;
 mod loss;
 mod page;
+mod refine;
 mod report;
 mod rerun;
 mod sensitivity;

@@ -19,6 +19,7 @@ import numpy
 import pandas
 import polars
 import pyarrow
+import pyarrow.parquet
 
 import decore
 
@@ -125,6 +126,28 @@ def check_functions():
     raised(decore.DatasetError, lambda: study.function("status"))
 
 
+def check_surrogate(scratch):
+    """Models and predictions are those of the command line."""
+    settings = SHORT | {"design.rows": 24}
+    dataset = decore.Study(PLACEMENT, settings).run(scratch / "models", progress=None)
+    models = dataset.surrogate(["delivered_work_j"])
+    models.save(scratch / "python.parquet")
+    rows = {"position": [0.0, 0.02], "pressure": [5.0, 5.5], "standoff": numpy.array([0.08, 0.07]), "fixture_stiffness": (3e7, 2e7)}
+    said = models.predict(rows)
+    pandas.DataFrame(rows).to_csv(scratch / "rows.csv", index=False)
+    command = [PROGRAM, "surrogate", scratch / "models", "--outputs", "delivered_work_j", "--output", scratch / "command.parquet"]
+    subprocess.run(command, check=True, capture_output=True)
+    command = [PROGRAM, "predict", scratch / "command.parquet", scratch / "rows.csv", "--output", scratch / "said.parquet"]
+    subprocess.run(command, check=True, capture_output=True)
+    check(pyarrow.table(said).equals(pyarrow.parquet.read_table(scratch / "said.parquet")), "predictions of the command line")
+    read = decore.Surrogate(scratch / "command.parquet")
+    check(str(read) == str(models) and read.predict(rows)["delivered_work_j"] == said["delivered_work_j"], "a file of models")
+    check("did you mean `pressure`" in str(raised(KeyError, lambda: models.predict(rows | {"presure": [5.0]}))), "an unknown factor")
+    check("has no values" in str(raised(KeyError, lambda: models.predict({"pressure": [5.0]}))), "a factor without values")
+    check("has 1 values" in str(raised(ValueError, lambda: models.predict(rows | {"pressure": [5.0]}))), "columns of two lengths")
+    raised(decore.DatasetError, lambda: models.predict(rows | {"pressure": ["high", "low"]}))
+
+
 def check_errors(scratch):
     """File, line, key and suggestion of a fault; warnings."""
     file = scratch / "wrong.toml"
@@ -229,6 +252,7 @@ def main():
         check_readers(dataset)
         check_rows(dataset)
         check_functions()
+        check_surrogate(scratch)
         check_errors(scratch)
         check_overhead()
         check_interrupt(scratch)

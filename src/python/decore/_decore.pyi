@@ -264,6 +264,28 @@ class Dataset:
         seed: int = 0,
     ) -> Analysis:
         """Which factor matters to which output: as `decore analyse`."""
+    def surrogate(self, outputs: Sequence[str] = ..., *, least_q2: float = ...) -> Surrogate:
+        """Models of the outputs over the factors: as `decore surrogate`. Below a Q2 of `least_q2` (0.9 unless given) a model warns."""
+
+@final
+class Surrogate:
+    """Models of the outputs of a dataset over its factors; `str` has them in words."""
+
+    def __new__(cls, file: str | PathLike[str]) -> Surrogate:
+        """Reads the file of models that `save` or `decore surrogate --output` wrote."""
+    def save(self, file: str | PathLike[str]) -> None:
+        """Writes the models to a Parquet file, as `decore surrogate --output`."""
+    def predict(self, factors: Mapping[str, Sequence[float | str]]) -> Table:
+        """What rows would give that were not run: a list of values for each factor; as `decore predict`."""
+    @property
+    def warnings(self) -> list[str]:
+        """What cannot be relied on, a sentence each."""
+    @property
+    def json(self) -> str:
+        """The models' figures as JSON (schemas/surrogate.schema.json)."""
+    @property
+    def text(self) -> str:
+        """In words, as `decore surrogate` prints it."""
 
 @final
 class Study:

@@ -1,0 +1,203 @@
+//! `decore refine`: runs the rows of a table, and adds those that teach or promise the most, batch by batch.
+
+use std::path::{Path, PathBuf};
+
+use clap::{ArgGroup, Args};
+
+use super::exit::{Exit, Failure, write_whole};
+use super::inputs::{default_folder, expect_ending};
+use super::json::say_json;
+use super::outputs::{Output, StudyArguments};
+use super::run::{check_number, run_rows, stop_on_interrupt};
+use super::text::{plural, say, tell};
+use crate::dataset::{DatasetReader, SweepState};
+use crate::engine::Rows;
+use crate::files;
+use crate::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings, Side, Target, propose};
+use crate::study::{CheckedStudy, Study};
+
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("goal").required(true).args(["learn", "maximise", "minimise", "boundary"]))]
+pub(super) struct RefineArguments {
+    /// Study file (TOML) whose design is `kind = "table"`: to its file of rows (CSV) further ones are added.
+    study: PathBuf,
+    /// Folder for the tables. Default: `out/` and the study's name.
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Add rows that make models of these columns of the table of runs predict best.
+    #[arg(long, num_args = 1.., value_name = "NAME")]
+    learn: Vec<String>,
+    /// Add rows that promise more of this column.
+    #[arg(long, value_name = "NAME")]
+    maximise: Option<String>,
+    /// Add rows that promise less of this column.
+    #[arg(long, value_name = "NAME")]
+    minimise: Option<String>,
+    /// Add rows that show where this limit is passed, e.g. `max_casting_point_velocity_m_s<=1.5`.
+    #[arg(long, value_name = "NAME<=VALUE")]
+    boundary: Option<Limit>,
+    /// What must hold of the best row, e.g. `max_casting_point_velocity_m_s<=1.5`; may be given several times.
+    #[arg(long = "limit", value_name = "NAME<=VALUE", conflicts_with_all = ["learn", "boundary"])]
+    limits: Vec<Limit>,
+    /// With --learn: stop when each column's Q2, as `decore surrogate` tells it, is at least this.
+    #[arg(long, default_value_t = 0.95, value_name = "Q2", value_parser = q2, conflicts_with_all = OPTIMA, conflicts_with = "boundary")]
+    until_q2: f64,
+    /// With --learn: in place of a Q2 of this column, its 95 % intervals of new rows are to be so wide at most, on average over the
+    /// ranges of the factors, in its unit, e.g. `delivered_work_j=5`; may be given several times.
+    #[arg(long, value_name = "NAME=WIDTH", value_parser = width, conflicts_with_all = OPTIMA, conflicts_with = "boundary")]
+    until_width: Vec<(String, f64)>,
+    /// With --maximise or --minimise: stop when no run is expected to improve the best row by so much, in the column's unit. Default:
+    /// when the rows are spent.
+    #[arg(long, value_name = "GAIN", value_parser = positive, conflicts_with_all = ["learn", "boundary"])]
+    until_gain: Option<f64>,
+    /// With --boundary: stop when the model takes no more than this share of the ranges for the wrong side of the limit, as it expects
+    /// itself.
+    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = positive, conflicts_with_all = OPTIMA, conflicts_with = "learn")]
+    until_unsure: f64,
+    /// Rows that are added at a time; the rows depend on it.
+    #[arg(long, default_value_t = 4, value_name = "ROWS", value_parser = clap::value_parser!(u64).range(1..=256))]
+    batch: u64,
+    /// Rows that the design has in the end, at most: no batch begins that would go beyond.
+    #[arg(long, value_name = "ROWS")]
+    most_rows: u64,
+    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Print how far it came as JSON (schemas/refinement.schema.json).
+    #[arg(long)]
+    json: bool,
+}
+
+/// Goals that are an optimum.
+const OPTIMA: [&str; 2] = ["maximise", "minimise"];
+
+/// Reads a Q2.
+fn q2(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.0..1.0).contains(share));
+    share.ok_or_else(|| "expected a number from 0 to below 1, e.g. 0.95".to_owned())
+}
+
+/// Reads a number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "expected a number above 0, e.g. 0.01".to_owned())
+}
+
+/// Reads the width of a column's intervals.
+fn width(text: &str) -> Result<(String, f64), String> {
+    let wrong = || "expected NAME=WIDTH with a width above 0, e.g. delivered_work_j=5".to_owned();
+    let (name, width) = text.split_once('=').ok_or_else(wrong)?;
+    Ok((name.trim().to_owned(), positive(width).map_err(|_| wrong())?))
+}
+
+impl RefineArguments {
+    fn settings(&self) -> Result<RefinementSettings, Failure> {
+        let limits = self.limits.clone();
+        let optimise = |output: &String, side: Side| {
+            let gain = self.until_gain;
+            Goal::Optimise { output: output.clone(), side, limits, gain }
+        };
+        let goal = match (&self.maximise, &self.minimise, &self.boundary) {
+            (Some(output), ..) => optimise(output, Side::Most),
+            (_, Some(output), _) => optimise(output, Side::Least),
+            (.., Some(limit)) => Goal::Bound { limit: limit.clone(), unsure: self.until_unsure },
+            _ => Goal::Learn { targets: self.targets()? },
+        };
+        Ok(RefinementSettings { goal, batch: self.batch as usize })
+    }
+
+    fn targets(&self) -> Result<Vec<Target>, Failure> {
+        if let Some((name, _)) = self.until_width.iter().find(|(name, _)| !self.learn.contains(name)) {
+            return Err(Failure::Argument(format!(
+                "--until-width {name}: it is not learnt; name it with --learn, or one of those there: {}",
+                self.learn.join(", ")
+            )));
+        }
+        let target = |output: &String| {
+            let width = self.until_width.iter().find(|(name, _)| name == output).map(|(_, width)| *width);
+            Target { output: output.clone(), aim: width.map_or(Aim::Q2(self.until_q2), Aim::Width) }
+        };
+        Ok(self.learn.iter().map(target).collect())
+    }
+}
+
+pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
+    stop_on_interrupt();
+    let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.study));
+    let outputs = [Output { flag: "--output", path: Some(&folder), ending: None }];
+    let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
+    let settings = arguments.settings()?;
+    // Before anything is run, not after.
+    let file = row_file(&study.study()?)?;
+    loop {
+        let engine = study.engine()?;
+        settings.goal.outputs().iter().try_for_each(|name| check_number(&engine.info(), name))?;
+        let status = run_rows(&engine, &folder, None)?;
+        if status.state != SweepState::Complete {
+            return Ok(Exit::Interrupted);
+        }
+        let rows_then = engine.checked().row_count() as u64 + arguments.batch;
+        let Proposal { progress, rows } = propose(engine.checked(), &DatasetReader::open(&folder)?, &settings)?;
+        if progress.reached || rows_then > arguments.most_rows {
+            return ended(&progress, arguments);
+        }
+        tell(&progress);
+        append(&file, engine.checked(), &rows)?;
+        tell(&format_args!("{} added to {}", plural(rows.len(), "row"), file.display()));
+    }
+}
+
+/// How it ended, with words for people or as JSON.
+fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<Exit, Failure> {
+    match (arguments.json, progress.reached) {
+        (true, _) => say_json(progress)?,
+        (false, true) => say(&format_args!("what was asked for is reached: {progress}"))?,
+        (false, false) => {
+            let most = arguments.most_rows;
+            say(&format_args!("the next batch would go beyond --most-rows {most}: {progress}"))?;
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// The file of rows of the study's design.
+fn row_file(study: &Study) -> Result<PathBuf, Failure> {
+    let file = study.row_file().ok_or_else(|| {
+        Failure::Argument(
+            "refine adds rows to a table: it needs `kind = \"table\"` and `file = \"rows.csv\"` in [design]; `decore design \
+             STUDY --output rows.csv` writes the first rows, from a study with any kind of design"
+                .into(),
+        )
+    })?;
+    expect_ending("the file of rows", Some(&file), "csv")?;
+    Ok(file)
+}
+
+/// Adds rows at the end of a table; those that are there stay as they are, also if the program ends meanwhile.
+fn append(file: &Path, study: &CheckedStudy, rows: &[Vec<String>]) -> Result<(), Failure> {
+    let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
+    let text = files::read_text(file, files::Limit::ROWS).map_err(failed)?;
+    let header = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes()).headers().cloned();
+    let header = header.map_err(|error| failed(error.into()))?;
+    let names: Vec<&str> = study.study().factors().iter().map(|factor| factor.name.as_str()).collect();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for (index, row) in rows.iter().enumerate() {
+        let cell = |column: &str| {
+            let column = column.trim_start_matches('\u{feff}');
+            let own = |name: &&str| column == *name || column.strip_prefix("factor_") == Some(name);
+            match names.iter().position(own) {
+                Some(place) => row[place].clone(),
+                None if column == "row" => (study.row_count() + index).to_string(),
+                None => String::new(),
+            }
+        };
+        writer.write_record(header.iter().map(cell)).map_err(|error| failed(error.into()))?;
+    }
+    let added = writer.into_inner().map_err(|error| failed(error.into_error()))?;
+    let mut bytes = text.into_bytes();
+    if !bytes.ends_with(b"\n") {
+        bytes.push(b'\n');
+    }
+    bytes.extend(added);
+    write_whole(file, &bytes)
+}

@@ -1,0 +1,76 @@
+//! Places at which a row could be run.
+
+use std::collections::HashSet;
+
+use super::error::RefinementError;
+use crate::design::{Coordinate, Design, Factor, Kind, Level, Sobol};
+use crate::quantity::Value;
+use crate::random::{hash, uniform};
+use crate::study::CheckedStudy;
+
+/// Points tried for each candidate that is asked for, at most: constraints may leave few.
+const MOST_TRIED: usize = 64;
+/// Stream of the numbers by which candidates lie near a row.
+const NEAR: u64 = 0x6e65_6172;
+
+/// Collects candidates: none is a row already, each meets all constraints and describes a scene.
+pub(super) struct Collector<'a> {
+    study: &'a CheckedStudy,
+    taken: HashSet<Vec<String>>,
+    /// Values of all factors, in the study's order, as cells of a table that read back the same.
+    pub found: Vec<Vec<String>>,
+}
+
+impl<'a> Collector<'a> {
+    pub fn new(study: &'a CheckedStudy) -> Self {
+        let row = |row: usize| cells(&study.row_values(row));
+        Self { study, taken: (0..study.row_count()).map(row).collect(), found: Vec::new() }
+    }
+
+    /// So many Sobol' points, scrambled by the seed.
+    pub fn fill(&mut self, count: usize, seed: u64) -> Result<(), RefinementError> {
+        let points = Kind::Sobol(Sobol { rows: count * MOST_TRIED, scramble: true });
+        let points = Design::new(points, self.study.design().factors().to_vec(), seed)?;
+        let all = self.found.len() + count;
+        for row in 0..count * MOST_TRIED {
+            if self.found.len() >= all {
+                break;
+            }
+            self.add(points.row(row).unwrap_or_default())?;
+        }
+        match self.found.is_empty() {
+            true => Err(RefinementError::NoCandidates { tried: count * MOST_TRIED }),
+            false => Ok(()),
+        }
+    }
+
+    /// Points around a place, up to a share `reach` of each factor's range away.
+    pub fn near(&mut self, place: &[Level], (count, reach): (usize, f64), seed: u64) -> Result<(), RefinementError> {
+        let factors = self.study.design().factors().to_vec();
+        for index in 0..count {
+            let stream = hash(seed, NEAR, index as u64);
+            let moved = |(factor, (level, Factor { distribution, .. })): (usize, (&Level, &Factor))| {
+                let at = Coordinate::Value(*level).unit(distribution);
+                let away = reach * (2.0 * uniform(seed, stream, factor as u64) - 1.0);
+                Coordinate::Probability((at + away).clamp(0.0, 1.0)).level(distribution)
+            };
+            self.add(place.iter().zip(&factors).enumerate().map(moved).collect())?;
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, levels: Vec<Level>) -> Result<(), RefinementError> {
+        if !self.study.meets(&levels)? || self.study.scene_at(&levels).is_err() {
+            return Ok(());
+        }
+        let row = cells(&self.study.values_at(&levels));
+        if self.taken.insert(row.clone()) {
+            self.found.push(row);
+        }
+        Ok(())
+    }
+}
+
+fn cells(values: &[Value]) -> Vec<String> {
+    values.iter().map(Value::to_string).collect()
+}

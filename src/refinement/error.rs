@@ -1,0 +1,40 @@
+//! Why no rows are proposed.
+
+use crate::design::DesignError;
+use crate::regression::RegressionError;
+use crate::study::StudyError;
+use crate::surrogate::SurrogateError;
+
+/// Why no rows are proposed.
+#[derive(Debug, thiserror::Error)]
+pub enum RefinementError {
+    /// The models of the outputs.
+    #[error(transparent)]
+    Surrogate(#[from] SurrogateError),
+    /// The study's constraints.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// The study's factors.
+    #[error("the candidates for further rows: {0}")]
+    Design(#[from] DesignError),
+    /// A model that does not give what it should.
+    #[error("the models: {0}")]
+    Regression(#[from] RegressionError),
+    /// An output that has no model.
+    #[error("output `{output}` says nothing of rows not run: {reason}")]
+    NoModel {
+        /// Its column.
+        output: String,
+        /// Why.
+        reason: String,
+    },
+    /// No place is left.
+    #[error(
+        "no place is left for a further row: of {tried} candidates each is a row already or meets not all constraints; widen the \
+         ranges of the factors or the constraints"
+    )]
+    NoCandidates {
+        /// Candidates that were looked at.
+        tried: usize,
+    },
+}

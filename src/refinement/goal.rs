@@ -1,0 +1,107 @@
+//! What rows are proposed for.
+
+use std::str::FromStr;
+
+use super::acquisition::Side;
+
+/// What rows are proposed for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Goal {
+    /// Models of outputs that predict rows not run.
+    Learn {
+        /// The outputs, and how well each is to be known.
+        targets: Vec<Target>,
+    },
+    /// The row with the best value of an output among those within the limits.
+    Optimise {
+        /// Column of `runs`.
+        output: String,
+        /// Whether the most or the least is sought.
+        side: Side,
+        /// What must hold of outputs.
+        limits: Vec<Limit>,
+        /// Expected improvement, in the column's unit, below which it is reached; `None`: never.
+        gain: Option<f64>,
+    },
+    /// Where a limit is passed.
+    Bound {
+        /// The limit.
+        limit: Limit,
+        /// Share of the places of which it may stay open on which side they lie.
+        unsure: f64,
+    },
+}
+
+/// An output that is to be predicted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Column of `runs`.
+    pub output: String,
+    /// How well.
+    pub aim: Aim,
+}
+
+/// How well an output is to be predicted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Aim {
+    /// Its Q2 is at least this.
+    Q2(f64),
+    /// Its 95 % intervals of new rows are at most so wide on average over the ranges of the factors, in the column's unit.
+    Width(f64),
+}
+
+impl Goal {
+    /// The columns that have to be modelled.
+    pub fn outputs(&self) -> Vec<String> {
+        match self {
+            Self::Learn { targets } => targets.iter().map(|target| target.output.clone()).collect(),
+            Self::Bound { limit, .. } => vec![limit.output.clone()],
+            Self::Optimise { output, limits, .. } => {
+                let mut names = vec![output.clone()];
+                for limit in limits {
+                    if !names.contains(&limit.output) {
+                        names.push(limit.output.clone());
+                    }
+                }
+                names
+            }
+        }
+    }
+}
+
+/// What must hold of an output: `NAME<=VALUE` or `NAME>=VALUE`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Column of `runs`.
+    pub output: String,
+    /// Whether it may be at most or at least the value.
+    pub side: Side,
+    /// The value, in the column's unit.
+    pub value: f64,
+}
+
+impl FromStr for Limit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected NAME<=VALUE or NAME>=VALUE, e.g. max_casting_point_velocity_m_s<=1.5".to_owned();
+        let (side, (output, value)) = match (text.split_once("<="), text.split_once(">=")) {
+            (Some(parts), None) => (Side::Least, parts),
+            (None, Some(parts)) => (Side::Most, parts),
+            _ => return Err(wrong()),
+        };
+        let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong)?;
+        let output = output.trim().to_owned();
+        if output.is_empty() { Err(wrong()) } else { Ok(Self { output, side, value }) }
+    }
+}
+
+impl Limit {
+    /// Whether a value is within it; NaN is not.
+    pub fn holds(&self, value: f64) -> bool {
+        match self.side {
+            Side::Least => value <= self.value,
+            Side::Most => value >= self.value,
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Which rows to run next: what the surrogates of a dataset's outputs leave open, or where they promise a better row.
+//!
+//! ```text
+//! dataset --surrogate--> Model --+
+//! study, seed --> candidates ----+--acquisition--> rows of the next batch
+//! ```
+//!
+//! A batch is a function of the study, the seed and the rows before it: after an interruption the same rows are proposed again.
+
+mod acquisition;
+mod candidates;
+mod error;
+mod goal;
+mod progress;
+mod propose;
+
+pub use acquisition::{Beside, Learned, Limited, Side, improving, learning};
+pub use error::RefinementError;
+pub use goal::{Aim, Goal, Limit, Target};
+pub use progress::{Best, Boundary, OutputProgress, Progress};
+pub use propose::{Proposal, RefinementSettings, propose};

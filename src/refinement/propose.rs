@@ -1,0 +1,301 @@
+//! From a dataset to the rows of the next batch.
+
+use super::acquisition::{Beside, Learned, Limited, Side, improving, learning};
+use super::candidates::Collector;
+use super::error::RefinementError;
+use super::goal::{Aim, Goal, Limit, Target};
+use super::progress::{Best, Boundary, OutputProgress, Progress};
+use crate::dataset::DatasetReader;
+use crate::random::hash;
+use crate::regression::{GaussianProcess, Points, RegressionError};
+use crate::study::CheckedStudy;
+use crate::surrogate::{Model, OutputModel, OutputSurrogate, ProcessFigures, RowsProcess, SurrogateError};
+use crate::surrogate::{SurrogateSettings, fit};
+
+/// Places among which rows that teach the most are chosen; over them the variance is summed.
+const LEARNING: usize = 512;
+/// Places among which a better row or a boundary is sought.
+const SEARCHED: usize = 2048;
+/// Places near the best row, for each of [`REACHES`].
+const NEAR_BEST: usize = 512;
+/// How far they lie from it, as a share of the ranges.
+const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
+
+/// How rows are proposed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RefinementSettings {
+    /// What for.
+    pub goal: Goal,
+    /// Rows at a time.
+    pub batch: usize,
+}
+
+/// What to run next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proposal {
+    /// How far the goal is reached without them.
+    pub progress: Progress,
+    /// Values of all factors, in the study's order, row by row, as cells of a table; none where the goal is reached.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// Proposes the rows of the next batch from those that the dataset of the study holds.
+///
+/// Depends on the study, its seed and the rows alone. Every row meets the study's constraints, and is no row already.
+///
+/// # Errors
+/// Those of [`fit`]; [`RefinementError::NoModel`], [`RefinementError::NoCandidates`].
+pub fn propose(
+    study: &CheckedStudy,
+    reader: &DatasetReader,
+    settings: &RefinementSettings,
+) -> Result<Proposal, RefinementError> {
+    let outputs = settings.goal.outputs();
+    let model = fit(reader, &SurrogateSettings { outputs, ..SurrogateSettings::default() })?;
+    let outputs = model.surrogate.outputs.iter().zip(&model.outputs).map(Modelled::new);
+    let outputs = outputs.collect::<Result<Vec<Modelled<'_>>, RefinementError>>()?;
+    let seed = hash(study.design().seed(), study.row_count() as u64, 0);
+    let task = Task { study, model: &model, outputs, seed };
+    match &settings.goal {
+        Goal::Learn { targets } => task.learn(targets, settings.batch),
+        Goal::Optimise { side, limits, gain, .. } => {
+            task.optimise(&Wanted { side: *side, limits, gain: *gain }, settings.batch)
+        }
+        Goal::Bound { limit, unsure } => task.bound((limit, *unsure), settings.batch),
+    }
+}
+
+/// An output with its model.
+struct Modelled<'a> {
+    figures: &'a OutputSurrogate,
+    of: &'a OutputModel,
+    process: &'a RowsProcess,
+    fitted: &'a ProcessFigures,
+}
+
+impl<'a> Modelled<'a> {
+    fn new((figures, of): (&'a OutputSurrogate, &'a OutputModel)) -> Result<Self, RefinementError> {
+        match (&of.process, &figures.process) {
+            (Some(process), Some(fitted)) => Ok(Self { figures, of, process, fitted }),
+            _ => {
+                let reason = figures.refused.clone().unwrap_or_default();
+                Err(RefinementError::NoModel { output: figures.output.clone(), reason })
+            }
+        }
+    }
+
+    /// Probability of each place that a run there has the output.
+    fn success(&self, places: &Points) -> Result<Vec<f64>, RegressionError> {
+        match self.of.success_of(self.figures) {
+            None => Ok(vec![1.0; places.rows()]),
+            Some(success) => success.predict(places),
+        }
+    }
+
+    fn progress(&self, places: &Points) -> Result<OutputProgress, RegressionError> {
+        let predicted = self.process.process.predict(places)?;
+        let sum: f64 = predicted.iter().map(|at| at.std_dev).sum();
+        Ok(OutputProgress {
+            output: self.figures.output.clone(),
+            unit: self.figures.unit.clone(),
+            used: self.figures.used,
+            q2: self.fitted.least_q2(),
+            width: 2.0 * self.fitted.reach * sum / predicted.len() as f64,
+        })
+    }
+}
+
+/// An optimum that is sought.
+struct Wanted<'a> {
+    side: Side,
+    limits: &'a [Limit],
+    gain: Option<f64>,
+}
+
+/// What proposals are made from.
+struct Task<'a> {
+    study: &'a CheckedStudy,
+    model: &'a Model,
+    outputs: Vec<Modelled<'a>>,
+    seed: u64,
+}
+
+impl Task<'_> {
+    fn progress(&self, places: &Points) -> Result<Progress, RegressionError> {
+        Ok(Progress {
+            study: self.model.surrogate.study.clone(),
+            rows: self.study.row_count() as u64,
+            outputs: self.outputs.iter().map(|of| of.progress(places)).collect::<Result<_, _>>()?,
+            best: None,
+            gain: None,
+            boundary: None,
+            reached: false,
+        })
+    }
+
+    fn learn(&self, targets: &[Target], batch: usize) -> Result<Proposal, RefinementError> {
+        let collector = self.spread(LEARNING)?;
+        let places = self.places(&collector.found)?;
+        let mut progress = self.progress(&places)?;
+        let mut short = Vec::new();
+        for ((of, own), target) in self.outputs.iter().zip(&progress.outputs).zip(targets) {
+            let reached = match target.aim {
+                Aim::Q2(least) => own.q2 >= least,
+                Aim::Width(most) => own.width <= most,
+            };
+            if !reached {
+                short.push(Learned { process: &of.process.process, success: of.success(&places)?, boundary: None });
+            }
+        }
+        progress.reached = short.is_empty();
+        let chosen = if progress.reached { Vec::new() } else { learning(&short, &places, batch)? };
+        Ok(Proposal::new(progress, &collector, chosen))
+    }
+
+    fn bound(&self, (limit, unsure): (&Limit, f64), batch: usize) -> Result<Proposal, RefinementError> {
+        let mut collector = self.spread(SEARCHED)?;
+        let places = self.places(&collector.found)?;
+        let mut progress = self.progress(&places)?;
+        let process = &self.outputs[0].process.process;
+        let beside = Limited { process, side: limit.side, value: limit.value }.beside(&places)?;
+        let mean = |of: &dyn Fn(&Beside) -> f64| beside.iter().map(of).sum::<f64>() / beside.len() as f64;
+        let found = Boundary { within: mean(&|at| at.within), unsure: mean(&|at| at.within.min(1.0 - at.within)) };
+        progress.reached = found.unsure <= unsure;
+        progress.boundary = Some(found);
+        if progress.reached {
+            return Ok(Proposal { progress, rows: Vec::new() });
+        }
+        let mut order: Vec<usize> = (0..beside.len()).collect();
+        order.sort_by(|a, b| beside[*b].unknown.total_cmp(&beside[*a].unknown));
+        order.truncate(LEARNING);
+        let places = places.select(&order);
+        collector.found = order.iter().map(|place| collector.found[*place].clone()).collect();
+        let success = self.outputs[0].success(&places)?;
+        let chosen = learning(&[Learned { process, success, boundary: Some(limit.value) }], &places, batch)?;
+        Ok(Proposal::new(progress, &collector, chosen))
+    }
+
+    fn optimise(&self, wanted: &Wanted<'_>, batch: usize) -> Result<Proposal, RefinementError> {
+        let mut collector = self.spread(SEARCHED)?;
+        let mut progress = self.progress(&self.places(&collector.found)?)?;
+        progress.best = self.best(wanted)?;
+        if let Some(levels) = progress.best.as_ref().and_then(|best| self.study.design().row(best.row as usize)) {
+            for (stage, reach) in REACHES.into_iter().enumerate() {
+                collector.near(&levels, (NEAR_BEST, reach), hash(self.seed, 1, stage as u64))?;
+            }
+        }
+        let places = self.places(&collector.found)?;
+        let success = self.success_of_all(&places)?;
+        let mut believed: Vec<GaussianProcess> = self.outputs.iter().map(|of| of.process.process.clone()).collect();
+        let mut chosen: Vec<usize> = Vec::new();
+        let mut best = progress.best.as_ref().map(|best| best.expected);
+        while chosen.len() < batch.min(places.rows()) {
+            let limited: Vec<Limited<'_>> =
+                wanted.limits.iter().filter_map(|limit| self.limited(&believed, limit)).collect();
+            let mut merits = improving((&believed[0], wanted.side), (&limited, best), &places)?;
+            merits.iter_mut().zip(&success).for_each(|(merit, success)| *merit += success);
+            let free = (0..merits.len()).filter(|place| !chosen.contains(place));
+            let Some(next) = free.max_by(|a, b| merits[*a].total_cmp(&merits[*b]).then(b.cmp(a))) else { break };
+            if chosen.is_empty() && best.is_some() {
+                progress.gain = Some(merits[next].exp());
+                progress.reached = wanted.gain.zip(progress.gain).is_some_and(|(least, gain)| gain < least);
+                if progress.reached {
+                    break;
+                }
+            }
+            chosen.push(next);
+            for at in believed[0].predict(&places.select(&[next]))? {
+                best = best.map(|best| better(wanted.side, [best, at.mean]));
+            }
+            believed = self.believed(&places.select(&chosen))?;
+        }
+        Ok(Proposal::new(progress, &collector, chosen))
+    }
+
+    /// Candidates over the whole ranges.
+    fn spread(&self, count: usize) -> Result<Collector<'_>, RefinementError> {
+        let mut collector = Collector::new(self.study);
+        collector.fill(count, self.seed)?;
+        Ok(collector)
+    }
+
+    /// Logarithm of the probability of each place that a run there has all outputs: that of the least likely one, as rows fail as a
+    /// whole.
+    fn success_of_all(&self, places: &Points) -> Result<Vec<f64>, RegressionError> {
+        let mut least = vec![1.0_f64; places.rows()];
+        for of in &self.outputs {
+            least.iter_mut().zip(of.success(places)?).for_each(|(least, own)| *least = least.min(own));
+        }
+        Ok(least.into_iter().map(|success| success.max(f64::MIN_POSITIVE).ln()).collect())
+    }
+
+    fn limited<'b>(&self, believed: &'b [GaussianProcess], limit: &Limit) -> Option<Limited<'b>> {
+        let process = believed.get(self.place_of(limit)?)?;
+        Some(Limited { process, side: limit.side, value: limit.value })
+    }
+
+    /// The place of a limit's output among the modelled ones.
+    fn place_of(&self, limit: &Limit) -> Option<usize> {
+        self.outputs.iter().position(|of| of.figures.output == limit.output)
+    }
+
+    /// The processes if the rows chosen gave what is expected of them (kriging believer, Ginsbourger and others, 2010).
+    fn believed(&self, chosen: &Points) -> Result<Vec<GaussianProcess>, RegressionError> {
+        let believe = |modelled: &Modelled<'_>| {
+            let of = modelled.process;
+            let mut values = of.values.clone();
+            values.extend(of.process.predict(chosen)?.iter().map(|at| at.mean));
+            let points = self.model.points.select(&of.rows).with(chosen)?;
+            GaussianProcess::with(&points, &values, (of.process.kernel(), of.process.hyperparameters().clone()))
+        };
+        self.outputs.iter().map(believe).collect()
+    }
+
+    /// The row with the best value among those within the limits.
+    fn best(&self, wanted: &Wanted<'_>) -> Result<Option<Best>, RegressionError> {
+        let value_of = |output: usize, row: usize| {
+            let of = self.outputs[output].process;
+            of.rows.binary_search(&row).ok().map(|place| of.values[place])
+        };
+        let within = |row: usize| {
+            let holds = |limit: &Limit| {
+                let value = self.place_of(limit).and_then(|output| value_of(output, row));
+                value.is_some_and(|value| limit.holds(value))
+            };
+            wanted.limits.iter().all(holds)
+        };
+        let own = self.outputs[0].process;
+        let rows = own.rows.iter().zip(&own.values).filter(|(row, _)| within(**row));
+        let found = rows.fold(None, |best: Option<(usize, f64)>, (row, value)| match best {
+            Some((_, least)) if better(wanted.side, [least, *value]) == least => best,
+            _ => Some((*row, *value)),
+        });
+        let Some((row, value)) = found else { return Ok(None) };
+        let at = own.process.predict(&self.model.points.select(&[row]))?;
+        Ok(at.first().map(|at| Best { row: self.model.rows[row], value, expected: at.mean, std_dev: at.std_dev }))
+    }
+
+    /// Candidates as places of the models, whose factors are some of the study's.
+    fn places(&self, candidates: &[Vec<String>]) -> Result<Points, SurrogateError> {
+        let known: Vec<&str> = self.study.study().factors().iter().map(|factor| factor.name.as_str()).collect();
+        let factors = &self.model.surrogate.factors;
+        let columns: Vec<usize> =
+            factors.iter().filter_map(|factor| known.iter().position(|name| *name == factor.name)).collect();
+        let row = |cells: &Vec<String>| columns.iter().map(|column| cells[*column].clone()).collect();
+        self.model.places(&candidates.iter().map(row).collect::<Vec<Vec<String>>>())
+    }
+}
+
+impl Proposal {
+    fn new(progress: Progress, candidates: &Collector<'_>, chosen: Vec<usize>) -> Self {
+        Self { progress, rows: chosen.into_iter().map(|place| candidates.found[place].clone()).collect() }
+    }
+}
+
+/// The better of two values.
+fn better(side: Side, [a, b]: [f64; 2]) -> f64 {
+    match side {
+        Side::Least => a.min(b),
+        Side::Most => a.max(b),
+    }
+}

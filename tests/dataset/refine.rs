@@ -1,0 +1,218 @@
+//! `decore refine`: rows that are added to a table, the same whatever happened meanwhile.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use decore::dataset::{DatasetReader, TableName};
+use decore::quantity::Cell;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::growth::MACHINE;
+use crate::sweeps::{assert_same, decore, errors, expect_code};
+
+/// A constraint that only some of the range meets.
+const FACTORS: &str = r#"
+constraints = ["pressure + 10 * position <= 5.5"]
+[design.factor.position]
+path = "hammer.left.rail_position_m"
+range = [-0.10, 0.10]
+[design.factor.pressure]
+path = "hammer.left.supply_bar"
+range = [4.0, 6.0]
+"#;
+/// Rows before any is added.
+const START: usize = 10;
+
+struct Study {
+    scratch: TempDir,
+}
+
+impl Study {
+    /// A study of a table of rows, which `decore design` wrote.
+    fn new() -> Self {
+        let study = Self { scratch: TempDir::new().expect("scratch folder") };
+        let write = |name: &str, design: &str| {
+            let text = format!("duration_s = 0.1\n{MACHINE}\n[design]\nseed = 5\n{design}\n{FACTORS}");
+            fs::write(study.file(name), text).expect("study");
+        };
+        write("start.toml", &format!("kind = \"latin_hypercube\"\nrows = {START}"));
+        write("study.toml", "kind = \"table\"\nfile = \"rows.csv\"");
+        let mut design = decore();
+        design.current_dir(study.scratch.path()).args(["design", "start.toml", "--output", "rows.csv"]);
+        expect_code(design, 0);
+        study
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.scratch.path().join(name)
+    }
+
+    fn refine(&self, arguments: &[&str]) -> Command {
+        let mut command = decore();
+        command.current_dir(self.scratch.path()).args(["refine", "study.toml", "--output", "out"]).args(arguments);
+        command
+    }
+
+    fn learn(&self, most_rows: &str) -> Command {
+        self.refine(&["--learn", "delivered_work_j", "--until-q2", "0.9999", "--most-rows", most_rows, "--json"])
+    }
+
+    fn rows(&self) -> String {
+        fs::read_to_string(self.file("rows.csv")).expect("rows")
+    }
+}
+
+/// Runs a command that ends well; rows may fail.
+fn expect_end(command: &mut Command) {
+    let output = command.output().expect("runs");
+    assert!(matches!(output.status.code(), Some(0 | 4)), "{}", errors(&output));
+}
+
+fn progress(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+#[test]
+fn rows_are_the_same_after_a_kill_and_a_pause_and_meet_the_constraints() {
+    let whole = Study::new();
+    let first = whole.rows();
+    let ended = progress(&expect_code(whole.learn("19"), 0));
+    assert_eq!(ended["rows"], 18, "no batch goes beyond the budget");
+    assert!(whole.rows().starts_with(&first));
+    for line in whole.rows().lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+        assert!(cells[2] + 10.0 * cells[1] <= 5.5, "{line}");
+    }
+
+    let paused = Study::new();
+    expect_code(paused.learn("14"), 0);
+    assert_eq!(paused.rows().lines().count(), 1 + START + 4);
+    expect_code(paused.learn("18"), 0);
+    assert_eq!(paused.rows(), whole.rows());
+    assert_same(&paused.file("out"), &whole.file("out"));
+
+    let killed = Study::new();
+    let mut child = killed.learn("18").spawn().expect("starts");
+    let begun = Instant::now();
+    while killed.rows().lines().count() == 1 + START && begun.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    expect_code(killed.learn("18"), 0);
+    assert_eq!(killed.rows(), whole.rows());
+    assert_same(&killed.file("out"), &whole.file("out"));
+}
+
+#[test]
+fn it_ends_where_the_target_is_reached_and_finds_better_rows_within_a_limit() {
+    let study = Study::new();
+    let learn = ["--learn", "delivered_work_j", "--until-q2", "0.01", "--most-rows", "60", "--json"];
+    let ended = progress(&expect_code(study.refine(&learn), 0));
+    assert_eq!(ended["reached"], true);
+    assert!(ended["outputs"][0]["q2"].as_f64().expect("Q2") >= 0.01 && ended["rows"].as_u64().expect("rows") < 60);
+
+    let rows = ended["rows"].as_u64().expect("rows");
+    let best = |most: u64| {
+        let most = most.to_string();
+        let goal = ["--maximise", "delivered_work_j", "--limit", "max_casting_point_velocity_m_s<=1000", "--json"];
+        progress(&expect_code(study.refine(&[&goal[..], &["--most-rows", &most]].concat()), 0))["best"].clone()
+    };
+    let (before, after) = (best(rows), best(rows + 8));
+    assert!(after["value"].as_f64() > before["value"].as_f64(), "{before} {after}");
+}
+
+#[test]
+fn shards_of_a_batch_give_the_same_rows_and_bytes() {
+    let whole = Study::new();
+    expect_code(whole.learn("18"), 0);
+    let sharded = Study::new();
+    for [shard, folder] in [["1/2", "first"], ["2/2", "second"]] {
+        let mut run = decore();
+        run.current_dir(sharded.scratch.path());
+        expect_end(run.args(["run", "study.toml", "--shard", shard, "--output", folder]));
+    }
+    let mut merge = decore();
+    merge.current_dir(sharded.scratch.path());
+    expect_end(merge.args(["merge", "first", "second", "--output", "out"]));
+    expect_code(sharded.learn("18"), 0);
+    assert_eq!(sharded.rows(), whole.rows());
+    assert_same(&sharded.file("out"), &whole.file("out"));
+}
+
+#[test]
+fn it_ends_where_intervals_are_narrow_or_no_run_improves_and_seeks_the_boundary() {
+    let study = Study::new();
+    let learn = |width: &str| {
+        let width = format!("delivered_work_j={width}");
+        let goal = ["--learn", "delivered_work_j", "--until-width", &width, "--most-rows", "14", "--json"];
+        progress(&expect_code(study.refine(&goal), 0))
+    };
+    let wide = learn("1000");
+    assert!(wide["reached"] == true && wide["rows"] == START, "{wide}");
+    let narrow = learn("1e-9");
+    assert!(narrow["reached"] == false && narrow["rows"] == START + 4, "{narrow}");
+
+    let optimum = ["--maximise", "delivered_work_j", "--until-gain", "1000", "--most-rows", "60", "--json"];
+    let optimum = progress(&expect_code(study.refine(&optimum), 0));
+    assert!(optimum["reached"] == true && optimum["rows"] == START + 4, "{optimum}");
+
+    // Half of the rows lie on either side.
+    let value = middle(&study);
+    let limit = format!("delivered_work_j<={value}");
+    let bound = |most_rows: &str| {
+        let goal = ["--boundary", &limit, "--until-unsure", "1e-9", "--most-rows", most_rows, "--json"];
+        progress(&expect_code(study.refine(&goal), 0))["boundary"].clone()
+    };
+    let (before, after) = (bound("14"), bound("26"));
+    let [before, unsure] = [&before, &after].map(|found| found["unsure"].as_f64().expect("a share"));
+    assert!(unsure < 0.7 * before, "{before} {unsure}");
+    assert!(after["within"].as_f64().is_some_and(|within| within > 0.2 && within < 0.8), "{after}");
+    // The rows added lie nearer to it than those before.
+    let off: Vec<f64> = works(&study).into_iter().map(|work| (work - value).abs()).collect();
+    let mean = |off: &[f64]| off.iter().sum::<f64>() / off.len() as f64;
+    let (first, last) = (&off[..START - 1], &off[off.len() - 12..]);
+    assert!(mean(last) < 0.6 * mean(first), "{off:?}");
+}
+
+/// What each row delivers that is done.
+fn works(study: &Study) -> Vec<f64> {
+    let reader = DatasetReader::open(&study.file("out")).expect("dataset");
+    let mut works = Vec::new();
+    let visit = |cells: &[Cell<'_>]| works.extend(cells[0].and_then(|value| value.number()));
+    reader.visit(TableName::Runs, &["delivered_work_j"], visit).expect("read");
+    works
+}
+
+/// The middle of what the rows deliver.
+fn middle(study: &Study) -> f64 {
+    let mut works = works(study);
+    works.sort_by(f64::total_cmp);
+    0.5 * (works[works.len() / 2 - 1] + works[works.len() / 2])
+}
+
+#[test]
+fn what_cannot_be_refined_is_refused() {
+    let study = Study::new();
+    let mut other = decore();
+    other.current_dir(study.scratch.path());
+    other.args(["refine", "start.toml", "--learn", "delivered_work_j", "--most-rows", "20"]);
+    assert!(errors(&expect_code(other, 2)).contains("kind = \"table\""));
+    let text = errors(&expect_code(
+        study.refine(&["--maximise", "delivered_work_j", "--limit", "air<1", "--most-rows", "20"]),
+        2,
+    ));
+    assert!(text.contains("NAME<=VALUE"), "{text}");
+    for (arguments, expected) in [
+        (["--maximise", "delivered_wrk_j"], "did you mean `delivered_work_j`?"),
+        (["--minimise", "status"], "holds text, expected numbers"),
+        (["--learn", "left_arm_rms_steady_m_s"], "says nothing of rows not run"),
+    ] {
+        let text = errors(&expect_code(study.refine(&[&arguments[..], &["--most-rows", "20"]].concat()), 2));
+        assert!(text.contains(expected), "{text}");
+    }
+    assert_eq!(study.rows().lines().count(), 1 + START);
+}
