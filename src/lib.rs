@@ -38,6 +38,7 @@
 //! plot        :
 //! quantity    :
 //! random      :
+//! signal      :
 //! regression  : linalg number random
 //! words       :
 //! contact     : number parameter
@@ -89,6 +90,7 @@
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`page`]: pages of HTML that are one file each.
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
+//! - [`signal`]: measured signals beside calculated ones: filter, density, lost samples, shift in time.
 //! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
 //! - `python`: the module of the Python package; with the feature of that name alone.
@@ -143,6 +145,8 @@ pub mod run;
 pub mod scene;
 #[allow(clippy::disallowed_methods)]
 pub mod sensitivity;
+#[allow(clippy::disallowed_methods)]
+pub mod signal;
 pub mod structure;
 pub mod study;
 #[allow(clippy::disallowed_methods)]

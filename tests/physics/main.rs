@@ -20,3 +20,4 @@ mod metrics;
 mod outputs;
 mod presets;
 mod val_reference;
+mod val_signal;

@@ -1,0 +1,38 @@
+//! Why signals cannot be treated.
+
+use realfft::FftError;
+
+/// Why a signal could not be treated.
+#[derive(Debug, thiserror::Error)]
+pub enum SignalError {
+    /// A filter that cannot be designed.
+    #[error("a low-pass of order {order} at {cutoff_hz} Hz for {rate_hz} samples a second: {expected}")]
+    Filter {
+        /// Order asked for.
+        order: usize,
+        /// Cut-off frequency asked for in Hz.
+        cutoff_hz: f64,
+        /// Samples a second.
+        rate_hz: f64,
+        /// What is expected instead.
+        expected: &'static str,
+    },
+    /// A signal that is too short.
+    #[error("a signal of {samples} samples, where at least {least} are needed to {purpose}")]
+    Short {
+        /// Samples of the signal.
+        samples: usize,
+        /// Least number.
+        least: usize,
+        /// What for.
+        purpose: &'static str,
+    },
+    /// A transform refused its input.
+    #[error("failed to transform a signal of {samples} samples: {source}")]
+    Transform {
+        /// Samples of the signal.
+        samples: usize,
+        /// What the library says.
+        source: FftError,
+    },
+}

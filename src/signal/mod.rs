@@ -1,0 +1,24 @@
+//! Measured signals beside calculated ones: plain slices in, plain data out.
+//!
+//! - [`Butterworth`]: a low-pass, and filtering that shifts nothing in time
+//! - [`welch`]: power spectral density
+//! - [`spikes`]: samples that a vibrometer lost, marked and left as they are
+//! - [`offset`]: how much later a measurement begins, by cross-correlation
+//! - [`relative_difference`], [`rms`], [`peak`], [`dominant_frequency_hz`]: what is compared
+//!
+//! Filter and density are those of `scipy.signal`: the crates that port them end the program on bad input (sci-rs 0.4) or filter
+//! by the quotient of two polynomials (butterworth 0.1), which loses digits at low cut-off frequencies.
+
+mod butterworth;
+mod compare;
+mod error;
+mod offset;
+mod spikes;
+mod welch;
+
+pub use butterworth::{Butterworth, MOST_ORDER, Section};
+pub use compare::{dominant_frequency_hz, peak, relative_difference, rms};
+pub use error::SignalError;
+pub use offset::{Offset, offset, resampled};
+pub use spikes::spikes;
+pub use welch::{Density, WELCH_SAMPLES, welch};

@@ -1,0 +1,119 @@
+//! How much later one signal shows what another shows, by cross-correlation.
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+use super::error::SignalError;
+
+/// A shift between two signals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Offset {
+    /// Time in s by which the second signal shows later what the first shows.
+    pub time_s: f64,
+    /// Correlation coefficient where both overlap at that shift, -1 to 1.
+    pub correlation: f64,
+}
+
+/// The shift of `later` against `first`, both with a sample every `interval_s`: where `c_k = sum_j f_j l_(j + k)` of the signals
+/// less their means is largest, between samples the top of the parabola through the three around it.
+///
+/// # Errors
+/// [`SignalError::Short`] for less than two samples; [`SignalError::Transform`], of which none is known for finite lengths.
+pub fn offset(first: &[f64], later: &[f64], interval_s: f64) -> Result<Offset, SignalError> {
+    let samples = first.len().min(later.len());
+    if samples < 2 {
+        return Err(SignalError::Short { samples, least: 2, purpose: "find a shift in time" });
+    }
+    let length = (first.len() + later.len()).next_power_of_two();
+    let products = products(&centred(first), &centred(later), length)?;
+    // Shifts from all of `later` before `first` to all of it after: negative ones stand at the end.
+    let shifts = 1 - first.len() as i64..later.len() as i64;
+    let at = |shift: i64| products[shift.rem_euclid(length as i64) as usize];
+    let shift = shifts.max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(0);
+    let (before, top, after) = (at(shift - 1), at(shift), at(shift + 1));
+    let bend = before - 2.0 * top + after;
+    let between = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
+    let (skip_first, skip_later) = ((-shift).max(0) as usize, shift.max(0) as usize);
+    let correlation = correlation(&first[skip_first..], &later[skip_later..]);
+    Ok(Offset { time_s: (shift as f64 + between) * interval_s, correlation })
+}
+
+/// A signal less its mean.
+fn centred(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// All `sum_j first_j later_(j + k)`, `k` modulo `length`, by transforms.
+fn products(first: &[f64], later: &[f64], length: usize) -> Result<Vec<f64>, SignalError> {
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let failed = |source| SignalError::Transform { samples: length, source };
+    let transformed = |values: &[f64]| -> Result<Vec<Complex<f64>>, SignalError> {
+        let (mut input, mut output) = (forward.make_input_vec(), forward.make_output_vec());
+        input[..values.len()].copy_from_slice(values);
+        forward.process(&mut input, &mut output).map_err(failed)?;
+        Ok(output)
+    };
+    let mut lines: Vec<Complex<f64>> =
+        (transformed(first)?.iter().zip(transformed(later)?)).map(|(first, later)| first.conj() * later).collect();
+    let mut products = inverse.make_output_vec();
+    inverse.process(&mut lines, &mut products).map_err(failed)?;
+    Ok(products)
+}
+
+/// Correlation coefficient of two signals as far as the shorter goes; 0 where one does not vary.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len());
+    let (a, b) = (centred(&a[..n]), centred(&b[..n]));
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let size = (product(&a, &a) * product(&b, &b)).sqrt();
+    if size > 0.0 { product(&a, &b) / size } else { 0.0 }
+}
+
+/// Values at `count` instants from `from_s` on, one every `interval_s`, linear between the samples of a signal whose times
+/// ascend; `None` before its first and after its last.
+pub fn resampled(times_s: &[f64], values: &[f64], grid: (f64, f64, usize)) -> Vec<Option<f64>> {
+    let (from_s, interval_s, count) = grid;
+    let mut k = 0;
+    let at = |index: usize| {
+        let time_s = from_s + interval_s * index as f64;
+        while times_s.get(k + 1).is_some_and(|next| *next < time_s) {
+            k += 1;
+        }
+        let (begin, value) = (*times_s.get(k)?, *values.get(k)?);
+        let (Some(end), Some(next)) = (times_s.get(k + 1), values.get(k + 1)) else {
+            return (begin == time_s).then_some(value);
+        };
+        (begin..=*end).contains(&time_s).then(|| value + (next - value) * (time_s - begin) / (end - begin))
+    };
+    (0..count).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_shifts_are_found() {
+        let wave =
+            |time: f64| (-(time - 0.3_f64).powi(2) / 2e-4).exp() + 0.4 * (-(time - 0.7_f64).powi(2) / 1e-4).exp();
+        let first: Vec<f64> = (0..1000).map(|k| wave(k as f64 * 1e-3)).collect();
+        for (shift_s, gain) in [(0.1234, 2.5), (-0.0817, 0.4), (0.0, 1.0)] {
+            let later: Vec<f64> = (0..1300).map(|k| 3.0 + gain * wave(k as f64 * 1e-3 - shift_s)).collect();
+            let found = offset(&first, &later, 1e-3).expect("offset");
+            assert!((found.time_s - shift_s).abs() < 2e-5, "{shift_s}: {found:?}");
+            assert!(found.correlation > 0.999, "{found:?}");
+        }
+        assert!(matches!(offset(&first, &[1.0], 1e-3), Err(SignalError::Short { samples: 1, .. })));
+    }
+
+    #[test]
+    fn lines_between_samples_are_straight() {
+        let (times, values) = ([0.0, 0.1, 0.4], [1.0, 3.0, 0.0]);
+        let at = |from_s| resampled(&times, &values, (from_s, 0.05, 1))[0];
+        assert_eq!((at(-0.01), at(0.0), at(0.41)), (None, Some(1.0), None));
+        assert_eq!(resampled(&times, &values, (0.0, 0.1, 2)), [Some(1.0), Some(3.0)]);
+        assert!((at(0.05).expect("within") - 2.0).abs() < 1e-15 && (at(0.25).expect("within") - 1.5).abs() < 1e-15);
+    }
+}
