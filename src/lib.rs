@@ -52,13 +52,13 @@
 //! metrics     : hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system
 //! accuracy    : integrate metrics plot quantity run scene system
-//! dataset     : files integrate metrics quantity run words
+//! dataset     : design files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
 //! comparison  : dataset quantity run
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! features    : dataset files metrics quantity run study
+//! features    : dataset design files metrics quantity random run study
 //! surrogate   : dataset files number random regression sensitivity study
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
 //! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words

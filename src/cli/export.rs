@@ -9,7 +9,7 @@ use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
 use super::text::{plural, say};
 use crate::dataset::DatasetReader;
-use crate::features::{FeatureSettings, Format};
+use crate::features::{Column, FeatureSettings, Format, GroupBy, Splits};
 
 #[derive(Debug, Args)]
 pub(super) struct ExportArguments {
@@ -27,6 +27,16 @@ pub(super) struct ExportArguments {
     /// Cumulative work in J whose time is to be a column.
     #[arg(long, value_name = "J", value_parser = not_negative)]
     work_j: Option<f64>,
+    /// Shares of the rows for training and testing, or for training, validation and testing, e.g. 0.7,0.15,0.15: no group of rows
+    /// that belong together is in two parts.
+    #[arg(long, value_name = "SHARES", value_delimiter = ',')]
+    splits: Vec<f64>,
+    /// Seed of the numbers by which groups go to the parts.
+    #[arg(long, default_value_t = 0, requires = "splits")]
+    seed: u64,
+    /// Also keep together what is on one machine, or what a design got at once when it grew.
+    #[arg(long, value_name = "REASON", value_delimiter = ',', value_parser = reason())]
+    group_by: Vec<GroupBy>,
     /// Write over the files of an earlier export.
     #[arg(long)]
     replace: bool,
@@ -36,6 +46,12 @@ pub(super) struct ExportArguments {
 fn format() -> impl TypedValueParser<Value = Format> {
     let named = |name: String| Format::ALL.into_iter().find(|one| one.name() == name).unwrap_or_default();
     PossibleValuesParser::new(Format::ALL.map(Format::name)).map(named)
+}
+
+/// Reads a reason for rows to be kept together by its name.
+fn reason() -> impl TypedValueParser<Value = GroupBy> {
+    let named = |name: String| GroupBy::ALL.into_iter().find(|one| one.name() == name).unwrap_or(GroupBy::Machine);
+    PossibleValuesParser::new(GroupBy::ALL.map(GroupBy::name)).map(named)
 }
 
 /// Reads a number that is not negative.
@@ -51,6 +67,8 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
     let settings = FeatureSettings {
         dose_threshold_j: arguments.dose_threshold_j,
         work_j: arguments.work_j,
+        splits: splits(arguments)?,
+        group_by: arguments.group_by.clone(),
         format: *format,
         replace: arguments.replace,
     };
@@ -65,7 +83,31 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
         features.done,
         plural(features.runs as usize, "run"),
     ))?;
+    if let Some(split) = features.columns.iter().find(|column| column.name == "split") {
+        say(&format_args!("split: {}", shares(split)))?;
+    }
     Ok(Exit::Done)
+}
+
+/// The splits that are asked for.
+fn splits(arguments: &ExportArguments) -> Result<Option<Splits>, Failure> {
+    match arguments.splits.as_slice() {
+        [] => Ok(None),
+        shares => Ok(Some(Splits::new(shares, arguments.seed)?)),
+    }
+}
+
+/// How many rows the parts of the splits have.
+fn shares(split: &Column) -> String {
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    for part in (0..split.values.len()).map(|row| split.values.text(row)) {
+        match counts.iter_mut().find(|(name, _)| *name == part) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((part, 1)),
+        }
+    }
+    let words = counts.iter().map(|(name, count)| format!("{name} {}", plural(*count, "row")));
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// Refuses a folder for outputs that lies in the dataset that is read.

@@ -5,12 +5,9 @@ use std::collections::HashMap;
 
 use super::error::ComparisonError;
 use super::result::StatusDifference;
-use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
-use crate::quantity::{Cell, Value};
+use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName, ValuesKey};
+use crate::quantity::Value;
 use crate::run::{RowOutcome, RowStatus};
-
-/// What stands for the values of a row's factors.
-type Key = [u64; 2];
 
 /// The rows of two datasets, in the order of their tables.
 pub(super) struct Matching<'r> {
@@ -41,7 +38,7 @@ pub(super) struct Pair {
 struct Rows {
     index: Vec<u64>,
     status: Vec<usize>,
-    keys: Vec<Key>,
+    keys: Vec<ValuesKey>,
 }
 
 /// Texts that occur, by number: there are few of them.
@@ -182,35 +179,11 @@ impl Rows {
             if let [Some(Value::Count(row)), Some(Value::Text(status)), factors @ ..] = cells {
                 rows.index.push(*row);
                 rows.status.push(statuses.number(status));
-                rows.keys.push(key(factors));
+                rows.keys.push(ValuesKey::of(factors));
             }
         })?;
         Ok(rows)
     }
-}
-
-/// What stands for the values of factors: equal for equal values only, but for chance of 2^-128.
-fn key(values: &[Cell<'_>]) -> Key {
-    let mut hasher = blake3::Hasher::new();
-    for value in values {
-        // A whole number is equal to the real one of the same size, and both zeros are.
-        match value {
-            None => hasher.update(b"-"),
-            Some(Value::Text(text)) => {
-                hasher.update(b"t").update(&(text.len() as u64).to_le_bytes()).update(text.as_bytes())
-            }
-            Some(Value::Integer(number)) if (*number as f64) as i128 != i128::from(*number) => {
-                hasher.update(b"i").update(&number.to_le_bytes())
-            }
-            Some(number) => {
-                let number = number.number().unwrap_or(f64::NAN) + 0.0;
-                hasher.update(b"r").update(&number.to_bits().to_le_bytes())
-            }
-        };
-    }
-    let hash = hasher.finalize();
-    let word = |from: usize| hash.as_bytes()[from..from + 8].iter().fold(0, |word, byte| word << 8 | u64::from(*byte));
-    [word(0), word(8)]
 }
 
 /// The columns of the factors in A and in B.
@@ -231,22 +204,4 @@ fn same_factors<'r>([a, b]: [&'r DatasetReader; 2]) -> Result<Vec<[&'r ColumnDes
     let only_in_b = factors(b).filter(|column| find(a, &column.name).is_none());
     differences.extend(only_in_b.map(|column| format!("{} has {} alone", b.folder().display(), column.name)));
     if differences.is_empty() { Ok(found) } else { Err(ComparisonError::Factors { differences }) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn equal_values_have_equal_keys() {
-        let real = |value: f64| key(&[Some(Value::Real(value))]);
-        let whole = |value: i64| key(&[Some(Value::Integer(value))]);
-        assert_eq!([real(0.0), real(3.0)], [real(-0.0), whole(3)]);
-        assert_ne!(real(0.1 + 0.2), real(0.3), "to the last bit");
-        assert_ne!(whole(i64::MAX), real(i64::MAX as f64), "a number that no real one is");
-        assert_ne!(whole(i64::MAX), whole(i64::MAX - 1));
-        let texts = |a: &'static str, b: &'static str| key(&[Some(Value::Text(a)), Some(Value::Text(b))]);
-        assert_ne!(texts("ab", "c"), texts("a", "bc"));
-        assert_ne!(key(&[None]), key(&[Some(Value::Text(""))]));
-    }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::design::GroupSpan;
 use crate::quantity::{Kind, Value, quantities};
 use crate::run::RowOutcome;
 
@@ -59,6 +60,9 @@ pub struct DatasetInfo {
     /// constraints); null for a design without factors.
     #[serde(default)]
     pub design_quality: serde_json::Value,
+    /// Which rows of the design belong together. `None`: not known, as the program that wrote the dataset did not say.
+    #[serde(default)]
+    pub row_groups: Option<Vec<GroupSpan>>,
     /// Twins of each row.
     #[serde(default)]
     pub twins: u64,
@@ -88,6 +92,7 @@ impl DatasetInfo {
             rows_per_part: 64,
             factors: Vec::new(),
             design_quality: serde_json::Value::Null,
+            row_groups: None,
             twins: 0,
             hammers: Vec::new(),
             castings: Vec::new(),

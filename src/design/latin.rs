@@ -134,6 +134,11 @@ impl Latin {
         matches!(self.form, Form::Table(_))
     }
 
+    /// Numbers of rows at the ends of the stages that it grew by.
+    pub(super) fn stages(&self) -> Vec<usize> {
+        [self.open.spec.grown_from.as_slice(), &[self.open.spec.rows]].concat()
+    }
+
     /// Number of rows.
     pub(super) fn row_count(&self) -> usize {
         self.open.spec.rows

@@ -13,6 +13,7 @@ mod correlation;
 mod distribution;
 mod error;
 mod factor;
+mod group;
 mod kind;
 mod latin;
 mod mirrored;
@@ -42,6 +43,7 @@ pub use coordinate::Coordinate;
 pub use distribution::{Distribution, Level};
 pub use error::{DesignError, MOST_ROWS};
 pub use factor::Factor;
+pub use group::{GroupKind, GroupSpan};
 pub use kind::*;
 pub(crate) use options::design_keys;
 pub use options::{Axial, DesignKey, DesignOptions, Needs};
@@ -166,6 +168,12 @@ impl Design {
     /// How many points passed the constraints; `None` where none were left out (no constraints, or a Latin hypercube).
     pub fn acceptance(&self) -> Option<Acceptance> {
         self.selection.as_ref().map(Selection::acceptance)
+    }
+
+    /// Which rows belong together: those of a trajectory, of a base point, of a part that the design grew by.
+    pub fn groups(&self) -> Vec<GroupSpan> {
+        let spans = self.points.groups();
+        self.selection.as_ref().map_or(spans.clone(), |selection| selection.groups(&spans))
     }
 
     /// What a regular two-level fraction confuses; `None` for other kinds and where constraints left out rows.

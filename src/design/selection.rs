@@ -1,6 +1,7 @@
 //! Rows chosen by constraints: which points of a design stay.
 
 use super::error::DesignError;
+use super::group::{GroupSpan, kept};
 use super::kind::Points;
 
 /// Points looked at before the share that passes is judged.
@@ -78,6 +79,14 @@ impl Selection {
 
     pub(super) fn index(&self, row: usize) -> Option<usize> {
         Some(self.kept.get(row / self.block)? * self.block + row % self.block)
+    }
+
+    /// The groups of the rows that stay, of those of all rows. Blocks are groups, of which all or none of the rows stay.
+    pub(super) fn groups(&self, spans: &[GroupSpan]) -> Vec<GroupSpan> {
+        match self.block {
+            1 => kept(spans, &self.kept),
+            _ => spans.iter().map(|span| GroupSpan { rows: self.rows() as u64, ..*span }).collect(),
+        }
     }
 
     pub(super) fn acceptance(&self) -> Acceptance {

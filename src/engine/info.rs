@@ -32,6 +32,7 @@ pub fn dataset_info(
         rows_per_part: rows_per_part(rows),
         factors: study.factors().iter().map(factor).collect(),
         design_quality: design_quality(checked),
+        row_groups: Some(checked.design().groups()),
         twins: study.twins() as u64,
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),

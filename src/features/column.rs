@@ -18,6 +18,8 @@ pub enum Role {
     Key,
     /// Says which rows belong together.
     Group,
+    /// Says which part of the splits the row is for.
+    Split,
     /// A factor of the design: what a predictor may know.
     Factor,
     /// A result: what a predictor is to tell.
@@ -34,6 +36,7 @@ impl Role {
         match self {
             Self::Key => "key",
             Self::Group => "group",
+            Self::Split => "split",
             Self::Factor => "factor",
             Self::Target => "target",
             Self::Scatter => "scatter",

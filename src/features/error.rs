@@ -32,6 +32,31 @@ pub enum FeaturesError {
     /// A dataset without rows.
     #[error("the dataset has no row yet: a table of features needs one")]
     NoRows,
+    /// A dataset that does not say which rows of its design belong together.
+    #[error(
+        "the dataset does not say which of its rows belong together, because an earlier decore wrote it: run its study anew for \
+         splits that no group crosses"
+    )]
+    NoGroups,
+    /// Shares that are none.
+    #[error(
+        "the shares {given:?} of the splits are not two or three positive numbers that add up to 1, as in 0.7,0.15,0.15"
+    )]
+    Shares {
+        /// As given.
+        given: Vec<f64>,
+    },
+    /// A part of the splits that no group is in.
+    #[error(
+        "no group is in the part `{part}`: of {groups} groups that a split keeps together, chance put none there; give another \
+         --seed, larger shares, or bind fewer rows by --group-by"
+    )]
+    EmptyPart {
+        /// The part.
+        part: &'static str,
+        /// Number of groups.
+        groups: usize,
+    },
     /// Two columns of one name.
     #[error("the column `{column}` is there twice: rename the factor, hammer or casting that it has its name from")]
     Twice {

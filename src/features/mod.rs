@@ -3,7 +3,7 @@
 //! ```text
 //! runs, blows --dataset--> Struck --+
 //! study text --study--> outline ----+--> table of columns --file--> Parquet, CSV
-//!                                             |
+//! factors, design's groups --groups, splits--^ |
 //!                                             +--dictionary--> JSON, CSV
 //! ```
 //!
@@ -16,9 +16,11 @@ mod error;
 mod export;
 mod figures;
 mod file;
+mod groups;
 mod hammers;
 mod plan;
 mod settings;
+mod splits;
 mod struck;
 mod table;
 
@@ -26,5 +28,7 @@ pub use column::{Column, Role, Values};
 pub use dictionary::{Dictionary, Entry};
 pub use error::FeaturesError;
 pub use export::{Exported, export, files};
+pub use groups::GroupBy;
 pub use settings::{FeatureSettings, Format};
+pub use splits::Splits;
 pub use table::{Features, features};

@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+use super::groups::GroupBy;
+use super::splits::Splits;
+
 /// Format of the table's file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -41,6 +44,10 @@ pub struct FeatureSettings {
     pub dose_threshold_j: f64,
     /// Cumulative work in J; the time to reach it is a column. Default: no such column.
     pub work_j: Option<f64>,
+    /// Shares of the rows for training and testing. Default: no such column.
+    pub splits: Option<Splits>,
+    /// Reasons for which rows are kept together besides trajectories, base points and equal values. Default: none.
+    pub group_by: Vec<GroupBy>,
     /// Format of the table's file.
     pub format: Format,
     /// Whether files of an earlier export are written over.
@@ -49,6 +56,13 @@ pub struct FeatureSettings {
 
 impl Default for FeatureSettings {
     fn default() -> Self {
-        Self { dose_threshold_j: 0.0, work_j: None, format: Format::default(), replace: false }
+        Self {
+            dose_threshold_j: 0.0,
+            work_j: None,
+            splits: None,
+            group_by: Vec::new(),
+            format: Format::default(),
+            replace: false,
+        }
     }
 }

@@ -3,12 +3,13 @@
 use super::column::{Column, Role};
 use super::error::FeaturesError;
 use super::figures::{FIGURES, TIME_TO_WORK};
+use super::groups::{Groups, RunKeys};
 use super::hammers::Assignment;
-use super::plan::{Planned, Reads, View};
+use super::plan::{Planned, Reads, View, factor_column};
 use super::settings::FeatureSettings;
 use super::struck::{StruckRows, Thresholds};
-use crate::dataset::{DatasetReader, RowRecord, TableName};
-use crate::quantity::Value;
+use crate::dataset::{ColumnGroup, DatasetReader, RowRecord, TableName, ValuesKey};
+use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
 use crate::study::DesignOutline;
 
@@ -26,7 +27,8 @@ pub struct Features {
 /// Builds the table of a dataset. The dataset may still be written: what is there counts.
 ///
 /// # Errors
-/// Those of reading, [`FeaturesError::NoRows`], [`FeaturesError::Casting`], [`FeaturesError::Twice`].
+/// Those of reading, [`FeaturesError::NoRows`], [`FeaturesError::Casting`], [`FeaturesError::Twice`], [`FeaturesError::NoGroups`] and
+/// [`FeaturesError::EmptyPart`] of splits.
 pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Features, FeaturesError> {
     let info = &reader.manifest().study;
     let outline = DesignOutline::read(&info.study_text, &info.overrides, &info.study_name)?;
@@ -35,12 +37,14 @@ pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Fe
     let mut reads = Reads::default();
     let [row, status] = [RowRecord::row.name, RowOutcome::status.name].map(|name| reads.place(name));
     let assignment = Assignment::of(reader, &outline, &mut reads)?;
+    let mut keys = KeyReader::new(reader, &outline, &mut reads);
     let mut planned = plan(reader, &outline, settings, &mut reads);
     let mut fault = None;
     let (mut runs, mut done) = (0, 0);
     reader.visit(TableName::Runs, reads.names(), |cells| {
         let cell = |place: usize| cells.get(place).copied().flatten();
         let Some(Value::Count(row)) = cell(row) else { return };
+        keys.push(row, cells);
         match assignment.castings(row, cells) {
             Ok(castings) => {
                 for (casting, name) in info.castings.iter().enumerate() {
@@ -56,7 +60,62 @@ pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Fe
     match fault {
         Some(error) => Err(error),
         None if runs == 0 => Err(FeaturesError::NoRows),
-        None => Ok(Features { columns: checked(planned.columns())?, runs, done }),
+        None => {
+            let mut columns = planned.columns();
+            // Behind the keys and the status.
+            let place = columns.iter().position(|column| matches!(column.role, Role::Factor | Role::Target));
+            let place = place.unwrap_or(columns.len());
+            columns.splice(place..place, group_columns(reader, &keys.runs, settings)?);
+            Ok(Features { columns: checked(columns)?, runs, done })
+        }
+    }
+}
+
+/// The columns of groups and splits.
+fn group_columns(
+    reader: &DatasetReader,
+    runs: &[RunKeys],
+    settings: &FeatureSettings,
+) -> Result<Vec<Column>, FeaturesError> {
+    let info = &reader.manifest().study;
+    let spans = match (&info.row_groups, &settings.splits) {
+        (Some(spans), _) => spans.as_slice(),
+        (None, Some(_)) => return Err(FeaturesError::NoGroups),
+        (None, None) => return Ok(Vec::new()),
+    };
+    let groups = Groups::of(runs, spans, &settings.group_by);
+    let mut columns = groups.columns(info.castings.len());
+    if let Some(splits) = &settings.splits {
+        columns.push(splits.column(&groups, info.castings.len())?);
+    }
+    Ok(columns)
+}
+
+/// Reads what the groups of runs follow from.
+struct KeyReader {
+    /// Places of the factors among the cells.
+    factors: Vec<usize>,
+    /// Place of the factor that chooses the machine.
+    machine: Option<usize>,
+    runs: Vec<RunKeys>,
+}
+
+impl KeyReader {
+    fn new<'a>(reader: &'a DatasetReader, outline: &DesignOutline, reads: &mut Reads<'a>) -> Self {
+        let factors = reader.columns(TableName::Runs).iter().filter(|column| column.group == ColumnGroup::Factor);
+        let driver = outline.driver(&["machine"]).and_then(|factor| factor_column(reader, &factor.name));
+        Self {
+            factors: factors.map(|column| reads.place(&column.name)).collect(),
+            machine: driver.map(|column| reads.place(&column.name)),
+            runs: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, row: u64, cells: &[Cell<'_>]) {
+        let cell = |place: usize| cells.get(place).copied().flatten();
+        let values: Vec<Cell<'_>> = self.factors.iter().map(|place| cell(*place)).collect();
+        let machine = self.machine.and_then(cell).map_or(String::new(), |name| name.to_string());
+        self.runs.push(RunKeys { row, point: ValuesKey::of(&values), machine });
     }
 }
 

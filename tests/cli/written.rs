@@ -113,3 +113,48 @@ fn bash_completes() {
     assert_eq!(complete("decore", "comp"), "compare completions");
     assert_eq!(complete("decore compare", "--rel"), "--relative");
 }
+
+/// What the design says of its rows reaches the table of features through the dataset.
+#[test]
+fn rows_of_a_trajectory_are_one_group() {
+    let folder = TempDir::new().expect("scratch folder");
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml"));
+    let (scene, _) = text.as_deref().expect("a study").split_once("[design]").expect("a design");
+    let parts = "[[design.part]]\nkind = \"morris\"\ntrajectories = 2\n[[design.part]]\nkind = \"random\"\nrows = 3\n";
+    let pressure = "path = \"hammer.hammer.supply_bar\"\nrange = [4.0, 6.0]\n";
+    let standoff = "path = \"hammer.hammer.standoff_m\"\nrange = [0.07, 0.09]\n";
+    let factors = format!("[design.factor.pressure]\n{pressure}[design.factor.standoff]\n{standoff}");
+    let design = format!("{scene}[design]\nkind = \"union\"\n{parts}{factors}");
+    fs::write(folder.path().join("study.toml"), design).expect("written");
+    fs::create_dir(folder.path().join("hammers")).expect("made");
+    let hammer = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hammers/default.toml");
+    fs::copy(hammer, folder.path().join("hammers/default.toml")).expect("copied");
+    decore(folder.path(), &["run", "study.toml", "--output", "sweep", "--set", "duration_s=0.002"]);
+    let splits = ["--splits", "0.5,0.5", "--seed", "3"];
+    let arguments = [&["export", "sweep", "--features", "table", "--format", "csv"][..], &splits].concat();
+    let printed = decore(folder.path(), &arguments);
+    assert!(printed.contains("split: "), "{printed}");
+    let mut table = csv::Reader::from_path(folder.path().join("table/features.csv")).expect("a table");
+    let header = table.headers().expect("names").clone();
+    let place = |name: &str| header.iter().position(|column| column == name).unwrap_or_else(|| panic!("no {name}"));
+    let places = ["group_trajectory", "group_id", "split"].map(place);
+    let lines: Vec<[String; 3]> =
+        table.records().map(|line| places.map(|place| line.as_ref().expect("a line")[place].to_owned())).collect();
+    let column = |index: usize| lines.iter().map(|line| line[index].as_str()).collect::<Vec<_>>();
+    assert_eq!(column(0), ["0", "0", "0", "1", "1", "1", "", "", ""]);
+    assert_eq!(column(1), ["0", "0", "0", "1", "1", "1", "2", "3", "4"]);
+    let split = column(2);
+    assert!(split[..3].iter().all(|part| *part == split[0]) && split[3..6].iter().all(|part| *part == split[3]));
+    // What lies in the dataset is refused, and so is a share too many.
+    for (more, told) in [
+        (&["--features", "sweep/table"][..], "lies in the dataset"),
+        (&["--features", "other", "--splits", "0.7,0.7"], "add up to 1"),
+    ] {
+        let arguments = [&["export", "sweep"], more].concat();
+        let output = Command::new(env!("CARGO_BIN_EXE_decore")).args(&arguments).current_dir(folder.path()).output();
+        let output = output.expect("started");
+        assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.contains(told), "{said}");
+    }
+}

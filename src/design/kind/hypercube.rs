@@ -6,6 +6,7 @@ use super::super::constraint::Conditions;
 use super::super::coordinate::Coordinate;
 use super::super::correlation::Correlation;
 use super::super::error::DesignError;
+use super::super::group::{GroupKind, GroupSpan, chained};
 use super::super::latin::Latin;
 use super::super::options::{DesignOptions, Needs, count};
 use super::super::strata::{HypercubeKind, LatinHypercube, Placement};
@@ -44,6 +45,16 @@ impl Points for Latin {
 
     fn is_open(&self) -> bool {
         !self.is_table()
+    }
+
+    fn groups(&self) -> Vec<GroupSpan> {
+        let part = |rows: usize| (rows, vec![GroupSpan::whole(GroupKind::GrownPart, rows, rows)]);
+        let stages = self.stages();
+        if stages.len() < 2 {
+            return Vec::new();
+        }
+        let sizes = stages.iter().scan(0, |before, end| Some(*end - std::mem::replace(before, *end)));
+        chained(sizes.map(part))
     }
 
     fn constrained(

@@ -18,6 +18,7 @@ use super::coordinate::Coordinate;
 use super::distribution::Level;
 use super::error::{DesignError, MOST_ROWS};
 use super::factor::Factor;
+use super::group::{GroupSpan, chained, crossed};
 use super::options::{DesignOptions, Needs};
 use super::strata::LatinHypercube;
 use crate::random::hash;
@@ -216,6 +217,10 @@ impl Points for Chain {
     fn is_open(&self) -> bool {
         self.parts.iter().all(|part| part.is_open())
     }
+
+    fn groups(&self) -> Vec<GroupSpan> {
+        chained(self.parts.iter().map(|part| (part.rows(), part.groups())))
+    }
 }
 
 /// Every row of each design with every row of the others; each has factors of its own, the last part changes fastest.
@@ -297,5 +302,10 @@ impl Points for Cross {
 
     fn is_open(&self) -> bool {
         self.parts.iter().all(|part| part.points.is_open())
+    }
+
+    fn groups(&self) -> Vec<GroupSpan> {
+        let parts: Vec<_> = self.parts.iter().map(|part| (part.points.rows(), part.points.groups())).collect();
+        crossed(&parts)
     }
 }

@@ -9,6 +9,7 @@ use super::super::correlation::Correlation;
 use super::super::distribution::Distribution;
 use super::super::error::DesignError;
 use super::super::factor::Factor;
+use super::super::group::GroupSpan;
 use super::super::options::{DesignOptions, Needs};
 use super::fraction::Aliases;
 
@@ -53,6 +54,11 @@ pub(in crate::design) trait Points: fmt::Debug + Send + Sync {
     /// Rows that belong together and are left out together.
     fn block(&self) -> usize {
         1
+    }
+
+    /// Which rows belong together; see [`GroupSpan`].
+    fn groups(&self) -> Vec<GroupSpan> {
+        Vec::new()
     }
 
     /// Whether there are points past the last row to take instead of rows left out.

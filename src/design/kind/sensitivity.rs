@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::super::coordinate::Coordinate;
 use super::super::error::DesignError;
 use super::super::factor::Factor;
+use super::super::group::{GroupKind, GroupSpan};
 use super::super::options::{DesignOptions, Needs, count};
 use super::super::permutation::Permutation;
 use super::super::sobol::SobolSequence;
@@ -85,6 +86,10 @@ impl Points for Trajectories {
     fn block(&self) -> usize {
         self.factors as usize + 1
     }
+
+    fn groups(&self) -> Vec<GroupSpan> {
+        vec![GroupSpan::whole(GroupKind::Trajectory, self.rows, self.block())]
+    }
 }
 
 /// Saltelli's design for Sobol' indices, `factors + 2` rows per base point (`2 factors + 2` with second order).
@@ -145,5 +150,9 @@ impl Points for Blocks {
 
     fn block(&self) -> usize {
         self.block
+    }
+
+    fn groups(&self) -> Vec<GroupSpan> {
+        vec![GroupSpan::whole(GroupKind::BasePoint, self.rows, self.block)]
     }
 }
