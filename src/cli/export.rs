@@ -7,9 +7,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::text::{plural, say};
+use super::text::{plural, say, tell};
 use crate::dataset::DatasetReader;
-use crate::features::{Column, FeatureSettings, Format, GroupBy, Splits};
+use crate::features::{Column, FeatureSettings, Format, GroupBy, Role, Splits};
 
 #[derive(Debug, Args)]
 pub(super) struct ExportArguments {
@@ -85,6 +85,15 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
     ))?;
     if let Some(split) = features.columns.iter().find(|column| column.name == "split") {
         say(&format_args!("split: {}", shares(split)))?;
+    }
+    for derived in &features.derived {
+        let own = features.columns.iter().find(|column| column.name == derived.column);
+        if own.is_some_and(|own| own.role == Role::Factor) {
+            tell(&format_args!(
+                "warning: the factor column {} is {} in every row: who trains on it trains on the answer",
+                derived.column, derived.rule
+            ));
+        }
     }
     Ok(Exit::Done)
 }

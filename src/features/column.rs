@@ -31,6 +31,10 @@ pub enum Role {
 }
 
 impl Role {
+    /// All of them, in the order in which a reader meets them.
+    pub const ALL: [Self; 7] =
+        [Self::Key, Self::Status, Self::Group, Self::Split, Self::Factor, Self::Target, Self::Scatter];
+
     /// The role in dictionaries.
     pub fn text(self) -> &'static str {
         match self {

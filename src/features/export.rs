@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::card::card;
+use super::croissant::{Described, croissant};
 use super::dictionary::Dictionary;
 use super::error::FeaturesError;
 use super::file::columns_csv;
@@ -19,12 +21,12 @@ pub struct Exported {
     pub files: Vec<PathBuf>,
 }
 
-/// Names of the files that an export writes.
-pub fn files(format: Format) -> [&'static str; 3] {
-    [format.file(), "dictionary.json", "dictionary.csv"]
+/// Names of the files that an export writes, the table first.
+pub fn files(format: Format) -> [&'static str; 5] {
+    [format.file(), "dictionary.json", "dictionary.csv", "croissant.json", "README.md"]
 }
 
-/// Writes the table of a dataset and its dictionary into `folder`, which is made if it is not there. Files appear whole, and none
+/// Writes the table of a dataset, its dictionary, Croissant metadata and a card into `folder`, which is made if it is not there. Files appear whole, and none
 /// before all could be written.
 ///
 /// # Errors
@@ -43,7 +45,12 @@ pub fn export(reader: &DatasetReader, folder: &Path, settings: &FeatureSettings)
         }
         Format::Csv => columns_csv(&features.columns)?,
     };
-    let contents = [table, dictionary.json().into_bytes(), dictionary.csv()?];
+    let mut contents = vec![table, dictionary.json().into_bytes(), dictionary.csv()?];
+    let described: Vec<Described> =
+        files(settings.format).iter().zip(&contents).map(|(name, bytes)| Described::of(name, bytes)).collect();
+    let manifest = reader.manifest();
+    contents.push(croissant(manifest, &features.columns, &described).into_bytes());
+    contents.push(card(manifest, (&features, settings), &described).into_bytes());
     write(folder, paths.iter().zip(&contents))?;
     Ok(Exported { features, files: paths.to_vec() })
 }

@@ -5,12 +5,15 @@
 //! study text --study--> outline ----+--> table of columns --file--> Parquet, CSV
 //! factors, design's groups --groups, splits--^ |
 //!                                             +--dictionary--> JSON, CSV
+//!                                             +--croissant, card--> what the files are, for catalogues and for readers
 //! ```
 //!
 //! What needs time signals (the casting's acceleration, root mean squares of its velocity in bands) is not in the table: a
 //! dataset holds none.
 
+mod card;
 mod column;
+mod croissant;
 mod dictionary;
 mod error;
 mod export;
@@ -18,6 +21,7 @@ mod figures;
 mod file;
 mod groups;
 mod hammers;
+mod leakage;
 mod plan;
 mod settings;
 mod splits;
@@ -29,6 +33,7 @@ pub use dictionary::{Dictionary, Entry};
 pub use error::FeaturesError;
 pub use export::{Exported, export, files};
 pub use groups::GroupBy;
+pub use leakage::Derived;
 pub use settings::{FeatureSettings, Format};
 pub use splits::Splits;
 pub use table::{Features, features};

@@ -5,6 +5,7 @@ use super::error::FeaturesError;
 use super::figures::{FIGURES, TIME_TO_WORK};
 use super::groups::{Groups, RunKeys};
 use super::hammers::Assignment;
+use super::leakage::{Derived, find};
 use super::plan::{Planned, Reads, View, factor_column};
 use super::settings::FeatureSettings;
 use super::struck::{StruckRows, Thresholds};
@@ -22,6 +23,8 @@ pub struct Features {
     pub runs: u64,
     /// Those of them that are done.
     pub done: u64,
+    /// Columns whose numbers follow from targets by arithmetic.
+    pub derived: Vec<Derived>,
 }
 
 /// Builds the table of a dataset. The dataset may still be written: what is there counts.
@@ -66,7 +69,13 @@ pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Fe
             let place = columns.iter().position(|column| matches!(column.role, Role::Factor | Role::Target));
             let place = place.unwrap_or(columns.len());
             columns.splice(place..place, group_columns(reader, &keys.runs, settings)?);
-            Ok(Features { columns: checked(columns)?, runs, done })
+            let mut columns = checked(columns)?;
+            let derived = find(&columns);
+            for Derived { column, from, .. } in &derived {
+                let own = columns.iter_mut().find(|own| own.name == *column && own.derived_from.is_empty());
+                own.into_iter().for_each(|own| own.derived_from.clone_from(from));
+            }
+            Ok(Features { columns, runs, done, derived })
         }
     }
 }

@@ -56,7 +56,7 @@ pub const TOPICS: [Topic; 14] = [
     },
     Topic {
         name: "features",
-        about: "a flat table for predictors: figures per casting, dictionary",
+        about: "a flat table for predictors: figures per casting, dictionary, groups and splits",
         text: include_str!("features.md"),
     },
     Topic {
