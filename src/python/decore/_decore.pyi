@@ -22,6 +22,7 @@ __all__ = [
     "Study",
     "StudyError",
     "StudyWarning",
+    "Surrogate",
     "SweepError",
     "Table",
     "__version__",
