@@ -51,6 +51,7 @@
 //! system      : contact hammer integrate number scene workpiece
 //! metrics     : hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system
+//! measurement : metrics signal study
 //! accuracy    : integrate metrics plot quantity run scene system
 //! dataset     : design files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
@@ -62,7 +63,7 @@
 //! surrogate   : dataset files number random regression sensitivity study
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
 //! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words
-//! cli         : accuracy analysis comparison dataset design engine features files guide integrate metrics page plot quantity refinement report run scene sensitivity structure study surrogate system words
+//! cli         : accuracy analysis comparison dataset design engine features files guide integrate measurement metrics page plot quantity refinement report run scene sensitivity structure study surrogate system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -91,6 +92,7 @@
 //! - [`page`]: pages of HTML that are one file each.
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
 //! - [`signal`]: measured signals beside calculated ones: filter, density, lost samples, shift in time.
+//! - [`measurement`]: a measured channel beside a calculated signal.
 //! - [`words`]: the name that a mistyped one stands for.
 //! - [`cli`]: one file per command.
 //! - `python`: the module of the Python package; with the feature of that name alone.
@@ -124,6 +126,8 @@ pub mod guide;
 pub mod hammer;
 pub mod integrate;
 pub mod linalg;
+#[allow(clippy::disallowed_methods)]
+pub mod measurement;
 pub mod metrics;
 pub mod number;
 #[allow(clippy::disallowed_methods)]

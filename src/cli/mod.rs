@@ -14,6 +14,7 @@ mod help;
 mod init;
 mod inputs;
 mod json;
+mod measured;
 mod merge;
 mod more_rows;
 mod outputs;

@@ -8,7 +8,8 @@ use clap::Args;
 use super::exit::{Exit, Failure, write_file, write_whole};
 use super::inputs::is_dataset;
 use super::json::say_json;
-use super::outputs::{Output, StudyArguments};
+use super::measured::{ChannelBeside, MeasuredArguments, channels_text};
+use super::outputs::{Output, StudyArguments, refuse_inputs};
 use super::scene_plot::{Picture, scene_plot};
 use super::scene_result::SceneResult;
 use super::stored::Stored;
@@ -16,7 +17,7 @@ use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder};
-use crate::page::{SceneView, scene_page};
+use crate::page::{MeasuredCurve, SceneView, scene_page};
 use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
 use crate::scene::Scene;
@@ -52,6 +53,8 @@ pub(super) struct SceneArguments {
     /// Interval of the time signals in s.
     #[arg(long, default_value_t = 1e-4, value_name = "SECONDS")]
     signal_interval_s: f64,
+    #[command(flatten)]
+    measured: MeasuredArguments,
 }
 
 pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
@@ -64,6 +67,9 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         Output { flag: "--plot", path: arguments.plot.as_ref(), ending: Some("svg") },
         Output { flag: "--html", path: arguments.html.as_ref(), ending: Some("html") },
     ];
+    if let Some(measured) = arguments.measured.file() {
+        refuse_inputs(std::slice::from_ref(measured), &outputs)?;
+    }
     let named = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
     let stored = is_dataset(&arguments.study).then(|| Stored::open(&arguments.study)).transpose()?;
     let engine = match &stored {
@@ -77,24 +83,31 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         None => engine,
     };
     check_row(&engine, arguments.row)?;
-    let outcome = simulate(&engine, arguments)?;
+    let (outcome, channels) = simulate(&engine, arguments)?;
     let comparison = stored.map(|stored| stored.compare(&engine, arguments.row, &outcome)).transpose()?;
     if arguments.json {
-        say_json(&SceneResult::of(&engine, arguments.row, &outcome, comparison))?;
+        say_json(&SceneResult::of(&engine, arguments.row, &outcome, comparison).beside(channels))?;
     } else {
         say(&readable(&engine, arguments.row, &outcome).trim_end())?;
         comparison.map_or(Ok(()), |comparison| say(&comparison.text()))?;
+        if !channels.is_empty() {
+            say(&channels_text(&channels).trim_end())?;
+        }
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
 
-fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, Failure> {
-    let Some(interval_s) = interval_s(engine, arguments) else { return Ok(engine.outcome(arguments.row)) };
+/// The row's outcome, and measured channels beside its signals.
+fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<(RowOutcome, Vec<ChannelBeside>), Failure> {
+    let Some(interval_s) = interval_s(engine, arguments) else {
+        return Ok((engine.outcome(arguments.row), Vec::new()));
+    };
     let (outcome, signals) = engine.outcome_with_signals(arguments.row, interval_s).map_err(|error| match error {
         EngineError::Signals { .. } => Failure::Argument(format!("--signal-interval-s {interval_s:e}: {error}")),
         error => error.into(),
     })?;
-    let Some(signals) = signals else { return Ok(outcome) };
+    let Some(signals) = signals else { return Ok((outcome, Vec::new())) };
+    let channels = arguments.measured.beside(&signals, interval_s)?;
     if let Some(path) = &arguments.signals {
         write_signals(path, &engine.info(), &signals)?;
         tell(&format_args!("signals are in {}", path.display()));
@@ -108,11 +121,11 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<RowOutcome, F
         tell(&format_args!("the plot is in {}", path.display()));
     }
     if let Some(path) = &arguments.html {
-        let page = page(engine, arguments.row, &outcome, (&signals, interval_s))?;
+        let page = page(engine, arguments.row, &outcome, Shown { signals: &signals, interval_s, channels: &channels })?;
         write_whole(path, page.as_bytes())?;
         tell(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
     }
-    Ok(outcome)
+    Ok((outcome, channels))
 }
 
 /// Interval in s at which signals are read; `None` where nothing asks for them. Beside a table all shows what the table has; by itself
@@ -124,7 +137,15 @@ fn interval_s(engine: &Engine, arguments: &SceneArguments) -> Option<f64> {
     let page = |scene: Scene| SceneView::page_interval_s(SignalRecorder::count(&scene), scene.duration_s);
     let scene = arguments.html.as_ref().and_then(|_| engine.checked().scene(arguments.row).ok());
     let plot = arguments.plot.as_ref().map(|_| arguments.signal_interval_s.min(PLOT_INTERVAL_S));
-    scene.map(page).or(plot).or(arguments.html.as_ref().map(|_| PLOT_INTERVAL_S))
+    let shown = arguments.html.is_some() || arguments.measured.is_given();
+    scene.map(page).or(plot).or(shown.then_some(PLOT_INTERVAL_S))
+}
+
+/// What a row's page shows over time.
+struct Shown<'a> {
+    signals: &'a [Signal],
+    interval_s: f64,
+    channels: &'a [ChannelBeside],
 }
 
 /// A row's page.
@@ -132,11 +153,28 @@ fn page(
     engine: &Engine,
     row: usize,
     outcome: &RowOutcome,
-    (signals, interval_s): (&[Signal], f64),
+    Shown { signals, interval_s, channels }: Shown<'_>,
 ) -> Result<String, Failure> {
     let scene = engine.checked().scene(row).map_err(|invalid| Failure::Argument(invalid.reason))?;
     let (info, factors) = (engine.info(), engine.checked().row_values(row));
-    let view = SceneView { info: &info, row, factors: &factors, scene: &scene, outcome, signals, interval_s };
+    let measured = channels.iter().map(|channel| MeasuredCurve {
+        signal: &channel.signal,
+        column: &channel.column,
+        from_s: channel.beside.from_s,
+        values: &channel.beside.measured,
+        spikes_s: &channel.beside.spikes_s,
+    });
+    let measured: Vec<MeasuredCurve<'_>> = measured.collect();
+    let view = SceneView {
+        info: &info,
+        row,
+        factors: &factors,
+        scene: &scene,
+        outcome,
+        signals,
+        interval_s,
+        measured: &measured,
+    };
     Ok(scene_page(&view)?)
 }
 

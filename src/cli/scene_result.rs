@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use super::json::schema;
+use super::measured::ChannelBeside;
 use super::stored::Comparison;
 use crate::engine::{Engine, Rows};
 use crate::quantity::Value;
@@ -34,6 +35,8 @@ pub(super) struct SceneResult {
     outcome: Json,
     /// The row beside the stored one; null unless a dataset's row was run again.
     stored_row: Option<Comparison>,
+    /// Measured channels beside the row's signals.
+    measured: Vec<ChannelBeside>,
 }
 
 impl SceneResult {
@@ -53,7 +56,13 @@ impl SceneResult {
             castings: owned(&castings),
             outcome: named(outcome, [&hammers, &castings]),
             stored_row,
+            measured: Vec::new(),
         }
+    }
+
+    /// With measured channels.
+    pub fn beside(self, measured: Vec<ChannelBeside>) -> Self {
+        Self { measured, ..self }
     }
 }
 

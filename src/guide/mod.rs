@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 14] = [
+pub const TOPICS: [Topic; 15] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -22,6 +22,11 @@ pub const TOPICS: [Topic; 14] = [
         name: "outputs",
         about: "what each name of the tables means, column by column",
         text: include_str!("outputs.md"),
+    },
+    Topic {
+        name: "measured",
+        about: "a measurement beside a row's signals: offset, low-pass, spikes, differences",
+        text: include_str!("measured.md"),
     },
     Topic {
         name: "reading",

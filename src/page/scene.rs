@@ -46,6 +46,23 @@ pub struct SceneView<'a> {
     pub signals: &'a [Signal],
     /// Interval of the signals in s.
     pub interval_s: f64,
+    /// Measured curves to lay over the signals that they measure.
+    pub measured: &'a [MeasuredCurve<'a>],
+}
+
+/// A measured channel on the row's time, at the interval of the signals.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredCurve<'a> {
+    /// Name of the signal that it measures.
+    pub signal: &'a str,
+    /// Its name.
+    pub column: &'a str,
+    /// Time of its first value in s.
+    pub from_s: f64,
+    /// Its values in the signal's unit.
+    pub values: &'a [f64],
+    /// Times in s of samples that stand out by themselves.
+    pub spikes_s: &'a [f64],
 }
 
 /// What the page is told besides its data.
@@ -73,6 +90,19 @@ struct Meta<'a> {
     blows: Vec<Struck>,
     outputs: Vec<Output>,
     spectra: Vec<Lines>,
+    measured: Vec<Curve<'a>>,
+}
+
+/// A measured curve of the data block: what it measures, where its numbers begin, how many.
+#[derive(Serialize)]
+struct Curve<'a> {
+    of: SignalOf,
+    quantity: &'static str,
+    column: &'a str,
+    from_s: f64,
+    offset: usize,
+    count: usize,
+    spikes_s: &'a [f64],
 }
 
 /// A signal of the data block; the first takes the first bytes.
@@ -178,6 +208,7 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
     }
     let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
     let spectra = spectra(view, blows, &mut data)?;
+    let measured = measured(view, &mut data);
     let title = format!("{}, row {}", info.study_name, view.row);
     let meta = Meta {
         title: &title,
@@ -202,8 +233,26 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
         blows: blows.iter().map(struck).collect(),
         outputs: outputs(view),
         spectra,
+        measured,
     };
     Ok(page(&title, Scripts::Scene, &meta, &data.deflated()?)?)
+}
+
+/// The measured curves whose signals are there.
+fn measured<'a>(view: &SceneView<'a>, data: &mut Samples) -> Vec<Curve<'a>> {
+    let of = |curve: &MeasuredCurve<'a>| view.signals.iter().find(|signal| signal.name == curve.signal);
+    let curves = view.measured.iter().filter_map(|curve| Some((of(curve)?, curve)));
+    curves
+        .map(|(signal, curve)| Curve {
+            of: signal.of,
+            quantity: signal.quantity,
+            column: curve.column,
+            from_s: curve.from_s,
+            offset: data.numbers(curve.values),
+            count: curve.values.len(),
+            spikes_s: curve.spikes_s,
+        })
+        .collect()
 }
 
 fn factors<'a>(view: &SceneView<'a>) -> Vec<(&'a str, String, &'a str)> {

@@ -119,3 +119,48 @@ fn a_stored_row_is_run_again_and_compared() {
     let none = text(&decore(scratch.path(), &far, 2).stderr);
     assert!(none.contains("--row is 900"), "{none}");
 }
+
+#[test]
+fn a_measurement_stands_beside_its_signal() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let rig = study("paper_rig.toml");
+    let scene = |further: &[&str], code: i32| {
+        let arguments = [&["scene", rig.to_str().expect("path")], &QUICK[..], further].concat();
+        decore(scratch.path(), &arguments, code)
+    };
+    // The signals themselves are a measurement that nothing differs from.
+    scene(&["--signals", "signals.parquet", "--signal-interval-s", "2e-5"], 0);
+    let same = ["--measured", "signals.parquet", "--channel", "hammer_arm_velocity_m_s=hammer_arm_velocity_m_s"];
+    let found: Json = serde_json::from_slice(&scene(&[&same[..], &["--json"]].concat(), 0).stdout).expect("JSON");
+    let beside = &found["measured"][0];
+    let number = |at: &str| beside.pointer(at).and_then(Json::as_f64).expect("number");
+    assert!(number("/offset_s").abs() < 1e-9 && number("/correlation") > 1.0 - 1e-9, "{beside}");
+    assert!(number("/rms/difference").abs() < 1e-9 && number("/rms/measured") > 1e-3, "{beside}");
+    assert_eq!((number("/peak/difference").abs() < 1e-9, number("/frequency_hz/difference")), (true, 0.0));
+    // In another unit it is another measurement.
+    let printed =
+        text(&scene(&[&same[..3], &["hammer_arm_velocity_m_s=hammer_arm_velocity_m_s:mm/s"]].concat(), 0).stdout);
+    assert!(printed.contains("root mean square") && printed.contains("+99900.0 %"), "{printed}");
+    let page = |file: &str, further: &[&str]| {
+        scene(&[&["--html", file], further].concat(), 0);
+        let page = fs::read_to_string(scratch.path().join(file)).expect("page");
+        serde_json::from_str::<Json>(block(&page, "meta")).expect("JSON")["measured"].clone()
+    };
+    assert_eq!(page("without.html", &[]), serde_json::json!([]));
+    let drawn = page("with.html", &same);
+    assert_eq!((&drawn[0]["quantity"], &drawn[0]["from_s"]), (&"arm_velocity_m_s".into(), &0.0.into()));
+    assert!(drawn[0]["count"].as_u64() >= Some(7490), "{drawn}");
+    for (channel, message) in [
+        ("hammer_arm_velocity=hammer_arm_velocity_m_s", "did you mean `hammer_arm_velocity_m_s`?"),
+        ("hammer_arm_velocity_m_s=arm", "has no column `arm`"),
+        ("hammer_arm_velocity_m_s=hammer_arm_velocity_m_s:bar", "which bar is no unit of"),
+        ("hammer_arm_velocity_m_s=hammer_arm_velocity_m_s:mms", "did you mean `mm/s`?"),
+    ] {
+        let said = text(&scene(&[&same[..3], &[channel]].concat(), 2).stderr);
+        assert!(said.contains(message), "{said}");
+    }
+    let said = text(&scene(&[&same[..], &["--offset-s", "7"]].concat(), 2).stderr);
+    assert!(said.contains("too little in common"), "{said}");
+    let said = text(&scene(&[&same[..], &["--signals", "signals.parquet"]].concat(), 2).stderr);
+    assert!(said.contains("would overwrite what the command reads"), "{said}");
+}

@@ -80,6 +80,12 @@ const PLOTS = [
   { title: 'Energy unaccounted for: work put in less stored and dissipated', unit: 'J', run: [['unaccounted', 'energy_unaccounted_j']] },
 ];
 
+/** Colour of what was measured: of no hammer and no quantity. */
+const MEASURED = '#1d2125';
+
+/** Measured curves of a signal, named by their channels. */
+const measuredOf = (signals, of, quantity) => signals.measured(of, quantity).map(({ name, trace }) => ({ name: `measured: ${name}`, trace, color: MEASURED, dash: [2, 2] }));
+
 /** The curves of a plot for the hammers that are shown: of one each quantity has its colour, of several each hammer. */
 function curvesOf(meta, signals, plot, shown) {
   const color = (k) => CURVES[k % CURVES.length], dash = (k) => DASHES[k % DASHES.length];
@@ -87,12 +93,12 @@ function curvesOf(meta, signals, plot, shown) {
   if (plot.fixtures) {
     const struck = new Set(shown.map((h) => meta.hammers[h].casting));
     const all = [...struck].flatMap((c) => meta.castings[c].fixtures.map(([name], f) => [meta.castings.length > 1 ? `${meta.castings[c].name}: ${name}` : name, c, f]));
-    return all.map(([name, c, f], k) => ({ name, trace: signals.fixture(c, f, plot.fixtures), color: color(k), dash: dash(Math.floor(k / CURVES.length)) }));
+    return all.flatMap(([name, c, f], k) => [{ name, trace: signals.fixture(c, f, plot.fixtures), color: color(k), dash: dash(Math.floor(k / CURVES.length)) }, ...measuredOf(signals, { fixture: [c, f] }, plot.fixtures)]);
   }
-  return shown.flatMap((h) => plot.hammer.map(([name, quantity], k) => ({
+  return shown.flatMap((h) => plot.hammer.flatMap(([name, quantity], k) => [{
     name: shown.length > 1 ? (plot.hammer.length > 1 ? `${meta.hammers[h].name}: ${name}` : meta.hammers[h].name) : name,
     trace: signals.hammer(h, quantity), color: color(shown.length > 1 ? h : k), dash: shown.length > 1 ? dash(k) : [],
-  })));
+  }, ...measuredOf(signals, { hammer: h }, quantity)]));
 }
 
 /** The bar that stays in sight: time, jumps, zoom, hammers. */

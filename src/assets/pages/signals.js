@@ -85,6 +85,26 @@ class Trace {
   }
 }
 
+/** A measured curve: a signal that begins later and ends earlier than the others, with times of samples that stand out. */
+class Measured {
+  constructor(curve, bytes, interval) {
+    const values = new Float32Array(bytes.buffer, bytes.byteOffset + curve.offset, curve.count);
+    Object.assign(this, { trace: new Trace(values, interval), from: curve.from_s, to: curve.from_s + (curve.count - 1) * interval, spikes: curve.spikes_s });
+  }
+  /** The value at a time; none where nothing was measured. */
+  at(time) { return time < this.from || time > this.to ? NaN : this.trace.at(time - this.from); }
+  clip(from, to) { return [Math.max(from, this.from), Math.min(to, this.to)]; }
+  range(from, to) {
+    const [begin, end] = this.clip(from, to);
+    return begin < end ? this.trace.range(begin - this.from, end - this.from) : [Infinity, -Infinity];
+  }
+  points(from, to, width, px, py) {
+    const [begin, end] = this.clip(from, to);
+    if (begin >= end) return [];
+    return this.trace.points(begin - this.from, end - this.from, width * (end - begin) / (to - from), (time) => px(time + this.from), py);
+  }
+}
+
 /** All signals of the page, by what they are of and their quantity. */
 class Signals {
   constructor(meta, bytes) {
@@ -103,11 +123,14 @@ class Signals {
       }
       this.named.set(Signals.key(stored.of, stored.quantity), Object.assign(new Trace(values, meta.interval_s), stored));
     });
+    this.curves = meta.measured.map((curve) => ({ key: Signals.key(curve.of, curve.quantity), name: curve.column, trace: new Measured(curve, bytes, meta.interval_s) }));
   }
   static key(of, quantity) { return `${JSON.stringify(of)} ${quantity}`; }
   get(of, quantity) { return this.named.get(Signals.key(of, quantity)); }
   hammer(index, quantity) { return this.get({ hammer: index }, quantity); }
   casting(index, quantity) { return this.get({ casting: index }, quantity); }
   fixture(casting, place, quantity) { return this.get({ fixture: [casting, place] }, quantity); }
+  /** Measured curves of a signal. */
+  measured(of, quantity) { return this.curves.filter((curve) => curve.key === Signals.key(of, quantity)); }
   run(quantity) { return this.get('run', quantity); }
 }

@@ -58,6 +58,12 @@ function blowMark(painter, kind, x, y) {
   else { painter.line([x - 4, y - 4, x + 4, y + 4], { color, width: 1.6 }); painter.line([x - 4, y + 4, x + 4, y - 4], { color, width: 1.6 }); }
 }
 
+/** Marks a measured sample that stands out by itself: a ring around it. */
+function spikeMark(painter, x, y, color) {
+  const ring = Array.from({ length: 13 }, (_, k) => [x + 5 * Math.cos(k * Math.PI / 6), y + 5 * Math.sin(k * Math.PI / 6)]);
+  painter.line(ring.flat(), { color, width: 1.2 });
+}
+
 /**
  * A plot of signals over the view's time. `curves()`: [{ name, trace, color, dash }]; `scale` turns SI into `unit`; `blows()`: those
  * that are marked.
@@ -87,6 +93,9 @@ function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], hei
       for (const { trace, color, dash } of shown) {
         painter.line(trace.points(view.from, view.to, box.width, (time) => px(1000 * time), (value) => py(scale * value)), { color, dash, width: 1.2 });
       }
+      for (const { trace, color } of shown) {
+        for (const time of trace.spikes ?? []) if (time >= view.from && time <= view.to) spikeMark(painter, px(1000 * time), py(scale * trace.at(time)), color);
+      }
       for (const blow of blows()) if (blow.start_s >= view.from && blow.start_s <= view.to) blowMark(painter, blow.kind, px(1000 * blow.start_s), box.top - 7);
       for (const { x, row, entry } of legend(width).placed) {
         const [left, y] = [box.left + x, 9 + 17 * row];
@@ -106,7 +115,7 @@ function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], hei
     hover(x, y) {
       const box = frame(this.width, this.tall);
       if (x < box.left || x > box.left + box.width) { view.point(null); return ''; }
-      const time = timeAt(x, box), lines = curves().map(({ name, trace }) => `${name}: ${short(scale * trace.at(time))} ${unit}`);
+      const time = timeAt(x, box), lines = curves().filter(({ trace }) => !Number.isNaN(trace.at(time))).map(({ name, trace }) => `${name}: ${short(scale * trace.at(time))} ${unit}`);
       view.point(time);
       const blow = blows().find((one) => Math.abs(place(one.start_s, box) - x) < 6);
       return [timeText(time), ...lines, ...(blow ? [`${words(blow.kind)}, blow ${blow.number} at ${timeText(blow.start_s)}`] : [])].join('\n');

@@ -1,0 +1,153 @@
+//! `decore scene --measured`: measured channels beside the row's signals.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::exit::Failure;
+use super::text::six_digits;
+use crate::measurement::{Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Treatment, UNITS, Unit, beside, read, unit};
+use crate::metrics::Signal;
+use crate::words::nearest;
+
+#[derive(Debug, Args)]
+pub(super) struct MeasuredArguments {
+    /// Measurement to set beside the row's signals: a CSV or Parquet file with a column of times and one per channel.
+    #[arg(long, value_name = "FILE", requires = "channels")]
+    measured: Option<PathBuf>,
+    /// A channel of the measurement: the signal that it measures, its column, its unit (m/s unless given), e.g.
+    /// `left_arm_velocity_m_s=vibrometer_2:mm/s`; may be given several times.
+    #[arg(long = "channel", value_name = "SIGNAL=COLUMN[:UNIT]", requires = "measured", value_parser = channel)]
+    channels: Vec<Channel>,
+    /// Column of the measurement's times in s.
+    #[arg(long, default_value = "time_s", value_name = "COLUMN", requires = "measured")]
+    time_column: String,
+    /// Time in s by which the measurement's clock is ahead of the row's. Default: where signal and channel correlate best.
+    #[arg(long, value_name = "SECONDS", requires = "measured", allow_hyphen_values = true)]
+    offset_s: Option<f64>,
+    /// Cut-off frequency of the zero-phase low-pass that both pass before they are compared; 0: none.
+    #[arg(long, default_value_t = LOW_PASS_HZ, value_name = "HZ", requires = "measured")]
+    low_pass_hz: f64,
+}
+
+/// A channel that is asked for.
+#[derive(Debug, Clone)]
+struct Channel {
+    signal: String,
+    column: String,
+    unit: Unit,
+}
+
+/// A channel beside its signal.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ChannelBeside {
+    /// The signal.
+    pub signal: String,
+    /// Its SI unit, in which the figures are.
+    pub unit: &'static str,
+    /// Column of the measurement.
+    pub column: String,
+    /// What was found.
+    #[serde(flatten)]
+    pub beside: Beside,
+}
+
+/// Reads `SIGNAL=COLUMN[:UNIT]`.
+fn channel(text: &str) -> Result<Channel, String> {
+    let (signal, rest) = text.split_once('=').ok_or("expected SIGNAL=COLUMN or SIGNAL=COLUMN:UNIT")?;
+    let (column, name) = rest.rsplit_once(':').unwrap_or((rest, "m/s"));
+    let known = || UNITS.iter().map(|unit| unit.name);
+    let unit = unit(name).ok_or_else(|| {
+        let hint = nearest(name, known()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        format!("`{name}` is no unit of a channel; known are {}{hint}", known().collect::<Vec<_>>().join(", "))
+    })?;
+    Ok(Channel { signal: signal.to_owned(), column: column.to_owned(), unit })
+}
+
+impl MeasuredArguments {
+    /// Whether there is a measurement.
+    pub fn is_given(&self) -> bool {
+        self.measured.is_some()
+    }
+
+    /// The file that is read.
+    pub fn file(&self) -> Option<&PathBuf> {
+        self.measured.as_ref()
+    }
+
+    /// The channels beside the signals that they measure, `signals` having a value every `interval_s`.
+    ///
+    /// # Errors
+    /// Signals that are not there or have another unit, what [`read`] and [`beside`] refuse.
+    pub fn beside(&self, signals: &[Signal], interval_s: f64) -> Result<Vec<ChannelBeside>, Failure> {
+        let Some(file) = &self.measured else { return Ok(Vec::new()) };
+        let told = |error: &dyn std::fmt::Display| Failure::Argument(error.to_string());
+        let low_pass_hz = (self.low_pass_hz != 0.0).then_some(self.low_pass_hz);
+        let treatment = Treatment { low_pass_hz, offset_s: self.offset_s };
+        let one = |channel: &Channel| {
+            let signal = signal(channel, signals)?;
+            let measured =
+                read(file, [&self.time_column, &channel.column], channel.unit).map_err(|error| told(&error))?;
+            let found = beside((&signal.values, interval_s), &measured, treatment);
+            let name = |error| told(&format_args!("channel `{}`: {error}", channel.column));
+            Ok(ChannelBeside {
+                signal: channel.signal.clone(),
+                unit: signal.unit,
+                column: channel.column.clone(),
+                beside: found.map_err(name)?,
+            })
+        };
+        self.channels.iter().map(one).collect()
+    }
+}
+
+/// The signal that a channel measures.
+fn signal<'a>(channel: &Channel, signals: &'a [Signal]) -> Result<&'a Signal, Failure> {
+    let Channel { signal: name, unit, .. } = channel;
+    let known = || signals.iter().map(|signal| signal.name.as_str());
+    let Some(found) = signals.iter().find(|signal| signal.name == *name) else {
+        let hint = nearest(name, known()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        return Err(Failure::Argument(format!("--channel: the row has no signal `{name}`{hint}")));
+    };
+    if found.unit != unit.si {
+        let message = format!("--channel: `{name}` is in {}, which {} is no unit of", found.unit, unit.name);
+        return Err(Failure::Argument(message));
+    }
+    Ok(found)
+}
+
+/// Channels beside their signals as text.
+pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
+    let mut text = String::new();
+    for ChannelBeside { signal, unit, column, beside } in channels {
+        let found = beside.correlation.map_or("given".to_owned(), |found| format!("correlation {found:.4}"));
+        text += &format!(
+            "\nmeasured `{column}` beside {signal}\n  offset                {} s ({found})",
+            six_digits(beside.offset_s)
+        );
+        text += &format!("\n  compared from         {} to {} s", six_digits(beside.from_s), six_digits(beside.to_s));
+        text += &beside.low_pass_hz.map_or("\n  low-pass              none".to_owned(), |cutoff_hz| {
+            format!("\n  low-pass              {cutoff_hz} Hz, Butterworth of order {LOW_PASS_ORDER}, forwards and backwards, odd padding")
+        });
+        text += &match beside.spikes_s.as_slice() {
+            [] => "\n  single-sample spikes  none".to_owned(),
+            [first, ..] => format!(
+                "\n  single-sample spikes  {}, the first at {} s: marked, not removed",
+                beside.spikes_s.len(),
+                six_digits(*first)
+            ),
+        };
+        text += &format!("\n  {:<21} {:>12} {:>12}", "", "calculated", "measured");
+        let mut line = |name: &str, unit: &str, of: &Compared| {
+            let [ours, theirs] = [of.calculated, of.measured].map(six_digits);
+            text += &format!("\n  {name:<21} {ours:>12} {theirs:>12} {unit:<4} {:+.1} %", 100.0 * of.difference);
+        };
+        line("root mean square", unit, &beside.rms);
+        line("peak", unit, &beside.peak);
+        beside.frequency_hz.iter().for_each(|of| line("frequency, highest", "Hz", of));
+        text.push('\n');
+    }
+    text
+}

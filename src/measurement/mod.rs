@@ -1,0 +1,16 @@
+//! A measurement beside a calculated signal: read from a file, brought onto its time, filtered alike, compared by what the field
+//! compares by.
+//!
+//! ```text
+//! CSV, Parquet --read--> Measured --+
+//!                                   +--beside--> Beside: offset, spikes, differences, the curve to lay over
+//! Signal of a run ------------------+
+//! ```
+
+mod beside;
+mod error;
+mod read;
+
+pub use beside::{Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Treatment, beside};
+pub use error::MeasurementError;
+pub use read::{Measured, UNITS, Unit, read, unit};

@@ -1,0 +1,79 @@
+//! A measured channel out of a file.
+
+use std::path::Path;
+
+use super::error::MeasurementError;
+use crate::study::{TableRow, table_rows};
+
+/// A unit in which channels are recorded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its name, e.g. `mm/s`.
+    pub name: &'static str,
+    /// The SI unit of the same quantity.
+    pub si: &'static str,
+    /// SI units in one of it.
+    pub factor: f64,
+}
+
+/// The units that are known.
+pub const UNITS: [Unit; 11] = [
+    Unit { name: "m/s", si: "m/s", factor: 1.0 },
+    Unit { name: "mm/s", si: "m/s", factor: 1e-3 },
+    Unit { name: "um/s", si: "m/s", factor: 1e-6 },
+    Unit { name: "in/s", si: "m/s", factor: 0.0254 },
+    Unit { name: "m", si: "m", factor: 1.0 },
+    Unit { name: "mm", si: "m", factor: 1e-3 },
+    Unit { name: "Pa", si: "Pa", factor: 1.0 },
+    Unit { name: "kPa", si: "Pa", factor: 1e3 },
+    Unit { name: "bar", si: "Pa", factor: 1e5 },
+    Unit { name: "N", si: "N", factor: 1.0 },
+    Unit { name: "kN", si: "N", factor: 1e3 },
+];
+
+/// The unit of a name.
+pub fn unit(name: &str) -> Option<Unit> {
+    UNITS.into_iter().find(|unit| unit.name == name)
+}
+
+/// A measured channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Times of the samples in s, by the measurement's own clock, rising.
+    pub times_s: Vec<f64>,
+    /// Values in SI units.
+    pub values: Vec<f64>,
+}
+
+/// Reads two columns of a CSV or Parquet file: times in s, and a channel in `unit`.
+///
+/// # Errors
+/// [`MeasurementError::File`] for a file, a column or a number that is not there; [`MeasurementError::Order`].
+pub fn read(file: &Path, [time, channel]: [&str; 2], unit: Unit) -> Result<Measured, MeasurementError> {
+    let rows = table_rows(file, &[time, channel]).map_err(MeasurementError::File)?;
+    let mut measured = Measured { times_s: Vec::with_capacity(rows.len()), values: Vec::with_capacity(rows.len()) };
+    for row in &rows {
+        let number = |cell: usize, column: &str| number(row, cell).ok_or_else(|| fault(file, row, (cell, column)));
+        let (time_s, value) = (number(0, time)?, number(1, channel)?);
+        if let Some(before_s) = measured.times_s.last().copied().filter(|before_s| time_s <= *before_s) {
+            let place = format!("{}, {}", file.display(), row.place);
+            return Err(MeasurementError::Order { place, time_s, before_s });
+        }
+        measured.times_s.push(time_s);
+        measured.values.push(unit.factor * value);
+    }
+    Ok(measured)
+}
+
+fn number(row: &TableRow, cell: usize) -> Option<f64> {
+    row.cells.get(cell)?.parse::<f64>().ok().filter(|number| number.is_finite())
+}
+
+fn fault(file: &Path, row: &TableRow, (cell, column): (usize, &str)) -> MeasurementError {
+    let found = row.cells.get(cell).map_or("nothing", String::as_str);
+    MeasurementError::File(format!(
+        "{}, {}, column `{column}`: expected a number, found `{found}` (a sample that is missing is left out with its time)",
+        file.display(),
+        row.place
+    ))
+}
