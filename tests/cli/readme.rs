@@ -32,7 +32,8 @@ fn readme() -> String {
 fn commands(text: &str) -> Vec<Vec<String>> {
     let lines = text.lines().filter_map(|line| line.strip_prefix("    decore "));
     let bare = lines.map(|line| line.split('#').next().unwrap_or_default());
-    bare.map(|line| line.split_whitespace().map(str::to_owned).collect()).collect()
+    // A shell takes the quotes away; none of them holds a blank.
+    bare.map(|line| line.split_whitespace().map(|word| word.trim_matches('"').to_owned()).collect()).collect()
 }
 
 fn decore(scratch: &TempDir) -> Command {
