@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::exit::Failure;
 use crate::dataset::{Columns, TableName};
-use crate::design::{Aliases, Quality};
+use crate::design::{Acceptance, Aliases, Quality};
 use crate::engine::{Engine, RowScene, Rows};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use crate::scene::Scene;
@@ -44,8 +44,8 @@ pub(super) struct Plan {
     pub factors: Vec<FactorPlan>,
     /// The constraints as typed.
     pub constraints: Vec<String>,
-    /// How many points met the constraints; null where none were left out.
-    pub acceptance: Option<AcceptanceCount>,
+    /// How many points, or blocks of rows that belong together, met the constraints; null where none were left out.
+    pub acceptance: Option<Acceptance>,
     /// What a two-level fraction confuses; null for another design.
     pub confused: Option<Confused>,
     /// Measures of the design; null without factors.
@@ -71,15 +71,6 @@ pub(super) struct FactorPlan {
     pub domain: String,
     /// The study's values that it drives.
     pub drives: Vec<String>,
-}
-
-/// Points that met the constraints.
-#[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct AcceptanceCount {
-    /// Points, or blocks of rows that belong together, that were drawn.
-    pub tried: usize,
-    /// Those of them that met the constraints.
-    pub accepted: usize,
 }
 
 /// What a two-level fraction confuses.
@@ -167,7 +158,6 @@ impl Plan {
             domain: factor.domain(),
             drives: factor.paths(),
         });
-        let acceptance = checked.acceptance();
         Ok(Self {
             study: study.title().to_owned(),
             study_hash: study.hash().to_owned(),
@@ -176,7 +166,7 @@ impl Plan {
             seed: study.seed(),
             factors: factors.collect(),
             constraints: owned(study.constraints()),
-            acceptance: acceptance.map(|of| AcceptanceCount { tried: of.tried, accepted: of.accepted }),
+            acceptance: checked.acceptance(),
             confused: checked.design().aliases().map(|aliases| Confused::of(study, &aliases)),
             quality: Quality::of(checked.design()),
             hammers: owned(study.hammer_names()),
@@ -201,13 +191,6 @@ impl Confused {
             resolution: aliases.resolution(),
             aliased: aliases.chains.iter().map(|chain| chain.iter().map(|effect| product(effect)).collect()).collect(),
         }
-    }
-}
-
-impl AcceptanceCount {
-    /// Share of the points that met the constraints.
-    pub fn rate(&self) -> f64 {
-        self.accepted as f64 / self.tried.max(1) as f64
     }
 }
 

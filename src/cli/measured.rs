@@ -8,7 +8,9 @@ use serde::Serialize;
 
 use super::exit::Failure;
 use super::text::six_digits;
-use crate::measurement::{Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Treatment, UNITS, Unit, beside, read, unit};
+use crate::measurement::{
+    Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Measured, Treatment, UNITS, Unit, beside, read, unit,
+};
 use crate::metrics::Signal;
 use crate::words::nearest;
 
@@ -86,11 +88,12 @@ impl MeasuredArguments {
         let told = |error: &dyn std::fmt::Display| Failure::Argument(error.to_string());
         let low_pass_hz = (self.low_pass_hz != 0.0).then_some(self.low_pass_hz);
         let treatment = Treatment { low_pass_hz, offset_s: self.offset_s };
-        let one = |channel: &Channel| {
-            let signal = signal(channel, signals)?;
-            let measured =
-                read(file, [&self.time_column, &channel.column], channel.unit).map_err(|error| told(&error))?;
-            let found = beside((&signal.values, interval_s), &measured, treatment);
+        let signals = self.channels.iter().map(|channel| signal(channel, signals)).collect::<Result<Vec<_>, _>>()?;
+        let columns: Vec<(&str, Unit)> =
+            self.channels.iter().map(|channel| (channel.column.as_str(), channel.unit)).collect();
+        let measured = read(file, &self.time_column, &columns).map_err(|error| told(&error))?;
+        let one = |((channel, signal), measured): ((&Channel, &Signal), &Measured)| {
+            let found = beside((&signal.values, interval_s), measured, treatment);
             let name = |error| told(&format_args!("channel `{}`: {error}", channel.column));
             Ok(ChannelBeside {
                 signal: channel.signal.clone(),
@@ -99,7 +102,7 @@ impl MeasuredArguments {
                 beside: found.map_err(name)?,
             })
         };
-        self.channels.iter().map(one).collect()
+        self.channels.iter().zip(signals).zip(&measured).map(one).collect()
     }
 }
 

@@ -10,7 +10,7 @@ const JUDGED: usize = 20_000;
 const MOST_PER_ROW: usize = 1000;
 
 /// How many points were looked at and how many passed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Acceptance {
     /// Points looked at.
     pub tried: usize,

@@ -12,6 +12,8 @@ use crate::signal::{Butterworth, dominant_frequency_hz, offset, peak, relative_d
 pub const LOW_PASS_HZ: f64 = 4000.0;
 /// Order of the low-pass, once forwards and once backwards.
 pub const LOW_PASS_ORDER: usize = 4;
+/// Most samples of a measurement at the interval of the calculated signal: 400 s of it at 20 us.
+const MOST_SAMPLES: usize = 20_000_000;
 /// Fewest samples in common.
 const LEAST_SAMPLES: usize = 64;
 
@@ -66,7 +68,7 @@ pub struct Beside {
 /// are taken over the time in common.
 ///
 /// # Errors
-/// [`MeasurementError::Apart`]; signals too short for the filter, a cut-off above half of the sampling rate.
+/// [`MeasurementError::Long`], [`MeasurementError::Apart`]; signals too short for the filter, a cut-off above half of the sampling rate.
 pub fn beside(
     (calculated, interval_s): (&[f64], f64),
     measured: &Measured,
@@ -74,7 +76,11 @@ pub fn beside(
 ) -> Result<Beside, MeasurementError> {
     let Measured { times_s, values } = measured;
     let (first_s, last_s) = (times_s.first().copied().unwrap_or(0.0), times_s.last().copied().unwrap_or(0.0));
-    let count = ((last_s - first_s) / interval_s + 1e-9).floor() as usize + 1;
+    let intervals = (last_s - first_s) / interval_s + 1e-9;
+    if intervals >= MOST_SAMPLES as f64 {
+        return Err(MeasurementError::Long { from_s: first_s, to_s: last_s, interval_s, most: MOST_SAMPLES });
+    }
+    let count = intervals.floor() as usize + 1;
     let grid: Vec<f64> =
         resampled(times_s, values, (first_s, interval_s, count)).into_iter().map_while(|at| at).collect();
     let (calculated, grid) = match treatment.low_pass_hz {
@@ -175,6 +181,14 @@ mod tests {
         assert_eq!(found.spikes_s, expected);
         assert_eq!(found.from_s, 0.0);
         assert!((found.to_s - (3.0 + 8999.0 * 3.9e-5 - 3.021)).abs() < INTERVAL_S, "{}", found.to_s);
+    }
+
+    #[test]
+    fn times_that_are_no_seconds_are_refused() {
+        let stamps = Measured { times_s: vec![0.0, 1.7e12], values: vec![0.0, 1.0] };
+        let treatment = Treatment { low_pass_hz: None, offset_s: None };
+        let error = beside((&calculated(), INTERVAL_S), &stamps, treatment).expect_err("long");
+        assert!(matches!(error, MeasurementError::Long { .. }), "{error}");
     }
 
     #[test]

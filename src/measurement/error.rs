@@ -19,6 +19,21 @@ pub enum MeasurementError {
         /// The one before.
         before_s: f64,
     },
+    /// A measurement over a time that is too long.
+    #[error(
+        "the measurement goes from {from_s} to {to_s} s, which at {interval_s} s a sample are more than {most} samples: cut out the part \
+         that is to be compared (are the times in s?)"
+    )]
+    Long {
+        /// Its first time.
+        from_s: f64,
+        /// Its last time.
+        to_s: f64,
+        /// Interval of the calculated signal.
+        interval_s: f64,
+        /// Most samples.
+        most: usize,
+    },
     /// Signal and measurement have no time in common.
     #[error(
         "with an offset of {offset_s} s the measurement lies from {from_s} to {to_s} s, the calculated signal from 0 to {duration_s} s: too \

@@ -45,24 +45,30 @@ pub struct Measured {
     pub values: Vec<f64>,
 }
 
-/// Reads two columns of a CSV or Parquet file: times in s, and a channel in `unit`.
+/// Reads channels of a CSV or Parquet file, each a column in a unit, with the column of their times in s.
 ///
 /// # Errors
 /// [`MeasurementError::File`] for a file, a column or a number that is not there; [`MeasurementError::Order`].
-pub fn read(file: &Path, [time, channel]: [&str; 2], unit: Unit) -> Result<Measured, MeasurementError> {
-    let rows = table_rows(file, &[time, channel]).map_err(MeasurementError::File)?;
-    let mut measured = Measured { times_s: Vec::with_capacity(rows.len()), values: Vec::with_capacity(rows.len()) };
-    for row in &rows {
-        let number = |cell: usize, column: &str| number(row, cell).ok_or_else(|| fault(file, row, (cell, column)));
-        let (time_s, value) = (number(0, time)?, number(1, channel)?);
-        if let Some(before_s) = measured.times_s.last().copied().filter(|before_s| time_s <= *before_s) {
+pub fn read(file: &Path, time: &str, channels: &[(&str, Unit)]) -> Result<Vec<Measured>, MeasurementError> {
+    let columns: Vec<&str> = std::iter::once(time).chain(channels.iter().map(|(column, _)| *column)).collect();
+    let rows = table_rows(file, &columns).map_err(MeasurementError::File)?;
+    let numbers = |cell: usize| -> Result<Vec<f64>, MeasurementError> {
+        rows.iter().map(|row| number(row, cell).ok_or_else(|| fault(file, row, (cell, columns[cell])))).collect()
+    };
+    let times_s = numbers(0)?;
+    for (pair, row) in times_s.windows(2).zip(rows.iter().skip(1)) {
+        if let [before_s, time_s] = *pair
+            && time_s <= before_s
+        {
             let place = format!("{}, {}", file.display(), row.place);
             return Err(MeasurementError::Order { place, time_s, before_s });
         }
-        measured.times_s.push(time_s);
-        measured.values.push(unit.factor * value);
     }
-    Ok(measured)
+    let channel = |(place, (_, unit)): (usize, &(&str, Unit))| {
+        let values = numbers(place + 1)?.into_iter().map(|value| unit.factor * value).collect();
+        Ok(Measured { times_s: times_s.clone(), values })
+    };
+    channels.iter().enumerate().map(channel).collect()
 }
 
 fn number(row: &TableRow, cell: usize) -> Option<f64> {
