@@ -58,12 +58,13 @@
 //! comparison  : dataset quantity run
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system
+//! paper       : engine measurement metrics run scene signal study system
 //! sensitivity : analysis dataset design metrics quantity run study
 //! features    : dataset design files metrics quantity random run study
 //! surrogate   : dataset files number random regression sensitivity study
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
 //! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words
-//! cli         : accuracy analysis comparison dataset design engine features files guide integrate measurement metrics page plot quantity refinement report run scene sensitivity structure study surrogate system words
+//! cli         : accuracy analysis comparison dataset design engine features files guide integrate measurement metrics page paper plot quantity refinement report run scene sensitivity structure study surrogate system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -90,6 +91,7 @@
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
 //! - [`page`]: pages of HTML that are one file each.
+//! - [`paper`]: the publication that the model follows, beside what decore gives for its rig.
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
 //! - [`signal`]: measured signals beside calculated ones: filter, density, lost samples, shift in time.
 //! - [`measurement`]: a measured channel beside a calculated signal.
@@ -132,6 +134,8 @@ pub mod metrics;
 pub mod number;
 #[allow(clippy::disallowed_methods)]
 pub mod page;
+#[allow(clippy::disallowed_methods)]
+pub mod paper;
 #[allow(clippy::disallowed_methods)]
 pub mod plot;
 #[cfg(feature = "python")]

@@ -81,6 +81,7 @@ def main(root, program):
         ("scene", ["scene", "sweep.toml", "--row", "3"], [0]),
         ("scene", ["scene", "a", "--row", "3"], [0]),
         ("scene", ["scene", "sweep.toml", "--set", "solver.max_steps=10"], [4]),
+        ("paper", ["paper"], [0]),
         ("sensitivity", ["analyse", "a"], [0]),
         ("surrogate", ["surrogate", "a"], [0]),
         ("refinement", ["refine", "table.toml", "--maximise", "delivered_work_j", "--most-rows", "12"], [0]),

@@ -10,6 +10,7 @@ use crate::engine::EngineError;
 use crate::features::FeaturesError;
 use crate::files::Staged;
 use crate::page::PageError;
+use crate::paper::PaperError;
 use crate::plot::PlotError;
 use crate::refinement::RefinementError;
 use crate::run::BatchError;
@@ -69,6 +70,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Page(PageError),
     #[error("{0}")]
+    Paper(#[from] PaperError),
+    #[error("{0}")]
     Comparison(ComparisonError),
     #[error("{0}")]
     Plot(#[from] PlotError),
@@ -106,7 +109,7 @@ impl Failure {
             }
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
             Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) => Exit::BadInput,
-            Self::Features(_) | Self::Refinement(_) => Exit::BadInput,
+            Self::Features(_) | Self::Refinement(_) | Self::Paper(_) => Exit::BadInput,
         }
     }
 }

@@ -18,6 +18,7 @@ mod measured;
 mod merge;
 mod more_rows;
 mod outputs;
+mod paper;
 mod progress;
 mod refine;
 mod report;
@@ -99,6 +100,8 @@ enum Command {
     Export(export::ExportArguments),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::MergeArguments),
+    /// Set the publication that the model follows beside what decore gives for its rig: figures, differences, why.
+    Paper(paper::PaperArguments),
     /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
     Slurm(cluster::SlurmArguments),
     /// Write a Python script that runs a sweep and its merge on HyperQueue.
@@ -158,6 +161,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
+        Command::Paper(arguments) => paper::paper(&arguments),
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),
         Command::Init(arguments) => init::init(&arguments),

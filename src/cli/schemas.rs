@@ -10,6 +10,7 @@ use super::status::DatasetStatus;
 use super::structure::StructureResult;
 use super::verify::Verified;
 use crate::comparison::Comparison;
+use crate::paper::PaperComparison;
 use crate::refinement::Progress;
 use crate::report::Report;
 use crate::sensitivity::Sensitivity;
@@ -21,6 +22,7 @@ pub fn output_schemas() -> Vec<(&'static str, Value)> {
         ("accuracy", schema::<AccuracyResult>("accuracy")),
         ("check", schema::<Check>("check")),
         ("comparison", schema::<Comparison>("comparison")),
+        ("paper", schema::<PaperComparison>("paper")),
         ("refinement", schema::<Progress>("refinement")),
         ("report", schema::<Report>("report")),
         ("scene", scene_schema()),

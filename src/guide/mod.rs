@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 15] = [
+pub const TOPICS: [Topic; 16] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -78,6 +78,11 @@ pub const TOPICS: [Topic; 15] = [
         name: "processors",
         about: "which bytes are the same where; what GPUs and nodes of many cores would need",
         text: include_str!("processors.md"),
+    },
+    Topic {
+        name: "paper",
+        about: "the publication of the model beside decore: figures, differences, why",
+        text: include_str!("paper.md"),
     },
     Topic { name: "limits", about: "what decore does not do", text: include_str!("limits.md") },
 ];

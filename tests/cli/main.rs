@@ -3,6 +3,7 @@
 mod commands;
 mod mistakes;
 mod options;
+mod paper;
 mod printing;
 mod readme;
 mod scene;

@@ -32,6 +32,7 @@ fn printing(study: &str) -> Vec<Vec<String>> {
         plain(&["status", "out"]),
         plain(&["status", "out", "--json"]),
         plain(&["verify", "out"]),
+        plain(&["paper"]),
         plain(&["init", "-"]),
         plain(&["completions", "bash"]),
         plain(&["man", "--output", "man"]),

@@ -1,0 +1,218 @@
+//! The paper's figures beside ours, as plain data.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::mobility::Mobility;
+use super::quoted::CITATION;
+use crate::signal::relative_difference;
+
+/// The paper beside decore.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct PaperComparison {
+    /// Where the paper was published.
+    pub citation: &'static str,
+    /// How many of the figures that it calculated ours agree with.
+    pub calculations: Agreement,
+    /// How many of those that it measured.
+    pub measurements: Agreement,
+    /// How many of the differences between both that it quotes.
+    pub quoted_differences: Agreement,
+    /// Figures that belong together.
+    pub groups: Vec<Group>,
+    /// Our mobilities, for its Figure 14.
+    pub mobility: Mobility,
+}
+
+/// How many figures agree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Agreement {
+    /// Figures that agree by their group's tolerance.
+    pub agree: usize,
+    /// Figures.
+    pub of: usize,
+}
+
+/// Figures that belong together, what explains their differences, and runs that show it.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Group {
+    /// What they are.
+    pub name: &'static str,
+    /// Table, figure or section of the paper.
+    pub source: &'static str,
+    /// How near ours has to be.
+    pub tolerance: Tolerance,
+    /// The figures; none where the paper prints curves alone.
+    pub figures: Vec<Figure>,
+    /// What agrees, what does not, and why.
+    pub remarks: Vec<String>,
+    /// What the remarks stand on: figures of ours alone.
+    pub evidence: Vec<Evidence>,
+}
+
+/// How near a figure of ours has to be to count as agreeing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Tolerance {
+    /// By a share of the paper's figure.
+    Share {
+        /// Of its calculation.
+        of_calculation: f64,
+        /// Of its measurement.
+        of_measurement: f64,
+    },
+    /// By an absolute difference of figures that are in per cent themselves.
+    PercentagePoints {
+        /// Largest difference.
+        most: f64,
+    },
+}
+
+/// One figure of the paper beside ours.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Figure {
+    /// What it is.
+    pub name: String,
+    /// Unit of all its values.
+    pub unit: &'static str,
+    /// Ours against the paper's calculation; null where it prints none.
+    pub calculated: Option<Against>,
+    /// Ours against the paper's measurement; null where it prints none.
+    pub measured: Option<Against>,
+    /// Ours against a difference that the paper quotes between its calculation and its measurement; null where it is none.
+    pub quoted: Option<Against>,
+    /// Ours.
+    pub ours: f64,
+}
+
+/// Ours against a value of the paper.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Against {
+    /// The paper's value.
+    pub paper: f64,
+    /// `(ours - paper) / paper`; of figures that are in per cent themselves `ours - paper`.
+    pub difference: f64,
+    /// Whether ours lies within the group's tolerance.
+    pub agrees: bool,
+}
+
+/// A table of ours alone.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Evidence {
+    /// What it shows.
+    pub name: &'static str,
+    /// Headings of the values, with their units.
+    pub columns: Vec<&'static str>,
+    /// Its rows.
+    pub rows: Vec<EvidenceRow>,
+}
+
+/// A row of such a table.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct EvidenceRow {
+    /// What was changed, or what the row shows.
+    pub label: String,
+    /// A value for each column; null where there is none.
+    pub values: Vec<Option<f64>>,
+}
+
+impl PaperComparison {
+    pub(super) fn new(groups: Vec<Group>, mobility: Mobility) -> Self {
+        let counted = |of: fn(&Figure) -> Option<Against>| {
+            let against = groups.iter().flat_map(|group| &group.figures).filter_map(of);
+            against.fold(Agreement { agree: 0, of: 0 }, |sum, one| Agreement {
+                agree: sum.agree + usize::from(one.agrees),
+                of: sum.of + 1,
+            })
+        };
+        Self {
+            citation: CITATION,
+            calculations: counted(|figure| figure.calculated),
+            measurements: counted(|figure| figure.measured),
+            quoted_differences: counted(|figure| figure.quoted),
+            groups,
+            mobility,
+        }
+    }
+}
+
+/// A figure before it is held to a tolerance.
+#[derive(Debug, Clone)]
+pub(super) struct Printed {
+    pub name: String,
+    pub unit: &'static str,
+    pub calculated: Option<f64>,
+    pub measured: Option<f64>,
+    pub quoted: Option<f64>,
+    pub ours: f64,
+}
+
+impl Printed {
+    /// A figure that the paper calculated and measured, in this order.
+    pub fn both(name: impl Into<String>, unit: &'static str, [calculated, measured]: [f64; 2], ours: f64) -> Self {
+        Self { measured: Some(measured), ..Self::calculated(name, unit, calculated, ours) }
+    }
+
+    /// One that it calculated alone.
+    pub fn calculated(name: impl Into<String>, unit: &'static str, calculated: f64, ours: f64) -> Self {
+        Self { name: name.into(), unit, calculated: Some(calculated), measured: None, quoted: None, ours }
+    }
+
+    /// A difference of calculation and measurement in %.
+    pub fn difference(name: &str, quoted: f64, ours: f64) -> Self {
+        Self { name: name.to_owned(), unit: "%", calculated: None, measured: None, quoted: Some(quoted), ours }
+    }
+}
+
+impl Tolerance {
+    /// A figure held to the tolerance.
+    pub(super) fn judge(self, printed: Printed) -> Figure {
+        let Printed { name, unit, calculated, measured, quoted, ours } = printed;
+        let (relative, [of_calculation, of_measurement]) = match self {
+            Self::Share { of_calculation, of_measurement } => (true, [of_calculation, of_measurement]),
+            Self::PercentagePoints { most } => (false, [most; 2]),
+        };
+        let against = |paper: f64, most: f64| {
+            let difference = if relative { relative_difference(ours, paper) } else { ours - paper };
+            Against { paper, difference, agrees: difference.abs() <= most }
+        };
+        Figure {
+            calculated: calculated.map(|paper| against(paper, of_calculation)),
+            measured: measured.map(|paper| against(paper, of_measurement)),
+            quoted: quoted.map(|paper| against(paper, of_calculation)),
+            name,
+            unit,
+            ours,
+        }
+    }
+}
+
+impl Evidence {
+    pub(super) fn new(name: &'static str, columns: &[&'static str], rows: Vec<EvidenceRow>) -> Self {
+        Self { name, columns: columns.to_vec(), rows }
+    }
+}
+
+impl EvidenceRow {
+    pub(super) fn new(label: impl Into<String>, values: &[Option<f64>]) -> Self {
+        Self { label: label.into(), values: values.to_vec() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerances_are_held() {
+        let share = Tolerance::Share { of_calculation: 0.01, of_measurement: 0.05 };
+        let figure = share.judge(Printed::both("x", "Hz", [100.0, 96.0], 101.0));
+        let [calculated, measured] = [figure.calculated, figure.measured].map(|against| against.expect("printed"));
+        assert!(calculated.agrees && (calculated.difference - 0.01).abs() < 1e-15, "{calculated:?}");
+        assert!(!measured.agrees && (measured.difference - 5.0 / 96.0).abs() < 1e-15, "{measured:?}");
+        let points = Tolerance::PercentagePoints { most: 5.0 };
+        let judged = |ours| points.judge(Printed::difference("x", -6.5, ours)).quoted.expect("printed");
+        assert!(judged(-2.0).agrees && !judged(-1.0).agrees);
+        assert_eq!(judged(8.0).difference, 14.5);
+    }
+}

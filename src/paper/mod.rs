@@ -1,0 +1,38 @@
+//! The publication that the model follows, beside what decore gives for its rig: M. Mariadass, R. Binder, F. Ettemeyer, W. Volk,
+//! D. Günther, *Modeling De-Coring Tools with Coupled Multibody Simulation and Finite Element Analysis*, Appl. Mech. 2023, 4,
+//! 1206-1226.
+//!
+//! ```text
+//! quoted: figures of the paper ------------------------+
+//!                                                      +--groups--> PaperComparison
+//! rig: studies/paper_rig.toml, compiled in --run--> ours
+//! ```
+//!
+//! - `quoted`: what the paper prints, with table, figure or section
+//! - `rig`: the rig as a study, its runs, and runs with one thing changed that tell where differences come from
+//! - `mobility`: velocity per force over frequency
+//! - `compared`: the result as plain data
+//! - `structure_groups`, `process_groups`: what stands beside what, by which tolerance, and why it differs
+
+mod compared;
+mod error;
+mod mobility;
+mod process_groups;
+mod quoted;
+mod rig;
+mod structure_groups;
+
+pub use compared::{Against, Agreement, Evidence, EvidenceRow, Figure, Group, PaperComparison, Tolerance};
+pub use error::PaperError;
+pub use mobility::{Mobility, MobilityPeak};
+pub use quoted::CITATION;
+
+/// Runs the paper's rig, and what else tells where differences come from, and sets all beside the paper's figures. Reads no file.
+///
+/// # Errors
+/// [`PaperError`], of which none is known: the study is compiled in.
+pub fn compare() -> Result<PaperComparison, PaperError> {
+    let ours = rig::run()?;
+    let groups = structure_groups::groups(&ours).into_iter().chain(process_groups::groups(&ours)?).collect();
+    Ok(PaperComparison::new(groups, ours.mobility))
+}
