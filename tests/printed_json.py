@@ -86,6 +86,7 @@ def main(root, program):
         ("surrogate", ["surrogate", "a"], [0]),
         ("refinement", ["refine", "table.toml", "--maximise", "delivered_work_j", "--most-rows", "12"], [0]),
         ("refinement", ["refine", "table.toml", "--boundary", "delivered_work_j<=50", "--most-rows", "12"], [0]),
+        ("refinement", ["refine", "table.toml", "--failures", "--until-unsure", "0.2", "--most-rows", "60"], [0]),
         ("structure", ["structure", "sweep.toml", "--effects"], [0]),
         ("accuracy", ["accuracy", "sweep.toml", "--repeats", "1", "--quick", "--set", "duration_s=0.04"], [0]),
     ]

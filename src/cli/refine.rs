@@ -17,7 +17,7 @@ use crate::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings
 use crate::study::{CheckedStudy, Study};
 
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("goal").required(true).args(["learn", "maximise", "minimise", "boundary"]))]
+#[command(group = ArgGroup::new("goal").required(true).args(["learn", "maximise", "minimise", "boundary", "failures"]))]
 pub(super) struct RefineArguments {
     /// Study file (TOML) whose design is `kind = "table"`: to its file of rows (CSV) further ones are added.
     study: PathBuf,
@@ -36,22 +36,25 @@ pub(super) struct RefineArguments {
     /// Add rows that show where this limit is passed, e.g. `max_casting_point_velocity_m_s<=1.5`.
     #[arg(long, value_name = "NAME<=VALUE")]
     boundary: Option<Limit>,
+    /// Add rows that show where rows fail: where they are not done, whatever the reason.
+    #[arg(long)]
+    failures: bool,
     /// What must hold of the best row, e.g. `max_casting_point_velocity_m_s<=1.5`; may be given several times.
-    #[arg(long = "limit", value_name = "NAME<=VALUE", conflicts_with_all = ["learn", "boundary"])]
+    #[arg(long = "limit", value_name = "NAME<=VALUE", conflicts_with_all = ["learn", "boundary", "failures"])]
     limits: Vec<Limit>,
     /// With --learn: stop when each column's Q2, as `decore surrogate` tells it, is at least this.
-    #[arg(long, default_value_t = 0.95, value_name = "Q2", value_parser = q2, conflicts_with_all = OPTIMA, conflicts_with = "boundary")]
+    #[arg(long, default_value_t = 0.95, value_name = "Q2", value_parser = q2, conflicts_with_all = NOT_LEARNT)]
     until_q2: f64,
     /// With --learn: in place of a Q2 of this column, its 95 % intervals of new rows are to be so wide at most, on average over the
     /// ranges of the factors, in its unit, e.g. `delivered_work_j=5`; may be given several times.
-    #[arg(long, value_name = "NAME=WIDTH", value_parser = width, conflicts_with_all = OPTIMA, conflicts_with = "boundary")]
+    #[arg(long, value_name = "NAME=WIDTH", value_parser = width, conflicts_with_all = NOT_LEARNT)]
     until_width: Vec<(String, f64)>,
     /// With --maximise or --minimise: stop when no run is expected to improve the best row by so much, in the column's unit. Default:
     /// when the rows are spent.
-    #[arg(long, value_name = "GAIN", value_parser = positive, conflicts_with_all = ["learn", "boundary"])]
+    #[arg(long, value_name = "GAIN", value_parser = positive, conflicts_with_all = ["learn", "boundary", "failures"])]
     until_gain: Option<f64>,
-    /// With --boundary: stop when the model takes no more than this share of the ranges for the wrong side of the limit, as it expects
-    /// itself.
+    /// With --boundary or --failures: stop when the model takes no more than this share of the ranges for the wrong side of the limit,
+    /// or of where rows fail, as it expects itself.
     #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = positive, conflicts_with_all = OPTIMA, conflicts_with = "learn")]
     until_unsure: f64,
     /// Rows that are added at a time; the rows depend on it.
@@ -70,6 +73,8 @@ pub(super) struct RefineArguments {
 
 /// Goals that are an optimum.
 const OPTIMA: [&str; 2] = ["maximise", "minimise"];
+/// Goals that are no model of outputs.
+const NOT_LEARNT: [&str; 4] = ["maximise", "minimise", "boundary", "failures"];
 
 /// Reads a Q2.
 fn q2(text: &str) -> Result<f64, String> {
@@ -101,6 +106,7 @@ impl RefineArguments {
             (Some(output), ..) => optimise(output, Side::Most),
             (_, Some(output), _) => optimise(output, Side::Least),
             (.., Some(limit)) => Goal::Bound { limit: limit.clone(), unsure: self.until_unsure },
+            _ if self.failures => Goal::Separate { unsure: self.until_unsure },
             _ => Goal::Learn { targets: self.targets()? },
         };
         Ok(RefinementSettings { goal, batch: self.batch as usize })

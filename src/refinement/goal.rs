@@ -30,6 +30,11 @@ pub enum Goal {
         /// Share of the places of which it may stay open on which side they lie.
         unsure: f64,
     },
+    /// Where rows begin to fail.
+    Separate {
+        /// Share of the places of which it may stay open on which side they lie.
+        unsure: f64,
+    },
 }
 
 /// An output that is to be predicted.
@@ -56,6 +61,7 @@ impl Goal {
         match self {
             Self::Learn { targets } => targets.iter().map(|target| target.output.clone()).collect(),
             Self::Bound { limit, .. } => vec![limit.output.clone()],
+            Self::Separate { .. } => Vec::new(),
             Self::Optimise { output, limits, .. } => {
                 let mut names = vec![output.clone()];
                 for limit in limits {

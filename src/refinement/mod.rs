@@ -13,9 +13,11 @@ mod error;
 mod goal;
 mod progress;
 mod propose;
+mod separate;
 
 pub use acquisition::{Beside, Learned, Limited, Side, improving, learning};
 pub use error::RefinementError;
 pub use goal::{Aim, Goal, Limit, Target};
 pub use progress::{Best, Boundary, OutputProgress, Progress};
 pub use propose::{Proposal, RefinementSettings, propose};
+pub use separate::{Tried, bounding, separating, sides};

@@ -5,6 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::acquisition::Beside;
 use crate::sensitivity::four_digits;
 
 /// How far a goal is reached.
@@ -14,14 +15,16 @@ pub struct Progress {
     pub study: String,
     /// Rows of the design, all of which are run.
     pub rows: u64,
-    /// The outputs that are modelled.
+    /// Rows of them that failed, where the boundary to those is sought; null otherwise.
+    pub failed: Option<u64>,
+    /// The outputs that are modelled; none where it is sought where rows fail.
     pub outputs: Vec<OutputProgress>,
     /// The best row within the limits; null where none is, or none is sought.
     pub best: Option<Best>,
     /// Largest expected improvement of the best row by a run, times its probability to be within the limits, in the output's unit;
     /// null without a best row.
     pub gain: Option<f64>,
-    /// Where the limit is passed; null where that is not sought.
+    /// Where the limit is passed or rows begin to fail; null where neither is sought.
     pub boundary: Option<Boundary>,
     /// Whether all that was asked for is reached.
     pub reached: bool,
@@ -58,15 +61,33 @@ pub struct Best {
 /// Where a limit is passed.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Boundary {
-    /// Share of the ranges of the factors that is within the limit, as the model expects.
+    /// Share of the ranges of the factors that is within the limit, or where rows succeed, as the model expects.
     pub within: f64,
     /// Share that the model takes for the wrong side, as it expects itself.
     pub unsure: f64,
 }
 
+impl Progress {
+    /// Of rows of which nothing else is said yet.
+    pub(super) fn new(study: String, rows: u64) -> Self {
+        Self { study, rows, failed: None, outputs: Vec::new(), best: None, gain: None, boundary: None, reached: false }
+    }
+}
+
+impl Boundary {
+    /// Of places all over the ranges.
+    pub(super) fn new(places: &[Beside]) -> Self {
+        let mean = |of: &dyn Fn(&Beside) -> f64| places.iter().map(of).sum::<f64>() / places.len() as f64;
+        Self { within: mean(&|at| at.within), unsure: mean(&|at| at.within.min(1.0 - at.within)) }
+    }
+}
+
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} rows", self.rows)?;
+        if let Some(failed) = self.failed {
+            write!(f, ", {failed} of which failed")?;
+        }
         for OutputProgress { output, unit, used, q2, width } in &self.outputs {
             let from = if *used == self.rows { String::new() } else { format!(" (from {used} rows)") };
             let (width, unit) = (four_digits(*width), spaced(unit));
@@ -82,7 +103,8 @@ impl fmt::Display for Progress {
         }
         if let Some(Boundary { within, unsure }) = self.boundary {
             let [within, unsure] = [within, unsure].map(|share| 100.0 * share);
-            write!(f, "\n  within the limit {within:.1} % of the ranges, on the wrong side of it {unsure:.2} %")?;
+            let what = if self.failed.is_some() { "rows succeed in" } else { "within the limit" };
+            write!(f, "\n  {what} {within:.1} % of the ranges, on the wrong side {unsure:.2} %")?;
         }
         Ok(())
     }

@@ -1,16 +1,17 @@
 //! From a dataset to the rows of the next batch.
 
-use super::acquisition::{Beside, Learned, Limited, Side, improving, learning};
+use super::acquisition::{Learned, Limited, Side, improving, learning};
 use super::candidates::Collector;
 use super::error::RefinementError;
 use super::goal::{Aim, Goal, Limit, Target};
 use super::progress::{Best, Boundary, OutputProgress, Progress};
+use super::separate::{Tried, bounding, separating, sides};
 use crate::dataset::DatasetReader;
 use crate::random::hash;
 use crate::regression::{GaussianProcess, Points, RegressionError};
 use crate::study::CheckedStudy;
-use crate::surrogate::{Model, OutputModel, OutputSurrogate, ProcessFigures, RowsProcess, SurrogateError};
-use crate::surrogate::{SurrogateSettings, fit};
+use crate::surrogate::{FactorSpace, Model, OutputModel, OutputSurrogate, ProcessFigures, RowsProcess, SuccessModel};
+use crate::surrogate::{SurrogateError, SurrogateSettings, fit, fit_success, text_places};
 
 /// Places among which rows that teach the most are chosen; over them the variance is summed.
 const LEARNING: usize = 512;
@@ -51,17 +52,14 @@ pub fn propose(
     settings: &RefinementSettings,
 ) -> Result<Proposal, RefinementError> {
     let outputs = settings.goal.outputs();
-    let model = fit(reader, &SurrogateSettings { outputs, ..SurrogateSettings::default() })?;
-    let outputs = model.surrogate.outputs.iter().zip(&model.outputs).map(Modelled::new);
-    let outputs = outputs.collect::<Result<Vec<Modelled<'_>>, RefinementError>>()?;
-    let seed = hash(study.design().seed(), study.row_count() as u64, 0);
-    let task = Task { study, model: &model, outputs, seed };
+    let modelled = || fit(reader, &SurrogateSettings { outputs, ..SurrogateSettings::default() });
     match &settings.goal {
-        Goal::Learn { targets } => task.learn(targets, settings.batch),
+        Goal::Learn { targets } => Task::new(study, &modelled()?)?.learn(targets, settings.batch),
         Goal::Optimise { side, limits, gain, .. } => {
-            task.optimise(&Wanted { side: *side, limits, gain: *gain }, settings.batch)
+            Task::new(study, &modelled()?)?.optimise(&Wanted { side: *side, limits, gain: *gain }, settings.batch)
         }
-        Goal::Bound { limit, unsure } => task.bound((limit, *unsure), settings.batch),
+        Goal::Bound { limit, unsure } => Task::new(study, &modelled()?)?.bound((limit, *unsure), settings.batch),
+        Goal::Separate { unsure } => separate(study, reader, (*unsure, settings.batch)),
     }
 }
 
@@ -120,17 +118,17 @@ struct Task<'a> {
     seed: u64,
 }
 
-impl Task<'_> {
+impl<'a> Task<'a> {
+    fn new(study: &'a CheckedStudy, model: &'a Model) -> Result<Self, RefinementError> {
+        let outputs = model.surrogate.outputs.iter().zip(&model.outputs).map(Modelled::new);
+        let outputs = outputs.collect::<Result<Vec<Modelled<'_>>, RefinementError>>()?;
+        Ok(Self { study, model, outputs, seed: seed_of(study) })
+    }
+
     fn progress(&self, places: &Points) -> Result<Progress, RegressionError> {
-        Ok(Progress {
-            study: self.model.surrogate.study.clone(),
-            rows: self.study.row_count() as u64,
-            outputs: self.outputs.iter().map(|of| of.progress(places)).collect::<Result<_, _>>()?,
-            best: None,
-            gain: None,
-            boundary: None,
-            reached: false,
-        })
+        let mut progress = Progress::new(self.model.surrogate.study.clone(), self.study.row_count() as u64);
+        progress.outputs = self.outputs.iter().map(|of| of.progress(places)).collect::<Result<_, _>>()?;
+        Ok(progress)
     }
 
     fn learn(&self, targets: &[Target], batch: usize) -> Result<Proposal, RefinementError> {
@@ -153,25 +151,18 @@ impl Task<'_> {
     }
 
     fn bound(&self, (limit, unsure): (&Limit, f64), batch: usize) -> Result<Proposal, RefinementError> {
-        let mut collector = self.spread(SEARCHED)?;
+        let collector = self.spread(SEARCHED)?;
         let places = self.places(&collector.found)?;
         let mut progress = self.progress(&places)?;
         let process = &self.outputs[0].process.process;
-        let beside = Limited { process, side: limit.side, value: limit.value }.beside(&places)?;
-        let mean = |of: &dyn Fn(&Beside) -> f64| beside.iter().map(of).sum::<f64>() / beside.len() as f64;
-        let found = Boundary { within: mean(&|at| at.within), unsure: mean(&|at| at.within.min(1.0 - at.within)) };
+        let limited = Limited { process, side: limit.side, value: limit.value };
+        let found = Boundary::new(&limited.beside(&places)?);
         progress.reached = found.unsure <= unsure;
         progress.boundary = Some(found);
         if progress.reached {
             return Ok(Proposal { progress, rows: Vec::new() });
         }
-        let mut order: Vec<usize> = (0..beside.len()).collect();
-        order.sort_by(|a, b| beside[*b].unknown.total_cmp(&beside[*a].unknown));
-        order.truncate(LEARNING);
-        let places = places.select(&order);
-        collector.found = order.iter().map(|place| collector.found[*place].clone()).collect();
-        let success = self.outputs[0].success(&places)?;
-        let chosen = learning(&[Learned { process, success, boundary: Some(limit.value) }], &places, batch)?;
+        let chosen = bounding(&limited, &self.outputs[0].success(&places)?, &places, batch)?;
         Ok(Proposal::new(progress, &collector, chosen))
     }
 
@@ -275,15 +266,45 @@ impl Task<'_> {
         Ok(at.first().map(|at| Best { row: self.model.rows[row], value, expected: at.mean, std_dev: at.std_dev }))
     }
 
-    /// Candidates as places of the models, whose factors are some of the study's.
     fn places(&self, candidates: &[Vec<String>]) -> Result<Points, SurrogateError> {
-        let known: Vec<&str> = self.study.study().factors().iter().map(|factor| factor.name.as_str()).collect();
-        let factors = &self.model.surrogate.factors;
-        let columns: Vec<usize> =
-            factors.iter().filter_map(|factor| known.iter().position(|name| *name == factor.name)).collect();
-        let row = |cells: &Vec<String>| columns.iter().map(|column| cells[*column].clone()).collect();
-        self.model.places(&candidates.iter().map(row).collect::<Vec<Vec<String>>>())
+        places(self.study, &self.model.surrogate.factors, candidates)
     }
+}
+
+/// Candidates as places of models, whose factors are some of the study's.
+fn places(study: &CheckedStudy, factors: &[FactorSpace], candidates: &[Vec<String>]) -> Result<Points, SurrogateError> {
+    let known: Vec<&str> = study.study().factors().iter().map(|factor| factor.name.as_str()).collect();
+    let columns: Vec<usize> =
+        factors.iter().filter_map(|factor| known.iter().position(|name| *name == factor.name)).collect();
+    let row = |cells: &Vec<String>| columns.iter().map(|column| cells[*column].clone()).collect();
+    text_places(factors, &candidates.iter().map(row).collect::<Vec<Vec<String>>>())
+}
+
+/// Rows that show where rows fail; `unsure`: the share of the places of which it may stay open on which side they lie.
+fn separate(
+    study: &CheckedStudy,
+    reader: &DatasetReader,
+    (unsure, batch): (f64, usize),
+) -> Result<Proposal, RefinementError> {
+    let SuccessModel { study: name, factors, points, succeeded, success } = fit_success(reader)?;
+    let mut collector = Collector::new(study);
+    collector.fill(SEARCHED, seed_of(study))?;
+    let places = places(study, &factors, &collector.found)?;
+    let found = Boundary::new(&sides(&success, &places)?);
+    let mut progress = Progress::new(name, study.row_count() as u64);
+    progress.failed = Some(succeeded.iter().filter(|success| !**success).count() as u64);
+    progress.reached = found.unsure <= unsure;
+    progress.boundary = Some(found);
+    let chosen = match progress.reached {
+        true => Vec::new(),
+        false => separating(&success, &Tried { points: &points, succeeded: &succeeded }, &places, batch)?,
+    };
+    Ok(Proposal::new(progress, &collector, chosen))
+}
+
+/// The seed of a batch.
+fn seed_of(study: &CheckedStudy) -> u64 {
+    hash(study.design().seed(), study.row_count() as u64, 0)
 }
 
 impl Proposal {

@@ -63,6 +63,11 @@ impl Points {
         Ok(Self { values: [&self.values[..], &others.values].concat(), nominal: self.nominal.clone() })
     }
 
+    /// Squared distance of two places in the scaled ranges; of names 1 where they differ.
+    pub fn squared_distance(&self, [a, b]: [&[f64]; 2]) -> f64 {
+        (0..self.factors()).map(|factor| self.squared(factor, [a[factor], b[factor]])).sum()
+    }
+
     /// Squared distance of two places along a factor: of names 1 where they differ.
     pub(super) fn squared(&self, factor: usize, [a, b]: [f64; 2]) -> f64 {
         match self.nominal[factor] {

@@ -9,6 +9,9 @@ use super::points::Points;
 const LEAST_OF_A_KIND: usize = 4;
 /// Mean and standard deviation of the logarithm of the slope.
 const SLOPE: [f64; 2] = [1.0, 1.0];
+/// Mean and standard deviation of the offset: how many rows fail is in the process's mean already, and rows that were chosen near a
+/// boundary say nothing of the rest.
+const OFFSET: [f64; 2] = [0.0, 0.1];
 /// When the search for slope and offset ends.
 const SEARCH: Stop = Stop { steps: 100, gain: 1e-9 };
 
@@ -16,7 +19,8 @@ const SEARCH: Stop = Stop { steps: 100, gain: 1e-9 };
 ///
 /// A Gaussian process of 1 and -1, and `p = 1 / (1 + exp(-(slope m + offset) / sqrt(1 + pi slope^2 s^2 / 8)))` of its mean `m` and
 /// standard deviation `s`, slope and offset being those under which rows that were left out are most probable (least-squares
-/// classification: Rasmussen and Williams, 2006, section 6.5; Platt, 1999; the square root: MacKay, 1992).
+/// classification: Rasmussen and Williams, 2006, section 6.5; Platt, 1999; the square root: MacKay, 1992), with normal priors: of the
+/// logarithm of the slope (1, standard deviation 1) and of the offset (0, standard deviation 0.1).
 #[derive(Debug, Clone)]
 pub enum Success {
     /// The same everywhere, as too few rows of one kind are there: `(successes + 1) / (rows + 2)`.
@@ -48,9 +52,9 @@ impl Success {
             .map(|((sign, error), std_dev)| (*sign, Prediction { mean: sign - error, std_dev: *std_dev }))
             .collect();
         let mut loss = |at: &[f64]| Some(loss(at, &rows));
-        let scaling = match minimise(vec![SLOPE[0], 0.0], SEARCH, &mut loss) {
+        let scaling = match minimise(vec![SLOPE[0], OFFSET[0]], SEARCH, &mut loss) {
             Some(found) => [libm::exp(found.at[0]), found.at[1]],
-            None => [libm::exp(SLOPE[0]), 0.0],
+            None => [libm::exp(SLOPE[0]), OFFSET[0]],
         };
         Ok(Self::ByPlace { process, scaling })
     }
@@ -75,12 +79,13 @@ fn scaled([slope, offset]: [f64; 2], at: &Prediction) -> f64 {
     (slope * at.mean + offset) / (1.0 + spread).sqrt()
 }
 
-/// Minus the logarithm of the probability of the rows, with the prior of the slope, and its gradient by the slope's logarithm and
+/// Minus the logarithm of the probability of the rows, with the priors of slope and offset, and its gradient by the slope's logarithm and
 /// the offset.
 fn loss(at: &[f64], rows: &[(f64, Prediction)]) -> (f64, Vec<f64>) {
     let (slope, offset) = (libm::exp(at[0]), at[1]);
-    let off = (at[0] - SLOPE[0]) / SLOPE[1];
-    let (mut sum, mut gradient) = (0.5 * off * off, vec![off / SLOPE[1], 0.0]);
+    let off = [(at[0] - SLOPE[0]) / SLOPE[1], (at[1] - OFFSET[0]) / OFFSET[1]];
+    let (mut sum, mut gradient) =
+        (0.5 * (off[0] * off[0] + off[1] * off[1]), vec![off[0] / SLOPE[1], off[1] / OFFSET[1]]);
     for (sign, row) in rows {
         let spread = std::f64::consts::PI / 8.0 * (slope * row.std_dev).powi(2);
         let root = (1.0 + spread).sqrt();

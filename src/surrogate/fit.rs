@@ -5,17 +5,11 @@ use rayon::prelude::*;
 use super::error::SurrogateError;
 use super::model::{Model, OutputModel, RowsProcess};
 use super::result::{ChaosFigures, OutputSurrogate, SuccessFigures, Surrogate};
-use super::space::{FactorSpace, places};
+use super::rows::FactorRows;
 use crate::dataset::{DatasetReader, TableName};
-use crate::random::hash;
 use crate::regression::{GaussianProcess, Points, PolynomialChaos, RegressionError, Residuals, Success};
 use crate::sensitivity::{DEFAULT_OUTPUTS, OutputColumn, Table, UnitName, Units};
-use crate::study::DesignOutline;
 
-/// Rows that a model takes at most: time grows with their third power.
-const MOST_ROWS: usize = 2000;
-/// Stream of the numbers that choose among more rows.
-const CHOICE: u64 = 0x7375_7272;
 /// Probability of an interval.
 const LEVEL: f64 = 0.95;
 
@@ -41,7 +35,6 @@ impl Default for SurrogateSettings {
 /// is no error: it says why.
 pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model, SurrogateError> {
     let info = &reader.manifest().study;
-    let outline = DesignOutline::read(&info.study_text, &info.overrides, &info.study_name)?;
     let known = |name: &str| reader.columns(TableName::Runs).iter().any(|column| column.name == name);
     let outputs: Vec<String> = match settings.outputs.as_slice() {
         [] => DEFAULT_OUTPUTS.iter().filter(|name| known(name)).map(|name| (*name).to_owned()).collect(),
@@ -52,37 +45,11 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
     }
     let scatters = outputs.iter().map(|output| scatter_of(output)).filter(|name| known(name));
     let read: Vec<String> = outputs.iter().cloned().chain(scatters).collect();
-    let mut table = Table::read(reader, &outline, &read)?;
-    if table.factors.is_empty() {
-        return Err(SurrogateError::NoFactors);
-    }
-    let rows_there = table.rows.len();
-    let mut notes = Vec::new();
-    if rows_there > MOST_ROWS {
-        let mut order = table.rows.clone();
-        order.sort_by_key(|row| hash(CHOICE, 0, *row));
-        order.truncate(MOST_ROWS);
-        order.sort_unstable();
-        table.retain(|row| order.binary_search(&row).is_ok());
-        notes.push(format!(
-            "Of {rows_there} rows, {MOST_ROWS} are used, chosen by chance: the time grows with their third power."
-        ));
-    }
-    let factors: Vec<FactorSpace> = (table.factors.iter())
-        .filter_map(|column| {
-            let outline = outline.factors.iter().find(|factor| factor.name == column.name)?;
-            let unit = info.factors.iter().find(|factor| factor.name == column.name).map_or("", |factor| &factor.unit);
-            Some(FactorSpace::new(outline, column, unit))
-        })
-        .collect();
-    let rows: Vec<Vec<f64>> =
-        (0..table.rows.len()).map(|row| table.factors.iter().map(|factor| factor.values[row]).collect()).collect();
-    let named = |source| SurrogateError::Regression { output: "the factors".to_owned(), source };
-    let points = places(&factors, &rows).map_err(named)?;
+    let FactorRows { table, factors, points, rows_there, notes } = FactorRows::read(reader, &read)?;
     let units = Units {
         name: UnitName::Rows,
         size: 1,
-        rows: if rows_there > MOST_ROWS { MOST_ROWS as u64 } else { info.rows },
+        rows: if rows_there > table.rows.len() { table.rows.len() as u64 } else { info.rows },
     };
     let task = Task { table: &table, points: &points, units };
     let (figures, models): (Vec<OutputSurrogate>, Vec<OutputModel>) = table.outputs[..outputs.len()]

@@ -12,7 +12,9 @@ mod fit;
 mod model;
 mod predict;
 mod result;
+mod rows;
 mod space;
+mod success;
 mod text;
 
 pub use error::SurrogateError;
@@ -21,4 +23,5 @@ pub use fit::{SurrogateSettings, fit};
 pub use model::{Model, OutputModel, RowsProcess};
 pub use predict::{Predicted, Row, predict, predict_rows};
 pub use result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};
-pub use space::FactorSpace;
+pub use space::{FactorSpace, text_places};
+pub use success::{SuccessModel, fit_success};

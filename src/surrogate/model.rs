@@ -1,8 +1,6 @@
 //! A surrogate with all that predicts.
 
-use super::error::SurrogateError;
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
-use super::space::places;
 use crate::dataset::DatasetInfo;
 use crate::regression::{GaussianProcess, Hyperparameters, Kernel, Points, Residuals, Success};
 
@@ -39,29 +37,6 @@ pub struct RowsProcess {
     pub values: Vec<f64>,
     /// The process.
     pub process: GaussianProcess,
-}
-
-impl Model {
-    /// Places of rows, each with a text per factor of the surrogate: a number, or a name.
-    ///
-    /// # Errors
-    /// [`SurrogateError::Table`] for a text that is no value of its factor.
-    pub fn places(&self, rows: &[Vec<String>]) -> Result<Points, SurrogateError> {
-        let factors = &self.surrogate.factors;
-        let read = |row: &Vec<String>| {
-            let cells = row.iter().zip(factors);
-            cells
-                .map(|(cell, factor)| {
-                    factor
-                        .read(cell)
-                        .map_err(|message| SurrogateError::Table(format!("factor `{}`: {message}", factor.name)))
-                })
-                .collect::<Result<Vec<f64>, SurrogateError>>()
-        };
-        let values = rows.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-        let named = |source| SurrogateError::Regression { output: "the factors".to_owned(), source };
-        places(factors, &values).map_err(named)
-    }
 }
 
 impl OutputModel {

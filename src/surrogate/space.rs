@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::error::SurrogateError;
 use crate::number::ln;
 use crate::regression::{Points, RegressionError};
 use crate::sensitivity::FactorColumn;
@@ -93,4 +94,18 @@ pub(super) fn places(factors: &[FactorSpace], rows: &[Vec<f64>]) -> Result<Point
         |row: &Vec<f64>| factors.iter().zip(row).map(|(factor, value)| factor.scaled(*value)).collect::<Vec<f64>>();
     let nominal = factors.iter().map(|factor| !factor.names.is_empty()).collect();
     Points::new(rows.iter().flat_map(scaled).collect(), nominal)
+}
+
+/// Places of rows, each with a text per factor: a number, or a name.
+///
+/// # Errors
+/// [`SurrogateError::Table`] for a text that is no value of its factor.
+pub fn text_places(factors: &[FactorSpace], rows: &[Vec<String>]) -> Result<Points, SurrogateError> {
+    let read = |(cell, factor): (&String, &FactorSpace)| {
+        factor.read(cell).map_err(|message| SurrogateError::Table(format!("factor `{}`: {message}", factor.name)))
+    };
+    let row = |row: &Vec<String>| row.iter().zip(factors).map(read).collect::<Result<Vec<f64>, SurrogateError>>();
+    let values = rows.iter().map(row).collect::<Result<Vec<_>, _>>()?;
+    let named = |source| SurrogateError::Regression { output: "the factors".to_owned(), source };
+    places(factors, &values).map_err(named)
 }

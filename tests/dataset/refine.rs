@@ -216,3 +216,38 @@ fn what_cannot_be_refined_is_refused() {
     }
     assert_eq!(study.rows().lines().count(), 1 + START);
 }
+
+#[test]
+fn rows_are_added_where_rows_fail_on_either_side_and_the_same_after_a_pause() {
+    let study = Study::new();
+    // Half of the rows need more steps than this.
+    let mut run = decore();
+    expect_end(run.current_dir(study.scratch.path()).args(["run", "study.toml", "--output", "all"]));
+    let mut steps: Vec<u64> = Vec::new();
+    let reader = DatasetReader::open(&study.file("all")).expect("dataset");
+    let visit = |cells: &[Cell<'_>]| steps.extend(cells[0].and_then(|value| value.number()).map(|steps| steps as u64));
+    reader.visit(TableName::Runs, &["solver_steps"], visit).expect("read");
+    steps.sort_unstable();
+    let most = format!("solver.max_steps={}", steps[START / 2]);
+    let refine = |study: &Study, rows: &str| {
+        let goal = ["--failures", "--until-unsure", "1e-9", "--most-rows", rows, "--set", &most, "--json"];
+        progress(&expect_code(study.refine(&goal), 0))
+    };
+    let before = refine(&study, "13");
+    assert!(before["failed"].as_u64().is_some_and(|failed| (4..=6).contains(&failed)), "{before}");
+    let after = refine(&study, "30");
+    assert!(after["rows"] == 30 && after["outputs"].as_array().is_some_and(Vec::is_empty), "{after}");
+    let share = |name: &str| after["boundary"][name].as_f64().expect("a share");
+    assert!(share("unsure") < 0.15 && (0.2..0.8).contains(&share("within")), "{after}");
+    let failed = after["failed"].as_u64().expect("a number") - before["failed"].as_u64().expect("a number");
+    assert!((4..=16).contains(&failed), "of 20 rows, {failed} fail: {after}");
+    for line in study.rows().lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+        assert!(cells[2] + 10.0 * cells[1] <= 5.5, "{line}");
+    }
+
+    let whole = Study::new();
+    refine(&whole, "30");
+    assert_eq!(study.rows(), whole.rows());
+    assert_same(&study.file("out"), &whole.file("out"));
+}

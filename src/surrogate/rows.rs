@@ -1,0 +1,68 @@
+//! Rows of a dataset in the space of the study's factors.
+
+use super::error::SurrogateError;
+use super::space::{FactorSpace, places};
+use crate::dataset::DatasetReader;
+use crate::random::hash;
+use crate::regression::Points;
+use crate::sensitivity::Table;
+use crate::study::DesignOutline;
+
+/// Rows that a model takes at most: time grows with their third power.
+const MOST_ROWS: usize = 2000;
+/// Stream of the numbers that choose among more rows.
+const CHOICE: u64 = 0x7375_7272;
+
+/// Rows that a model can be made from.
+pub(super) struct FactorRows {
+    /// The rows.
+    pub table: Table,
+    /// The factors, in the study's order.
+    pub factors: Vec<FactorSpace>,
+    /// The rows' places.
+    pub points: Points,
+    /// Rows that the dataset holds, of which the table may have some.
+    pub rows_there: usize,
+    /// What a reader must know, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl FactorRows {
+    /// Reads the factors and these outputs.
+    ///
+    /// # Errors
+    /// Those of reading, [`SurrogateError::NoFactors`].
+    pub fn read(reader: &DatasetReader, outputs: &[String]) -> Result<Self, SurrogateError> {
+        let info = &reader.manifest().study;
+        let outline = DesignOutline::read(&info.study_text, &info.overrides, &info.study_name)?;
+        let mut table = Table::read(reader, &outline, outputs)?;
+        if table.factors.is_empty() {
+            return Err(SurrogateError::NoFactors);
+        }
+        let rows_there = table.rows.len();
+        let mut notes = Vec::new();
+        if rows_there > MOST_ROWS {
+            let mut order = table.rows.clone();
+            order.sort_by_key(|row| hash(CHOICE, 0, *row));
+            order.truncate(MOST_ROWS);
+            order.sort_unstable();
+            table.retain(|row| order.binary_search(&row).is_ok());
+            notes.push(format!(
+                "Of {rows_there} rows, {MOST_ROWS} are used, chosen by chance: the time grows with their third power."
+            ));
+        }
+        let factors: Vec<FactorSpace> = (table.factors.iter())
+            .filter_map(|column| {
+                let outline = outline.factors.iter().find(|factor| factor.name == column.name)?;
+                let unit =
+                    info.factors.iter().find(|factor| factor.name == column.name).map_or("", |factor| &factor.unit);
+                Some(FactorSpace::new(outline, column, unit))
+            })
+            .collect();
+        let rows: Vec<Vec<f64>> =
+            (0..table.rows.len()).map(|row| table.factors.iter().map(|factor| factor.values[row]).collect()).collect();
+        let named = |source| SurrogateError::Regression { output: "the factors".to_owned(), source };
+        let points = places(&factors, &rows).map_err(named)?;
+        Ok(Self { table, factors, points, rows_there, notes })
+    }
+}
