@@ -23,8 +23,9 @@ def load(path):
     return {"figures": figures, "columns": columns, "points": np.column_stack(scaled)}
 
 
-# Weights of rows are large numbers of both signs, so that a last digit of an exponential function would show in their sum: functions and
-# sums are those of decore, operation by operation, and so are the digits.
+# Weights of rows are large numbers of both signs, and what is not known of a place is a small difference of large numbers, so that a last
+# digit of an exponential function or of a sum would show: functions, sums and the factor of the correlations are those of decore,
+# operation by operation, and so are the digits. No matrix product is used: libraries sum in an order of their own.
 _LN_2 = (0.6931471803691238, 1.9082149292705877e-10)
 
 
@@ -91,20 +92,48 @@ def _correlations(process, nominal, a, b):
     return (1.0 + s + s * s / 3.0) * _exp(-s)
 
 
+def _cholesky(matrix):
+    """Lower Cholesky factor; each entry less one product after the other."""
+    for k in range(len(matrix)):
+        matrix[k, k] = np.sqrt(matrix[k, k])
+        below = matrix[k + 1 :, k]
+        below /= matrix[k, k]
+        for first in range(k + 1, len(matrix), 256):
+            # The lower triangle alone, by blocks of columns.
+            columns = below[first - k - 1 : first - k + 255]
+            matrix[first:, first : first + 256] -= below[first - k - 1 :, None] * columns
+    return matrix
+
+
+def _solve(factor, sides):
+    """Forward substitution for the columns of sides; each entry less one product after the other."""
+    for k in range(len(factor)):
+        sides[k] /= factor[k, k]
+        sides[k + 1 :] -= factor[k + 1 :, k][:, None] * sides[k]
+    return sides
+
+
 def _process(model, process, name, places):
     """Mean and standard deviation, noise included, of a Gaussian process."""
     values = model["columns"][name]
     known = ~np.isnan(values)
     points, weights = model["points"][known], model["columns"][f"{name}_weight"][known]
     nominal = [bool(factor["names"]) for factor in model["figures"]["factors"]]
-    matrix = _correlations(process, nominal, points, points) + process["noise"] * np.eye(len(points))
-    near = _correlations(process, nominal, points, places)
-    inverse = np.linalg.inv(np.linalg.cholesky(matrix))
-    ones = inverse.T @ (inverse @ np.ones(len(points)))
-    explained = inverse @ near
-    share = np.maximum(1.0 - np.sum(explained * explained, axis=0), 0.0)
-    share += (1.0 - near.T @ ones) ** 2 / ones.sum() + process["noise"]
-    return process["mean"] + _sum(near, weights), np.sqrt(process["variance"] * share)
+    matrix = _correlations(process, nominal, points, points)
+    np.fill_diagonal(matrix, 1.0 + process["noise"])
+    factor = _cholesky(matrix)
+    ones = _solve(factor, np.ones((len(points), 1)))
+    total = _sum(ones, ones[:, 0])[0]
+    mean, std_dev = np.empty(len(places)), np.empty(len(places))
+    for first in range(0, len(places), 256):
+        part = slice(first, first + 256)
+        near = _correlations(process, nominal, points, places[part])
+        mean[part] = process["mean"] + _sum(near, weights)
+        explained = _solve(factor, near)
+        rest = 1.0 - _sum(explained, ones[:, 0])
+        share = np.maximum(1.0 - _sum(explained, explained), 0.0) + rest * rest / total + process["noise"]
+        std_dev[part] = np.sqrt(process["variance"] * share)
+    return mean, std_dev
 
 
 def predict(model, rows):

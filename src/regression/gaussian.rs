@@ -7,9 +7,10 @@ use super::error::RegressionError;
 use super::kernel::Kernel;
 use super::likelihood::{Hyperparameters, Likelihood, Pairs, Solved};
 use super::minimise::{Minimum, Stop, dot, minimise};
+use super::ordered::ordered_solve;
 use super::points::Points;
 use super::residuals::Residuals;
-use crate::linalg::{LinalgError, solve_lower};
+use crate::linalg::{LinalgError, multiply_transposed};
 use crate::random::hash;
 
 /// Rows that a model takes at least.
@@ -43,7 +44,17 @@ pub struct GaussianProcess {
     kernel: Kernel,
     hyperparameters: Hyperparameters,
     solved: Solved,
+    /// `L^-1 1` of the Cholesky factor `L` of the rows' correlations.
+    ones: Vec<f64>,
     residuals: Residuals,
+}
+
+/// What rows say of places, a row for each place and a column for each row of the table.
+struct Explained {
+    /// Correlations `r`.
+    near: DMatrix<f64>,
+    /// `L^-1 r`.
+    explained: DMatrix<f64>,
 }
 
 /// What a model says of a place.
@@ -164,7 +175,10 @@ impl GaussianProcess {
         let errors = solved.alpha.iter().zip(own.iter()).map(|(alpha, own)| alpha / own).collect();
         let deviations = own.iter().map(|own| (solved.variance / own).sqrt()).collect();
         let residuals = Residuals::new(values, errors, deviations);
-        Self { points: points.clone(), kernel, hyperparameters: of, solved, residuals }
+        let mut ones = DMatrix::from_element(1, values.len(), 1.0);
+        ordered_solve(&solved.factor, &mut ones);
+        let ones = ones.as_slice().to_vec();
+        Self { points: points.clone(), kernel, hyperparameters: of, solved, ones, residuals }
     }
 
     /// The kernel.
@@ -212,36 +226,43 @@ impl GaussianProcess {
     /// # Errors
     /// [`RegressionError::Size`] for another number of factors.
     pub fn predict(&self, places: &Points) -> Result<Vec<Prediction>, RegressionError> {
-        if places.nominal() != self.points.nominal() {
-            let (found, expected) = (places.factors(), self.points.factors());
-            return Err(RegressionError::Size { what: "factors", found, expected });
-        }
+        self.check_factors(places)?;
         let chunks: Vec<usize> = (0..places.rows()).step_by(CHUNK).collect();
-        let predicted: Result<Vec<Vec<Prediction>>, RegressionError> = (chunks.par_iter())
+        let predicted: Vec<Vec<Prediction>> = (chunks.par_iter())
             .map(|first| self.predict_chunk(places, *first..(first + CHUNK).min(places.rows())))
             .collect();
-        Ok(predicted?.concat())
+        Ok(predicted.concat())
     }
 
-    fn predict_chunk(&self, places: &Points, rows: std::ops::Range<usize>) -> Result<Vec<Prediction>, RegressionError> {
-        let first = rows.start;
-        let mut near = DMatrix::from_fn(self.points.rows(), rows.len(), |own, place| {
-            self.correlation(self.points.row(own), places.row(first + place))
-        });
-        let solved = &self.solved;
-        let total: f64 = solved.ones.iter().sum();
-        let linear: Vec<[f64; 2]> = near
-            .column_iter()
-            .map(|column| [dot(column.as_slice(), &solved.alpha), dot(column.as_slice(), &solved.ones)])
-            .collect();
-        solve_lower(&solved.factor, &mut near)?;
-        let predictions = near.column_iter().zip(&linear).map(|(column, [known, ones])| {
-            let explained = dot(column.as_slice(), column.as_slice());
-            let unknown_mean = (1.0 - ones) * (1.0 - ones) / total;
-            let share = (1.0 - explained).max(0.0) + unknown_mean + self.hyperparameters.noise;
+    fn predict_chunk(&self, places: &Points, rows: std::ops::Range<usize>) -> Vec<Prediction> {
+        let chunk: Vec<usize> = rows.collect();
+        let Explained { near, explained } = self.explained(&places.select(&chunk));
+        let (total, solved) = (dot(&self.ones, &self.ones), &self.solved);
+        let mut sums = vec![[0.0; 3]; chunk.len()];
+        for (own, (alpha, one)) in solved.alpha.iter().zip(&self.ones).enumerate() {
+            let (near, explained) = (near.column(own), explained.column(own));
+            for ([known, squares, ones], (near, explained)) in sums.iter_mut().zip(near.iter().zip(explained.iter())) {
+                *known += near * alpha;
+                *squares += explained * explained;
+                *ones += explained * one;
+            }
+        }
+        let prediction = |[known, squares, ones]: [f64; 3]| {
+            let rest = 1.0 - ones;
+            let share = (1.0 - squares).max(0.0) + rest * rest / total + self.hyperparameters.noise;
             Prediction { mean: solved.mean + known, std_dev: (solved.variance * share).sqrt() }
+        };
+        sums.into_iter().map(prediction).collect()
+    }
+
+    /// Correlations of places with the rows, a row for each place.
+    fn explained(&self, places: &Points) -> Explained {
+        let near = DMatrix::from_fn(places.rows(), self.points.rows(), |place, own| {
+            self.correlation(self.points.row(own), places.row(place))
         });
-        Ok(predictions.collect())
+        let mut explained = near.clone();
+        ordered_solve(&self.solved.factor, &mut explained);
+        Explained { near, explained }
     }
 
     /// Covariances of the expected values at places: what is not known of them, noise left out.
@@ -249,23 +270,23 @@ impl GaussianProcess {
     /// # Errors
     /// As [`Self::predict`].
     pub fn covariances(&self, places: &Points) -> Result<DMatrix<f64>, RegressionError> {
-        if places.nominal() != self.points.nominal() {
-            let (found, expected) = (places.factors(), self.points.factors());
-            return Err(RegressionError::Size { what: "factors", found, expected });
-        }
-        let solved = &self.solved;
-        let mut near = DMatrix::from_fn(self.points.rows(), places.rows(), |own, place| {
-            self.correlation(self.points.row(own), places.row(place))
-        });
-        let total: f64 = solved.ones.iter().sum();
-        let rest: Vec<f64> = near.column_iter().map(|column| 1.0 - dot(column.as_slice(), &solved.ones)).collect();
-        solve_lower(&solved.factor, &mut near)?;
-        let columns: Vec<_> = near.column_iter().collect();
+        self.check_factors(places)?;
+        let explained = self.explained(places).explained.transpose();
+        let total = dot(&self.ones, &self.ones);
+        let rest: Vec<f64> = explained.column_iter().map(|column| 1.0 - dot(column.as_slice(), &self.ones)).collect();
+        let products = multiply_transposed(&explained, &explained)?;
         Ok(DMatrix::from_fn(places.rows(), places.rows(), |a, b| {
-            let explained = dot(columns[a].as_slice(), columns[b].as_slice());
             let prior = self.correlation(places.row(a), places.row(b));
-            solved.variance * (prior - explained + rest[a] * rest[b] / total)
+            self.solved.variance * (prior - products[(a, b)] + rest[a] * rest[b] / total)
         }))
+    }
+
+    fn check_factors(&self, places: &Points) -> Result<(), RegressionError> {
+        if places.nominal() == self.points.nominal() {
+            return Ok(());
+        }
+        let (found, expected) = (places.factors(), self.points.factors());
+        Err(RegressionError::Size { what: "factors", found, expected })
     }
 
     fn correlation(&self, own: &[f64], place: &[f64]) -> f64 {

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kernel::Kernel;
 use super::minimise::{Sloped, dot};
+use super::ordered::ordered_cholesky;
 use super::points::Points;
 use crate::linalg::{LinalgError, cholesky, cholesky_inverse};
 
@@ -104,10 +105,8 @@ impl Pairs {
 pub(super) struct Solved {
     /// Lower Cholesky factor of `C = R + noise I`.
     pub factor: DMatrix<f64>,
-    /// `Q = C^-1 - b b' / (1' b)`, the inverse that knows of the fitted mean.
+    /// `Q = C^-1 - b b' / (1' b)`, `b = C^-1 1`, the inverse that knows of the fitted mean.
     pub inverse: DMatrix<f64>,
-    /// `b = C^-1 1`.
-    pub ones: Vec<f64>,
     /// `a = Q y`: the weights of the rows.
     pub alpha: Vec<f64>,
     /// The mean `b' y / (1' b)`.
@@ -130,7 +129,7 @@ impl Likelihood<'_> {
     pub fn solve(&self, of: &Hyperparameters) -> Result<Solved, LinalgError> {
         let distances = self.pairs.distances(&of.weights);
         let correlations: Vec<f64> = distances.iter().map(|squared| self.kernel.at(*squared)).collect();
-        solved(self.pairs.matrix(&correlations, of.noise), self.values)
+        solved(ordered_cholesky(self.pairs.matrix(&correlations, of.noise))?, self.values)
     }
 
     /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights and noise; `None` where the
@@ -139,7 +138,8 @@ impl Likelihood<'_> {
         let of = Hyperparameters::from_logarithms(logarithms);
         let (values, slopes): (Vec<f64>, Vec<f64>) =
             self.pairs.distances(&of.weights).iter().map(|squared| self.kernel.with_slope(*squared)).unzip();
-        let solved = solved(self.pairs.matrix(&values, of.noise), self.values).ok()?;
+        let factor = cholesky(self.pairs.matrix(&values, of.noise)).ok()?;
+        let solved = solved(factor, self.values).ok()?;
         // dl = sum_ij M_ij dC_ij / 2 with M = a a' / variance - Q.
         let scaled: Vec<f64> = solved.alpha.iter().map(|alpha| alpha / solved.variance).collect();
         let mut pull = slopes;
@@ -177,10 +177,9 @@ fn prior(logarithms: &[f64], slope: &mut [f64]) -> f64 {
     sum
 }
 
-/// Solves a table for its matrix of correlations.
-fn solved(matrix: DMatrix<f64>, values: &[f64]) -> Result<Solved, LinalgError> {
-    let rows = matrix.nrows();
-    let factor = cholesky(matrix)?;
+/// Solves a table for the Cholesky factor of its correlations.
+fn solved(factor: DMatrix<f64>, values: &[f64]) -> Result<Solved, LinalgError> {
+    let rows = factor.nrows();
     let mut inverse = cholesky_inverse(&factor)?;
     let ones: Vec<f64> = inverse.column_iter().map(|column| column.sum()).collect();
     let total: f64 = ones.iter().sum();
@@ -194,7 +193,7 @@ fn solved(matrix: DMatrix<f64>, values: &[f64]) -> Result<Solved, LinalgError> {
     let variance = dot(&alpha, &centred) / freedom;
     let half_determinant: f64 = factor.diagonal().iter().map(|pivot| libm::log(*pivot)).sum();
     let log_likelihood = -0.5 * freedom * libm::log(variance) - half_determinant - 0.5 * libm::log(total);
-    Ok(Solved { factor, inverse, ones, alpha, mean, variance, log_likelihood })
+    Ok(Solved { factor, inverse, alpha, mean, variance, log_likelihood })
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ mod gaussian;
 mod kernel;
 mod likelihood;
 mod minimise;
+mod ordered;
 mod points;
 mod residuals;
 mod success;
