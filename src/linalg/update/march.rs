@@ -84,7 +84,7 @@ impl<'a> March<'a> {
             let window = Window::new(self.poles, self.columns, &mut self.sums, centre)?;
             let (found, open) = self.refine(&window);
             self.sums.take_in(window.poles.clone(), self.poles);
-            if self.keep(&window, found, vectors)? {
+            if self.keep(&window, &found, vectors)? {
                 return Some(());
             }
             if window.above() > known {
@@ -99,7 +99,7 @@ impl<'a> March<'a> {
     }
 
     /// The window's pairs below the cut down to the first that does not come to rest, falling, and where that one would go on.
-    fn refine(&mut self, window: &Window) -> (Vec<(usize, Pair)>, Option<f64>) {
+    fn refine(&mut self, window: &Window) -> (Vec<Pair>, Option<f64>) {
         let mut found = Vec::new();
         let mut open = None;
         for (rank, eta) in window.eta.iter().enumerate() {
@@ -107,7 +107,7 @@ impl<'a> March<'a> {
                 continue;
             }
             match window.refine(rank, &mut self.sums, &mut self.scratch) {
-                Outcome::Found(pair) if pair.value < self.cut => found.push((rank, pair)),
+                Outcome::Found(pair) if pair.value < self.cut => found.push(pair),
                 Outcome::Found(_) => {}
                 Outcome::Open(last) => {
                     open = open.or(last);
@@ -118,18 +118,18 @@ impl<'a> March<'a> {
                 }
             }
         }
-        found.sort_by(|(_, a), (_, b)| b.value.total_cmp(&a.value));
+        found.sort_by(|a, b| b.value.total_cmp(&a.value));
         (found, open)
     }
 
     /// Keeps the longest row of pairs that a count confirms; whether there is one.
-    fn keep(&mut self, window: &Window, found: Vec<(usize, Pair)>, vectors: &mut DMatrix<f64>) -> Option<bool> {
+    fn keep(&mut self, window: &Window, found: &[Pair], vectors: &mut DMatrix<f64>) -> Option<bool> {
         let known = self.values.len();
         for kept in (1..=found.len()).rev() {
-            let last = found[kept - 1].1.value;
+            let last = found[kept - 1].value;
             let at = match found.get(kept) {
-                Some((_, next)) if last - next.value < SEPARATE * last => continue,
-                Some((_, next)) => 0.5 * (last + next.value),
+                Some(next) if last - next.value < SEPARATE * last => continue,
+                Some(next) => 0.5 * (last + next.value),
                 None => {
                     let next = self.poles.partition_point(|pole| *pole >= last);
                     let pole = self.poles.get(next).copied().unwrap_or(0.0);
@@ -139,15 +139,17 @@ impl<'a> March<'a> {
             if self.is_pole(at) || self.count(at)? != known + kept {
                 continue;
             }
-            for (rank, pair) in &found[..kept] {
+            self.sums.leave_out(window.poles.clone());
+            for pair in &found[..kept] {
                 // More than wanted may lie in the last window.
-                if let Some(column) = (self.values.len() < vectors.ncols()).then(|| self.values.len()) {
+                if let Some(column) = (self.values.len() < vectors.ncols()).then_some(self.values.len()) {
                     let start = column * self.poles.len();
                     let out = &mut vectors.as_mut_slice()[start..start + self.poles.len()];
-                    window.vector(*rank, pair, (self.poles, self.columns), out);
+                    window.vector(pair, &mut self.sums, out);
                 }
                 self.values.push(pair.value);
             }
+            self.sums.take_in(window.poles.clone(), self.poles);
             self.cut = at;
             return Some(true);
         }

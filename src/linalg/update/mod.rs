@@ -13,6 +13,7 @@
 //!   matrix is solved as a dense one.
 
 mod march;
+mod small;
 mod sums;
 mod window;
 
@@ -20,6 +21,7 @@ use nalgebra::DMatrix;
 
 use super::{LinalgError, multiply, multiply_transposed, symmetric_eigen};
 use march::march;
+use sums::weighted_square;
 
 /// Poles per column of U below which a dense solution costs no more.
 const LEAST_POLES_PER_COLUMN: usize = 16;
@@ -70,7 +72,7 @@ pub fn updated_pairs(poles: &[f64], columns: &DMatrix<f64>, least: f64) -> Resul
     let coupled = multiply_transposed(columns, &vectors)?;
     for ((value, vector), coupled) in values.iter_mut().zip(vectors.column_iter()).zip(coupled.column_iter()) {
         // Rayleigh's quotient: its error is the square of the vector's.
-        *value = poles.iter().zip(vector.iter()).map(|(pole, z)| pole * z * z).sum::<f64>() + coupled.norm_squared();
+        *value = weighted_square(poles, vector.as_slice()) + coupled.norm_squared();
     }
     Ok(UpdatedPairs { values, vectors, coupled })
 }

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
+use super::small::solve as solve_small;
 use super::sums::Poles;
 use crate::linalg::{SymmetricEigen, cholesky, solve_lower, symmetric_eigen};
 
@@ -16,8 +17,8 @@ const SLOPE: f64 = 1e-3;
 const LARGEST_SHARE: f64 = 0.3;
 /// Steps of the perturbation.
 const STEPS: usize = 8;
-/// Change of a value, relative, at which it has come to rest.
-const AT_REST: f64 = 4.0 * f64::EPSILON;
+/// Change of a value, relative, at which it has come to rest: the next one is smaller still, and Rayleigh's quotient has its square.
+const AT_REST: f64 = 1e-12;
 
 /// The pencil of `T` around `centre`, solved: `T_lin(nu) = B' diag(eta + centre - nu) B` in coordinates in which `-T_lin'` is 1.
 pub(super) struct Window {
@@ -42,9 +43,9 @@ pub(super) struct Window {
 /// A pair of T.
 pub(super) struct Pair {
     pub value: f64,
-    /// Over the window's pairs.
-    shares: DVector<f64>,
-    q: DVector<f64>,
+    /// Over the window's poles.
+    near: Vec<f64>,
+    q: Vec<f64>,
 }
 
 /// What became of a pair of the pencil.
@@ -56,12 +57,30 @@ pub(super) enum Outcome {
 
 /// Memory that refinements share.
 pub(super) struct Scratch {
-    far: DMatrix<f64>,
+    /// `E`.
+    e: DMatrix<f64>,
+    /// `G`, and `I + G E` by rows.
+    g: Vec<f64>,
+    matrix: Vec<f64>,
+    q: Vec<f64>,
+    /// `E q`.
+    force: Vec<f64>,
+    /// Shares of the window's pairs in a vector.
+    shares: Vec<f64>,
 }
 
 impl Scratch {
     pub fn new(rank: usize) -> Self {
-        Self { far: DMatrix::zeros(rank, rank) }
+        let zeros = |len: usize| vec![0.0; len];
+        let (g, matrix) = (zeros(rank * rank), zeros(rank * rank));
+        Self {
+            e: DMatrix::zeros(rank, rank),
+            g,
+            matrix,
+            q: zeros(rank),
+            force: zeros(rank),
+            shares: zeros(SIZE + rank),
+        }
     }
 }
 
@@ -117,7 +136,6 @@ impl Window {
     /// The pair of T that one of the pencil turns into: with `E = T - T_lin`, `delta = nu - centre`, the others' shares
     /// `x_j = -c_j' E q / (eta_j - delta)`, and `delta = eta + c' E q` by Newton's method, the slope of E taken as `2 E / delta`.
     pub fn refine(&self, rank: usize, poles: &mut Poles, scratch: &mut Scratch) -> Outcome {
-        let own = self.coupled.column(rank);
         let eta = self.eta[rank];
         let mut delta = eta;
         for _ in 0..STEPS {
@@ -125,63 +143,90 @@ impl Window {
             if !(value > self.free.0 && value < self.free.1) {
                 return Outcome::Open(None);
             }
-            let e = &mut scratch.far;
+            let e = &mut scratch.e;
             poles.sum(value, &self.curvature, e);
             *e *= delta * delta;
             (0..e.nrows()).for_each(|k| e[(k, k)] += delta * self.raised);
-            let Some((q, force)) = self.coupling(rank, delta, e) else { return Outcome::Open(None) };
-            let shares = self.shares(rank, delta, &force);
-            if !(shares.amax() < LARGEST_SHARE) {
+            if !self.couple(rank, delta, scratch) || self.largest_share(rank, delta, scratch) > LARGEST_SHARE {
                 return Outcome::Open(None);
             }
-            let shift = own.dot(&force);
+            let shift = dot(self.coupled_of(rank), &scratch.force);
             let slope = if delta == 0.0 { 1.0 } else { 1.0 - 2.0 * shift / delta };
             let change = (delta - eta - shift) / if slope > 0.5 { slope } else { 1.0 };
             delta -= change;
             if change.abs() <= AT_REST * (self.centre + delta).abs() {
-                return Outcome::Found(Pair { value: self.centre + delta, shares, q });
+                scratch.shares[rank] = 1.0;
+                return Outcome::Found(Pair {
+                    value: self.centre + delta,
+                    near: self.near(&scratch.shares),
+                    q: scratch.q.clone(),
+                });
             }
         }
         Outcome::Open(Some(self.centre + delta))
     }
 
-    /// `q` with `(I + G E) q = c`, `G = sum c_j c_j' / (eta_j - delta)` over the other pairs, and `E q`.
-    fn coupling(&self, rank: usize, delta: f64, e: &DMatrix<f64>) -> Option<(DVector<f64>, DVector<f64>)> {
-        let mut weighted = self.coupled.clone();
-        for (j, mut column) in weighted.column_iter_mut().enumerate() {
-            let weight = if j == rank { 0.0 } else { (self.eta[j] - delta).recip() };
-            column *= weight;
-        }
-        let mut matrix = weighted * (self.coupled.tr_mul(e));
-        (0..matrix.nrows()).for_each(|k| matrix[(k, k)] += 1.0);
-        let q = matrix.lu().solve(&self.coupled.column(rank).into_owned())?;
-        let force = e * &q;
-        Some((q, force))
+    /// `q` of a pair of the pencil.
+    fn coupled_of(&self, rank: usize) -> &[f64] {
+        let r = self.coupled.nrows();
+        &self.coupled.as_slice()[rank * r..(rank + 1) * r]
     }
 
-    /// Shares of the other pairs in a vector.
-    fn shares(&self, rank: usize, delta: f64, force: &DVector<f64>) -> DVector<f64> {
-        let mut shares = self.coupled.tr_mul(force);
-        for (j, share) in shares.iter_mut().enumerate() {
-            *share = if j == rank { 0.0 } else { -*share / (self.eta[j] - delta) };
+    /// `q` with `(I + G E) q = c`, `G = sum c_j c_j' / (eta_j - delta)` over the other pairs, and `E q`. Whether there is one.
+    fn couple(&self, rank: usize, delta: f64, scratch: &mut Scratch) -> bool {
+        let r = self.coupled.nrows();
+        let Scratch { e, g, matrix, q, force, .. } = scratch;
+        let e = e.as_slice();
+        g.fill(0.0);
+        for (j, eta) in self.eta.iter().enumerate().filter(|(j, _)| *j != rank) {
+            let (weight, c) = ((eta - delta).recip(), self.coupled_of(j));
+            for (row, value) in g.chunks_exact_mut(r).zip(c) {
+                let scaled = weight * value;
+                row.iter_mut().zip(c).for_each(|(sum, value)| *sum += scaled * value);
+            }
         }
-        shares
+        for (i, (row, g)) in matrix.chunks_exact_mut(r).zip(g.chunks_exact(r)).enumerate() {
+            // E is symmetric: its columns are its rows.
+            row.iter_mut().zip(e.chunks_exact(r)).for_each(|(entry, e)| *entry = dot(g, e));
+            row[i] += 1.0;
+        }
+        q.copy_from_slice(self.coupled_of(rank));
+        if !solve_small(matrix, q) {
+            return false;
+        }
+        force.iter_mut().zip(e.chunks_exact(r)).for_each(|(force, e)| *force = dot(e, q));
+        true
     }
 
-    /// Writes the unit vector of a pair over all poles.
-    pub fn vector(&self, rank: usize, pair: &Pair, (values, columns): (&[f64], &DMatrix<f64>), out: &mut [f64]) {
-        let mut shares = pair.shares.clone();
-        shares[rank] = 1.0;
-        out.fill(0.0);
-        for (column, q) in columns.column_iter().zip(pair.q.iter()) {
-            out.iter_mut().zip(column.iter()).for_each(|(out, value)| *out += value * q);
+    /// Shares of the other pairs in a vector; the largest of them.
+    fn largest_share(&self, rank: usize, delta: f64, scratch: &mut Scratch) -> f64 {
+        let Scratch { force, shares, .. } = scratch;
+        let mut largest = 0.0_f64;
+        for (j, (share, eta)) in shares.iter_mut().zip(&self.eta).enumerate() {
+            *share = if j == rank { 0.0 } else { -dot(self.coupled_of(j), force) / (eta - delta) };
+            // A share that is not a number is not small.
+            largest = if share.is_nan() { f64::INFINITY } else { largest.max(share.abs()) };
         }
-        out.iter_mut().zip(values).for_each(|(out, pole)| *out /= pair.value - pole);
-        let near = &self.vectors * shares;
-        out[self.poles.clone()].copy_from_slice(near.as_slice());
-        let norm = out.iter().map(|value| value * value).sum::<f64>().sqrt();
-        out.iter_mut().for_each(|value| *value /= norm);
+        largest
     }
+
+    /// A vector over the window's poles.
+    fn near(&self, shares: &[f64]) -> Vec<f64> {
+        let mut near = vec![0.0; self.poles.len()];
+        for (column, share) in self.vectors.column_iter().zip(shares) {
+            near.iter_mut().zip(column.iter()).for_each(|(sum, value)| *sum += share * value);
+        }
+        near
+    }
+
+    /// Writes the unit vector of a pair over all poles; `poles` leaves out the window's.
+    pub fn vector(&self, pair: &Pair, poles: &mut Poles, out: &mut [f64]) {
+        poles.vector(pair.value, &pair.q, (self.poles.clone(), &pair.near), out);
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The pencil's eigenvalues less the centre, rising, its vectors, and the factor of its slope.
