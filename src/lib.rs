@@ -32,7 +32,7 @@
 //! expression  :
 //! files       :
 //! guide       :
-//! linalg      :
+//! linalg      : number
 //! number      :
 //! parameter   :
 //! plot        :

@@ -5,8 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::scene::Scene;
 use crate::structure::{
-    DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ReducedStructure,
-    ReductionSettings, RigidMass, SelectionSettings, StructureError, StructureModes, cache_path, reduce, reduce_files,
+    DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
+    ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError, cache_path, reduce,
+    reduce_files,
 };
 use crate::study::{Housings, InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use crate::system::InterfaceModes;
@@ -20,8 +21,10 @@ const POINT_DOFS: usize = 6;
 /// Placements whose modes are kept; a design with more (a continuous rail position) solves each row's own.
 const CACHED_PLACEMENTS: usize = 128;
 
-/// Housings of a scene in a form that can be compared: names, and the bits of every number.
-type PlacementKey = Vec<(Vec<(String, u64)>, [u64; 7])>;
+/// Weighted points in a form that can be compared: names, and the bits of every weight.
+type PointsKey = Vec<(String, u64)>;
+/// Housings of a scene with the bits of their numbers, and the points at which it touches the structure.
+type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<PointsKey>);
 
 /// The reduced machine of a study, shared by all rows.
 #[derive(Debug)]
@@ -31,7 +34,7 @@ pub struct Machine {
     /// Where modes are selected per scene.
     selection: Option<SelectionSettings>,
     housings: Housings,
-    cache: Mutex<HashMap<PlacementKey, Arc<StructureModes>>>,
+    cache: Mutex<HashMap<PlacementKey, Arc<ModesAt>>>,
     note: Option<String>,
 }
 
@@ -125,8 +128,7 @@ impl Machine {
             return self.select(scene, settings).map(|(_, modes)| modes);
         }
         let modes = self.placed(scene)?;
-        let rows = interface_rows(scene);
-        let shapes = rows.iter().map(|(points, direction)| modes.row(points, *direction)).collect::<Result<_, _>>()?;
+        let shapes = modes.rows.row_iter().map(|row| row.iter().copied().collect()).collect();
         Ok(interface_modes(scene, shapes, (modes.omega_rad_s.clone(), modes.damping_ratio.clone())))
     }
 
@@ -148,7 +150,7 @@ impl Machine {
         settings: SelectionSettings,
     ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
         let modes = self.placed(scene)?;
-        let selection = modes.select(&interface_rows(scene), settings)?;
+        let selection = modes.select(settings)?;
         let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {
             selection.kept.iter().map(|&mode| of[mode]).chain(residual.iter().copied()).collect()
         };
@@ -162,18 +164,19 @@ impl Machine {
     }
 
     /// The modes of a placement, from the cache where it is there. A pure function of the scene: the cache only saves time.
-    fn placed(&self, scene: &Scene) -> Result<Arc<StructureModes>, StructureError> {
+    fn placed(&self, scene: &Scene) -> Result<Arc<ModesAt>, StructureError> {
         let housings = match self.housings {
             Housings::Add => housings(scene),
             Housings::Included => Vec::new(),
         };
-        let key = key(&housings);
+        let rows = interface_rows(scene);
+        let key = key(&housings, &rows);
         // A panic elsewhere leaves the map whole: entries are inserted in one go.
         let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(modes) = cached {
             return Ok(modes);
         }
-        let modes = Arc::new(self.reduced.modes(&housings, &self.options)?);
+        let modes = Arc::new(self.reduced.modes_at(&housings, &self.options, &rows)?);
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.len() < CACHED_PLACEMENTS {
             cache.insert(key, Arc::clone(&modes));
@@ -229,11 +232,13 @@ fn housings(scene: &Scene) -> Vec<RigidMass> {
         .collect()
 }
 
-fn key(housings: &[RigidMass]) -> PlacementKey {
-    let entry = |housing: &RigidMass| {
-        let points = housing.points.iter().map(|(name, weight)| (name.clone(), weight.to_bits())).collect();
-        let ([j0, j1, j2], [c0, c1, c2]) = (housing.inertia_kg_m2, housing.centre_of_mass_m);
-        (points, [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
+fn key(housings: &[RigidMass], rows: &[DirectedPoints]) -> PlacementKey {
+    let bits = |points: &[(String, f64)]| -> PointsKey {
+        points.iter().map(|(name, weight)| (name.clone(), weight.to_bits())).collect()
     };
-    housings.iter().map(entry).collect()
+    let entry = |housing: &RigidMass| {
+        let ([j0, j1, j2], [c0, c1, c2]) = (housing.inertia_kg_m2, housing.centre_of_mass_m);
+        (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
+    };
+    (housings.iter().map(entry).collect(), rows.iter().map(|(points, _)| bits(points)).collect())
 }

@@ -10,6 +10,7 @@ mod lanczos;
 mod ordering;
 mod panel;
 mod pencil;
+mod update;
 
 pub use dense::{
     SymmetricEigen, cholesky, cholesky_inverse, multiply, multiply_transposed, solve_lower, solve_lower_transposed,
@@ -17,6 +18,7 @@ pub use dense::{
 };
 pub use lanczos::{Below, PencilModes, lowest_eigenvalue, modes_below};
 pub use pencil::{PencilFactor, SymmetricPencil};
+pub use update::{UpdatedPairs, updated_pairs};
 
 use thiserror::Error;
 

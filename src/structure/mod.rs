@@ -10,7 +10,7 @@
 //!    `G = -K_oo^-1 K_ob`, fixed-interface modes `Psi` of `(K_oo, M_oo)` below a cut-off,
 //!    `T = [Psi G; 0 I]`, `M_zz = T' M T`, `K_zz = T' K T`. Done once per study.
 //! 2. [`ReducedStructure::modes`] adds the rigid housings to `M_zz` and solves the second eigenproblem
-//!    `K_zz phi = omega^2 M_zz phi`. Done once per placement.
+//!    `K_zz phi = omega^2 M_zz phi`, as a change of few columns to the machine's own modes. Done once per placement.
 //! 3. [`StructureModes::row`] gives `phi_n = d' R_n T Phi` of a point n and a direction d: force and displacement use the same
 //!    row, so receptances are symmetric.
 //!
@@ -27,6 +27,7 @@ mod modal_table;
 mod model;
 mod modes;
 mod observe;
+mod own;
 mod partition;
 mod place;
 mod points;
@@ -45,7 +46,7 @@ pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, writ
 pub use label::{DofLabel, SCALAR};
 pub use modal_table::ModalTable;
 pub use model::{FeModel, ModelMatrices};
-pub use modes::StructureModes;
+pub use modes::{DirectedPoints, ModesAt, StructureModes};
 pub use observe::{Observer, StepRecord, peak_memory_bytes};
 pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};
 pub use quality::{
@@ -54,4 +55,4 @@ pub use quality::{
 pub use quality_page::quality_page;
 pub use reduced::{Damping, ModalOptions, ReducedStructure};
 pub use reduction::{ReductionFacts, ReductionSettings, reduce, reduce_observed};
-pub use selection::{DirectedPoints, ModeSelection, ResidualModes, SelectionSettings};
+pub use selection::{ModeSelection, ResidualModes, SelectionSettings};

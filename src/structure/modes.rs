@@ -8,6 +8,20 @@ use nalgebra::DMatrix;
 use super::error::StructureError;
 use super::points::Interface;
 
+/// A weighted set of points and a direction, as in [`StructureModes::row`].
+pub type DirectedPoints = (Vec<(String, f64)>, [f64; 3]);
+
+/// Mass-normalised modes of the machine with its housings at some points of it, in the order of rising frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModesAt {
+    /// Circular frequencies omega_s in rad/s; 0 for rigid-body motions.
+    pub omega_rad_s: Vec<f64>,
+    /// Damping ratios xi_s.
+    pub damping_ratio: Vec<f64>,
+    /// The points' translations along their directions (points x modes) in 1/sqrt(kg), see [`StructureModes::row`].
+    pub rows: DMatrix<f64>,
+}
+
 /// Mass-normalised modes of the machine with its housings, in the order of rising frequency.
 ///
 /// Per mode s: `x_s'' = -omega_s^2 x_s - 2 xi_s omega_s x_s' + sum_n phi_ns F_n`; a point moves by
@@ -57,6 +71,18 @@ impl StructureModes {
     pub fn row(&self, points: &[(String, f64)], direction: [f64; 3]) -> Result<Vec<f64>, StructureError> {
         let rows = self.interface.translation(points, direction)?;
         Ok(self.shapes.column_iter().map(|mode| rows.iter().map(|&(row, weight)| weight * mode[row]).sum()).collect())
+    }
+
+    /// The modes at some points: one row each as [`StructureModes::row`] has it.
+    ///
+    /// # Errors
+    /// As for [`StructureModes::row`].
+    pub fn at(&self, points: &[DirectedPoints]) -> Result<ModesAt, StructureError> {
+        let mut rows = DMatrix::zeros(points.len(), self.len());
+        for (index, (points, direction)) in points.iter().enumerate() {
+            rows.row_mut(index).copy_from_slice(&self.row(points, *direction)?);
+        }
+        Ok(ModesAt { omega_rad_s: self.omega_rad_s.clone(), damping_ratio: self.damping_ratio.clone(), rows })
     }
 
     /// Static flexibility that the dropped modes leave between two rows,

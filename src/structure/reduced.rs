@@ -10,21 +10,25 @@ use serde::{Deserialize, Serialize};
 use super::attached::{RigidMass, mass_factor};
 use super::error::{Step, StructureError};
 use super::modal_table::ModalTable;
-use super::modes::StructureModes;
+use super::modes::{DirectedPoints, ModesAt, StructureModes};
+use super::own::{OwnModes, ScaledMatrices};
 use super::points::{Interface, InterfacePoints};
 use super::symmetric::congruence;
-use crate::linalg::{cholesky, multiply, multiply_transposed, solve_lower, symmetric_eigen, symmetric_eigenvalues};
+use crate::linalg::{cholesky, multiply_transposed, solve_lower};
 use crate::parameter::Numbers;
 
 /// Spectral shift in 1/s2, (2 pi 1 Hz)^2: makes `K_zz + shift M_zz` positive definite for machines that float. The result does
 /// not depend on it beyond rounding.
-const SHIFT: f64 = TAU * TAU;
+pub(super) const SHIFT: f64 = TAU * TAU;
 
 /// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0: rounding in the matrices does not
 /// let a frequency be told from zero.
 pub(super) const RIGID_BODY_HZ: f64 = 0.01;
 
-const CHECK_INPUT: &str = "check signs and units of mass and stiffness";
+/// The same as a squared circular frequency in 1/s2.
+pub(super) const RIGID_BODY: f64 = (TAU * RIGID_BODY_HZ) * (TAU * RIGID_BODY_HZ);
+
+pub(super) const CHECK_INPUT: &str = "check signs and units of mass and stiffness";
 
 /// Modal damping.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -67,13 +71,8 @@ pub struct ReducedStructure {
     transfer: DMatrix<f64>,
     interface: Arc<Interface>,
     static_flexibility: Option<Arc<DMatrix<f64>>>,
-    /// `C = L^-1 M_zz L^-T` with `L L' = K_zz + shift M_zz`.
-    c: DMatrix<f64>,
-    /// `P = B L^-T`, interface rows over the coordinates of C.
-    p: DMatrix<f64>,
-    /// `L^-1 D_zz L^-T`, for a structure with damping of its own.
-    d: Option<DMatrix<f64>>,
-    own: Option<OwnModes>,
+    own: OwnModes,
+    table: Option<TableModes>,
 }
 
 /// Reduced matrices and the transfer `u_b = B z` (n_b x n_z).
@@ -86,7 +85,7 @@ pub(super) struct ReducedMatrices {
 
 /// What a modal table brings: modes that are returned as they are when nothing is attached.
 #[derive(Debug, Clone)]
-struct OwnModes {
+struct TableModes {
     omega_rad_s: Vec<f64>,
     damping_ratio: Vec<f64>,
     shapes: DMatrix<f64>,
@@ -97,19 +96,16 @@ impl ReducedStructure {
     pub(super) fn new(matrices: ReducedMatrices, interface: Interface) -> Result<Self, StructureError> {
         let ReducedMatrices { m_zz, k_zz, d_zz, transfer } = matrices;
         let l = cholesky(&k_zz + &m_zz * SHIFT).step("factorisation of the reduced structure", CHECK_INPUT)?;
-        let c = congruence(&l, m_zz.clone())?;
-        let d = d_zz.clone().map(|d_zz| congruence(&l, d_zz)).transpose()?;
-        let mut p = transfer.transpose();
-        solve_lower(&l, &mut p).step("factorisation of the reduced structure", CHECK_INPUT)?;
-        let largest = symmetric_eigenvalues(&c)
-            .step("eigenvalues of the reduced structure", CHECK_INPUT)?
-            .last()
-            .copied()
-            .unwrap_or(0.0);
-        let static_flexibility =
-            if omega_of(largest)? > 0.0 { Some(Arc::new(flexibility(&k_zz, &transfer)?)) } else { None };
+        let mut shapes = transfer.transpose();
+        solve_lower(&l, &mut shapes).step("factorisation of the reduced structure", CHECK_INPUT)?;
+        let own = OwnModes::new(&ScaledMatrices {
+            mass: congruence(&l, m_zz.clone())?,
+            shapes: shapes.transpose(),
+            damping: d_zz.clone().map(|d_zz| congruence(&l, d_zz)).transpose()?,
+        })?;
+        let static_flexibility = if own.floats() { None } else { Some(Arc::new(flexibility(&k_zz, &transfer)?)) };
         let interface = Arc::new(interface);
-        Ok(Self { m_zz, k_zz, d_zz, transfer, interface, static_flexibility, c, p: p.transpose(), d, own: None })
+        Ok(Self { m_zz, k_zz, d_zz, transfer, interface, static_flexibility, own, table: None })
     }
 
     /// From a table of mass-normalised modes: `M_zz = I`, `K_zz = diag(omega^2)`, B the table's columns.
@@ -130,7 +126,7 @@ impl ReducedStructure {
         let d_zz = Some(DMatrix::from_diagonal(&DVector::from_iterator(order, rates)));
         let m_zz = DMatrix::identity(order, order);
         let mut structure = Self::new(ReducedMatrices { m_zz, k_zz, d_zz, transfer: table.shapes.clone() }, interface)?;
-        structure.own = Some(OwnModes {
+        structure.table = Some(TableModes {
             omega_rad_s: omega,
             damping_ratio: table.damping_ratio.clone(),
             shapes: table.shapes.clone(),
@@ -166,7 +162,7 @@ impl ReducedStructure {
     /// Whether the structure brings its own damping (modal table, damping matrix), so that [`ModalOptions::damping`] is not
     /// used.
     pub fn has_own_damping(&self) -> bool {
-        self.d.is_some()
+        self.own.are_damped()
     }
 
     /// Static flexibility of the interface DOFs, `B K_zz^-1 B'` in m/N (n_b x n_b); `None` for a structure that floats.
@@ -186,18 +182,8 @@ impl ReducedStructure {
     /// A mount that is unknown or lacks one of its six DOFs, arguments out of range, fewer damping ratios than modes, no
     /// mode below the cut-off.
     pub fn modes(&self, attached: &[RigidMass], options: &ModalOptions) -> Result<StructureModes, StructureError> {
-        let cutoff_hz = options.cutoff_hz;
-        if !(cutoff_hz.is_finite() && cutoff_hz > 0.0) {
-            return Err(StructureError::argument("cutoff_hz", "a positive, finite frequency in Hz", cutoff_hz));
-        }
-        let solution = match &self.own {
-            Some(own) if attached.is_empty() => own.below(cutoff_hz)?,
-            _ => self.solve(attached, cutoff_hz)?,
-        };
-        let damping_ratio = match solution.damping_ratio {
-            Some(own) => own,
-            None => damping_ratios(&options.damping, solution.omega_rad_s.len())?,
-        };
+        let rows: Vec<_> = (0..self.interface.len()).map(|row| vec![(row, 1.0)]).collect();
+        let (solution, damping_ratio) = self.solve(attached, options, &rows)?;
         Ok(StructureModes {
             omega_rad_s: solution.omega_rad_s,
             damping_ratio,
@@ -207,36 +193,59 @@ impl ReducedStructure {
         })
     }
 
-    /// Solves with `A = G (C + U U') G`, `A y = mu y`, `omega^2 = 1/mu - shift`.
+    /// [`ReducedStructure::modes`] at a scene's points alone: [`StructureModes::at`] of it, but for the signs, which these rows decide.
     ///
-    /// U carries the bodies' mass into the coordinates of C. The shift acts on the bodies too:
-    /// `L^-1 (K + shift M) L^-T = I + shift U U'`, and G is the inverse square root of that.
-    fn solve(&self, attached: &[RigidMass], cutoff_hz: f64) -> Result<Solution, StructureError> {
-        const STEP: &str = "second eigenproblem";
+    /// # Errors
+    /// As for [`ReducedStructure::modes`] and [`StructureModes::row`].
+    pub fn modes_at(
+        &self,
+        attached: &[RigidMass],
+        options: &ModalOptions,
+        rows: &[DirectedPoints],
+    ) -> Result<ModesAt, StructureError> {
+        let of = |(points, direction): &DirectedPoints| self.interface.translation(points, *direction);
+        let rows: Vec<_> = rows.iter().map(of).collect::<Result<_, _>>()?;
+        let (solution, damping_ratio) = self.solve(attached, options, &rows)?;
+        Ok(ModesAt { omega_rad_s: solution.omega_rad_s, damping_ratio, rows: solution.shapes })
+    }
+
+    /// Modes over some combinations of interface rows, with their damping.
+    fn solve(
+        &self,
+        attached: &[RigidMass],
+        options: &ModalOptions,
+        rows: &[Vec<(usize, f64)>],
+    ) -> Result<(Solution, Vec<f64>), StructureError> {
+        let cutoff_hz = options.cutoff_hz;
+        if !(cutoff_hz.is_finite() && cutoff_hz > 0.0) {
+            return Err(StructureError::argument("cutoff_hz", "a positive, finite frequency in Hz", cutoff_hz));
+        }
+        let solution = match &self.table {
+            Some(table) if attached.is_empty() => table.below(cutoff_hz, rows)?,
+            _ => self.loaded(attached, cutoff_hz, rows)?,
+        };
+        let damping_ratio = match &solution.damping_ratio {
+            Some(own) => own.clone(),
+            None => damping_ratios(&options.damping, solution.omega_rad_s.len())?,
+        };
+        Ok((solution, damping_ratio))
+    }
+
+    fn loaded(
+        &self,
+        attached: &[RigidMass],
+        cutoff_hz: f64,
+        rows: &[Vec<(usize, f64)>],
+    ) -> Result<Solution, StructureError> {
         let factor = mass_factor(&self.interface, attached)?;
-        let u = multiply_transposed(&self.p, &factor).step(STEP, CHECK_INPUT)?;
-        let g = InverseRoot::new(&u)?;
-        let mut a = &self.c + multiply(&u, &u.transpose()).step(STEP, CHECK_INPUT)?;
-        g.apply(&mut a)?;
-        a.transpose_mut();
-        g.apply(&mut a)?;
-        let eigen = symmetric_eigen(&a).step(STEP, CHECK_INPUT)?;
-        let least = ((TAU * cutoff_hz).powi(2) + SHIFT).recip();
-        let kept: Vec<usize> = (0..eigen.values.len()).rev().take_while(|&i| eigen.values[i] > least).collect();
-        if kept.is_empty() {
-            let lowest = eigen.values.last().copied().map_or(Ok(0.0), omega_of)?;
-            return Err(StructureError::NoModes { cutoff_hz, lowest_hz: lowest / TAU });
+        let modes = self.own.with_bodies(&factor, TAU * cutoff_hz)?;
+        if modes.omega_rad_s.is_empty() {
+            return Err(StructureError::NoModes { cutoff_hz, lowest_hz: self.own.lowest_hz(&factor)? });
         }
-        let mut y = eigen.vectors.select_columns(&kept);
-        for (mut column, &i) in y.column_iter_mut().zip(&kept) {
-            column.unscale_mut(eigen.values[i].sqrt());
-        }
-        g.apply(&mut y)?;
-        let omega_rad_s = kept.iter().map(|&i| omega_of(eigen.values[i])).collect::<Result<Vec<_>, _>>()?;
-        let mut shapes = multiply(&self.p, &y).step(STEP, CHECK_INPUT)?;
+        let mut shapes = self.own.shapes(&modes, rows)?;
         fix_signs(&mut shapes);
-        let damping_ratio = self.d.as_ref().map(|d| projected_damping(d, &y, &omega_rad_s)).transpose()?;
-        Ok(Solution { omega_rad_s, damping_ratio, shapes })
+        let damping_ratio = self.own.damping_ratios(&modes)?;
+        Ok(Solution { omega_rad_s: modes.omega_rad_s, damping_ratio, shapes })
     }
 }
 
@@ -247,8 +256,8 @@ struct Solution {
     shapes: DMatrix<f64>,
 }
 
-impl OwnModes {
-    fn below(&self, cutoff_hz: f64) -> Result<Solution, StructureError> {
+impl TableModes {
+    fn below(&self, cutoff_hz: f64, rows: &[Vec<(usize, f64)>]) -> Result<Solution, StructureError> {
         let kept = self.omega_rad_s.iter().take_while(|omega| **omega < TAU * cutoff_hz).count();
         if kept == 0 {
             let lowest_hz = self.omega_rad_s.first().copied().unwrap_or(0.0) / TAU;
@@ -257,57 +266,11 @@ impl OwnModes {
         Ok(Solution {
             omega_rad_s: self.omega_rad_s.iter().take(kept).copied().collect(),
             damping_ratio: Some(self.damping_ratio.iter().take(kept).copied().collect()),
-            shapes: self.shapes.columns(0, kept).into_owned(),
+            shapes: DMatrix::from_fn(rows.len(), kept, |row, mode| {
+                rows[row].iter().map(|&(index, weight)| weight * self.shapes[(index, mode)]).sum()
+            }),
         })
     }
-}
-
-/// Ratios of modes `phi = L^-T y`: `2 xi_s omega_s = y_s' (L^-1 D L^-T) y_s`; 0 for rigid-body motions.
-fn projected_damping(d: &DMatrix<f64>, y: &DMatrix<f64>, omega_rad_s: &[f64]) -> Result<Vec<f64>, StructureError> {
-    let product = multiply(d, y).step("damping of the modes", CHECK_INPUT)?;
-    let rates = y.column_iter().zip(product.column_iter()).map(|(y, dy)| y.dot(&dy));
-    Ok(rates.zip(omega_rad_s).map(|(rate, &omega)| if omega > 0.0 { rate / (2.0 * omega) } else { 0.0 }).collect())
-}
-
-/// `(I + shift U U')^-1/2 = I + V diag(f(lambda)) V'` with `U'U = Q diag(lambda) Q'`, `V = U Q` and
-/// `f(lambda) = -shift / (r (1 + r))`, `r = sqrt(1 + shift lambda)`.
-struct InverseRoot {
-    v: DMatrix<f64>,
-    scaled: DMatrix<f64>,
-}
-
-impl InverseRoot {
-    fn new(u: &DMatrix<f64>) -> Result<Self, StructureError> {
-        const STEP: &str = "mass of the attached bodies";
-        let eigen = multiply_transposed(u, u).and_then(|gram| symmetric_eigen(&gram)).step(STEP, CHECK_INPUT)?;
-        let v = multiply(u, &eigen.vectors).step(STEP, CHECK_INPUT)?;
-        let mut scaled = v.clone();
-        for (mut column, lambda) in scaled.column_iter_mut().zip(&eigen.values) {
-            let r = (1.0 + SHIFT * lambda.max(0.0)).sqrt();
-            column.scale_mut(-SHIFT / (r * (1.0 + r)));
-        }
-        Ok(Self { v, scaled })
-    }
-
-    /// Multiplies from the left, in place.
-    fn apply(&self, x: &mut DMatrix<f64>) -> Result<(), StructureError> {
-        let correction = multiply_transposed(&self.v, x).and_then(|small| multiply(&self.scaled, &small));
-        *x += correction.step("mass of the attached bodies", CHECK_INPUT)?;
-        Ok(())
-    }
-}
-
-/// Circular frequency of an eigenvalue `mu = 1/(omega^2 + shift)`; 0 for rigid-body motions, infinite without mass.
-fn omega_of(mu: f64) -> Result<f64, StructureError> {
-    if mu <= 0.0 {
-        return Ok(f64::INFINITY);
-    }
-    let omega_squared = mu.recip() - SHIFT;
-    let limit = (TAU * RIGID_BODY_HZ).powi(2);
-    if omega_squared < -limit {
-        return Err(StructureError::Indefinite { omega_squared });
-    }
-    Ok(if omega_squared.abs() <= limit { 0.0 } else { omega_squared.sqrt() })
 }
 
 /// `B K^-1 B'`.

@@ -18,15 +18,12 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::error::StructureError;
-use super::modes::StructureModes;
+use super::modes::ModesAt;
 
 /// Share of the largest eigenvalue of `A` below which a combination of rows counts as one that no dropped mode moves.
 const RANK: f64 = 1e-12;
 /// Smallest part of the tolerance that is tried for the dropped modes before none is dropped.
 const LEAST_PART: f64 = 1e-6;
-
-/// A weighted set of points and a direction, as in [`StructureModes::row`].
-pub type DirectedPoints = (Vec<(String, f64)>, [f64; 3]);
 
 /// What is kept and what the rest leaves.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,18 +60,14 @@ pub struct SelectionSettings {
     pub band_hz: f64,
 }
 
-impl StructureModes {
-    /// Selects the modes that matter to these rows.
+impl ModesAt {
+    /// Selects the modes that matter to these points.
     ///
     /// Rigid-body motions are always kept.
     ///
     /// # Errors
-    /// As for [`StructureModes::row`]; a tolerance that is negative or not finite, a band edge that is not positive.
-    pub fn select(
-        &self,
-        rows: &[DirectedPoints],
-        settings: SelectionSettings,
-    ) -> Result<ModeSelection, StructureError> {
+    /// A tolerance that is negative or not finite, a band edge that is not positive.
+    pub fn select(&self, settings: SelectionSettings) -> Result<ModeSelection, StructureError> {
         let SelectionSettings { tolerance, band_hz } = settings;
         if !(tolerance.is_finite() && tolerance >= 0.0) {
             return Err(StructureError::argument("mode tolerance", "a number >= 0", tolerance));
@@ -82,10 +75,10 @@ impl StructureModes {
         if !(band_hz.is_finite() && band_hz > 0.0) {
             return Err(StructureError::argument("band edge", "a positive frequency in Hz", band_hz));
         }
-        let phi: Vec<Vec<f64>> =
-            rows.iter().map(|(points, direction)| self.row(points, *direction)).collect::<Result<_, _>>()?;
+        let phi: Vec<Vec<f64>> = self.rows.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let modes = self.omega_rad_s.len();
         let shares = self.shares(&phi, TAU * band_hz);
-        let mut order: Vec<usize> = (0..self.len()).filter(|mode| self.omega_rad_s[*mode] > 0.0).collect();
+        let mut order: Vec<usize> = (0..modes).filter(|mode| self.omega_rad_s[*mode] > 0.0).collect();
         let largest = |mode: usize| shares.iter().map(|row| row[mode]).fold(0.0, f64::max);
         order.sort_by(|a, b| largest(*a).total_cmp(&largest(*b)));
         // The residual modes take their part of the tolerance: less is left to the dropped ones until both fit.
@@ -95,8 +88,8 @@ impl StructureModes {
             let residual = self.residual(&phi, &dropped);
             let bound = self.bound(&phi, &shares, (&dropped, &residual), TAU * band_hz);
             if bound <= tolerance || dropped.is_empty() {
-                let rows = DMatrix::from_fn(rows.len(), kept.len(), |row, column| phi[row][kept[column]]);
-                return Ok(ModeSelection { rows, available: self.len(), kept, residual, bound });
+                let rows = DMatrix::from_fn(phi.len(), kept.len(), |row, column| phi[row][kept[column]]);
+                return Ok(ModeSelection { rows, available: modes, kept, residual, bound });
             }
             allowance = if allowance > LEAST_PART * tolerance { 0.5 * allowance } else { 0.0 };
         }
@@ -104,7 +97,7 @@ impl StructureModes {
 
     /// Kept and dropped modes, both rising, if the shares of the dropped ones may sum up to `allowance` in every row.
     fn split(&self, order: &[usize], shares: &[Vec<f64>], allowance: f64) -> (Vec<usize>, Vec<usize>) {
-        let mut is_kept = vec![true; self.len()];
+        let mut is_kept = vec![true; self.omega_rad_s.len()];
         let mut sums = vec![0.0; shares.len()];
         for &mode in order {
             sums.iter_mut().zip(shares).for_each(|(sum, row)| *sum += row[mode]);
@@ -113,7 +106,7 @@ impl StructureModes {
             }
             is_kept[mode] = false;
         }
-        (0..self.len()).partition(|mode| is_kept[*mode])
+        (0..self.omega_rad_s.len()).partition(|mode| is_kept[*mode])
     }
 
     /// Largest share of a row that dropped and residual modes err by together.

@@ -211,11 +211,12 @@ fn modes_are_selected_within_the_bound_that_is_stated() {
     let point = |name: &str| (vec![(name.to_owned(), 1.0)], Z);
     let rows = [point("R5"), point("T5")];
     let phi: Vec<Vec<f64>> = rows.iter().map(|(points, d)| modes.row(points, *d).expect("kept")).collect();
-    let all = modes.select(&rows, SelectionSettings { tolerance: 0.0, band_hz: 1000.0 }).expect("selected");
+    let at = modes.at(&rows).expect("kept");
+    let all = at.select(SelectionSettings { tolerance: 0.0, band_hz: 1000.0 }).expect("selected");
     assert!(all.kept.len() > modes.len() / 2 && all.bound == 0.0);
     let mut last = all.kept.len() + 1;
     for tolerance in [1e-6, 1e-4, 1e-2, 0.3] {
-        let selected = modes.select(&rows, SelectionSettings { tolerance, band_hz: 1000.0 }).expect("selected");
+        let selected = at.select(SelectionSettings { tolerance, band_hz: 1000.0 }).expect("selected");
         assert!(selected.kept.len() < last, "{tolerance}: {} modes", selected.kept.len());
         assert!(selected.bound <= tolerance && selected.bound > 0.0);
         last = selected.kept.len();
@@ -246,11 +247,9 @@ fn modes_are_selected_within_the_bound_that_is_stated() {
         assert!(selected.residual.omega_rad_s.len() <= rows.len());
         assert!(selected.residual.damping_ratio.iter().all(|xi| (0.02 - 1e-9..0.2).contains(xi)));
     }
-    assert!(modes.select(&rows, SelectionSettings { tolerance: -1.0, band_hz: 1.0 }).is_err());
-    assert!(modes.select(&rows, SelectionSettings { tolerance: 0.1, band_hz: 0.0 }).is_err());
-    assert!(
-        modes.select(&[(vec![("R9".to_owned(), 1.0)], X)], SelectionSettings { tolerance: 0.1, band_hz: 1.0 }).is_err()
-    );
+    assert!(at.select(SelectionSettings { tolerance: -1.0, band_hz: 1.0 }).is_err());
+    assert!(at.select(SelectionSettings { tolerance: 0.1, band_hz: 0.0 }).is_err());
+    assert!(modes.at(&[(vec![("R9".to_owned(), 1.0)], X)]).is_err());
 }
 
 /// `sum shape_s / (omega_s^2 - w^2 + 2 i xi_s omega_s w)`: real and imaginary part.
