@@ -4,6 +4,7 @@ Usage: python printed_json.py ROOT PROGRAM (the folder with `schemas` and `studi
 """
 
 import json
+import math
 import pathlib
 import subprocess
 import sys
@@ -80,6 +81,7 @@ def main(root, program):
         ("comparison", ["compare", "a", "b"], [0]),
         ("scene", ["scene", "sweep.toml", "--row", "3"], [0]),
         ("scene", ["scene", "a", "--row", "3"], [0]),
+        ("scene", ["scene", "sweep.toml", "--measured", "arm.csv", "--channel", "left_arm_velocity_m_s=arm:mm/s"], [0]),
         ("scene", ["scene", "sweep.toml", "--set", "solver.max_steps=10"], [4]),
         ("paper", ["paper"], [0]),
         ("sensitivity", ["analyse", "a"], [0]),
@@ -95,6 +97,8 @@ def main(root, program):
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch)
         (folder / "sweep.toml").write_text(SWEEP)
+        samples = [f"{k / 5000},{30 * math.sin(0.05 * k)}" for k in range(1250)]
+        (folder / "arm.csv").write_text("\n".join(["time_s,arm", *samples]))
         single = SWEEP[: SWEEP.index("[design]")] + SWEEP[SWEEP.index("[hammer.left]") :]
         (folder / "single.toml").write_text(single)
         gate = '[design.factor.gate]\npath = "hammer.left.gate_delay_s"\nrange = [0.01, 0.02]\n[hammer.left]'

@@ -9,9 +9,11 @@ use serde::Serialize;
 use super::exit::Failure;
 use super::text::six_digits;
 use crate::measurement::{
-    Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Measured, Treatment, UNITS, Unit, beside, read, unit,
+    Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, LineBeside, Measured, PhaseBeside, Phases, Treatment, UNITS, Unit,
+    beside, phases, read, unit,
 };
-use crate::metrics::Signal;
+use crate::metrics::{Blow, Phase, Signal};
+use crate::scene::Scene;
 use crate::words::nearest;
 
 #[derive(Debug, Args)]
@@ -54,6 +56,20 @@ pub(super) struct ChannelBeside {
     /// What was found.
     #[serde(flatten)]
     pub beside: Beside,
+    /// The hammer whose phases are told: the signal's own, or the first that strikes its casting; null: none does.
+    pub phases_of: Option<String>,
+    /// What was found in each phase.
+    #[serde(flatten)]
+    pub phases: Phases,
+}
+
+/// What a row gave: the signals that channels measure, every `interval_s`, and what tells its phases.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Calculated<'a> {
+    pub scene: &'a Scene,
+    pub blows: &'a [Blow],
+    pub signals: &'a [Signal],
+    pub interval_s: f64,
 }
 
 /// Reads `SIGNAL=COLUMN[:UNIT]`.
@@ -79,11 +95,12 @@ impl MeasuredArguments {
         self.measured.as_ref()
     }
 
-    /// The channels beside the signals that they measure, `signals` having a value every `interval_s`.
+    /// The channels beside the signals that they measure.
     ///
     /// # Errors
     /// Signals that are not there or have another unit, what [`read`] and [`beside`] refuse.
-    pub fn beside(&self, signals: &[Signal], interval_s: f64) -> Result<Vec<ChannelBeside>, Failure> {
+    pub fn beside(&self, calculated: Calculated<'_>) -> Result<Vec<ChannelBeside>, Failure> {
+        let Calculated { scene, blows, signals, interval_s } = calculated;
         let Some(file) = &self.measured else { return Ok(Vec::new()) };
         let told = |error: &dyn std::fmt::Display| Failure::Argument(error.to_string());
         let low_pass_hz = (self.low_pass_hz != 0.0).then_some(self.low_pass_hz);
@@ -93,13 +110,17 @@ impl MeasuredArguments {
             self.channels.iter().map(|channel| (channel.column.as_str(), channel.unit)).collect();
         let measured = read(file, &self.time_column, &columns).map_err(|error| told(&error))?;
         let one = |((channel, signal), measured): ((&Channel, &Signal), &Measured)| {
-            let found = beside((&signal.values, interval_s), measured, treatment);
             let name = |error| told(&format_args!("channel `{}`: {error}", channel.column));
+            let beside = beside((&signal.values, interval_s), measured, treatment).map_err(name)?;
+            let hammer = Phase::hammer_of(scene, signal.of);
+            let had = hammer.map_or(Vec::new(), |hammer| Phase::all(scene, hammer, (blows, beside.to_s)));
             Ok(ChannelBeside {
                 signal: channel.signal.clone(),
                 unit: signal.unit,
                 column: channel.column.clone(),
-                beside: found.map_err(name)?,
+                phases: phases(&beside, interval_s, &had).map_err(name)?,
+                phases_of: hammer.and_then(|hammer| scene.hammers.get(hammer)).map(|unit| unit.name.clone()),
+                beside,
             })
         };
         self.channels.iter().zip(signals).zip(&measured).map(one).collect()
@@ -124,7 +145,7 @@ fn signal<'a>(channel: &Channel, signals: &'a [Signal]) -> Result<&'a Signal, Fa
 /// Channels beside their signals as text.
 pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
     let mut text = String::new();
-    for ChannelBeside { signal, unit, column, beside } in channels {
+    for ChannelBeside { signal, unit, column, beside, phases_of, phases } in channels {
         let found = beside.correlation.map_or("given".to_owned(), |found| format!("correlation {found:.4}"));
         text += &format!(
             "\nmeasured `{column}` beside {signal}\n  offset                {} s ({found})",
@@ -143,14 +164,40 @@ pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
             ),
         };
         text += &format!("\n  {:<21} {:>12} {:>12}", "", "calculated", "measured");
-        let mut line = |name: &str, unit: &str, of: &Compared| {
-            let [ours, theirs] = [of.calculated, of.measured].map(six_digits);
-            text += &format!("\n  {name:<21} {ours:>12} {theirs:>12} {unit:<4} {:+.1} %", 100.0 * of.difference);
-        };
-        line("root mean square", unit, &beside.rms);
-        line("peak", unit, &beside.peak);
-        beside.frequency_hz.iter().for_each(|of| line("frequency, highest", "Hz", of));
+        text += &figures_text([&beside.rms, &beside.peak], beside.frequency_hz.as_ref(), unit);
+        let hammer = phases_of.as_ref().map_or("no hammer strikes there".to_owned(), |name| format!("hammer {name}"));
+        text += &format!("\n  by phase: {hammer}");
+        phases.phases.iter().for_each(|phase| text += &phase_text(phase, unit));
+        for missing in &phases.missing_phases {
+            text += &format!("\n  {}: missing, {}", missing.phase.text(), missing.reason);
+        }
         text.push('\n');
+    }
+    text
+}
+
+fn figure_text(name: &str, unit: &str, of: &Compared) -> String {
+    let [ours, theirs] = [of.calculated, of.measured].map(six_digits);
+    format!("\n  {name:<21} {ours:>12} {theirs:>12} {unit:<4} {:+.1} %", 100.0 * of.difference)
+}
+
+fn figures_text([rms, peak]: [&Compared; 2], frequency_hz: Option<&Compared>, unit: &str) -> String {
+    let frequency = frequency_hz.map_or(String::new(), |of| figure_text("frequency, highest", "Hz", of));
+    figure_text("root mean square", unit, rms) + &figure_text("peak", unit, peak) + &frequency
+}
+
+/// A phase: its figures, and the strongest lines of both densities.
+fn phase_text(phase: &PhaseBeside, unit: &str) -> String {
+    let PhaseBeside { from_s, to_s, covered, rms, peak, frequency_hz, density, .. } = phase;
+    let part = if *covered < 1.0 { format!(", {:.0} % of it", 100.0 * covered) } else { String::new() };
+    let mut text = format!("\n  {}: {} to {} s{part}", phase.phase.text(), six_digits(*from_s), six_digits(*to_s));
+    text += &figures_text([rms, peak], frequency_hz.as_ref(), unit);
+    let Some(density) = density else { return text + "\n  too short for a density" };
+    text += &format!("\n  lines of the densities (Welch, {:.1} Hz apart)", density.resolution_hz);
+    for LineBeside { calculated_hz, measured_hz, difference } in &density.lines {
+        let [ours, theirs] = [calculated_hz, measured_hz].map(|hz| hz.map_or("-".to_owned(), |hz| format!("{hz:.2}")));
+        let difference = difference.map_or(String::new(), |share| format!(" {:+.1} %", 100.0 * share));
+        text += &format!("\n  {:<21} {ours:>12} {theirs:>12} Hz  {difference}", "");
     }
     text
 }

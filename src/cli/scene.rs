@@ -8,7 +8,7 @@ use clap::Args;
 use super::exit::{Exit, Failure, write_file, write_whole};
 use super::inputs::is_dataset;
 use super::json::say_json;
-use super::measured::{ChannelBeside, MeasuredArguments, channels_text};
+use super::measured::{Calculated, ChannelBeside, MeasuredArguments, channels_text};
 use super::outputs::{Output, StudyArguments, refuse_inputs};
 use super::scene_plot::{Picture, scene_plot};
 use super::scene_result::SceneResult;
@@ -107,21 +107,23 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<(RowOutcome, 
         error => error.into(),
     })?;
     let Some(signals) = signals else { return Ok((outcome, Vec::new())) };
-    let channels = arguments.measured.beside(&signals, interval_s)?;
+    let scene = engine.checked().scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
+    let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
+    let channels = arguments.measured.beside(Calculated { scene: &scene, blows, signals: &signals, interval_s })?;
     if let Some(path) = &arguments.signals {
         write_signals(path, &engine.info(), &signals)?;
         tell(&format_args!("signals are in {}", path.display()));
     }
     if let Some(path) = &arguments.plot {
         let study = engine.study();
-        let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
         let title = format!("{}, row {}", study.title(), arguments.row);
         let picture = Picture { title, hammers: study.hammer_names(), signals: &signals, blows };
         write_file(path, scene_plot(&picture)?)?;
         tell(&format_args!("the plot is in {}", path.display()));
     }
     if let Some(path) = &arguments.html {
-        let page = page(engine, arguments.row, &outcome, Shown { signals: &signals, interval_s, channels: &channels })?;
+        let shown = Shown { scene: &scene, signals: &signals, interval_s, channels: &channels };
+        let page = page(engine, arguments.row, &outcome, shown)?;
         write_whole(path, page.as_bytes())?;
         tell(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
     }
@@ -143,6 +145,7 @@ fn interval_s(engine: &Engine, arguments: &SceneArguments) -> Option<f64> {
 
 /// What a row's page shows over time.
 struct Shown<'a> {
+    scene: &'a Scene,
     signals: &'a [Signal],
     interval_s: f64,
     channels: &'a [ChannelBeside],
@@ -153,9 +156,8 @@ fn page(
     engine: &Engine,
     row: usize,
     outcome: &RowOutcome,
-    Shown { signals, interval_s, channels }: Shown<'_>,
+    Shown { scene, signals, interval_s, channels }: Shown<'_>,
 ) -> Result<String, Failure> {
-    let scene = engine.checked().scene(row).map_err(|invalid| Failure::Argument(invalid.reason))?;
     let (info, factors) = (engine.info(), engine.checked().row_values(row));
     let measured = channels.iter().map(|channel| MeasuredCurve {
         signal: &channel.signal,
@@ -165,16 +167,8 @@ fn page(
         spikes_s: &channel.beside.spikes_s,
     });
     let measured: Vec<MeasuredCurve<'_>> = measured.collect();
-    let view = SceneView {
-        info: &info,
-        row,
-        factors: &factors,
-        scene: &scene,
-        outcome,
-        signals,
-        interval_s,
-        measured: &measured,
-    };
+    let view =
+        SceneView { info: &info, row, factors: &factors, scene, outcome, signals, interval_s, measured: &measured };
     Ok(scene_page(&view)?)
 }
 

@@ -61,6 +61,9 @@ pub struct Beside {
     /// The measurement as it was compared, at each calculated instant from `from_s` on. No part of the JSON.
     #[serde(skip)]
     pub measured: Vec<f64>,
+    /// The calculated signal as it was compared, at the same instants. No part of the JSON.
+    #[serde(skip)]
+    pub calculated: Vec<f64>,
 }
 
 /// Puts a measurement beside `calculated`, which has a value every `interval_s` from 0 on: the measurement is brought to that
@@ -111,9 +114,7 @@ pub fn beside(
             duration_s,
         });
     }
-    let compared = |of: fn(&[f64]) -> f64| Compared::of(of(ours), of(&shown));
-    let (rms, peak) = (compared(rms), compared(peak));
-    let frequency_hz = frequency(ours, interval_s)?.zip(frequency(&shown, interval_s)?);
+    let [rms, peak] = Compared::rms_and_peak(ours, &shown);
     Ok(Beside {
         offset_s,
         correlation,
@@ -123,7 +124,8 @@ pub fn beside(
         spikes_s: spikes(values).into_iter().map(|place| times_s[place] - offset_s).collect(),
         rms,
         peak,
-        frequency_hz: frequency_hz.map(|(ours, theirs)| Compared::of(ours, theirs)),
+        frequency_hz: Compared::frequency_hz(ours, &shown, interval_s)?,
+        calculated: ours.to_vec(),
         measured: shown,
     })
 }
@@ -134,8 +136,23 @@ fn frequency(values: &[f64], interval_s: f64) -> Result<Option<f64>, Measurement
 }
 
 impl Compared {
-    fn of(calculated: f64, measured: f64) -> Self {
+    pub(super) fn of(calculated: f64, measured: f64) -> Self {
         Self { calculated, measured, difference: relative_difference(calculated, measured) }
+    }
+
+    /// Root mean squares, and largest absolute values.
+    pub(super) fn rms_and_peak(calculated: &[f64], measured: &[f64]) -> [Self; 2] {
+        [rms, peak].map(|of| Self::of(of(calculated), of(measured)))
+    }
+
+    /// Frequencies in Hz of the highest lines; `None` where a signal has none.
+    pub(super) fn frequency_hz(
+        calculated: &[f64],
+        measured: &[f64],
+        interval_s: f64,
+    ) -> Result<Option<Self>, MeasurementError> {
+        let both = frequency(calculated, interval_s)?.zip(frequency(measured, interval_s)?);
+        Ok(both.map(|(ours, theirs)| Self::of(ours, theirs)))
     }
 }
 

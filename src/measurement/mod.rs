@@ -4,13 +4,16 @@
 //! ```text
 //! CSV, Parquet --read--> Measured --+
 //!                                   +--beside--> Beside: offset, spikes, differences, the curve to lay over
+//!                                   |                +--phases--> Phases: the same phase by phase, densities
 //! Signal of a run ------------------+
 //! ```
 
 mod beside;
 mod error;
+mod phases;
 mod read;
 
 pub use beside::{Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Treatment, beside};
 pub use error::MeasurementError;
+pub use phases::{DensityBeside, LineBeside, MissingPhase, PhaseBeside, Phases, phases};
 pub use read::{Measured, UNITS, Unit, read, unit};

@@ -5,6 +5,7 @@
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
 //! - [`SignalRecorder`]: time signals
+//! - [`Phase`]: the parts of a hammer's work
 //! - [`Spectrum`]: amplitudes of a signal's frequencies
 
 mod audit;
@@ -14,6 +15,7 @@ mod hammer;
 mod outputs;
 mod peak;
 mod percussion;
+mod phase;
 mod recorder;
 mod scatter;
 mod signals;
@@ -23,6 +25,7 @@ mod statistics;
 pub use blow::{Blow, BlowKind};
 pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 pub use percussion::Percussion;
+pub use phase::{Phase, PhaseKind};
 pub use recorder::Recorder;
 pub use signals::{
     CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder,

@@ -1,5 +1,7 @@
 //! The page of a row: what `src/assets/pages/scene.js` draws.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::blocks::{Scripts, page};
@@ -8,7 +10,7 @@ use super::samples::{Samples, Scale};
 use crate::dataset::DatasetInfo;
 use crate::hammer::HammerParameters;
 use crate::metrics::{
-    Blow, BlowKind, CastingMetrics, HammerMetrics, HammerSignals, RunTotals, Signal, SignalOf, Spectrum,
+    Blow, CastingMetrics, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf, Spectrum,
 };
 use crate::quantity::{Quantity, Value};
 use crate::run::RowOutcome;
@@ -89,7 +91,7 @@ struct Meta<'a> {
     figures: Vec<Figure>,
     blows: Vec<Struck>,
     outputs: Vec<Output>,
-    spectra: Vec<Lines>,
+    spectra: Vec<Spectra<'a>>,
     measured: Vec<Curve<'a>>,
 }
 
@@ -168,12 +170,29 @@ struct Output {
 
 /// The spectrum of a signal over a phase.
 #[derive(Serialize)]
-struct Lines {
+struct Spectra<'a> {
     hammer: usize,
     quantity: &'static str,
+    name: &'a str,
+    unit: &'static str,
     phase: &'static str,
     from_s: f64,
     to_s: f64,
+    #[serde(flatten)]
+    lines: Lines,
+    measured: Vec<MeasuredLines<'a>>,
+}
+
+/// What a measured curve has over the same phase; no lines where it has too little of it.
+#[derive(Serialize)]
+struct MeasuredLines<'a> {
+    column: &'a str,
+    lines: Option<Lines>,
+}
+
+/// A spectrum among the page's data.
+#[derive(Serialize)]
+struct Lines {
     resolution_hz: f64,
     offset: usize,
     count: usize,
@@ -331,43 +350,75 @@ fn list<T>(outputs: &mut Vec<Output>, of: &str, quantities: &[Quantity<T>], metr
     }));
 }
 
-/// A part of a hammer's work: its name, where it begins and ends in s.
-type Phase = (&'static str, f64, f64);
-
-/// Extension, first impact, one periodic blow (the last between two others) and hammering of a hammer, as far as it has them.
-fn phases(view: &SceneView<'_>, hammer: usize, blows: &[Blow]) -> Vec<Phase> {
-    let own: Vec<&Blow> = blows.iter().filter(|blow| blow.hammer == hammer).collect();
-    let begin_s = view.scene.hammers.get(hammer).map_or(0.0, |unit| unit.start_time_s);
-    let Some(first) = own.first() else { return vec![("extension", begin_s, view.scene.duration_s)] };
-    let mut phases = vec![("extension", begin_s, first.start_time_s)];
-    let second_s = own.get(1).map_or(view.scene.duration_s, |blow| blow.start_time_s);
-    phases.push(("first impact", first.start_time_s, second_s));
-    let periodic = |pair: &&[&Blow]| pair.iter().all(|blow| blow.kind == BlowKind::Periodic);
-    if let Some([from, to]) = own.windows(2).rfind(periodic) {
-        phases.push(("one periodic blow", from.start_time_s, to.start_time_s));
-    }
-    phases.push(("hammering", first.start_time_s, view.scene.duration_s));
-    phases
+/// A signal whose spectra are shown by the phases of a hammer.
+struct WithSpectra<'a> {
+    hammer: usize,
+    signal: &'a Signal,
 }
 
-/// Spectra of every hammer's phases.
-fn spectra(view: &SceneView<'_>, blows: &[Blow], data: &mut Samples) -> Result<Vec<Lines>, PageError> {
+/// The signals that have spectra: of every hammer the same, and what else was measured.
+fn with_spectra<'a>(view: &SceneView<'a>) -> Vec<WithSpectra<'a>> {
+    let signals = || view.signals.iter();
+    let own = (0..view.scene.hammers.len()).flat_map(|hammer| {
+        let of = move |quantity: &&str| {
+            signals().find(|signal| signal.of == SignalOf::Hammer(hammer) && signal.quantity == *quantity)
+        };
+        WITH_SPECTRA.iter().filter_map(of).map(move |signal| WithSpectra { hammer, signal })
+    });
+    let mut all: Vec<WithSpectra<'a>> = own.collect();
+    for curve in view.measured {
+        let Some(signal) = signals().find(|signal| signal.name == curve.signal) else { continue };
+        if let Some(hammer) = Phase::hammer_of(view.scene, signal.of)
+            && !all.iter().any(|one| one.signal.name == signal.name)
+        {
+            all.push(WithSpectra { hammer, signal });
+        }
+    }
+    all
+}
+
+/// Spectra by phase, of what was measured too.
+fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Result<Vec<Spectra<'a>>, PageError> {
     let mut spectra = Vec::new();
-    for (hammer, quantity) in (0..view.scene.hammers.len()).flat_map(|h| WITH_SPECTRA.map(|quantity| (h, quantity))) {
-        let is_it = |signal: &&Signal| signal.of == SignalOf::Hammer(hammer) && signal.quantity == quantity;
-        let Some(signal) = view.signals.iter().find(is_it) else { continue };
-        for (phase, from_s, to_s) in phases(view, hammer, blows) {
-            let index = |time_s: f64| ((time_s / view.interval_s).ceil() as usize).min(signal.values.len());
-            let Some(part) = signal.values.get(index(from_s)..index(to_s)) else { continue };
+    for WithSpectra { hammer, signal } in with_spectra(view) {
+        let curves = || view.measured.iter().filter(|curve| curve.signal == signal.name);
+        let ends = curves().map(|curve| curve.from_s + view.interval_s * curve.values.len() as f64);
+        let until_s = ends.fold(view.scene.duration_s, f64::min);
+        for phase in Phase::all(view.scene, hammer, (blows, until_s)) {
+            let samples = phase.samples(view.interval_s);
+            let part = within(&signal.values, 0, &samples);
             if part.len() < LEAST_SAMPLES {
                 continue;
             }
-            let spectrum = Spectrum::of(part, view.interval_s)?;
-            let lines = spectrum.up_to(MOST_FREQUENCY_HZ);
-            let (resolution_hz, count) = (spectrum.resolution_hz, lines.len());
-            let offset = data.numbers(lines);
-            spectra.push(Lines { hammer, quantity, phase, from_s, to_s, resolution_hz, offset, count });
+            let measured = curves().map(|curve| {
+                let first = (curve.from_s / view.interval_s).round() as usize;
+                let part = within(curve.values, first, &samples);
+                let lines =
+                    (part.len() >= LEAST_SAMPLES).then(|| Lines::of(part, view.interval_s, data)).transpose()?;
+                Ok(MeasuredLines { column: curve.column, lines })
+            });
+            let measured = measured.collect::<Result<Vec<_>, PageError>>()?;
+            let (quantity, name, unit) = (signal.quantity, signal.name.as_str(), signal.unit);
+            let Phase { kind, from_s, to_s } = phase;
+            let lines = Lines::of(part, view.interval_s, data)?;
+            spectra.push(Spectra { hammer, quantity, name, unit, phase: kind.text(), from_s, to_s, lines, measured });
         }
     }
     Ok(spectra)
+}
+
+/// The values of `samples` that a signal has, whose first value is that of sample `first`.
+fn within<'v>(values: &'v [f64], first: usize, samples: &Range<usize>) -> &'v [f64] {
+    let [from, to] = [samples.start, samples.end].map(|at| at.clamp(first, first + values.len()) - first);
+    values.get(from..to).unwrap_or_default()
+}
+
+impl Lines {
+    /// The spectrum of a part of a signal, its lines among the page's data.
+    fn of(part: &[f64], interval_s: f64, data: &mut Samples) -> Result<Self, PageError> {
+        let spectrum = Spectrum::of(part, interval_s)?;
+        let lines = spectrum.up_to(MOST_FREQUENCY_HZ);
+        let (resolution_hz, count) = (spectrum.resolution_hz, lines.len());
+        Ok(Self { resolution_hz, offset: data.numbers(lines), count })
+    }
 }

@@ -137,17 +137,53 @@ fn a_measurement_stands_beside_its_signal() {
     assert!(number("/offset_s").abs() < 1e-9 && number("/correlation") > 1.0 - 1e-9, "{beside}");
     assert!(number("/rms/difference").abs() < 1e-9 && number("/rms/measured") > 1e-3, "{beside}");
     assert_eq!((number("/peak/difference").abs() < 1e-9, number("/frequency_hz/difference")), (true, 0.0));
+    // Phase by phase too; 0.15 s have no periodic blow.
+    let phases: Vec<&str> =
+        beside["phases"].as_array().expect("phases").iter().filter_map(|one| one["phase"].as_str()).collect();
+    assert_eq!(phases, ["extension", "first_impact", "hammering"]);
+    assert_eq!(
+        beside["missing_phases"],
+        serde_json::json!([{ "phase": "periodic_blow", "reason": "the row has none" }])
+    );
+    assert_eq!(beside["phases_of"], "hammer");
+    for (index, phase) in phases.iter().enumerate() {
+        let at = |pointer: &str| number(&format!("/phases/{index}/{pointer}"));
+        assert!(at("rms/difference").abs() < 1e-9 && at("peak/difference").abs() < 1e-9, "{phase}");
+        let lines = beside.pointer(&format!("/phases/{index}/density/lines")).and_then(Json::as_array).expect("lines");
+        assert!(
+            !lines.is_empty() && lines.iter().all(|line| line["difference"].as_f64().is_some_and(|d| d.abs() < 1e-9))
+        );
+    }
+    let root_mean_square = |phase: usize| number(&format!("/phases/{phase}/rms/calculated"));
+    assert!(root_mean_square(0) < root_mean_square(1) && root_mean_square(1) < 0.05, "{beside}");
     // In another unit it is another measurement.
     let printed =
         text(&scene(&[&same[..3], &["hammer_arm_velocity_m_s=hammer_arm_velocity_m_s:mm/s"]].concat(), 0).stdout);
     assert!(printed.contains("root mean square") && printed.contains("+99900.0 %"), "{printed}");
+    assert!(printed.contains("by phase: hammer hammer") && printed.contains("extension: 0.002"), "{printed}");
+    assert!(printed.contains("one periodic blow: missing, the row has none"), "{printed}");
     let page = |file: &str, further: &[&str]| {
         scene(&[&["--html", file], further].concat(), 0);
         let page = fs::read_to_string(scratch.path().join(file)).expect("page");
-        serde_json::from_str::<Json>(block(&page, "meta")).expect("JSON")["measured"].clone()
+        serde_json::from_str::<Json>(block(&page, "meta")).expect("JSON")
     };
-    assert_eq!(page("without.html", &[]), serde_json::json!([]));
-    let drawn = page("with.html", &same);
+    let without = page("without.html", &[]);
+    assert_eq!(without["measured"], serde_json::json!([]));
+    assert!(
+        without["spectra"].as_array().expect("spectra").iter().all(|lines| lines["measured"] == serde_json::json!([]))
+    );
+    let with = page("with.html", &same);
+    let of_arm = |lines: &&Json| lines["quantity"] == "arm_velocity_m_s";
+    let spectra: Vec<&Json> = with["spectra"].as_array().expect("spectra").iter().filter(of_arm).collect();
+    assert_eq!(spectra.len(), 3);
+    for lines in spectra {
+        let measured = &lines["measured"][0];
+        assert_eq!(
+            (&measured["column"], &measured["lines"]["count"]),
+            (&"hammer_arm_velocity_m_s".into(), &lines["count"])
+        );
+    }
+    let drawn = &with["measured"];
     assert_eq!((&drawn[0]["quantity"], &drawn[0]["from_s"]), (&"arm_velocity_m_s".into(), &0.0.into()));
     assert!(drawn[0]["count"].as_u64() >= Some(7490), "{drawn}");
     for (channel, message) in [

@@ -133,12 +133,20 @@ function blowTable(meta, player) {
   section('Blows', meta.blows.length > SHORT_TABLE ? el('details', {}, el('summary', {}, `${meta.blows.length} blows`), table) : table);
 }
 
+/** A signal's name without the unit that ends it. */
+const bareName = ({ name, unit }) => name.replace(new RegExp(`_${unit.toLowerCase().replace(/\W/g, '_')}$`), '');
+
 function spectraSection(meta, bytes) {
   const title = { arm_velocity_m_s: ['Arm', 'mm/s', 1e3], chisel_velocity_m_s: ['Chisel', 'm/s', 1], casting_velocity_m_s: ['Casting', 'm/s', 1] };
   const parts = meta.hammers.map((hammer, h) => {
     const plots = meta.spectra.filter((lines) => lines.hammer === h).map((lines) => {
-      const values = new Float32Array(bytes.buffer, bytes.byteOffset + lines.offset, lines.count), [name, unit, scale] = title[lines.quantity];
-      return spectrumPlot(`${name}, ${lines.phase}: ${short(1000 * lines.from_s)} to ${short(1000 * lines.to_s)} ms`, lines, values, unit, scale).node;
+      const [name, unit, scale] = title[lines.quantity] ?? [words(bareName(lines)), lines.unit, 1];
+      const values = (own) => new Float32Array(bytes.buffer, bytes.byteOffset + own.offset, own.count);
+      const curve = (own, named, color, dash) => ({ name: named, values: values(own), resolution: own.resolution_hz, color, dash });
+      const measured = lines.measured.filter((one) => one.lines), missing = lines.measured.filter((one) => !one.lines);
+      const curves = [curve(lines, 'calculated', BLUE, []), ...measured.map((one) => curve(one.lines, `measured: ${one.column}`, MEASURED, [2, 2]))];
+      const note = missing.map((one) => `; ${one.column} has too little of it`).join('');
+      return spectrumPlot(`${name}, ${lines.phase}: ${short(1000 * lines.from_s)} to ${short(1000 * lines.to_s)} ms${note}`, curves, unit, scale).node;
     });
     return el('div', {}, meta.hammers.length > 1 ? el('h3', {}, hammer.name) : '', el('div', { class: 'grid' }, ...plots));
   });

@@ -58,6 +58,14 @@ function blowMark(painter, kind, x, y) {
   else { painter.line([x - 4, y - 4, x + 4, y + 4], { color, width: 1.6 }); painter.line([x - 4, y + 4, x + 4, y - 4], { color, width: 1.6 }); }
 }
 
+/** Draws an entry of a legend: the sample of a line or the mark of a blow, and its name. */
+function legendEntry(painter, box, { x, row, entry }) {
+  const [left, y] = [box.left + x, 9 + 17 * row];
+  if (entry.kind) blowMark(painter, entry.kind, left + 9, y);
+  else painter.line([left, y, left + 18, y], { color: entry.color, dash: entry.dash, width: 2 });
+  painter.text(entry.name, left + 23, y, { color: SOFT });
+}
+
 /** Marks a measured sample that stands out by itself: a ring around it. */
 function spikeMark(painter, x, y, color) {
   const ring = Array.from({ length: 13 }, (_, k) => [x + 5 * Math.cos(k * Math.PI / 6), y + 5 * Math.sin(k * Math.PI / 6)]);
@@ -97,12 +105,7 @@ function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], hei
         for (const time of trace.spikes ?? []) if (time >= view.from && time <= view.to) spikeMark(painter, px(1000 * time), py(scale * trace.at(time)), color);
       }
       for (const blow of blows()) if (blow.start_s >= view.from && blow.start_s <= view.to) blowMark(painter, blow.kind, px(1000 * blow.start_s), box.top - 7);
-      for (const { x, row, entry } of legend(width).placed) {
-        const [left, y] = [box.left + x, 9 + 17 * row];
-        if (entry.kind) blowMark(painter, entry.kind, left + 9, y);
-        else painter.line([left, y, left + 18, y], { color: entry.color, dash: entry.dash, width: 2 });
-        painter.text(entry.name, left + 23, y, { color: SOFT });
-      }
+      for (const placed of legend(width).placed) legendEntry(painter, box, placed);
     },
     over(painter, width, tall) {
       const box = frame(width, tall), line = (time, color) => {
@@ -145,23 +148,34 @@ function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], hei
   return figure;
 }
 
-/** A spectrum of one phase of a signal. */
-function spectrumPlot(title, lines, values, unit, scale) {
-  const frame = (width, height) => ({ left: 60, top: 8, width: width - 72, height: height - 50 });
-  const most = 1000;
+/** Spectra of one phase of a signal: curves of lines `resolution` Hz apart. */
+function spectrumPlot(title, curves, unit, scale) {
+  const legend = (width) => legendRows(curves.length > 1 ? curves : [], width - 80), most = 1000;
+  const frame = (width, height) => {
+    const top = 8 + 17 * legend(width).rows;
+    return { left: 60, top, width: width - 72, height: height - top - 42 };
+  };
   return new Figure({
-    title, height: 180,
+    title, height: (width) => 180 + 17 * legend(width).rows,
     paint(painter, width, height) {
       let high = 0;
-      for (let k = 1; k < values.length; k++) high = Math.max(high, values[k]);
-      const { px, py } = axes(painter, frame(width, height), { low: 0, high: most, title: 'frequency (Hz)' }, { low: 0, high: scale * high * 1.05 || 1, title: unit });
-      const points = [];
-      for (let k = 1; k < values.length; k++) points.push(px(k * lines.resolution_hz), py(scale * values[k]));
-      painter.line(points, { color: BLUE, width: 1.2 });
+      for (const { values } of curves) for (let k = 1; k < values.length; k++) high = Math.max(high, values[k]);
+      const box = frame(width, height), { px, py } = axes(painter, box, { low: 0, high: most, title: 'frequency (Hz)' }, { low: 0, high: scale * high * 1.05 || 1, title: unit });
+      for (const { values, resolution, color, dash } of curves) {
+        const points = [];
+        for (let k = 1; k < values.length; k++) points.push(px(k * resolution), py(scale * values[k]));
+        painter.line(points, { color, width: 1.2, dash });
+      }
+      for (const placed of legend(width).placed) legendEntry(painter, box, placed);
     },
     hover(x) {
-      const box = frame(this.width, this.tall), k = Math.round((x - box.left) / box.width * most / lines.resolution_hz);
-      return k > 0 && k < values.length ? `${(k * lines.resolution_hz).toFixed(1)} Hz\n${short(scale * values[k])} ${unit}` : '';
+      const box = frame(this.width, this.tall), hz = (x - box.left) / box.width * most;
+      const told = curves.map(({ name, values, resolution }) => {
+        const k = Math.round(hz / resolution);
+        if (k <= 0 || k >= values.length) return '';
+        return `${curves.length > 1 ? `${name}\n` : ''}${(k * resolution).toFixed(1)} Hz\n${short(scale * values[k])} ${unit}`;
+      });
+      return told.filter(Boolean).join('\n');
     },
   });
 }
