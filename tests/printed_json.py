@@ -127,7 +127,7 @@ def main(root, program):
         ("written", ["man", "--output", "man"], [0]),
         ("written", ["slurm", "sweep.toml", "--tasks", "2", "--output", "s"], [0]),
         ("written", ["hyperqueue", "sweep.toml", "--tasks", "2", "--output", "h"], [0]),
-        ("written", ["structure", "sweep.toml", "--export", "matrix_market", "--to", "."], [0]),
+        ("written", ["structure", "sweep.toml", "--export", "matrix_market", "--to", "matrices"], [0]),
         ("written", ["report", "a", "--html", "page.html"], [0]),
     ]
     with_json = commands_with_json(program)
@@ -138,6 +138,7 @@ def main(root, program):
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch)
         (folder / "sweep.toml").write_text(SWEEP)
+        (folder / "matrices").mkdir()
         single = SWEEP[: SWEEP.index("[design]")] + SWEEP[SWEEP.index("[hammer.left]") :]
         (folder / "single.toml").write_text(single)
         gate = '[design.factor.gate]\npath = "hammer.left.gate_delay_s"\nrange = [0.01, 0.02]\n[hammer.left]'
