@@ -4,7 +4,7 @@
 //! - `hammer`, `casting`, `audit`: what it keeps of each hammer, of each casting, and of the energies
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
-//! - [`SignalRecorder`]: time signals
+//! - [`SignalRecorder`], [`MeanRecorder`]: time signals, and means of chosen ones
 //! - [`Spectrum`]: amplitudes of a signal's frequencies
 
 mod audit;
@@ -16,6 +16,7 @@ mod peak;
 mod percussion;
 mod recorder;
 mod scatter;
+mod signal_means;
 mod signals;
 mod spectrum;
 mod statistics;
@@ -24,7 +25,9 @@ pub use blow::{Blow, BlowKind};
 pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 pub use percussion::Percussion;
 pub use recorder::Recorder;
+pub use signal_means::{MeanRecorder, MeanSettings};
 pub use signals::{
     CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder,
+    signal_list,
 };
 pub use spectrum::{Spectrum, SpectrumError};
