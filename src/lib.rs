@@ -57,7 +57,7 @@
 //! report      : dataset metrics quantity run
 //! comparison  : dataset quantity run
 //! page        : dataset hammer metrics quantity report run scene
-//! engine      : dataset design integrate metrics quantity run scene structure study system
+//! engine      : dataset design integrate metrics quantity run scene structure study system words
 //! paper       : engine measurement metrics run scene signal study system
 //! sensitivity : analysis dataset design metrics quantity run study
 //! features    : dataset design files metrics quantity random run study

@@ -11,6 +11,7 @@ import sys
 import tempfile
 
 import jsonschema
+import pyarrow.parquet
 
 SWEEP = """
 title = "small <sweep>"
@@ -59,6 +60,35 @@ def printed(program, folder, arguments, codes):
     return json.loads(done.stdout)
 
 
+def commands_with_json(program):
+    """The commands whose help names `--json`."""
+    def shown(*arguments):
+        return subprocess.run([program, *arguments, "--help"], capture_output=True, text=True, check=True).stdout
+
+    listed = shown().partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
+    names = [line.split()[0] for line in listed if line.startswith("  ") and line[2] != " "]
+    if len(names) < 20:
+        sys.exit(f"printed_json: only {names} are listed as commands")
+    return {name for name in names if " --json" in shown(name)}
+
+
+def sizes_are_right(folder, written):
+    """Holds what a command says of its files to the files."""
+    if not written["files"]:
+        sys.exit("printed_json: no file is said to be written")
+    for file in written["files"]:
+        path = folder / file["path"]
+        if path.stat().st_size != file["bytes"]:
+            sys.exit(f"printed_json: {file}: it has {path.stat().st_size} bytes")
+        rows = None
+        if path.suffix == ".parquet":
+            rows = pyarrow.parquet.read_metadata(path).num_rows
+        elif file["kind"] == "design":
+            rows = len(path.read_text().splitlines()) - 1
+        if file["rows"] != rows:
+            sys.exit(f"printed_json: {file}: it has {rows} rows")
+
+
 def main(root, program):
     """All commands; the first fault ends the program."""
     schemas = {
@@ -91,7 +121,20 @@ def main(root, program):
         ("refinement", ["refine", "table.toml", "--failures", "--until-unsure", "0.2", "--most-rows", "60"], [0]),
         ("structure", ["structure", "sweep.toml", "--effects"], [0]),
         ("accuracy", ["accuracy", "sweep.toml", "--repeats", "1", "--quick", "--set", "duration_s=0.04"], [0]),
+        ("written", ["design", "sweep.toml", "--output", "design.csv"], [0]),
+        ("surrogate", ["surrogate", "a", "--output", "models.parquet"], [0]),
+        ("written", ["predict", "models.parquet", "design.csv", "--output", "predicted.parquet"], [0]),
+        ("written", ["export", "a", "--features", "features", "--splits", "0.7,0.3"], [0]),
+        ("written", ["init", "new.toml"], [0]),
+        ("written", ["man", "--output", "man"], [0]),
+        ("written", ["slurm", "sweep.toml", "--tasks", "2", "--output", "s"], [0]),
+        ("written", ["hyperqueue", "sweep.toml", "--tasks", "2", "--output", "h"], [0]),
+        ("written", ["structure", "sweep.toml", "--export", "matrix_market", "--to", "matrices"], [0]),
+        ("written", ["report", "a", "--html", "page.html"], [0]),
     ]
+    with_json = commands_with_json(program)
+    if missing := with_json - {arguments[0] for _, arguments, _ in commands}:
+        sys.exit(f"printed_json: {sorted(missing)} have --json and no line here")
     if missing := set(schemas) - inputs - {name for name, _, _ in commands}:
         sys.exit(f"printed_json: no command prints {sorted(missing)}")
     with tempfile.TemporaryDirectory() as scratch:
@@ -99,6 +142,7 @@ def main(root, program):
         (folder / "sweep.toml").write_text(SWEEP)
         samples = [f"{k / 5000},{30 * math.sin(0.05 * k)}" for k in range(1250)]
         (folder / "arm.csv").write_text("\n".join(["time_s,arm", *samples]))
+        (folder / "matrices").mkdir()
         single = SWEEP[: SWEEP.index("[design]")] + SWEEP[SWEEP.index("[hammer.left]") :]
         (folder / "single.toml").write_text(single)
         gate = '[design.factor.gate]\npath = "hammer.left.gate_delay_s"\nrange = [0.01, 0.02]\n[hammer.left]'
@@ -111,9 +155,12 @@ def main(root, program):
         for name, arguments, codes in commands:
             schema = closed(schemas[name])
             jsonschema.Draft202012Validator.check_schema(schema)
-            faults = list(jsonschema.Draft202012Validator(schema).iter_errors(printed(program, folder, arguments, codes)))
+            said = printed(program, folder, arguments, codes)
+            faults = list(jsonschema.Draft202012Validator(schema).iter_errors(said))
             if faults:
                 sys.exit("\n".join([f"printed_json: {arguments}:"] + [f"{f.json_path}: {f.message[:300]}" for f in faults[:8]]))
+            if name == "written":
+                sizes_are_right(folder, said)
             print(f"printed_json: {' '.join(arguments[:2])} holds to {name}")
 
 

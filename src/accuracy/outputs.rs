@@ -87,6 +87,7 @@ mod tests {
             blows: Vec::new(),
             totals: RunTotals::default(),
             scatter: None,
+            signals: Vec::new(),
         };
         let names = outputs();
         let find = |differences: &[f64], name: &str| {

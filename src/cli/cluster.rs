@@ -15,7 +15,7 @@ use super::exit::{Exit, Failure, write_file};
 use super::inputs::default_folder;
 use super::outputs::StudyArguments;
 use super::shard::Shard;
-use super::text::say;
+use super::written::Written;
 
 /// Runs one shard, again if it was killed.
 const TASK_SCRIPT: &str = include_str!("../assets/sweeps/task.sh");
@@ -49,6 +49,9 @@ pub(super) struct ClusterArguments {
     /// Built-in test scene, as for `run`.
     #[arg(long, value_name = "MS", hide = true)]
     stub_row_ms: Option<f64>,
+    /// Print what was written as JSON (schemas/written.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -74,13 +77,15 @@ pub(super) struct HyperQueueArguments {
 struct Plan {
     output: PathBuf,
     folder: PathBuf,
+    /// What was written so far.
+    written: Written,
 }
 
 pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
     for option in &arguments.options {
         plain("--sbatch", OsStr::new(option))?;
     }
-    let plan = Plan::new(&arguments.cluster)?;
+    let mut plan = Plan::new(&arguments.cluster)?;
     let (task_log, merge_log) = (plan.log_option("task-%a.log")?, plan.log_option("merge.log")?);
     plan.write(&arguments.cluster)?;
     let stem = arguments.cluster.study.file_stem().unwrap_or_default().to_string_lossy();
@@ -100,32 +105,54 @@ pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
     arguments.options.iter().for_each(|option| array += &format!("#SBATCH {option}\n"));
     array += "exec /bin/sh ./task.sh \"$SLURM_ARRAY_TASK_ID\"\n";
     let merge = header("decore-merge") + "exec /bin/sh ./merge.sh\n";
-    plan.write_file("array.sbatch", array)?;
-    plan.write_file("merge.sbatch", merge)?;
-    if !arguments.submit {
-        say(&format_args!(
-            "submit with:\n  cd {}\n  id=$(sbatch --parsable {} array.sbatch)\n  \
-             sbatch --dependency=afterok:$id {} merge.sbatch",
-            quoted(&plan.folder),
-            quoted(Path::new(&task_log)),
-            quoted(Path::new(&merge_log))
-        ))?;
-        return Ok(Exit::Done);
+    plan.write_file("job", "array.sbatch", array)?;
+    plan.write_file("job", "merge.sbatch", merge)?;
+    let json = arguments.cluster.json;
+    if arguments.submit {
+        submit(plan, [&task_log, &merge_log], json)
+    } else {
+        advise(plan, [&task_log, &merge_log], json)
     }
-    let id = plan.sbatch(&[&task_log, "array.sbatch"])?;
-    let merge_id = plan.sbatch(&[&format!("--dependency=afterok:{id}"), &merge_log, "merge.sbatch"])?;
-    say(&format_args!("array {id}, merge {merge_id}; tables go to {}", plan.output.display()))?;
-    say(&format_args!("watch with: decore status {}/shard-*", quoted(&plan.shards())))?;
+}
+
+/// Says how to submit both jobs, whose logs' options these are.
+fn advise(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
+    let commands = [
+        format!("cd {}", quoted(&plan.folder)),
+        format!("id=$(sbatch --parsable {} array.sbatch)", quoted(Path::new(task_log))),
+        format!("sbatch --dependency=afterok:$id {} merge.sbatch", quoted(Path::new(merge_log))),
+    ];
+    let words = format!("submit with:\n  {}", commands.join("\n  "));
+    commands.into_iter().for_each(|command| plan.written.next(command));
+    plan.written.print(json, &words)?;
+    Ok(Exit::Done)
+}
+
+/// Submits both jobs, the merge to begin when all shards are done.
+fn submit(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
+    let id = plan.sbatch(&[task_log, "array.sbatch"])?;
+    let merge_id = plan.sbatch(&[&format!("--dependency=afterok:{id}"), merge_log, "merge.sbatch"])?;
+    let watch = format!("decore status {}/shard-*", quoted(&plan.shards()));
+    let tables = format!("tables go to {}", plan.output.display());
+    let words = format!("array {id}, merge {merge_id}; {tables}\nwatch with: {watch}");
+    [id, merge_id].into_iter().for_each(|number| plan.written.job(number));
+    plan.written.note(tables);
+    plan.written.next(watch);
+    plan.written.print(json, &words)?;
     Ok(Exit::Done)
 }
 
 pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failure> {
-    let plan = Plan::new(&arguments.cluster)?;
+    let mut plan = Plan::new(&arguments.cluster)?;
     plan.write(&arguments.cluster)?;
     let ClusterArguments { tasks, threads, .. } = arguments.cluster;
-    plan.write_file("sweep.json", format!("{:#}\n", serde_json::json!({ "tasks": tasks, "threads": threads })))?;
-    plan.write_file("sweep_on_hyperqueue.py", HYPERQUEUE_SCRIPT)?;
-    say(&format_args!("run with:\n  python3 {} [--local]", quoted(&plan.folder.join("sweep_on_hyperqueue.py"))))?;
+    let sizes = format!("{:#}\n", serde_json::json!({ "tasks": tasks, "threads": threads }));
+    plan.write_file("settings", "sweep.json", sizes)?;
+    plan.write_file("script", "sweep_on_hyperqueue.py", HYPERQUEUE_SCRIPT)?;
+    let command = format!("python3 {}", quoted(&plan.folder.join("sweep_on_hyperqueue.py")));
+    let words = format!("run with:\n  {command} [--local]");
+    plan.written.next(command);
+    plan.written.print(arguments.cluster.json, &words)?;
     Ok(Exit::Done)
 }
 
@@ -135,11 +162,11 @@ impl Plan {
         let output = absolute("--output", &output)?;
         let mut folder = output.clone().into_os_string();
         folder.push(".cluster");
-        Ok(Self { folder: folder.into(), output })
+        Ok(Self { folder: folder.into(), output, written: Written::default() })
     }
 
     /// Checks the study, then writes what every scheduler uses.
-    fn write(&self, arguments: &ClusterArguments) -> Result<(), Failure> {
+    fn write(&mut self, arguments: &ClusterArguments) -> Result<(), Failure> {
         let program = std::env::current_exe();
         let program = program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?;
         plain("this program", program.as_os_str())?;
@@ -153,15 +180,16 @@ impl Plan {
             let failed = |source| Failure::Write { path: folder.display().to_string(), source };
             fs::create_dir_all(&folder).map_err(failed)?;
         }
-        let merge = [program.as_os_str(), "merge".as_ref(), "--output".as_ref(), self.output.as_os_str()];
+        let output = self.output.clone();
+        let merge = [program.as_os_str(), "merge".as_ref(), "--output".as_ref(), output.as_os_str()];
         let tasks = arguments.tasks;
         let shards = (1..=tasks).map(|index| Shard { index, count: tasks }.folder(&self.output).into_os_string());
         let shards: Vec<OsString> = shards.collect();
-        self.write_file("run.arguments", lines(run.iter().map(OsString::as_os_str)))?;
-        self.write_file("merge.arguments", lines(merge.into_iter()))?;
-        self.write_file("shards.list", lines(shards.iter().map(OsString::as_os_str)))?;
-        self.write_file("task.sh", TASK_SCRIPT)?;
-        self.write_file("merge.sh", MERGE_SCRIPT)
+        self.write_file("command", "run.arguments", lines(run.iter().map(OsString::as_os_str)))?;
+        self.write_file("command", "merge.arguments", lines(merge.into_iter()))?;
+        self.write_file("shards", "shards.list", lines(shards.iter().map(OsString::as_os_str)))?;
+        self.write_file("script", "task.sh", TASK_SCRIPT)?;
+        self.write_file("script", "merge.sh", MERGE_SCRIPT)
     }
 
     /// `sbatch`'s option for a log: patterns (`%a`) in its name alone are expanded, none in the folder's.
@@ -174,8 +202,10 @@ impl Plan {
         Ok(format!("--output={}/logs/{name}", folder.replace('%', "%%")))
     }
 
-    fn write_file(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failure> {
-        write_file(&self.folder.join(name), content)
+    fn write_file(&mut self, kind: &'static str, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+        let path = self.folder.join(name);
+        write_file(&path, content)?;
+        self.written.file(kind, &path)
     }
 
     fn shards(&self) -> PathBuf {

@@ -8,7 +8,8 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 
 use super::exit::{Exit, Failure};
-use super::text::{plural, printed, say};
+use super::text::{plural, printed};
+use super::written::Written;
 
 #[derive(Debug, Args)]
 pub(super) struct CompletionsArguments {
@@ -21,6 +22,9 @@ pub(super) struct ManArguments {
     /// Folder to write to, made where it is not there: `decore.1` and `decore-COMMAND.1` for each command.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
+    /// Print what was written as JSON (schemas/written.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn completions(mut program: Command, arguments: &CompletionsArguments) -> Result<Exit, Failure> {
@@ -34,8 +38,12 @@ pub(super) fn man(mut program: Command, arguments: &ManArguments) -> Result<Exit
     let failed = |source| Failure::Write { path: folder.display().to_string(), source };
     fs::create_dir_all(folder).map_err(failed)?;
     program.build();
-    let pages = 1 + program.get_subcommands().count();
+    let commands = program.get_subcommands().map(|command| format!("decore-{}.1", command.get_name()));
+    let pages: Vec<String> = ["decore.1".to_owned()].into_iter().chain(commands).collect();
     clap_mangen::generate_to(program, folder).map_err(failed)?;
-    say(&format_args!("wrote {} to {}", plural(pages, "page"), folder.display()))?;
+    let mut written = Written::default();
+    pages.iter().try_for_each(|page| written.file("manual page", &folder.join(page)))?;
+    let words = format_args!("wrote {} to {}", plural(pages.len(), "page"), folder.display());
+    written.print(arguments.json, &words)?;
     Ok(Exit::Done)
 }

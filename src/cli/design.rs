@@ -6,7 +6,8 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::outputs::{Output, StudyArguments};
-use super::text::{plural, say};
+use super::text::plural;
+use super::written::Written;
 use crate::dataset::{TableColumn, TableValues, write_table};
 use crate::engine::design_table;
 
@@ -20,6 +21,9 @@ pub(super) struct DesignArguments {
     /// Set a value of the study, e.g. `design.rows=500`; may be given several times.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
+    /// Print what was written as JSON (schemas/written.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
@@ -39,8 +43,12 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
     } else {
         write_table(file, &info, "design", &columns)?;
     }
+    let mut written = Written::default();
+    written.table("design", file, study.row_count())?;
+    written.note("`kind = \"table\"` reads it back");
     let (rows, factors) = (plural(study.row_count(), "row"), plural(info.factors.len(), "factor"));
-    say(&format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display()))?;
+    let words = format_args!("wrote {}: {rows} of {factors}; `kind = \"table\"` reads it back", file.display());
+    written.print(arguments.json, &words)?;
     Ok(Exit::Done)
 }
 

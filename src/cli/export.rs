@@ -7,9 +7,13 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::text::{plural, say, tell};
+use super::text::plural;
+use super::written::Written;
 use crate::dataset::DatasetReader;
 use crate::features::{Column, FeatureSettings, Format, GroupBy, Role, Splits};
+
+/// What the files of an export hold, in the order in which it names them.
+const KINDS: [&str; 5] = ["features", "dictionary", "dictionary", "metadata", "card"];
 
 #[derive(Debug, Args)]
 pub(super) struct ExportArguments {
@@ -40,6 +44,9 @@ pub(super) struct ExportArguments {
     /// Write over the files of an earlier export.
     #[arg(long)]
     replace: bool,
+    /// Print what was written as JSON (schemas/written.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 /// Reads a format by its name.
@@ -75,26 +82,30 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
     let found = crate::features::export(&DatasetReader::open(dataset)?, folder, &settings)?;
     let features = &found.features;
     let rows = features.columns.first().map_or(0, |column| column.values.len());
-    say(&format_args!(
-        "wrote {}: {}, {} ({} of {} done)",
-        folder.join(format.file()).display(),
-        plural(rows, "row"),
-        plural(features.columns.len(), "column"),
-        features.done,
-        plural(features.runs as usize, "run"),
-    ))?;
+    let mut written = Written::default();
+    for (index, (kind, path)) in KINDS.into_iter().zip(&found.files).enumerate() {
+        if index == 0 { written.table(kind, path, rows)? } else { written.file(kind, path)? }
+    }
+    let done = format!("{} of {} done", features.done, plural(features.runs as usize, "run"));
+    let columns = plural(features.columns.len(), "column");
+    let table = folder.join(format.file());
+    let mut words = format!("wrote {}: {}, {columns} ({done})", table.display(), plural(rows, "row"));
+    written.note(done);
     if let Some(split) = features.columns.iter().find(|column| column.name == "split") {
-        say(&format_args!("split: {}", shares(split)))?;
+        let shares = format!("split: {}", shares(split));
+        words += &format!("\n{shares}");
+        written.note(shares);
     }
     for derived in &features.derived {
         let own = features.columns.iter().find(|column| column.name == derived.column);
         if own.is_some_and(|own| own.role == Role::Factor) {
-            tell(&format_args!(
-                "warning: the factor column {} is {} in every row: who trains on it trains on the answer",
+            written.warn(format!(
+                "the factor column {} is {} in every row: who trains on it trains on the answer",
                 derived.column, derived.rule
             ));
         }
     }
+    written.print(arguments.json, &words)?;
     Ok(Exit::Done)
 }
 

@@ -8,6 +8,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::text::say;
+use super::written::Written;
 use crate::study::template;
 
 #[derive(Debug, Args)]
@@ -15,11 +16,19 @@ pub(super) struct InitArguments {
     /// File to write; `-` for standard output.
     #[arg(default_value = "study.toml")]
     file: PathBuf,
+    /// Print what was written as JSON (schemas/written.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
     let text = template().map_err(|error| Failure::Argument(error.to_string()))?;
     if arguments.file.as_os_str() == "-" {
+        if arguments.json {
+            let message =
+                "--json tells of a file that was written, and `-` prints the study itself: give a file's name";
+            return Err(Failure::Argument(message.to_owned()));
+        }
         say(&text.trim_end())?;
         return Ok(Exit::Done);
     }
@@ -30,7 +39,11 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
     });
     match written {
         Ok(()) => {
-            say(&format_args!("wrote {path}; next: decore check {path}, decore run {path}"))?;
+            let mut told = Written::default();
+            told.file("study", &arguments.file)?;
+            ["check", "run"].iter().for_each(|command| told.next(format!("decore {command} {path}")));
+            let words = format_args!("wrote {path}; next: decore check {path}, decore run {path}");
+            told.print(arguments.json, &words)?;
             Ok(Exit::Done)
         }
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {

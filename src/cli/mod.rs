@@ -36,6 +36,7 @@ mod structure;
 mod surrogate;
 mod text;
 mod verify;
+mod written;
 
 use std::process::ExitCode;
 
@@ -168,5 +169,24 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Completions(arguments) => completions::completions(Arguments::command(), &arguments),
         Command::Man(arguments) => completions::man(Arguments::command(), &arguments),
         Command::Help(arguments) => help::help(Arguments::command(), &arguments),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::Arguments;
+
+    /// Commands that print no result for programs, and why.
+    const WITHOUT_JSON: [(&str, &str); 2] =
+        [("completions", "prints a script, which a shell reads"), ("help", "prints pages, which people read")];
+
+    #[test]
+    fn every_command_that_prints_a_result_prints_it_as_json() {
+        let program = Arguments::command();
+        let with = |command: &clap::Command| command.get_arguments().any(|one| one.get_long() == Some("json"));
+        let without: Vec<&str> = program.get_subcommands().filter(|one| !with(one)).map(|one| one.get_name()).collect();
+        assert_eq!(without, WITHOUT_JSON.map(|(name, _)| name));
     }
 }

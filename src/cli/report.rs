@@ -8,6 +8,7 @@ use super::exit::{Exit, Failure, write_whole};
 use super::inputs::expect_dataset;
 use super::json::say_json;
 use super::text::{fit, say, terminal_columns};
+use super::written::Written;
 use crate::dataset::DatasetReader;
 use crate::page::{MOST_ROWS, dataset_page};
 use crate::report::{Charts, Paper, ReportSettings, summarise};
@@ -25,8 +26,8 @@ pub(super) struct ReportArguments {
     /// Write the dataset as one page of HTML to look through in a browser, instead of printing the summary; needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Print the summary as JSON (schemas/report.schema.json).
-    #[arg(long, conflicts_with = "html")]
+    /// Print the summary as JSON (schemas/report.schema.json); with --html, what was written (schemas/written.schema.json).
+    #[arg(long)]
     json: bool,
 }
 
@@ -38,7 +39,10 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     if let Some(path) = &arguments.html {
         let page = dataset_page(&reader, &settings, MOST_ROWS)?;
         write_whole(path, page.as_bytes())?;
-        say(&format_args!("wrote {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6))?;
+        let mut written = Written::default();
+        written.file("page", path)?;
+        let words = format_args!("wrote {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6);
+        written.print(arguments.json, &words)?;
         return Ok(Exit::Done);
     }
     let summary = summarise(&reader, &settings)?;

@@ -9,6 +9,7 @@ use super::scene_result::scene_schema;
 use super::status::DatasetStatus;
 use super::structure::StructureResult;
 use super::verify::Verified;
+use super::written::Written;
 use crate::comparison::Comparison;
 use crate::paper::PaperComparison;
 use crate::refinement::Progress;
@@ -31,5 +32,6 @@ pub fn output_schemas() -> Vec<(&'static str, Value)> {
         ("structure", schema::<StructureResult>("structure")),
         ("surrogate", schema::<Surrogate>("surrogate")),
         ("verification", schema::<Vec<Verified>>("verification")),
+        ("written", schema::<Written>("written")),
     ]
 }

@@ -12,6 +12,7 @@ use super::inputs::expect_study;
 use super::json::say_json;
 use super::outputs::{Output, StudyArguments, refuse_inputs};
 use super::text::{plural, say};
+use super::written::Written;
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
 use crate::engine::{RowScene, Rows, reduction_settings};
 use crate::run::run_row;
@@ -36,7 +37,7 @@ pub(super) struct StructureArguments {
     /// move.
     #[arg(long)]
     effects: bool,
-    /// Print the report as JSON (schemas/structure.schema.json).
+    /// Print the report as JSON (schemas/structure.schema.json); with --export, what was written (schemas/written.schema.json).
     #[arg(long)]
     json: bool,
     /// Also write the report as an HTML page with plots.
@@ -77,7 +78,7 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
         }
     };
     if let (Some(format), Some(folder)) = (arguments.export, &arguments.to) {
-        return export(&model, format, folder);
+        return export(&model, format, folder, arguments.json);
     }
     let has_scene = interface.is_some();
     let reduction = interface.map_or_else(|| whole_interface(&model, &settings), Ok)?;
@@ -224,20 +225,26 @@ fn whole_interface(model: &FeModel, settings: &StructureSettings) -> Result<Redu
     Ok(ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz })
 }
 
-fn export(model: &FeModel, format: ExportFormat, folder: &Path) -> Result<Exit, Failure> {
+fn export(model: &FeModel, format: ExportFormat, folder: &Path, json: bool) -> Result<Exit, Failure> {
     let files = write_model(model, format, folder)?;
-    say(&format_args!("stiffness      {}", files.stiffness.path.display()))?;
-    say(&format_args!("mass           {}", files.mass.path.display()))?;
-    if let Some(damping) = &files.damping {
-        say(&format_args!("damping        {}", damping.path.display()))?;
+    let named = [
+        ("stiffness", Some(&files.stiffness.path)),
+        ("mass", Some(&files.mass.path)),
+        ("damping", files.damping.as_ref().map(|damping| &damping.path)),
+        ("rows", files.dofs.as_ref()),
+        ("points", Some(&files.points)),
+    ];
+    let mut written = Written::default();
+    let mut lines = Vec::new();
+    for (kind, path) in named.into_iter().filter_map(|(kind, path)| Some((kind, path?))) {
+        written.file(kind, path)?;
+        lines.push(format!("{kind:<15}{}", path.display()));
     }
-    if let Some(dofs) = &files.dofs {
-        say(&format_args!("rows           {}", dofs.display()))?;
-    }
-    say(&format_args!("points         {}", files.points.display()))?;
     if let Some(loss) = format.loss() {
-        say(&format_args!("note           {loss}"))?;
+        lines.push(format!("{:<15}{loss}", "note"));
+        written.note(loss);
     }
+    written.print(json, &lines.join("\n"))?;
     Ok(Exit::Done)
 }
 

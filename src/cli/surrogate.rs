@@ -9,6 +9,7 @@ use super::inputs::{expect_dataset, expect_ending};
 use super::json::say_json;
 use super::outputs::{Output, refuse_inputs};
 use super::text::{fit, say, tell, terminal_columns};
+use super::written::Written;
 use crate::dataset::{DatasetReader, write_table};
 use crate::surrogate::{PREDICTOR, SurrogateSettings};
 
@@ -40,6 +41,9 @@ pub(super) struct PredictArguments {
     /// Parquet file for the predictions.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Print what was written as JSON (schemas/written.schema.json).
+    #[arg(long)]
+    json: bool,
 }
 
 /// Reads a Q2.
@@ -65,7 +69,7 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
         let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));
         say(&text.trim_end())?;
     }
-    warn(&model.surrogate.warnings());
+    model.surrogate.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
     Ok(Exit::Done)
 }
 
@@ -76,19 +80,14 @@ pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
     let predicted = crate::surrogate::predict(&model, &arguments.table)?;
     write_table(&arguments.output, &model.info, "predictions", &predicted.columns)?;
     let (rows, outside, path) = (predicted.rows, predicted.outside, arguments.output.display());
-    say(&format_args!("{rows} rows predicted: {path}"))?;
+    let mut written = Written::default();
+    written.table("predictions", &arguments.output, rows)?;
     if outside > 0 {
-        tell(&format_args!(
-            "warning: {outside} of {rows} rows lie outside the ranges of the factors (column `extrapolated`): what is said there \
-             is a guess"
+        written.warn(format!(
+            "{outside} of {rows} rows lie outside the ranges of the factors (column `extrapolated`): what is said there is a guess"
         ));
     }
-    warn(&model.surrogate.warnings());
+    model.surrogate.warnings().into_iter().for_each(|warning| written.warn(warning));
+    written.print(arguments.json, &format_args!("{rows} rows predicted: {path}"))?;
     Ok(Exit::Done)
-}
-
-fn warn(warnings: &[String]) {
-    for warning in warnings {
-        tell(&format_args!("warning: {warning}"));
-    }
 }

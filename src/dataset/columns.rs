@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::aggregates::Aggregates;
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
+use super::name::identifier;
 use crate::integrate::Counters;
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 use crate::quantity::{Cell, Kind, Quantity, Value};
@@ -25,11 +26,15 @@ pub enum TableName {
     Blows,
     /// Wall times, the only figures that depend on the machine: one row per run.
     Timings,
+    /// Means of signals: one row per instant of a run whose signals are kept. Only where the study asks for it.
+    Signals,
 }
 
 impl TableName {
-    /// All tables.
+    /// The tables of every dataset.
     pub const ALL: [Self; 3] = [Self::Runs, Self::Blows, Self::Timings];
+    /// Those, and the one of a study that asks for it.
+    pub const KNOWN: [Self; 4] = [Self::Runs, Self::Blows, Self::Timings, Self::Signals];
 
     /// Name of the table, of its folder, and the beginning of its parts' names.
     pub fn folder(self) -> &'static str {
@@ -37,6 +42,7 @@ impl TableName {
             Self::Runs => "runs",
             Self::Blows => "blows",
             Self::Timings => "timings",
+            Self::Signals => "signals",
         }
     }
 }
@@ -59,6 +65,8 @@ pub enum ColumnGroup {
     Run,
     /// One blow.
     Blow,
+    /// A signal at one instant.
+    Signal,
     /// Work and accuracy of the solver.
     Solver,
     /// A figure of a table outside the dataset: a time signal, an error.
@@ -107,12 +115,20 @@ pub struct Source<'a> {
     aggregates: Option<Aggregates>,
     /// The blow, for the table of blows.
     pub blow: Option<&'a Blow>,
+    /// The instant, for the table of signals: time and means.
+    pub instant: Option<&'a [f64]>,
 }
 
 impl<'a> Source<'a> {
     /// A row of `runs` or `timings`.
     pub fn new(info: &'a DatasetInfo, record: &'a RowRecord) -> Self {
-        Self { info, record, aggregates: record.outcome.metrics.as_ref().map(Aggregates::of), blow: None }
+        Self {
+            info,
+            record,
+            aggregates: record.outcome.metrics.as_ref().map(Aggregates::of),
+            blow: None,
+            instant: None,
+        }
     }
 
     fn outcome(&self) -> &RowOutcome {
@@ -150,6 +166,8 @@ pub struct Columns {
     pub blows: Vec<Column>,
     /// Of `timings`.
     pub timings: Vec<Column>,
+    /// Of `signals`; empty where the dataset has no such table.
+    pub signals: Vec<Column>,
 }
 
 impl Columns {
@@ -158,8 +176,13 @@ impl Columns {
     /// # Errors
     /// [`DatasetError::DuplicateColumn`] if two names of the study give the same column.
     pub fn new(info: &DatasetInfo) -> Result<Self, DatasetError> {
-        let columns = Self { runs: run_columns(info), blows: blow_columns(), timings: timing_columns() };
-        for table in TableName::ALL {
+        let columns = Self {
+            runs: run_columns(info),
+            blows: blow_columns(),
+            timings: timing_columns(),
+            signals: signal_columns(info),
+        };
+        for table in TableName::KNOWN {
             check_unique(&columns.describe(table))?;
         }
         Ok(columns)
@@ -171,7 +194,13 @@ impl Columns {
             TableName::Runs => &self.runs,
             TableName::Blows => &self.blows,
             TableName::Timings => &self.timings,
+            TableName::Signals => &self.signals,
         }
+    }
+
+    /// The tables that the dataset has.
+    pub fn tables(&self) -> impl Iterator<Item = TableName> {
+        TableName::KNOWN.into_iter().filter(|table| !self.of(*table).is_empty())
     }
 
     /// The columns of a table without their getters, in order.
@@ -200,12 +229,6 @@ pub fn check_unique(columns: &[ColumnDescription]) -> Result<(), DatasetError> {
         }
     }
     Ok(())
-}
-
-/// A name of the study as the beginning of a column's name: letters, digits and underscores, no digit in front.
-pub fn identifier(name: &str, prefix_before_digit: &str) -> String {
-    let safe: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    if safe.starts_with(|c: char| c.is_ascii_alphabetic()) { safe } else { format!("{prefix_before_digit}_{safe}") }
 }
 
 /// What columns are about.
@@ -367,6 +390,22 @@ fn timing_columns() -> Vec<Column> {
     let about = About::all(ColumnGroup::Solver);
     columns.extend(about.columns(&[RowOutcome::wall_time_s], |source| Some(source.outcome())));
     columns
+}
+
+/// Row, time, and the signals that the study keeps.
+fn signal_columns(info: &DatasetInfo) -> Vec<Column> {
+    if info.signals.is_empty() {
+        return Vec::new();
+    }
+    let about = About::all(ColumnGroup::Signal);
+    let column = |(place, description): (usize, ColumnDescription)| Column {
+        description,
+        get: Box::new(move |source| source.instant?.get(place).copied().map(Value::Real)),
+    };
+    let time = about.describe("time_s", Kind::Real, "s", "Instant.");
+    let signals =
+        info.signals.iter().map(|signal| about.describe(&signal.name, Kind::Real, &signal.unit, &signal.description));
+    row_column().into_iter().chain([time].into_iter().chain(signals).enumerate().map(column)).collect()
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal::JOURNAL;
 use super::lock::Lock;
-use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME, find};
+use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME};
 use super::rebuild::known;
 use super::recovery::{BlockParts, Recovered, read_parts, recover};
 use super::store::{GROWING, columns_of, remove};
@@ -101,9 +101,8 @@ fn copy_rows(folder: &Path, recovered: Recovered, mut writer: DatasetWriter) -> 
         if pending.contains_key(&(runs.first_row / manifest.study.rows_per_part)) {
             continue;
         }
-        if let Some(blows) = find(&manifest.blows, runs.first_row) {
+        if let Some(parts) = BlockParts::find(&manifest, &timings.timings, runs.first_row) {
             let mut rows = Vec::new();
-            let parts = BlockParts { runs, blows, timings: find(&timings.timings, runs.first_row) };
             read_parts(folder, &columns, parts, &mut |row| rows.push(row))?;
             rows.into_iter().try_for_each(|row| writer.accept(row))?;
         }
@@ -119,7 +118,7 @@ fn settle(folder: &Path) -> Result<(), DatasetError> {
     if growing.join(READY).exists() {
         remove(&folder.join(JOURNAL))?;
         // The manifest goes last: until then the dataset is the old one with parts that its manifest calls damaged.
-        let tables = TableName::ALL.map(TableName::folder);
+        let tables = TableName::KNOWN.map(TableName::folder);
         for name in tables.into_iter().chain([TIMINGS_NAME, MANIFEST_NAME]) {
             let (from, to) = (growing.join(name), folder.join(name));
             if from.exists() {

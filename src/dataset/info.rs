@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::name::identifier;
 use crate::design::GroupSpan;
+use crate::metrics::Signal;
 use crate::quantity::{Kind, Value, quantities};
 use crate::run::RowOutcome;
 
@@ -19,6 +21,31 @@ pub struct Factor {
     pub unit: String,
     /// What it is, in words: the paths of the study that it drives.
     pub description: String,
+}
+
+/// One column of the table of signals.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SignalColumn {
+    /// Name, with the unit as its suffix.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// What it is, and over what it is averaged.
+    pub description: String,
+}
+
+impl SignalColumn {
+    /// The column of a signal of which means over `interval_s` are kept.
+    pub fn of(signal: &Signal, interval_s: f64) -> Self {
+        let what = signal.description.trim_end_matches('.');
+        Self {
+            name: identifier(&signal.name, "signals"),
+            unit: signal.unit.to_owned(),
+            description: format!(
+                "{what}; mean over {interval_s} s around the instant (zero phase, gain |sinc(f {interval_s} s)|)."
+            ),
+        }
+    }
 }
 
 /// All that a dataset must know of its study. Fixed for the whole dataset, kept in its manifest.
@@ -70,6 +97,9 @@ pub struct DatasetInfo {
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
     pub castings: Vec<String>,
+    /// Columns of the table of signals behind row and time; empty: there is no such table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub signals: Vec<SignalColumn>,
 }
 
 #[cfg(test)]
@@ -96,6 +126,7 @@ impl DatasetInfo {
             twins: 0,
             hammers: Vec::new(),
             castings: Vec::new(),
+            signals: Vec::new(),
         }
     }
 }

@@ -76,6 +76,21 @@ pub struct Manifest {
     pub runs: Vec<Part>,
     /// Parts of the table of blows, by first row.
     pub blows: Vec<Part>,
+    /// Parts of the table of signals, by first row; none where the study keeps no signals.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub signals: Vec<Part>,
+}
+
+/// The parts of one block that depend on the study alone.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BlockFiles {
+    /// Of the table of runs.
+    pub runs: Part,
+    /// Of the table of blows.
+    pub blows: Part,
+    /// Of the table of signals, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signals: Option<Part>,
 }
 
 impl RowSpan {
@@ -121,6 +136,7 @@ impl Manifest {
             reruns: Vec::new(),
             runs: Vec::new(),
             blows: Vec::new(),
+            signals: Vec::new(),
         };
         manifest.count();
         manifest
@@ -148,6 +164,13 @@ impl Manifest {
         self.done.iter().map(|span| span.intersection(block)).filter(|span| !span.is_empty()).collect()
     }
 
+    /// The parts of the block that begins at `first_row`; `None` unless all are there that the dataset's tables ask for.
+    pub fn files(&self, first_row: u64) -> Option<BlockFiles> {
+        let part = |parts| find(parts, first_row).cloned();
+        let files = BlockFiles { runs: part(&self.runs)?, blows: part(&self.blows)?, signals: part(&self.signals) };
+        (files.signals.is_some() || self.study.signals.is_empty()).then_some(files)
+    }
+
     /// Forgets the rows and parts of a block.
     pub fn remove_block(&mut self, first_row: u64) {
         let block = self.block(first_row);
@@ -155,11 +178,13 @@ impl Manifest {
         self.done = self.done.iter().flat_map(split).collect();
         self.runs.retain(|part| part.first_row != first_row);
         self.blows.retain(|part| part.first_row != first_row);
+        self.signals.retain(|part| part.first_row != first_row);
         self.count();
     }
 
     /// Notes the ascending `rows` of a block and its parts, in place of what was known of the block.
-    pub fn put_block(&mut self, rows: impl Iterator<Item = u64>, runs: Part, blows: Part) {
+    pub fn put_block(&mut self, rows: impl Iterator<Item = u64>, files: BlockFiles) {
+        let BlockFiles { runs, blows, signals } = files;
         self.remove_block(runs.first_row);
         self.done.extend(rows.map(|row| RowSpan { first: row, end: row + 1 }));
         self.done.sort_unstable_by_key(|span| span.first);
@@ -173,6 +198,7 @@ impl Manifest {
         self.done = merged;
         insert(&mut self.runs, runs);
         insert(&mut self.blows, blows);
+        signals.into_iter().for_each(|part| insert(&mut self.signals, part));
         self.count();
     }
 
@@ -322,17 +348,21 @@ mod tests {
         RowSpan { first, end }
     }
 
+    fn files(part: Part) -> BlockFiles {
+        BlockFiles { runs: part.clone(), blows: part, signals: None }
+    }
+
     #[test]
     fn rows_done_are_spans_whatever_the_order_of_the_blocks() {
         let mut manifest =
             Manifest::new(DatasetInfo { rows: 10, rows_per_part: 4, ..DatasetInfo::empty() }, span(0, 10));
-        manifest.put_block(4..8, part(4, 1), part(4, 1));
-        manifest.put_block([0, 1, 3].into_iter(), part(0, 2), part(0, 2));
+        manifest.put_block(4..8, files(part(4, 1)));
+        manifest.put_block([0, 1, 3].into_iter(), files(part(0, 2)));
         assert_eq!(manifest.done, [span(0, 2), span(3, 8)]);
         assert_eq!((manifest.rows_done, manifest.rows_failed(), manifest.complete), (7, 3, false));
         assert_eq!(gaps(manifest.range, &manifest.done), [span(2, 3), span(8, 10)]);
-        manifest.put_block(0..4, part(0, 0), part(0, 0));
-        manifest.put_block(8..10, part(8, 0), part(8, 0));
+        manifest.put_block(0..4, files(part(0, 0)));
+        manifest.put_block(8..10, files(part(8, 0)));
         assert_eq!((manifest.done.as_slice(), manifest.complete), ([span(0, 10)].as_slice(), true));
         assert_eq!(manifest.runs.iter().map(|part| part.first_row).collect::<Vec<_>>(), [0, 4, 8]);
         manifest.remove_block(4);

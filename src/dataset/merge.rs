@@ -122,7 +122,9 @@ fn verify(readers: &[DatasetReader]) -> Result<(), DatasetError> {
         }
         contiguous(next, manifest.range, reader)?;
         next = manifest.range.end;
-        if let Some(damage) = [TableName::Runs, TableName::Blows].into_iter().flat_map(|t| reader.damage_of(t)).next() {
+        if let Some(damage) =
+            [TableName::Runs, TableName::Blows, TableName::Signals].into_iter().flat_map(|t| reader.damage_of(t)).next()
+        {
             return Err(damage);
         }
     }
@@ -148,7 +150,7 @@ fn blocks<'a>(reader: &'a DatasetReader) -> Vec<BlockParts<'a>> {
     let of_block = |runs: &'a Part| {
         let timings = find(reader.parts(TableName::Timings), runs.first_row);
         let timings = timings.filter(|part| check_part(reader.folder(), part).is_ok());
-        Some(BlockParts { runs, blows: find(reader.parts(TableName::Blows), runs.first_row)?, timings })
+        Some(BlockParts { timings, ..BlockParts::find(reader.manifest(), &[], runs.first_row)? })
     };
     reader.parts(TableName::Runs).iter().filter_map(of_block).collect()
 }

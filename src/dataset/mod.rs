@@ -1,4 +1,4 @@
-//! The dataset of a study: three Parquet tables in parts, a manifest, a writer and a reader.
+//! The dataset of a study: three or four Parquet tables in parts, a manifest, a writer and a reader.
 //!
 //! # Folder
 //!
@@ -9,6 +9,7 @@
 //! DIR/runs/runs-000000000000.parquet     wide: one row per run
 //! DIR/blows/blows-000000000000.parquet   long: one row per blow
 //! DIR/timings/timings-000000000000.parquet   wall time of each row
+//! DIR/signals/signals-000000000000.parquet   long: one row per instant of the rows whose signals are kept, where the study asks
 //! DIR/.journal/                          rows that are not yet in a part
 //! DIR/.staging/, DIR/.growing/, DIR/.lock    only while a run writes
 //! DIR/.damaged/                          parts that were damaged, as they were found
@@ -16,7 +17,7 @@
 //! ```
 //!
 //! A part holds a fixed block of row indices and is named by the block's first row, so its bytes depend on the study
-//! only. `runs`, `blows` and `manifest.json` are byte-identical for any number of threads, of interruptions and of shards.
+//! only. `runs`, `blows`, `signals` and `manifest.json` are byte-identical for any number of threads, of interruptions and of shards.
 //!
 //! # Durability
 //!
@@ -53,6 +54,7 @@ mod key;
 mod lock;
 mod manifest;
 mod merge;
+mod name;
 mod parquet_file;
 #[cfg(test)]
 mod power_cut;
@@ -75,7 +77,7 @@ pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, Table
 pub use difference::differences;
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
-pub use info::{DatasetInfo, Factor, RowRecord, rows_per_part};
+pub use info::{DatasetInfo, Factor, RowRecord, SignalColumn, rows_per_part};
 pub use key::ValuesKey;
 pub use lock::{Place, host_name};
 pub use manifest::{Manifest, Part, Rerun, RowSpan, TimingsManifest};

@@ -156,6 +156,7 @@ fn record(row: u64) -> RowRecord {
         blows: vec![blow],
         totals: RunTotals { delivered_work_j: row as f64, ..RunTotals::default() },
         scatter: None,
+        signals: Vec::new(),
     };
     let mut outcome = RowOutcome::invalid(String::new());
     (outcome.status, outcome.metrics, outcome.wall_time_s) = (RowStatus::Done, Some(metrics), 1.0);

@@ -17,7 +17,7 @@ pub struct DatasetReader {
     folder: PathBuf,
     manifest: Manifest,
     timings: TimingsManifest,
-    columns: [Vec<ColumnDescription>; 3],
+    columns: [Vec<ColumnDescription>; 4],
 }
 
 impl DatasetReader {
@@ -38,7 +38,7 @@ impl DatasetReader {
             folder: folder.to_owned(),
             manifest,
             timings,
-            columns: TableName::ALL.map(|table| columns.describe(table)),
+            columns: TableName::KNOWN.map(|table| columns.describe(table)),
         })
     }
 
@@ -54,11 +54,12 @@ impl DatasetReader {
 
     /// The columns of a table, in order.
     pub fn columns(&self, table: TableName) -> &[ColumnDescription] {
-        let [runs, blows, timings] = &self.columns;
+        let [runs, blows, timings, signals] = &self.columns;
         match table {
             TableName::Runs => runs,
             TableName::Blows => blows,
             TableName::Timings => timings,
+            TableName::Signals => signals,
         }
     }
 
@@ -82,7 +83,13 @@ impl DatasetReader {
             TableName::Runs => &self.manifest.runs,
             TableName::Blows => &self.manifest.blows,
             TableName::Timings => &self.timings.timings,
+            TableName::Signals => &self.manifest.signals,
         }
+    }
+
+    /// The tables that the dataset has.
+    pub fn tables(&self) -> impl Iterator<Item = TableName> {
+        TableName::KNOWN.into_iter().filter(|table| !self.columns(*table).is_empty())
     }
 
     /// Calls `visit` for every row of a table, in order, with the values of the named columns in the order named.
@@ -113,13 +120,13 @@ impl DatasetReader {
     pub fn damage(&self) -> Vec<DatasetError> {
         let mut found: Vec<DatasetError> = TimingsManifest::read(&self.folder).err().into_iter().collect();
         found.extend(self.strays());
-        found.extend(TableName::ALL.into_iter().flat_map(|table| self.damage_of(table)));
+        found.extend(TableName::KNOWN.into_iter().flat_map(|table| self.damage_of(table)));
         found
     }
 
     /// What can be said without reading the parts: files that are no parts, parts that are gone or of another length.
     pub fn damage_at_a_glance(&self) -> Vec<DatasetError> {
-        let parts = TableName::ALL.into_iter().flat_map(|table| self.parts(table));
+        let parts = TableName::KNOWN.into_iter().flat_map(|table| self.parts(table));
         let odd = parts.filter_map(|part| {
             let path = self.folder.join(&part.file);
             let length = fs::metadata(&path).map(|data| data.len()).map_err(failed_to("look at", &path));

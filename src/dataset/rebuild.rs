@@ -15,7 +15,7 @@ use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::manifest::{
-    FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
+    BlockFiles, FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
 };
 use super::parquet_file::{read_block_text, visit_rows};
 
@@ -28,8 +28,8 @@ pub struct BlockDescription {
     reruns: Vec<Rerun>,
     range: RowSpan,
     done: Vec<RowSpan>,
-    runs: Part,
-    blows: Part,
+    #[serde(flatten)]
+    files: BlockFiles,
 }
 
 /// The manifests of a folder.
@@ -45,16 +45,15 @@ pub struct Known {
 }
 
 impl BlockDescription {
-    /// The block of `runs` and `blows` in a manifest that has it.
-    pub fn new(manifest: &Manifest, runs: &Part, blows: &Part) -> Self {
+    /// The block of these parts in a manifest that has it.
+    pub fn new(manifest: &Manifest, files: BlockFiles) -> Self {
         Self {
             format_version: FORMAT_VERSION,
             study: manifest.study.clone(),
             reruns: manifest.reruns.clone(),
             range: manifest.range,
-            done: manifest.rows_of(runs.first_row),
-            runs: runs.clone(),
-            blows: blows.clone(),
+            done: manifest.rows_of(files.runs.first_row),
+            files,
         }
     }
 
@@ -64,7 +63,7 @@ impl BlockDescription {
     /// [`DatasetError::Manifest`], should a value not be writable as JSON.
     pub fn to_text(&self) -> Result<String, DatasetError> {
         serde_json::to_string(self)
-            .map_err(|source| DatasetError::Manifest { path: self.runs.file.clone().into(), source })
+            .map_err(|source| DatasetError::Manifest { path: self.files.runs.file.clone().into(), source })
     }
 
     fn read(path: &Path) -> Option<Self> {
@@ -106,7 +105,7 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
 fn manifest_of_parts(folder: &Path) -> Result<Option<Manifest>, DatasetError> {
     let mut manifest: Option<Manifest> = None;
     for (first_row, path) in part_files(folder, TableName::Timings)? {
-        let Some(block) = BlockDescription::read(&path).filter(|block| block.runs.first_row == first_row) else {
+        let Some(block) = BlockDescription::read(&path).filter(|block| block.files.runs.first_row == first_row) else {
             continue;
         };
         let manifest = manifest.get_or_insert_with(|| Manifest::new(block.study.clone(), block.range));
@@ -118,7 +117,7 @@ fn manifest_of_parts(folder: &Path) -> Result<Option<Manifest>, DatasetError> {
                 manifest.reruns.push(rerun);
             }
         }
-        manifest.put_block(block.done.iter().flat_map(|span| span.first..span.end), block.runs, block.blows);
+        manifest.put_block(block.done.iter().flat_map(|span| span.first..span.end), block.files);
     }
     Ok(manifest)
 }
@@ -134,7 +133,7 @@ pub fn timings_of_parts(folder: &Path, manifest: &Manifest) -> Result<TimingsMan
         let file = part_file(TableName::Timings, runs.first_row);
         let path = folder.join(&file);
         let mut records = 0;
-        let whole = BlockDescription::read(&path).is_some_and(|block| block.runs == *runs)
+        let whole = BlockDescription::read(&path).is_some_and(|block| block.files.runs == *runs)
             && visit_rows(&path, &columns, &mut |_| records += 1).is_ok()
             && records == runs.records;
         if whole {
@@ -149,6 +148,7 @@ pub fn timings_of_parts(folder: &Path, manifest: &Manifest) -> Result<TimingsMan
 fn unlisted(folder: &Path, manifest: &Manifest) -> Result<Vec<(u64, PathBuf)>, DatasetError> {
     let mut found = part_files(folder, TableName::Runs)?;
     found.extend(part_files(folder, TableName::Blows)?);
+    found.extend(part_files(folder, TableName::Signals)?);
     found.retain(|(first_row, _)| !manifest.runs.iter().any(|part| part.first_row == *first_row));
     Ok(found)
 }
@@ -186,7 +186,7 @@ pub fn strays(folder: &Path, manifest: &Manifest) -> Result<Vec<DatasetError>, D
     // Readers pass over such names.
     let is_hidden = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
     let mut found = Vec::new();
-    for table in TableName::ALL {
+    for table in TableName::KNOWN {
         let folder = folder.join(table.folder());
         let Ok(entries) = fs::read_dir(&folder) else { continue };
         for entry in entries {

@@ -9,7 +9,10 @@ use super::info::{DatasetInfo, RowRecord};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
 
-/// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, and those of its blows.
+/// What stands before the cells of an instant of `signals`; no cell begins with it.
+const INSTANT: u8 = 5;
+
+/// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, those of its blows, and of the instants of its signals.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredRow {
     row: u64,
@@ -27,6 +30,11 @@ impl StoredRow {
         for blow in record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows) {
             source.blow = Some(blow);
             writer.cells(&columns.blows, &source);
+        }
+        for instant in record.outcome.metrics.iter().flat_map(|metrics| &metrics.signals) {
+            source.instant = Some(instant);
+            writer.instant();
+            writer.cells(&columns.signals, &source);
         }
         writer.finish()
     }
@@ -62,9 +70,20 @@ impl StoredRow {
                 take(table, index, read_cell(&mut rest)?);
             }
         }
-        while !rest.is_empty() {
-            for index in 0..columns.blows {
-                take(TableName::Blows, index, read_cell(&mut rest)?);
+        while let Some(first) = rest.first() {
+            let (table, count) = match *first {
+                INSTANT => (TableName::Signals, columns.signals),
+                _ => (TableName::Blows, columns.blows),
+            };
+            if table == TableName::Signals {
+                take_bytes(&mut rest, 1)?;
+            }
+            // Bytes that no column takes are no row.
+            if count == 0 {
+                return None;
+            }
+            for index in 0..count {
+                take(table, index, read_cell(&mut rest)?);
             }
         }
         Some(())
@@ -80,12 +99,19 @@ pub struct ColumnCounts {
     pub blows: usize,
     /// Of `timings`.
     pub timings: usize,
+    /// Of `signals`.
+    pub signals: usize,
 }
 
 impl ColumnCounts {
     /// Counts the columns.
     pub fn of(columns: &Columns) -> Self {
-        Self { runs: columns.runs.len(), blows: columns.blows.len(), timings: columns.timings.len() }
+        Self {
+            runs: columns.runs.len(),
+            blows: columns.blows.len(),
+            timings: columns.timings.len(),
+            signals: columns.signals.len(),
+        }
     }
 }
 
@@ -109,7 +135,12 @@ impl RowWriter {
         columns.iter().for_each(|column| self.cell(column.cell(source)));
     }
 
-    /// Adds a cell; they come in the order runs, timings, blow by blow.
+    /// Begins an instant of the table of signals, whose cells follow.
+    pub fn instant(&mut self) {
+        self.bytes.push(INSTANT);
+    }
+
+    /// Adds a cell; they come in the order runs, timings, blow by blow, instant by instant.
     pub fn cell(&mut self, cell: Cell<'_>) {
         let (tag, number) = match cell {
             None => return self.bytes.push(0),
@@ -161,6 +192,8 @@ pub fn check_record(info: &DatasetInfo, record: &RowRecord) -> Result<(), Datase
     };
     count("number of hammers", metrics.hammers.len(), info.hammers.len())?;
     count("number of castings", metrics.castings.len(), info.castings.len())?;
+    let cells = if info.signals.is_empty() { 0 } else { 1 + info.signals.len() };
+    metrics.signals.iter().try_for_each(|instant| count("number of signals and time", instant.len(), cells))?;
     if let Some(blow) = metrics.blows.iter().find(|blow| blow.hammer >= info.hammers.len()) {
         return misfit("index of a blow's hammer", blow.hammer.to_string(), format!("below {}", info.hammers.len()));
     }
@@ -205,7 +238,7 @@ mod tests {
         let stored = StoredRow::from_bytes(writer.finish().bytes().to_vec()).expect("a row");
         assert_eq!((stored.row(), stored.failed()), (7, true));
         let mut found = Vec::new();
-        let counts = ColumnCounts { runs: 2, timings: 1, blows: 1 };
+        let counts = ColumnCounts { runs: 2, timings: 1, blows: 1, signals: 0 };
         stored
             .visit(&counts, &mut |table, index, cell| found.push(format!("{table:?} {index} {cell:?}")))
             .expect("whole");
@@ -219,7 +252,7 @@ mod tests {
         let mut writer = RowWriter::new(1, false);
         writer.cell(Some(Value::Text("long enough")));
         let bytes = writer.finish().bytes().to_vec();
-        let counts = ColumnCounts { runs: 1, timings: 0, blows: 1 };
+        let counts = ColumnCounts { runs: 1, timings: 0, blows: 1, signals: 0 };
         for length in 0..bytes.len() {
             let row = StoredRow::from_bytes(bytes[..length].to_vec());
             assert!(row.and_then(|row| row.visit(&counts, &mut |_, _, _| {})).is_none(), "{length} bytes");

@@ -138,7 +138,8 @@ impl Recovered {
     /// The blocks with damaged or missing parts.
     fn check(&self, folder: &Path) -> Bad {
         let mut bad = Bad::new();
-        for part in self.manifest.runs.iter().chain(&self.manifest.blows) {
+        let Manifest { runs, blows, signals, .. } = &self.manifest;
+        for part in runs.iter().chain(blows).chain(signals) {
             if let Err(error) = check_part(folder, part) {
                 bad.entry(part.first_row).or_default().push(error);
             }
@@ -157,7 +158,7 @@ impl Recovered {
             let has = |row: u64| pending.is_some_and(|block| block.contains_key(&row));
             // A process that ends between two renames leaves such a block too: the journal has its rows.
             let is_lost = !wanted.into_iter().flat_map(|span| span.first..span.end).all(has);
-            for table in TableName::ALL {
+            for table in TableName::KNOWN {
                 let path = folder.join(part_file(table, first_row));
                 if is_lost { set_aside(&path, &folder.join(DAMAGED))? } else { remove(&path)? }
             }
@@ -195,6 +196,18 @@ pub struct BlockParts<'a> {
     pub blows: &'a Part,
     /// Of the table of timings; lost ones give nulls.
     pub timings: Option<&'a Part>,
+    /// Of the table of signals, where there is one.
+    pub signals: Option<&'a Part>,
+}
+
+impl<'a> BlockParts<'a> {
+    /// The parts of a block; `None` unless the manifest has those that depend on the study alone.
+    pub fn find(manifest: &'a Manifest, timings: &'a [Part], first_row: u64) -> Option<Self> {
+        let (runs, blows) = (find(&manifest.runs, first_row)?, find(&manifest.blows, first_row)?);
+        let signals = find(&manifest.signals, first_row);
+        let found = Self { runs, blows, timings: find(timings, first_row), signals };
+        (signals.is_some() || manifest.study.signals.is_empty()).then_some(found)
+    }
 }
 
 /// The rows of a block's parts.
@@ -209,8 +222,7 @@ pub fn read_block(
 ) -> Result<Block, DatasetError> {
     let mut block = Block::new();
     let Recovered { manifest, timings, .. } = recovered;
-    if let (Some(runs), Some(blows)) = (find(&manifest.runs, first_row), find(&manifest.blows, first_row)) {
-        let parts = BlockParts { runs, blows, timings: find(&timings.timings, first_row) };
+    if let Some(parts) = BlockParts::find(manifest, &timings.timings, first_row) {
         read_parts(folder, columns, parts, &mut |row| {
             block.insert(row.row(), row);
         })?;
@@ -234,7 +246,8 @@ pub fn read_parts(
         (TableName::Timings, parts.timings),
         (TableName::Blows, Some(parts.blows)),
     ];
-    for (table, part) in tables {
+    let signals = parts.signals.map(|part| (TableName::Signals, Some(part)));
+    for (table, part) in tables.into_iter().chain(signals) {
         let descriptions = columns.describe(table);
         let Some(part) = part else {
             // In the order of the columns: the row's index, then what is lost.
@@ -256,7 +269,12 @@ pub fn read_parts(
                 rows.insert(row, RowWriter::new(row, cells_say_failed(&names, cells)));
             }
             match rows.get_mut(&row) {
-                Some(writer) => cells.iter().for_each(|cell| writer.cell(*cell)),
+                Some(writer) => {
+                    if table == TableName::Signals {
+                        writer.instant();
+                    }
+                    cells.iter().for_each(|cell| writer.cell(*cell));
+                }
                 None => strays += 1,
             }
         })?;

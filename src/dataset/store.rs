@@ -11,7 +11,9 @@ use super::durable::{StagedFile, failed_to, make_folder, rename, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::lock::Place;
-use super::manifest::{MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, find, part_file, to_sealed_json};
+use super::manifest::{
+    BlockFiles, MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_sealed_json,
+};
 use super::parquet_file::TableBuilder;
 use super::rebuild::BlockDescription;
 use super::record::{ColumnCounts, StoredRow};
@@ -35,6 +37,7 @@ struct Tables {
     runs: TableBuilder,
     blows: TableBuilder,
     timings: TableBuilder,
+    signals: Option<TableBuilder>,
 }
 
 /// The parts and manifests of a dataset.
@@ -73,7 +76,7 @@ impl Store {
         timings: TimingsManifest,
     ) -> Result<Self, DatasetError> {
         let folder = place.path().to_owned();
-        for name in TableName::ALL.map(TableName::folder).into_iter().chain([STAGING]) {
+        for name in columns.tables().map(TableName::folder).chain([STAGING]) {
             let path = folder.join(name);
             make_folder(&path)?;
         }
@@ -108,17 +111,27 @@ impl Store {
         let first_row = first / per_part * per_part;
         let failed = block.values().filter(|row| row.failed()).count() as u64;
         let at = Rows { first_row, failed };
-        let Tables { runs, blows, timings: times } = self.tables(block)?;
+        let Tables { runs, blows, timings: times, signals } = self.tables(block)?;
         let runs = self.stage_part(runs, at, None)?;
         let blows = self.stage_part(blows, at, None)?;
+        let signals = signals.map(|signals| self.stage_part(signals, at, None)).transpose()?;
         let (mut manifest, mut timings) = (self.manifest.clone(), self.timings.clone());
-        manifest.put_block(block.keys().copied(), runs.part.clone(), blows.part.clone());
-        // It describes the other two, so that the manifest can be made anew from it.
-        let description = BlockDescription::new(&manifest, &runs.part, &blows.part).to_text()?;
+        let files = BlockFiles {
+            runs: runs.part.clone(),
+            blows: blows.part.clone(),
+            signals: signals.as_ref().map(|signals| signals.part.clone()),
+        };
+        manifest.put_block(block.keys().copied(), files.clone());
+        // It describes the others, so that the manifest can be made anew from it.
+        let description = BlockDescription::new(&manifest, files).to_text()?;
         let times = self.stage_part(times, at, Some(description))?;
         timings.put(times.part.clone());
-        // In this order: a run that a reader sees has its blows.
-        [times, blows, runs].into_iter().try_for_each(|staged| self.put_part_in_place(staged))?;
+        // In this order: a run that a reader sees has its blows and signals.
+        [times]
+            .into_iter()
+            .chain(signals)
+            .chain([blows, runs])
+            .try_for_each(|staged| self.put_part_in_place(staged))?;
         self.put_manifests_in_place(&manifest, &timings)?;
         (self.manifest, self.timings) = (manifest, timings);
         #[cfg(test)]
@@ -132,7 +145,7 @@ impl Store {
     /// As [`Store::put_block`].
     pub fn put_null_timings(&mut self, first_row: u64) -> Result<(), DatasetError> {
         let manifest = &self.manifest;
-        let (Some(runs), Some(blows)) = (find(&manifest.runs, first_row), find(&manifest.blows, first_row)) else {
+        let Some(files) = manifest.files(first_row) else {
             return Ok(());
         };
         let mut builder = self.builder(TableName::Timings);
@@ -140,8 +153,8 @@ impl Store {
             builder.append(0, Some(Value::Count(row)));
             (1..self.columns.timings.len()).for_each(|index| builder.append(index, None));
         }
-        let description = BlockDescription::new(manifest, runs, blows).to_text()?;
-        let rows = Rows { first_row, failed: runs.failed };
+        let rows = Rows { first_row, failed: files.runs.failed };
+        let description = BlockDescription::new(manifest, files).to_text()?;
         let staged = self.stage_part(builder, rows, Some(description))?;
         let part = staged.part.clone();
         self.put_part_in_place(staged)?;
@@ -155,12 +168,14 @@ impl Store {
 
     fn tables(&self, block: &Block) -> Result<Tables, DatasetError> {
         let [mut runs, mut blows, mut timings] = TableName::ALL.map(|table| self.builder(table));
+        let mut signals = (!self.columns.signals.is_empty()).then(|| self.builder(TableName::Signals));
         let counts = ColumnCounts::of(&self.columns);
         for row in block.values() {
             let whole = row.visit(&counts, &mut |table, index, cell| match table {
                 TableName::Runs => runs.append(index, cell),
                 TableName::Blows => blows.append(index, cell),
                 TableName::Timings => timings.append(index, cell),
+                TableName::Signals => signals.iter_mut().for_each(|signals| signals.append(index, cell)),
             });
             whole.ok_or_else(|| DatasetError::Record {
                 row: row.row(),
@@ -169,7 +184,7 @@ impl Store {
                 expected: "the columns of the manifest's study".to_owned(),
             })?;
         }
-        Ok(Tables { runs, blows, timings })
+        Ok(Tables { runs, blows, timings, signals })
     }
 
     fn stage_part(

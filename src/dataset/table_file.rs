@@ -7,10 +7,11 @@ use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{ArrowError, Field, Schema};
 use parquet::errors::ParquetError;
 
-use super::columns::{ColumnDescription, ColumnGroup, check_unique, identifier};
+use super::columns::{ColumnDescription, ColumnGroup, check_unique};
 use super::durable::StagedFile;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
+use super::name::identifier;
 use super::parquet_file::{encode_batch, properties, schema, study_metadata};
 use crate::metrics::Signal;
 use crate::quantity::{Kind, Quantity};

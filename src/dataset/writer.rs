@@ -508,7 +508,7 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
     for entry in entries {
         let entry = entry.map_err(failed_to("read the folder", folder))?;
         let name = entry.file_name();
-        let is_table = TableName::ALL.iter().any(|table| name == table.folder());
+        let is_table = TableName::KNOWN.iter().any(|table| name == table.folder());
         let ours = [STAGING, JOURNAL, LOCK_NAME, STATUS_NAME, TIMINGS_NAME, REPLACED, DAMAGED];
         let is_ours = ours.iter().any(|ours| name == *ours) || status::is_staged(Path::new(&name));
         let is_empty = |path: &Path| fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
@@ -526,7 +526,7 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
 fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
     let earlier = fs::read_dir(folder.join(REPLACED)).map_or(0, Iterator::count);
     let aside = folder.join(REPLACED).join((earlier + 1).to_string());
-    let tables = TableName::ALL.map(TableName::folder);
+    let tables = TableName::KNOWN.map(TableName::folder);
     let names = tables.into_iter().chain([JOURNAL, DAMAGED, GROWING, STATUS_NAME, TIMINGS_NAME, MANIFEST_NAME]);
     names.map(|name| folder.join(name)).try_for_each(|path| set_aside(&path, &aside))?;
     Ok(format!("the dataset that was there is kept in {} until the new one is whole", aside.display()))

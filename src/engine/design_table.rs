@@ -10,7 +10,7 @@ use crate::study::CheckedStudy;
 /// The columns of a design's rows: the index of the row, then the factors, derived ones included. And what their table says of the study,
 /// whose machines need not be reduced.
 pub fn design_table(study: &CheckedStudy) -> (DatasetInfo, Vec<TableColumn>) {
-    let info = dataset_info(study, BTreeMap::new(), BTreeMap::new());
+    let info = dataset_info(study, BTreeMap::new(), BTreeMap::new(), None);
     let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();
     let index = TableColumn {
         name: RowRecord::row.name.to_owned(),

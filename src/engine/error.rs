@@ -48,6 +48,14 @@ pub enum EngineError {
         /// The least interval that is possible, s.
         least_interval_s: f64,
     },
+    /// Signals to be kept that cannot be.
+    #[error("outputs.{key}: {message}")]
+    Outputs {
+        /// The key of the study's table `outputs`.
+        key: &'static str,
+        /// What is wrong with it.
+        message: String,
+    },
     /// A further machine lacks a point.
     #[error("[{table}] has no interface point `{point}`, which the study uses")]
     MissingPoint {

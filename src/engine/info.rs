@@ -2,17 +2,19 @@
 
 use std::collections::BTreeMap;
 
+use super::signals::KeptSignals;
 use crate::dataset::{DatasetInfo, Factor, RowRecord, rows_per_part};
 use crate::design::Quality;
 use crate::quantity::Kind;
 use crate::run::RowOutcome;
 use crate::study::{CheckedStudy, FactorInfo};
 
-/// What the tables must know of a study, the files it is computed from and the settings outside it.
+/// What the tables must know of a study, the files it is computed from and the settings outside it, and the signals that are kept.
 pub fn dataset_info(
     checked: &CheckedStudy,
     inputs: BTreeMap<String, String>,
     settings: BTreeMap<String, String>,
+    signals: Option<&KeptSignals>,
 ) -> DatasetInfo {
     let (study, rows) = (checked.study(), checked.row_count() as u64);
     let names = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
@@ -29,13 +31,14 @@ pub fn dataset_info(
         seed: study.seed(),
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         rows,
-        rows_per_part: rows_per_part(rows),
+        rows_per_part: signals.map_or(rows_per_part(rows), |kept| kept.rows_per_part(rows_per_part(rows))),
         factors: study.factors().iter().map(factor).collect(),
         design_quality: design_quality(checked),
         row_groups: Some(checked.design().groups()),
         twins: study.twins() as u64,
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
+        signals: signals.map_or_else(Vec::new, |kept| kept.columns.clone()),
     }
 }
 

@@ -34,6 +34,7 @@ mod inputs;
 mod machine;
 mod monitor;
 mod prepared;
+mod signals;
 mod stub;
 mod sweep;
 

@@ -10,9 +10,10 @@ use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
+use super::signals::KeptSignals;
 use crate::dataset::{DatasetError, DatasetInfo};
 use crate::design::Level;
-use crate::metrics::{Signal, SignalRecorder};
+use crate::metrics::{MeanRecorder, MeanSettings, Signal, SignalRecorder};
 use crate::run::{
     BatchProgress, BatchSettings, DEFAULT_RETRIES, DEFAULT_WINDOW, JobSource, RowJob, RowOutcome, RowSource, RowStatus,
     RowTask, run_batch, run_jobs, run_one_by_one,
@@ -52,6 +53,8 @@ pub struct Engine {
     further: Vec<Machine>,
     retries: u32,
     inputs: BTreeMap<String, String>,
+    /// The signals that a sweep keeps.
+    signals: Option<KeptSignals>,
 }
 
 /// The scene of a row and the modes of the machine that it is on.
@@ -91,7 +94,9 @@ impl Engine {
             same_points(&table, &demand, [checked.points(), &model.points()])?;
             further.push(Machine::new(model, settings, &demand)?);
         }
-        Ok(Self { checked, machine, further, retries: DEFAULT_RETRIES, inputs })
+        let duration_s = checked.scene(0).unwrap_or_default().duration_s;
+        let signals = KeptSignals::of(checked.study(), duration_s, checked.row_count() as u64)?;
+        Ok(Self { checked, machine, further, retries: DEFAULT_RETRIES, inputs, signals })
     }
 
     /// With another number of times that a row that diverges is run again; default [`DEFAULT_RETRIES`].
@@ -197,6 +202,20 @@ impl Engine {
         }
     }
 
+    /// The outcome of a scene with means of its signals; none of a row that does not reach its end.
+    fn with_means(&self, scene: Result<Scene, InvalidRow>, settings: &MeanSettings) -> RowOutcome {
+        let RowScene { scene, modes } = match self.on_machine(scene) {
+            Ok(found) => found,
+            Err(invalid) => return RowOutcome::invalid(invalid.reason),
+        };
+        let job = RowJob::new(scene.clone(), modes, self.retries);
+        let (mut outcome, recorder) = job.run_observed(|model| MeanRecorder::new(model, &scene, settings.clone()));
+        if let (Some(metrics), Some(recorder)) = (&mut outcome.metrics, recorder) {
+            metrics.signals = recorder.into_means();
+        }
+        outcome
+    }
+
     fn with_signals(
         &self,
         scene: Result<Scene, InvalidRow>,
@@ -224,7 +243,7 @@ impl Rows for Engine {
 
     fn info(&self) -> DatasetInfo {
         let settings = BTreeMap::from([("retries".to_owned(), self.retries.to_string())]);
-        dataset_info(&self.checked, self.inputs.clone(), settings)
+        dataset_info(&self.checked, self.inputs.clone(), settings, self.signals.as_ref())
     }
 
     /// Simulates a row, retries and twins included.
@@ -232,9 +251,10 @@ impl Rows for Engine {
         self.alone(self.checked.scene(row))
     }
 
-    /// Rows of one shape side by side.
+    /// Rows of one shape side by side; with the signals that a sweep keeps, whose rows run alone.
     fn run(&self, rows: &mut dyn RowSource) {
-        run_jobs(&mut Jobs { engine: self, scene: &|row| self.checked.scene(row as usize), rows });
+        let kept = self.signals.as_ref();
+        run_jobs(&mut Jobs { engine: self, scene: &|row| self.checked.scene(row as usize), rows, kept });
     }
 }
 
@@ -252,7 +272,7 @@ impl RowTask for Points<'_> {
             Some(levels) => self.engine.checked.scene_at(levels),
             None => Err(InvalidRow { reason: format!("there is no point {row}") }),
         };
-        run_jobs(&mut Jobs { engine: self.engine, scene: &scene, rows });
+        run_jobs(&mut Jobs { engine: self.engine, scene: &scene, rows, kept: None });
     }
 
     fn keep(&self, _: u64, outcome: RowOutcome) -> RowOutcome {
@@ -274,12 +294,22 @@ struct Jobs<'j> {
     engine: &'j Engine,
     scene: &'j dyn Fn(u64) -> Result<Scene, InvalidRow>,
     rows: &'j mut dyn RowSource,
+    /// The signals that are kept.
+    kept: Option<&'j KeptSignals>,
 }
 
 impl JobSource for Jobs<'_> {
     fn next(&mut self, wait: bool) -> Option<(u64, RowJob)> {
         loop {
             let row = self.rows.next(wait)?;
+            if let Some(kept) = self.kept.filter(|kept| kept.keep(row)) {
+                let run = || self.engine.with_means((self.scene)(row), &kept.settings);
+                match catch_unwind(AssertUnwindSafe(run)) {
+                    Ok(outcome) => self.rows.ended(row, outcome),
+                    Err(payload) => self.panicked(row, payload),
+                }
+                continue;
+            }
             match catch_unwind(AssertUnwindSafe(|| self.engine.job((self.scene)(row)))) {
                 Ok(Ok(job)) => return Some((row, job)),
                 Ok(Err(invalid)) => self.rows.ended(row, RowOutcome::invalid(invalid.reason)),

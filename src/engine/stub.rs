@@ -55,7 +55,7 @@ impl Rows for StubRows {
     fn info(&self) -> DatasetInfo {
         // Made-up rows never mix with simulated ones.
         let settings = BTreeMap::from([("stub-row-ms".to_owned(), "made-up outcomes".to_owned())]);
-        dataset_info(&self.study, BTreeMap::new(), settings)
+        dataset_info(&self.study, BTreeMap::new(), settings, None)
     }
 
     /// Waits, then gives the row's outcome; row 613 of every thousand diverges.
@@ -119,6 +119,7 @@ impl StubRows {
             blows: (0..blows).map(blow).collect(),
             totals: RunTotals { delivered_work_j, energy_residual: 1e-5 * unit(row, 8), ..RunTotals::default() },
             scatter: None,
+            signals: Vec::new(),
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::parameter::parameters;
 
 parameters! { file
     /// All parameters of one hammer.
+    #[derive(Copy)]
     pub struct HammerParameters {
         /// The rigid housing that the mount carries; it changes the machine's modes.
         pub housing: HousingParameters, "", [group], "";
@@ -27,6 +28,7 @@ parameters! { file
 
 parameters! { file
     /// Rigid mass of the hammer housing on its mount point.
+    #[derive(Copy)]
     pub struct HousingParameters {
         /// Mass.
         pub mass_kg: f64 = 27.0, "kg", [>= 0] usual [0, 1000], "Fig. 4 of the source";
@@ -39,6 +41,7 @@ parameters! { file
 
 parameters! { file
     /// Housing guide: a light body on a very stiff spring against the mount (subscript `Gh` in the source).
+    #[derive(Copy)]
     pub struct GuideParameters {
         /// Mass `m_Gh`.
         pub mass_kg: f64 = 1.0, "kg", [> 0] usual [0.01, 50], "Table 2";
@@ -49,6 +52,7 @@ parameters! { file
 
 parameters! { file
     /// Telescope between guide and cylinder.
+    #[derive(Copy)]
     pub struct TelescopeParameters {
         /// Cylinder mass `m_cb`.
         pub cylinder_mass_kg: f64 = 6.5, "kg", [> 0] usual [0.1, 100], "Table 2";
@@ -95,6 +99,7 @@ parameters! { file
 
 parameters! { file
     /// Percussion piston and its chambers.
+    #[derive(Copy)]
     pub struct PistonParameters {
         /// Mass `m_p`.
         pub mass_kg: f64 = 0.4546, "kg", [> 0] usual [0.01, 20], "Table 2";
@@ -131,6 +136,7 @@ parameters! { file
 
 parameters! { file
     /// Spool valve: at `s = 0` it feeds the rear chamber, at `s = s_max` the front one.
+    #[derive(Copy)]
     pub struct ValveParameters {
         /// Mass `m_sv`.
         pub mass_kg: f64 = 0.074, "kg", [> 0] usual [0.001, 5], "Table 2";
@@ -153,6 +159,7 @@ parameters! { file
 
 parameters! { file
     /// Chisel: bushing, nose, retainer, contact with the casting.
+    #[derive(Copy)]
     pub struct ChiselParameters {
         /// Mass `m_h`.
         pub mass_kg: f64 = 1.8157, "kg", [> 0] usual [0.05, 50], "Table 2";

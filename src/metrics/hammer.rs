@@ -47,7 +47,7 @@ impl HammerTrack {
     pub fn new(hammer: usize, settings: &OutputSettings) -> Self {
         Self {
             hammer,
-            settings: *settings,
+            settings: settings.clone(),
             impact_of: 0,
             first_impact: None,
             contacts: 0,

@@ -4,8 +4,8 @@
 //! - `hammer`, `casting`, `audit`: what it keeps of each hammer, of each casting, and of the energies
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
-//! - [`SignalRecorder`]: time signals
 //! - [`Phase`]: the parts of a hammer's work
+//! - [`SignalRecorder`], [`MeanRecorder`]: time signals, and means of chosen ones
 //! - [`Spectrum`]: amplitudes of a signal's frequencies
 
 mod audit;
@@ -18,6 +18,7 @@ mod percussion;
 mod phase;
 mod recorder;
 mod scatter;
+mod signal_means;
 mod signals;
 mod spectrum;
 mod statistics;
@@ -27,7 +28,9 @@ pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter,
 pub use percussion::Percussion;
 pub use phase::{Phase, PhaseKind};
 pub use recorder::Recorder;
+pub use signal_means::{MeanRecorder, MeanSettings};
 pub use signals::{
     CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder,
+    signal_list,
 };
 pub use spectrum::{Spectrum, SpectrumError};

@@ -134,6 +134,10 @@ pub struct RunMetrics {
     /// Scatter of the main outputs over the run's twins; `None` without twins.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scatter: Option<Scatter>,
+    /// Means of the signals that the study keeps of the row, instant by instant, time in s first; empty where it keeps none. They
+    /// have a table of their own.
+    #[serde(skip)]
+    pub signals: Vec<Vec<f64>>,
 }
 
 /// Scatter of the main outputs of one hammer, of one casting or of the run, by name; `None` where one of the runs lacks the

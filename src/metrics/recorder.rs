@@ -42,7 +42,7 @@ impl Recorder {
             chamber_residual: chamber_residual(system, end),
         };
         let castings = self.castings.into_iter().map(CastingTrack::finish).collect();
-        RunMetrics { hammers, castings, blows, totals, scatter: None }
+        RunMetrics { hammers, castings, blows, totals, scatter: None, signals: Vec::new() }
     }
 }
 

@@ -282,6 +282,16 @@ impl SignalRecorder {
         ((scene.duration_s / interval_s).floor() + 1.0) * (Self::count(scene) * size_of::<f64>()) as f64
     }
 
+    /// The values recorded so far of one signal, by its place in [`signal_list`].
+    pub(super) fn recorded(&self, signal: usize) -> &[f64] {
+        self.signals.get(signal).map_or(&[], |signal| &signal.values)
+    }
+
+    /// Forgets the first `count` values of every signal.
+    pub(super) fn forget(&mut self, count: usize) {
+        self.signals.iter_mut().for_each(|signal| _ = signal.values.drain(..count.min(signal.values.len())));
+    }
+
     /// The signals recorded so far, time first.
     pub fn into_signals(self) -> Vec<Signal> {
         self.signals
@@ -325,20 +335,31 @@ impl SignalRecorder {
 
 /// The signals of a scene without values: time, those of each hammer, casting and fixture, the energy balance.
 fn blank_signals(scene: &Scene) -> Vec<Signal> {
+    let hammers: Vec<&str> = scene.hammers.iter().map(|hammer| hammer.name.as_str()).collect();
+    let castings: Vec<(&str, Vec<&str>)> = scene
+        .castings
+        .iter()
+        .map(|casting| (casting.name.as_str(), casting.fixtures.iter().map(|fixture| fixture.name.as_str()).collect()))
+        .collect();
+    signal_list(&hammers, &castings)
+}
+
+/// The signals, without values, of scenes with hammers of these names, and castings with fixtures of these names.
+pub fn signal_list(hammers: &[&str], castings: &[(&str, Vec<&str>)]) -> Vec<Signal> {
     let mut signals = Vec::new();
     add(&mut signals, Instant::QUANTITIES, SignalOf::Run, None);
-    for (index, unit) in scene.hammers.iter().enumerate() {
-        let names = (format!("hammer {}", unit.name), unit.name.clone());
+    for (index, name) in hammers.iter().enumerate() {
+        let names = (format!("hammer {name}"), (*name).to_owned());
         add(&mut signals, HammerSignals::QUANTITIES, SignalOf::Hammer(index), Some(names));
     }
-    for (index, casting) in scene.castings.iter().enumerate() {
-        let names = (format!("casting {}", casting.name), casting.name.clone());
+    for (index, (name, _)) in castings.iter().enumerate() {
+        let names = (format!("casting {name}"), (*name).to_owned());
         add(&mut signals, CastingSignals::QUANTITIES, SignalOf::Casting(index), Some(names));
     }
-    for (index, casting) in scene.castings.iter().enumerate() {
-        for (place, fixture) in casting.fixtures.iter().enumerate() {
-            let what = format!("fixture {} of casting {}", fixture.name, casting.name);
-            let names = (what, format!("{}_fixture_{}", casting.name, fixture.name));
+    for (index, (casting, fixtures)) in castings.iter().enumerate() {
+        for (place, fixture) in fixtures.iter().enumerate() {
+            let what = format!("fixture {fixture} of casting {casting}");
+            let names = (what, format!("{casting}_fixture_{fixture}"));
             add(&mut signals, FixtureSignals::QUANTITIES, SignalOf::Fixture(index, place), Some(names));
         }
     }

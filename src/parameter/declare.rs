@@ -15,7 +15,7 @@ macro_rules! parameters {
     (file $(#[$about:meta])+ pub struct $name:ident { $($entries:tt)+ }) => {
         $crate::parameter::parameters! {
             $(#[$about])+
-            #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+            #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
             #[serde(default, deny_unknown_fields)]
             #[schemars(transform = $crate::parameter::describe::<$name>)]
             pub struct $name { $($entries)+ }

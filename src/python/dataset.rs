@@ -54,6 +54,13 @@ impl Dataset {
         Table::stored(&self.reader, TableName::Timings)
     }
 
+    /// Means of signals: a row per instant of the runs whose signals the study keeps; `None` where it keeps none.
+    #[getter]
+    fn signals(&self) -> Option<Table> {
+        let is_there = self.reader.tables().any(|table| table == TableName::Signals);
+        is_there.then(|| Table::stored(&self.reader, TableName::Signals))
+    }
+
     /// The folder.
     #[getter]
     fn folder(&self) -> PathBuf {

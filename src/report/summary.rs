@@ -146,6 +146,8 @@ pub struct Report {
     pub reasons: BTreeMap<String, u64>,
     /// Number of blows.
     pub blows: u64,
+    /// Names of the tables, each a folder.
+    pub tables: Vec<&'static str>,
     /// Column of the ranking.
     pub ranking: ColumnDescription,
     /// Best rows, best first; equal rows by index.
@@ -180,6 +182,7 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         percussions: BTreeMap::new(),
         reasons: BTreeMap::new(),
         blows: reader.parts(TableName::Blows).iter().map(|part| part.records).sum(),
+        tables: reader.tables().map(TableName::folder).collect(),
         ranking,
         best: Vec::new(),
         ranges: Vec::new(),

@@ -4,7 +4,6 @@ use std::cmp::Reverse;
 use std::fmt;
 
 use super::summary::{BestRow, Figure, Range, Report, WorstResidual};
-use crate::dataset::TableName;
 use crate::quantity::Value;
 
 /// Number of different reasons that are shown.
@@ -25,8 +24,7 @@ impl fmt::Display for Report {
             writeln!(f, "\nDAMAGED: {damage}")?;
         }
         writeln!(f, "\nTables")?;
-        for table in TableName::ALL {
-            let table = table.folder();
+        for table in &self.tables {
             let glob = self.folder.join(table).join("*.parquet");
             writeln!(f, "  {table:<8} {}", glob.display())?;
         }

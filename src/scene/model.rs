@@ -9,6 +9,7 @@ use crate::workpiece::Casting;
 
 parameters! { file
     /// Gas, surroundings and gravity.
+    #[derive(Copy)]
     pub struct Environment {
         /// Specific gas constant `R`.
         pub gas_constant_j_per_kg_k: f64 = 287.05, "J/(kg K)", [> 0] usual [50, 5000], "dry air";
@@ -96,6 +97,19 @@ parameters! {
 parameters! { file
     /// Windows and thresholds of the outputs (defaults: the definitions of the outputs).
     pub struct OutputSettings {
+        own {
+            /// Signals that a sweep keeps in its table `signals`, by the names that `decore scene --signals` gives them, e.g.
+            /// `left_extension_m`. Each value is the mean over `signal_interval_s` around its instant. Default: none.
+            #[serde(skip_serializing_if = "Vec::is_empty")]
+            pub signals: Vec<String>,
+            /// Rows whose signals are kept. Default: all rows.
+            #[serde(skip_serializing_if = "Vec::is_empty")]
+            pub signal_rows: Vec<u64>,
+            /// Interval in s of the signals that are kept, over which they are averaged: a filter without phase whose gain at the
+            /// frequency f is |sinc(f interval)|, 0.64 at half the sampling rate. Default 0.001.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub signal_interval_s: Option<f64>,
+        }
         /// Length of a blow's window, from its start.
         pub blow_window_s: f64 = 0.005, "s", [> 0] usual [1e-4, 0.1], "definition";
         /// Least closing speed of piston and chisel that counts as a blow.

@@ -22,7 +22,7 @@ use super::schema::study_schema;
 use crate::design::Kind;
 use crate::files::{self, Limit};
 use crate::quantity::Value;
-use crate::scene::Scene;
+use crate::scene::{OutputSettings, Scene};
 
 /// A text that some row has at a path.
 pub(super) struct Candidate {
@@ -220,6 +220,17 @@ impl Study {
     /// Twins of each row.
     pub fn twins(&self) -> usize {
         self.file.outputs.twins
+    }
+
+    /// Windows and thresholds of the outputs, and the signals that are kept.
+    pub fn outputs(&self) -> &OutputSettings {
+        &self.file.outputs
+    }
+
+    /// Names of the castings, in order, each with those of its fixtures.
+    pub fn fixture_names(&self) -> Vec<(&str, Vec<&str>)> {
+        let castings = self.file.casting.iter();
+        castings.map(|(name, casting)| (name.as_str(), casting.fixture.keys().map(String::as_str).collect())).collect()
     }
 
     /// The constraints, as written.

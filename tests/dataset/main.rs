@@ -15,6 +15,7 @@ mod refine;
 mod report;
 mod rerun;
 mod sensitivity;
+mod signals;
 mod surrogate;
 mod sweeps;
 mod synthetic;

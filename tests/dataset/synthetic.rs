@@ -45,6 +45,7 @@ pub fn info() -> DatasetInfo {
         castings: vec!["1st".to_owned()],
         design_quality: serde_json::Value::Null,
         row_groups: Some(Vec::new()),
+        signals: Vec::new(),
     }
 }
 
@@ -121,6 +122,7 @@ fn metrics(row: u64) -> RunMetrics {
             ..RunTotals::default()
         },
         scatter: None,
+        signals: Vec::new(),
     }
 }
 

@@ -95,17 +95,17 @@ fn blow_starts(h: usize, trace: &Trace, settings: &OutputSettings, end: f64) -> 
 fn blows_follow_their_definition() {
     let default = OutputSettings::default();
     let altered = [
-        default,
-        OutputSettings { blow_closing_speed_m_s: 0.0, blow_separation_s: 0.0, ..default },
-        OutputSettings { blow_closing_speed_m_s: 8.0, ..default },
-        OutputSettings { blow_separation_s: 0.1, ..default },
-        OutputSettings { blow_window_s: 0.1, ..default },
+        default.clone(),
+        OutputSettings { blow_closing_speed_m_s: 0.0, blow_separation_s: 0.0, ..default.clone() },
+        OutputSettings { blow_closing_speed_m_s: 8.0, ..default.clone() },
+        OutputSettings { blow_separation_s: 0.1, ..default.clone() },
+        OutputSettings { blow_window_s: 0.1, ..default.clone() },
     ];
     let mut counts = Vec::new();
     for hammers in [1, 2] {
-        for settings in altered {
+        for settings in altered.clone() {
             let (mut scene, modes) = long_rig(hammers);
-            scene.outputs = settings;
+            scene.outputs = settings.clone();
             let (metrics, trace) = traced(&scene, &modes, 0);
             for h in 0..hammers {
                 let own = || metrics.blows.iter().filter(|blow| blow.hammer == h);

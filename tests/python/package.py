@@ -88,6 +88,19 @@ def check_readers(dataset):
     check("did you mean" in str(raised(KeyError, lambda: dataset.runs["delivered_wrk_j"])), "the nearest column")
 
 
+def check_signals(scratch, dataset):
+    """The table of signals is there where the study asks for it, and as readable as the others."""
+    check(dataset.signals is None, "a study without signals has no table of them")
+    keeps = {"outputs.signals": ["part_heave_velocity_m_s"], "outputs.signal_rows": [2, 5]}
+    kept = decore.Study(GRID, SHORT | keeps).run(scratch / "signals").signals
+    check([column.name for column in kept.columns] == ["row", "time_s", "part_heave_velocity_m_s"], "columns of signals")
+    check(set(kept["row"]) == {2, 5} and [column.unit for column in kept.columns] == ["1", "s", "m/s"], "rows of signals")
+    arrow = pyarrow.table(kept)
+    field = arrow.schema.field("part_heave_velocity_m_s")
+    check(b"mean over 0.001 s" in field.metadata[b"description"], "the filter is not stated")
+    check(any(arrow["part_heave_velocity_m_s"].to_pylist()), "the casting does not move")
+
+
 def check_rows(dataset):
     """The rows of a design by index, by values, and as a function, are those of the sweep."""
     study = decore.Study(GRID, SHORT | {"hammer.hammer.supply_bar": 4.5})
@@ -250,6 +263,7 @@ def main():
         scratch = pathlib.Path(name)
         dataset = check_bytes(scratch)
         check_readers(dataset)
+        check_signals(scratch, dataset)
         check_rows(dataset)
         check_functions()
         check_surrogate(scratch)

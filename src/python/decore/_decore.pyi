@@ -232,6 +232,9 @@ class Dataset:
     def timings(self) -> Table:
         """Wall time of each run."""
     @property
+    def signals(self) -> Table | None:
+        """Means of signals, a row per instant of the runs whose signals the study keeps (`[outputs] signals`); None where it keeps none."""
+    @property
     def folder(self) -> Path:
         """The folder."""
     @property

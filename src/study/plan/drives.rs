@@ -11,8 +11,8 @@ use crate::words::nearest;
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
 
-/// The key among them that all rows share: it decides which columns there are.
-const TWINS_PATH: [&str; 2] = ["outputs", "twins"];
+/// The keys of `outputs` that all rows share: they decide which tables and columns there are.
+const SHARED_OUTPUTS: [&str; 4] = ["twins", "signals", "signal_rows", "signal_interval_s"];
 
 /// A parameter as the factor names it.
 struct Named<'a> {
@@ -95,7 +95,8 @@ impl<'a> FactorReader<'a> {
             problem.expected = Some("the path of a single number or text (an entry of a list: `.0`, `.1`)".into());
             return None;
         }
-        let shared = segments.iter().map(String::as_str).eq(TWINS_PATH);
+        let names: Vec<&str> = segments.iter().map(String::as_str).collect();
+        let shared = matches!(names.as_slice(), ["outputs", key, ..] if SHARED_OUTPUTS.contains(key));
         if shared || !segments.first().is_some_and(|first| DRIVABLE.contains(&first.as_str())) {
             let problem = self.problem_at(at, format!("`{text}` is shared by all rows, so no factor can drive it"));
             problem.expected = Some(format!("a path that starts with one of {}", DRIVABLE.join(", ")));

@@ -52,7 +52,7 @@ pub(in crate::study) fn resolve(file: &StudyFile, context: &Context<'_>) -> Resu
         castings,
         duration_s: file.duration_s.unwrap_or(Scene::default().duration_s),
         solver: solver(&file.solver),
-        outputs: file.outputs,
+        outputs: file.outputs.clone(),
     };
     let problems = scene.validate();
     if problems.is_empty() {

@@ -1,0 +1,219 @@
+//! The table of signals: as durable as the others, and the means that it says.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use decore::dataset::{
+    DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, RowSpan, SignalColumn, TableName, merge, verify,
+};
+use decore::engine::{Engine, SweepSettings};
+use tempfile::TempDir;
+
+use crate::synthetic::{self, ROWS, contract, outcome};
+
+/// Settings with which a shipped study is quick and keeps two signals of some rows.
+const KEEPS: [&str; 4] = [
+    "duration_s=0.15",
+    "outputs.signals=[\"hammer_casting_force_n\", \"part_heave_velocity_m_s\"]",
+    "outputs.signal_rows=[1, 4, 6]",
+    "outputs.signal_interval_s=0.001",
+];
+
+fn engine(settings: &[&str]) -> Engine {
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/pressure_grid.toml");
+    let settings: Vec<String> = settings.iter().map(|one| (*one).to_owned()).collect();
+    Engine::load(&study, &settings).expect("a study")
+}
+
+fn sweep(engine: &Engine, folder: &Path, threads: usize) {
+    let settings = SweepSettings { threads, ..SweepSettings::default() };
+    let status = engine.run(folder, &settings).expect("run");
+    assert_eq!((status.rows_done, status.rows_failed), (8, 0));
+}
+
+/// Row, time and values of the table of signals.
+fn table(folder: &Path) -> Vec<Vec<f64>> {
+    let reader = DatasetReader::open(folder).expect("opened");
+    let names: Vec<String> = reader.columns(TableName::Signals).iter().map(|column| column.name.clone()).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut rows = Vec::new();
+    let number =
+        |cell: &Option<decore::quantity::Value<&str>>| cell.and_then(|value| value.number()).expect("a number");
+    reader.visit(TableName::Signals, &names, |cells| rows.push(cells.iter().map(number).collect())).expect("read");
+    rows
+}
+
+#[test]
+fn kept_signals_are_means_of_those_of_a_scene() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    let engine = engine(&KEEPS);
+    sweep(&engine, &folder, 2);
+    let rows = table(&folder);
+    // 0 to 0.15 s every 0.001 s, of three rows; rounding decides whether the end is an instant.
+    let instants = rows.len() / 3;
+    assert!(rows.len() == 3 * instants && (150..=151).contains(&instants), "{}", rows.len());
+    for (index, row) in [1, 4, 6].into_iter().enumerate() {
+        let signals = engine.outcome_with_signals(row, 0.001 / 50.0).expect("run").1.expect("signals");
+        let named = |name: &str| &signals.iter().find(|signal| signal.name == name).expect("signal").values;
+        for (place, name) in ["hammer_casting_force_n", "part_heave_velocity_m_s"].into_iter().enumerate() {
+            let values = named(name);
+            let size = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+            assert!(size > 0.0, "{name}");
+            assert_eq!(instants, (values.len() - 1) / 50 + 1);
+            for instant in 0..instants {
+                let kept = &rows[index * instants + instant];
+                assert_eq!((kept[0], kept[1]), (row as f64, instant as f64 * 0.001));
+                let (from, to) = ((50 * instant).saturating_sub(25), (50 * instant + 25).min(values.len() - 1));
+                let integral: f64 = values[from..=to].windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).sum();
+                let mean = integral / (to - from) as f64;
+                assert!(
+                    (kept[2 + place] - mean).abs() <= 1e-12 * size,
+                    "{name} of row {row} at {instant}: {mean}, {kept:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn bytes_do_not_depend_on_threads_and_other_tables_not_on_signals() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let [one, two, without] = ["one", "two", "without"].map(|name| scratch.path().join(name));
+    sweep(&engine(&KEEPS), &one, 1);
+    sweep(&engine(&KEEPS), &two, 2);
+    assert_eq!(contract(&one).keys().collect::<Vec<_>>(), contract(&two).keys().collect::<Vec<_>>());
+    for (name, bytes) in contract(&one) {
+        // How long it took.
+        assert!(name == Path::new("status.json") || contract(&two)[&name] == bytes, "{} differs", name.display());
+    }
+    sweep(&engine(&KEEPS[..1]), &without, 2);
+    assert!(!without.join("signals").exists() && one.join("signals").exists());
+    let runs = |folder: &Path| {
+        let reader = DatasetReader::open(folder).expect("opened");
+        let mut found = Vec::new();
+        let visit = |cells: &[decore::quantity::Cell<'_>]| found.push(format!("{cells:?}"));
+        reader.visit(TableName::Runs, &["delivered_work_j", "solver_steps"], visit).expect("read");
+        found
+    };
+    assert_eq!(runs(&one), runs(&without));
+}
+
+#[test]
+fn what_cannot_be_kept_is_refused() {
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/pressure_grid.toml");
+    let cases = [
+        ("outputs.signals=[\"hammer_casting_forze_n\"]", "did you mean `hammer_casting_force_n`?"),
+        ("outputs.signals=[\"time_s\"]", "is the time"),
+        ("outputs.signal_rows=[8]", "names row 8, but the study has the rows 0 to 7"),
+        ("outputs.signal_interval_s=0", "expected a positive number"),
+    ];
+    for (setting, expected) in cases {
+        let settings: Vec<String> = KEEPS.iter().chain([&setting]).map(|one| (*one).to_owned()).collect();
+        let error = Engine::load(&study, &settings).expect_err("refused").to_string();
+        assert!(error.starts_with("outputs.signal") && error.contains(expected), "{error}");
+    }
+}
+
+/// The synthetic study, which keeps two signals.
+fn info() -> DatasetInfo {
+    let column = |name: &str, unit: &str| SignalColumn {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        description: "made up.".to_owned(),
+    };
+    DatasetInfo { signals: vec![column("a_m", "m"), column("b_n", "N")], ..synthetic::info() }
+}
+
+/// A row of it; every third one has signals.
+fn record(row: u64) -> RowRecord {
+    let mut outcome = outcome(row);
+    if let Some(metrics) = outcome.metrics.as_mut().filter(|_| row.is_multiple_of(3)) {
+        metrics.signals = (0..20).map(|k| vec![f64::from(k), row as f64, (row as f64 * f64::from(k)).sqrt()]).collect();
+    }
+    synthetic::record(row, outcome)
+}
+
+fn write(folder: &Path, range: RowSpan) {
+    let mut writer = DatasetWriter::open(folder, &info(), range, Existing::Resume).expect("opened");
+    let rows: Vec<u64> = writer.rows_left().iter().flat_map(|span| span.first..span.end).collect();
+    rows.into_iter().for_each(|row| writer.write(&record(row)).expect("taken"));
+    writer.finish().expect("finished");
+}
+
+fn whole(folder: &Path) {
+    write(folder, RowSpan { first: 0, end: ROWS });
+}
+
+#[test]
+fn a_sweep_that_was_killed_goes_on_to_the_same_bytes() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let [folder, other] = ["whole", "killed"].map(|name| scratch.path().join(name));
+    whole(&folder);
+    assert_eq!(table(&folder).len(), (0..ROWS).filter(|row| row.is_multiple_of(3) && row % 7 != 3).count() * 20);
+    for done in [1, 30, 64, 70, 149] {
+        let mut writer = DatasetWriter::create(&other, &info(), Existing::Replace).expect("opened");
+        // In an order of their own.
+        (0..ROWS).map(|step| step * 77 % ROWS).take(done).for_each(|row| writer.write(&record(row)).expect("taken"));
+        // As a process that ends: nothing is finished, the journal has what no part has.
+        drop(writer);
+        whole(&other);
+        assert!(contract(&folder) == contract(&other), "{done} rows before the end");
+    }
+}
+
+#[test]
+fn shards_are_merged_and_damage_is_found_and_repaired() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("whole");
+    whole(&folder);
+    let spans = [(0, 50), (50, 101), (101, ROWS)];
+    let shards: Vec<PathBuf> = spans.iter().map(|(first, _)| scratch.path().join(format!("shard {first}"))).collect();
+    spans.iter().zip(&shards).for_each(|((first, end), shard)| write(shard, RowSpan { first: *first, end: *end }));
+    let merged = scratch.path().join("merged");
+    assert!(merge(&shards, &merged, Existing::Refuse).expect("merged").manifest.complete);
+    assert!(contract(&folder) == contract(&merged));
+
+    assert_eq!(verify(&merged).expect("read").faults, Vec::<String>::new());
+    let part = merged.join("signals/signals-000000000064.parquet");
+    let mut bytes = fs::read(&part).expect("part");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&part, bytes).expect("damaged");
+    let faults = verify(&merged).expect("read").faults;
+    assert!(faults.len() == 1 && faults[0].contains("signals-000000000064.parquet"), "{faults:?}");
+    whole(&merged);
+    assert!(merged.join(".damaged/signals-000000000064.parquet").exists());
+    fs::remove_dir_all(merged.join(".damaged")).expect("removed");
+    assert!(contract(&folder) == contract(&merged));
+
+    // Without its manifest the dataset is the sum of its parts.
+    fs::remove_file(merged.join("manifest.json")).expect("removed");
+    whole(&merged);
+    assert!(contract(&folder) == contract(&merged));
+}
+
+#[test]
+fn pyarrow_sees_values_and_units() {
+    let Some(python) = std::env::var_os("DECORE_PYTHON") else {
+        eprintln!("DECORE_PYTHON is not set: the table of signals was not read");
+        return;
+    };
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("sweep");
+    sweep(&engine(&KEEPS), &folder, 2);
+    let script = "import sys, pyarrow.parquet as p\n\
+        t = p.read_table(sys.argv[1])\n\
+        print(t.num_rows, [(f.name, f.metadata[b'unit'].decode()) for f in t.schema])\n\
+        print(t.schema.field('hammer_casting_force_n').metadata[b'description'].decode())\n\
+        print(t['hammer_casting_force_n'].null_count, sum(t['hammer_casting_force_n'].to_pylist()) != 0)";
+    let output = Command::new(python).arg("-c").arg(script).arg(folder.join("signals")).output().expect("started");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let columns =
+        "[('row', '1'), ('time_s', 's'), ('hammer_casting_force_n', 'N'), ('part_heave_velocity_m_s', 'm/s')]";
+    let (count, rest) = text.split_once(' ').expect("a count");
+    assert!(["450", "453"].contains(&count) && rest.starts_with(&format!("{columns}\n")), "{text}");
+    assert!(text.contains("mean over 0.001 s around the instant") && text.contains("\n0 True"), "{text}");
+}
