@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::error::{Step, StructureError};
 use super::observe::Observer;
-use super::reduced::RIGID_BODY_HZ;
+use super::own::RIGID_BODY_HZ;
 use crate::linalg::{
     Below, LinalgError, PencilFactor, PencilModes, SymmetricPencil, modes_below, multiply, multiply_transposed,
 };

@@ -14,14 +14,28 @@
 //! and so `(N + U (I + F'F)^-1 U') z = nu z`: a diagonal problem with one of rank six per body added, of which
 //! [`updated_pairs`] finds the pairs. The rigid-body motions stay, with the bodies in their mass: `R (I + F F')^-1/2`.
 
+use std::f64::consts::TAU;
+
 use nalgebra::DMatrix;
 
 use super::error::{Step, StructureError};
-use super::reduced::{CHECK_INPUT, RIGID_BODY, SHIFT};
 use crate::linalg::{
     UpdatedPairs, cholesky, multiply, multiply_transposed, solve_lower, solve_lower_transposed, symmetric_eigen,
     updated_pairs,
 };
+
+/// Spectral shift in 1/s2, (2 pi 1 Hz)^2: makes `K_zz + shift M_zz` positive definite for machines that float. The result does
+/// not depend on it beyond rounding.
+pub(super) const SHIFT: f64 = TAU * TAU;
+
+/// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0: rounding in the matrices does not
+/// let a frequency be told from zero.
+pub(super) const RIGID_BODY_HZ: f64 = 0.01;
+
+/// The same as a squared circular frequency in 1/s2.
+const RIGID_BODY: f64 = (TAU * RIGID_BODY_HZ) * (TAU * RIGID_BODY_HZ);
+
+pub(super) const CHECK_INPUT: &str = "check signs and units of mass and stiffness";
 
 /// Own modes of a structure.
 #[derive(Debug, Clone)]
@@ -180,7 +194,7 @@ impl OwnModes {
     /// As for [`OwnModes::with_bodies`].
     pub fn lowest_hz(&self, factor: &DMatrix<f64>) -> Result<f64, StructureError> {
         let modes = self.with_bodies(factor, f64::INFINITY)?;
-        Ok(modes.omega_rad_s.first().copied().unwrap_or(0.0) / std::f64::consts::TAU)
+        Ok(modes.omega_rad_s.first().copied().unwrap_or(0.0) / TAU)
     }
 }
 

@@ -11,24 +11,11 @@ use super::attached::{RigidMass, mass_factor};
 use super::error::{Step, StructureError};
 use super::modal_table::ModalTable;
 use super::modes::{DirectedPoints, ModesAt, StructureModes};
-use super::own::{OwnModes, ScaledMatrices};
+use super::own::{CHECK_INPUT, OwnModes, SHIFT, ScaledMatrices};
 use super::points::{Interface, InterfacePoints};
 use super::symmetric::congruence;
 use crate::linalg::{cholesky, multiply_transposed, solve_lower};
 use crate::parameter::Numbers;
-
-/// Spectral shift in 1/s2, (2 pi 1 Hz)^2: makes `K_zz + shift M_zz` positive definite for machines that float. The result does
-/// not depend on it beyond rounding.
-pub(super) const SHIFT: f64 = TAU * TAU;
-
-/// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0: rounding in the matrices does not
-/// let a frequency be told from zero.
-pub(super) const RIGID_BODY_HZ: f64 = 0.01;
-
-/// The same as a squared circular frequency in 1/s2.
-pub(super) const RIGID_BODY: f64 = (TAU * RIGID_BODY_HZ) * (TAU * RIGID_BODY_HZ);
-
-pub(super) const CHECK_INPUT: &str = "check signs and units of mass and stiffness";
 
 /// Modal damping.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
