@@ -47,7 +47,7 @@ pub fn sides(success: &Success, places: &Points) -> Result<Vec<Beside>, Regressi
 }
 
 /// The candidates, in order, that tell the most about the boundary: those of [`bounding`]; while fewer than four rows are of one kind,
-/// those of [`filling`].
+/// those of `filling`.
 ///
 /// # Errors
 /// [`RegressionError::Size`] for candidates with other factors.
@@ -63,7 +63,7 @@ pub fn separating(
     }
 }
 
-/// The candidates, in order, that tell the most about where a limit is passed: of the [`NEAREST`] at which it may be passed and is
+/// The candidates, in order, that tell the most about where a limit is passed: of the `NEAREST` at which it may be passed and is
 /// least known, those that [`learning`] takes for its value; `success`: the probability of each that a run there has the output.
 ///
 /// # Errors
