@@ -66,7 +66,7 @@ pub const TOPICS: [Topic; 16] = [
     },
     Topic {
         name: "refine",
-        about: "which row to run next: models that learn, optima under limits, boundaries",
+        about: "which row to run next: models that learn, optima under limits, boundaries of limits and of failures",
         text: include_str!("refine.md"),
     },
     Topic {
