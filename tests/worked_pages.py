@@ -1,6 +1,7 @@
 """Does what the worked pages say, command by command, and holds what they show to what is printed.
 
 Usage: python worked_pages.py STUDIES PROGRAM [PAGE ...] (the folder `studies`; the built program; pages of it, all unless named)
+With DECORE_UPDATE_PAGES=1 lines that are no longer printed are replaced by those that are, where their number is the same.
 
 A page's `console` blocks hold commands (`$ ...`) and what they print, in which `...` stands for anything; its `toml` blocks begin with a
 comment that names the file to write; its `python` blocks are run by this interpreter, a `text` block behind one is what it prints.
@@ -50,6 +51,18 @@ def shows(expected, printed):
     return re.fullmatch(pattern, printed.strip(), re.DOTALL) is not None
 
 
+def hold(page, number, expected, printed, what):
+    """Ends the program unless what is printed is as shown; the page is brought up to date instead where that is asked for."""
+    if shows(expected, printed):
+        return
+    new = printed.strip().splitlines()
+    if os.environ.get("DECORE_UPDATE_PAGES") != "1" or len(new) != len(expected):
+        sys.exit(f"{page}:{number}: {what} does not print what the page shows")
+    text = page.read_text()
+    lines = [old if shows([old], line) else line for old, line in zip(expected, new)]
+    page.write_text(text.replace("\n".join(expected), "\n".join(lines), 1))
+
+
 def run(command, folder):
     """What a command prints; the program ends if it fails."""
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
@@ -69,14 +82,13 @@ def follow(page, folder):
             said = run([sys.executable, "-c", "\n".join(lines)], folder)
             print(said)
         elif language == "text":
-            if not shows(lines, said):
-                sys.exit(f"{page}:{number}: the program above does not print what the page shows")
+            hold(page, number, lines, said, "the program above")
         elif language == "console":
             for command, expected in commands(lines):
                 printed = run(["bash", "-euo", "pipefail", "-c", command], folder)
                 print(f"$ {command}\n{printed}")
-                if expected and not shows(expected, printed):
-                    sys.exit(f"{page}:{number}: `{command}` does not print what the page shows")
+                if expected:
+                    hold(page, number, expected, printed, f"`{command}`")
         else:
             sys.exit(f"{page}:{number}: a block of `{language}`")
 
