@@ -80,13 +80,18 @@ pub trait Raise {
 
 impl Raise for study::StudyError {
     fn raise(self, py: Python<'_>) -> PyErr {
-        let error = StudyError::new_err(self.to_string());
-        let problems = self.problems().iter().map(Problem::new);
-        let attached = PyList::new(py, problems.map(|problem| Py::new(py, problem)).filter_map(Result::ok));
-        match attached.and_then(|problems| error.value(py).setattr("problems", problems)) {
-            Ok(()) => error,
-            Err(failure) => failure,
-        }
+        wrong_study(py, &self.to_string(), self.problems())
+    }
+}
+
+/// The exception for a study that is wrong.
+fn wrong_study(py: Python<'_>, message: &str, problems: &[study::Problem]) -> PyErr {
+    let error = StudyError::new_err(message.to_owned());
+    let problems = problems.iter().map(|problem| Py::new(py, Problem::new(problem)));
+    let attached = PyList::new(py, problems.filter_map(Result::ok));
+    match attached.and_then(|problems| error.value(py).setattr("problems", problems)) {
+        Ok(()) => error,
+        Err(failure) => failure,
     }
 }
 
@@ -102,6 +107,8 @@ impl Raise for EngineError {
             Self::Study(error) => error.raise(py),
             Self::Dataset(error) => error.raise(py),
             Self::Batch(error) => SweepError::new_err(error.to_string()),
+            // Known only once the study is made ready: it has no place in the text.
+            Self::Outputs { .. } => wrong_study(py, &self.to_string(), &[]),
             Self::Signals { .. } => Error::new_err(self.to_string()),
             Self::Structure(_) | Self::Read { .. } | Self::MissingPoint { .. } | Self::MovedPoint { .. } => {
                 MachineError::new_err(self.to_string())
