@@ -21,7 +21,7 @@ pub(super) fn card(
         provenance(manifest, settings),
         outcomes(manifest, features),
         columns(&features.columns),
-        CAUTIONS.to_owned(),
+        cautions(features),
         study(manifest),
     ];
     sections.join("\n")
@@ -35,9 +35,20 @@ const CAUTIONS: &str = "\
   arithmetic are listed above and in the dictionary (`derived_from`).
 - Rows with one `group_id` belong in one part of a split, the castings of one run always do.
 - All figures are simulated; the limits of the model are those that `decore help limits` prints.
-- Accelerations and root mean squares in bands need time signals, which the dataset does not hold.
-- Licence and citation are the owner's to add.
 ";
+
+fn cautions(features: &Features) -> String {
+    let signals = match features.signal_interval_s {
+        Some(interval_s) => format!(
+            "Root mean squares in bands and accelerations are of means of the heave velocity over {interval_s} s; runs whose signals were \
+             not kept have nulls there."
+        ),
+        None => "Accelerations and root mean squares in bands need the means of a casting's heave velocity, which the dataset does not \
+                 hold (`decore help features`)."
+            .to_owned(),
+    };
+    format!("{CAUTIONS}- {signals}\n- Licence and citation are the owner's to add.\n")
+}
 
 fn head(manifest: &Manifest, features: &Features) -> String {
     let rows = features.columns.first().map_or(0, |column| column.values.len());

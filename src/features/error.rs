@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use parquet::errors::ParquetError;
 
 use crate::dataset::DatasetError;
+use crate::metrics::SpectrumError;
 use crate::study::StudyError;
 
 /// Why there is no table of features.
@@ -63,6 +64,9 @@ pub enum FeaturesError {
         /// The name.
         column: String,
     },
+    /// A signal has no spectrum.
+    #[error("{0}")]
+    Spectrum(#[from] SpectrumError),
     /// The table cannot be written as Parquet.
     #[error("the table cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),

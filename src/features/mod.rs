@@ -1,6 +1,7 @@
 //! The flat table that a predictor is trained on: what the tables of a dataset say of each casting in each run, in one row.
 //!
 //! ```text
+//! signals --octaves--> SignalRows --+
 //! runs, blows --dataset--> Struck --+
 //! study text --study--> outline ----+--> table of columns --file--> Parquet, CSV
 //! factors, design's groups --groups, splits--^ |
@@ -8,8 +9,8 @@
 //!                                             +--croissant, card--> what the files are, for catalogues and for readers
 //! ```
 //!
-//! What needs time signals (the casting's acceleration, root mean squares of its velocity in bands) is not in the table: a
-//! dataset holds none.
+//! What needs time signals (the casting's acceleration, root mean squares of its velocity in bands) is in the table for the runs
+//! of which the study keeps the means of that velocity; a dataset without them has no such columns.
 
 mod card;
 mod column;
@@ -22,8 +23,10 @@ mod file;
 mod groups;
 mod hammers;
 mod leakage;
+mod octaves;
 mod plan;
 mod settings;
+mod signals;
 mod splits;
 mod struck;
 mod table;

@@ -3,6 +3,7 @@
 use super::column::{Column, Role, Values};
 use super::figures::{Combine, Figure, Origin};
 use super::settings::FeatureSettings;
+use super::signals::{HeaveFigures, SignalRows};
 use super::struck::Struck;
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
 use crate::metrics::RunTotals;
@@ -51,6 +52,8 @@ enum Source {
     Blows(fn(&Struck) -> Option<f64>),
     /// The same as a number of blows.
     BlowCount(fn(&Struck) -> u64),
+    /// A figure of the heave velocity, by its place.
+    Heave(usize),
 }
 
 /// A column and where its cells come from.
@@ -71,6 +74,8 @@ pub(super) struct View<'a> {
     pub castings: &'a [usize],
     /// What the blows on the casting add up to.
     pub struck: Struck,
+    /// What its heave velocity says, where it is kept.
+    pub heave: Option<&'a HeaveFigures>,
 }
 
 impl View<'_> {
@@ -87,6 +92,7 @@ impl View<'_> {
             Source::HammerCount => {
                 Some(Value::Count(self.castings.iter().filter(|casting| **casting == self.casting).count() as u64))
             }
+            Source::Heave(place) => self.heave?.get(*place).copied().flatten().map(Value::Real),
             // A run without outputs has no blows either: nothing is not zero there.
             _ if !has_outputs => None,
             Source::Hammers(places, combine) => {
@@ -196,6 +202,12 @@ impl<'a> Planned<'a> {
             let shown = Shown { name: error.to_owned(), description, kind };
             self.add(reads, &figure.sureness(Origin::Hammers(error, Combine::ErrorOfMean)), shown);
         }
+    }
+
+    /// The figures of the heave velocities that are kept.
+    pub fn add_signals(&mut self, signals: &SignalRows) {
+        let plans = signals.columns().into_iter().map(|(place, column)| Plan { column, source: Source::Heave(place) });
+        self.plans.extend(plans);
     }
 
     /// Notes what follows from other columns under these settings.

@@ -8,6 +8,7 @@ use super::hammers::Assignment;
 use super::leakage::{Derived, find};
 use super::plan::{Planned, Reads, View, factor_column};
 use super::settings::FeatureSettings;
+use super::signals::SignalRows;
 use super::struck::{StruckRows, Thresholds};
 use crate::dataset::{ColumnGroup, DatasetReader, RowRecord, TableName, ValuesKey};
 use crate::quantity::{Cell, Value};
@@ -25,23 +26,27 @@ pub struct Features {
     pub done: u64,
     /// Columns whose numbers follow from targets by arithmetic.
     pub derived: Vec<Derived>,
+    /// Interval in s over which the signals are averaged that accelerations and bands come from; `None`: there are none of these.
+    pub signal_interval_s: Option<f64>,
 }
 
 /// Builds the table of a dataset. The dataset may still be written: what is there counts.
 ///
 /// # Errors
 /// Those of reading, [`FeaturesError::NoRows`], [`FeaturesError::Casting`], [`FeaturesError::Twice`], [`FeaturesError::NoGroups`] and
-/// [`FeaturesError::EmptyPart`] of splits.
+/// [`FeaturesError::EmptyPart`] of splits, [`FeaturesError::Spectrum`].
 pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Features, FeaturesError> {
     let info = &reader.manifest().study;
     let outline = DesignOutline::read(&info.study_text, &info.overrides, &info.study_name)?;
     let thresholds = Thresholds { dose_j: settings.dose_threshold_j, work_j: settings.work_j };
     let struck = StruckRows::read(reader, thresholds)?;
+    let signals = SignalRows::read(reader)?;
     let mut reads = Reads::default();
     let [row, status] = [RowRecord::row.name, RowOutcome::status.name].map(|name| reads.place(name));
     let assignment = Assignment::of(reader, &outline, &mut reads)?;
     let mut keys = KeyReader::new(reader, &outline, &mut reads);
     let mut planned = plan(reader, &outline, settings, &mut reads);
+    planned.add_signals(&signals);
     let mut fault = None;
     let (mut runs, mut done) = (0, 0);
     reader.visit(TableName::Runs, reads.names(), |cells| {
@@ -51,8 +56,8 @@ pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Fe
         match assignment.castings(row, cells) {
             Ok(castings) => {
                 for (casting, name) in info.castings.iter().enumerate() {
-                    let struck = struck.of(row, casting);
-                    planned.push(&View { cells, name, casting, castings: &castings, struck });
+                    let (struck, heave) = (struck.of(row, casting), signals.of(row, casting));
+                    planned.push(&View { cells, name, casting, castings: &castings, struck, heave });
                 }
             }
             Err(error) => fault = fault.take().or(Some(error)),
@@ -75,7 +80,7 @@ pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Fe
                 let own = columns.iter_mut().find(|own| own.name == *column && own.derived_from.is_empty());
                 own.into_iter().for_each(|own| own.derived_from.clone_from(from));
             }
-            Ok(Features { columns, runs, done, derived })
+            Ok(Features { columns, runs, done, derived, signal_interval_s: signals.interval_s })
         }
     }
 }

@@ -8,6 +8,7 @@ use decore::dataset::{
     DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, RowSpan, SignalColumn, TableName, merge, verify,
 };
 use decore::engine::{Engine, SweepSettings};
+use decore::features::{FeatureSettings, export, features};
 use tempfile::TempDir;
 
 use crate::synthetic::{self, ROWS, contract, outcome};
@@ -216,4 +217,85 @@ fn pyarrow_sees_values_and_units() {
     let (count, rest) = text.split_once(' ').expect("a count");
     assert!(["450", "453"].contains(&count) && rest.starts_with(&format!("{columns}\n")), "{text}");
     assert!(text.contains("mean over 0.001 s around the instant") && text.contains("\n0 True"), "{text}");
+}
+
+/// Bands and accelerations in the table of features are those that NumPy makes of the kept means; rows without means have nulls.
+#[test]
+fn numpy_finds_the_bands_of_the_features() {
+    let Some(python) = std::env::var_os("DECORE_PYTHON") else {
+        eprintln!("DECORE_PYTHON is not set: the bands were not computed anew");
+        return;
+    };
+    let scratch = TempDir::new().expect("scratch folder");
+    let [folder, table] = ["sweep", "features"].map(|name| scratch.path().join(name));
+    let settings = [&KEEPS[1..], &["duration_s=0.5"]].concat();
+    sweep(&engine(&settings), &folder, 2);
+    export(&DatasetReader::open(&folder).expect("opened"), &table, &FeatureSettings::default()).expect("exported");
+    let script = "import sys, numpy as np, pyarrow.parquet as p\n\
+        s, f = p.read_table(sys.argv[1]).to_pydict(), p.read_table(sys.argv[2]).to_pydict()\n\
+        row, v, T = np.array(s['row']), np.array(s['part_heave_velocity_m_s']), 0.001\n\
+        def figures(v):\n\
+        \x20   a = np.diff(v[1:-1]) / T\n\
+        \x20   found = {'heave_velocity_rms_m_s': np.sqrt(np.mean(v**2))}\n\
+        \x20   found |= {'heave_acceleration_peak_m_s2': abs(a).max(), 'heave_acceleration_rms_m_s2': np.sqrt(np.mean(a**2))}\n\
+        \x20   hz = np.fft.rfftfreq(len(v), T)\n\
+        \x20   power = 2 * abs(np.fft.rfft(v - v.mean()))**2 / len(v)**2 / np.sinc(hz * T)**2\n\
+        \x20   for x, name in enumerate(['31_5', '63', '125', '250'], -5):\n\
+        \x20       low, high = (1000 * 10**(0.3 * (x + side)) for side in (-0.5, 0.5))\n\
+        \x20       found[f'heave_velocity_rms_{name}_hz_m_s'] = np.sqrt(power[(hz >= low) & (hz < high)].sum())\n\
+        \x20   return found\n\
+        names = {name for name in f if name.startswith('heave_')}\n\
+        for place, r in enumerate(f['row']):\n\
+        \x20   if r in (1, 4, 6):\n\
+        \x20       expected = figures(v[row == r])\n\
+        \x20       assert names == set(expected), names\n\
+        \x20       for name in names:\n\
+        \x20           assert abs(f[name][place] / expected[name] - 1) < 1e-10, (r, name, f[name][place], expected[name])\n\
+        \x20   else:\n\
+        \x20       assert all(f[name][place] is None for name in names), r";
+    let output = Command::new(python)
+        .arg("-c")
+        .arg(script)
+        .args([folder.join("signals"), table.join("features.parquet")])
+        .output()
+        .expect("started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Rows that failed and rows whose signals are not kept have nulls, a dataset without the velocity has no such column.
+#[test]
+fn features_of_rows_without_signals_are_nulls() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let folder = scratch.path().join("made up");
+    let velocity = SignalColumn {
+        name: "signals_1st_heave_velocity_m_s".to_owned(),
+        unit: "m/s".to_owned(),
+        description: "made up.".to_owned(),
+    };
+    let [info, other] = [vec![velocity], info().signals].map(|signals| DatasetInfo { signals, ..synthetic::info() });
+    let make = |folder: &Path, info: &DatasetInfo| {
+        let mut writer = DatasetWriter::create(folder, info, Existing::Refuse).expect("created");
+        for row in 0..ROWS {
+            let mut record = record(row);
+            let signals = record.outcome.metrics.iter_mut().flat_map(|metrics| metrics.signals.iter_mut());
+            signals.for_each(|instant| instant.truncate(1 + info.signals.len()));
+            writer.write(&record).expect("taken");
+        }
+        writer.finish().expect("finished");
+        features(&DatasetReader::open(folder).expect("opened"), &FeatureSettings::default()).expect("features")
+    };
+    let found = make(&folder, &info);
+    let heave: Vec<_> = found.columns.iter().filter(|column| column.name.starts_with("heave_")).collect();
+    // 20 instants have too few lines for any band.
+    assert_eq!(heave.len(), 3);
+    for row in 0..ROWS as usize {
+        // The velocity of a row is its number, throughout.
+        let kept = row % 3 == 0 && row % 7 != 3;
+        let expected = if kept { [Some(row as f64), Some(0.0), Some(0.0)] } else { [None; 3] };
+        let numbers = [0, 1, 2].map(|place| heave[place].values.number(row));
+        assert_eq!(numbers, expected, "row {row}");
+    }
+    let without = make(&scratch.path().join("other"), &other);
+    assert!(without.signal_interval_s.is_none());
+    assert!(without.columns.iter().all(|column| !column.name.starts_with("heave_")));
 }
