@@ -197,6 +197,14 @@ impl<'a> Step<'a> {
         }
     }
 
+    /// Rate of component `index` of the interpolated state at fraction `theta`: at both ends that of the system.
+    pub fn slope(&self, index: usize, theta: f64) -> f64 {
+        let powers = [1.0, 2.0 * theta, 3.0 * theta * theta, 4.0 * theta * theta * theta];
+        let weight = |coefficients: &[f64; 4]| coefficients.iter().zip(powers).map(|(c, power)| c * power).sum::<f64>();
+        let rates = self.dense.coefficients();
+        (0..self.dense.rates()).map(|j| weight(&rates[j]) * self.rates.at(j * self.n + index)).sum()
+    }
+
     /// A sum of components with coefficients, as a polynomial in the fraction of the step.
     pub(super) fn polynomial(&self, terms: &[(usize, f64)]) -> Polynomial {
         let sum =
@@ -237,6 +245,7 @@ mod tests {
         let step = Step::new(&of, 0, (t0, h));
         for theta in [0.0, 0.2, 0.5, 0.9, 1.0] {
             assert!((step.component(0, theta) - cubic(t0 + theta * h)[0]).abs() < 1e-14);
+            assert!((step.slope(0, theta) - slope(t0 + theta * h)).abs() < 1e-14);
         }
         assert_eq!(
             step.largest_rate([(0, 1.0)].into_iter()),

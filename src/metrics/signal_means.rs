@@ -29,7 +29,7 @@ impl MeanSettings {
 ///
 /// The mean is a filter without phase. Its gain at the frequency f is `sin(pi f T) / (pi f T)` with the interval T: 0.64 at half the
 /// sampling rate, 0 at multiples of the rate; the mean of a force times the interval is its impulse. Memory: the means, and one
-/// interval of all signals.
+/// interval of the signals.
 pub struct MeanRecorder {
     settings: MeanSettings,
     inner: SignalRecorder,
@@ -43,7 +43,10 @@ pub struct MeanRecorder {
 impl MeanRecorder {
     /// Prepares the recording of `scene`, from which `model` was built.
     pub fn new(model: &CoupledModel, scene: &Scene, settings: MeanSettings) -> Self {
-        let inner = SignalRecorder::new(model, scene, settings.interval_s / settings.instants() as f64);
+        let interval_s = settings.interval_s / settings.instants() as f64;
+        // Time is the first signal.
+        let kept = |signal| signal == 0 || settings.signals.contains(&signal);
+        let inner = SignalRecorder::of(model, scene, interval_s, kept);
         Self { settings, inner, first: 0, next: 0, means: Vec::new() }
     }
 
@@ -56,7 +59,6 @@ impl MeanRecorder {
     /// Takes the means whose intervals are over; `ended`: also those that the end of the run cuts.
     fn take(&mut self, ended: bool) {
         let per = self.settings.instants();
-        // Time is the first signal.
         let held = self.first + self.inner.recorded(0).len();
         loop {
             let centre = self.next * per;

@@ -7,7 +7,7 @@ use crate::hammer::body;
 use crate::integrate::{Observer, Step};
 use crate::quantity::{Quantity, quantities};
 use crate::scene::Scene;
-use crate::system::{ContactKind, Coupled, CoupledModel, HammerQuadrature};
+use crate::system::{ContactKind, Coupled, CoupledModel, HammerQuadrature, MEASURING_POINT};
 use crate::workpiece::Casting;
 
 /// What a signal is of; hammers, castings and a casting's fixtures by their places in the scene.
@@ -108,6 +108,12 @@ quantities! {
         pub spool_rear_force_n: f64 => "N",
         /// force between the spool and its front stop
         pub spool_front_force_n: f64 => "N",
+        /// cylinder acceleration
+        pub cylinder_acceleration_m_s2: f64 => "m/s2",
+        /// piston acceleration
+        pub piston_acceleration_m_s2: f64 => "m/s2",
+        /// chisel acceleration
+        pub chisel_acceleration_m_s2: f64 => "m/s2",
     }
 }
 
@@ -123,6 +129,12 @@ quantities! {
         pub rotation_x_rad: f64 => "rad",
         /// rotation about y; 0 for a casting that does not need it
         pub rotation_y_rad: f64 => "rad",
+        /// heave acceleration
+        pub heave_acceleration_m_s2: f64 => "m/s2",
+        /// velocity of the measuring point, of the centre of mass where none is chosen
+        pub measuring_point_velocity_m_s: f64 => "m/s",
+        /// acceleration of the measuring point, of the centre of mass where none is chosen
+        pub measuring_point_acceleration_m_s2: f64 => "m/s2",
     }
 }
 
@@ -154,17 +166,47 @@ quantities! {
     }
 }
 
+/// A state within a step.
+#[derive(Clone, Copy)]
+struct State<'a> {
+    system: &'a Coupled,
+    step: &'a Step<'a>,
+    time_s: f64,
+    y: &'a [f64],
+}
+
+impl State<'_> {
+    /// Acceleration of a body: the slope of its velocity's dense output, of which the rates at the ends are those of the model.
+    fn acceleration(&self, body: usize) -> f64 {
+        let velocity = self.system.model().layout().velocity(body);
+        self.step.slope(velocity, self.step.fraction(self.time_s))
+    }
+
+    /// Force of a contact of a hammer in N.
+    fn stop_force(&self, hammer: usize, kind: ContactKind) -> f64 {
+        let mut contacts = self.system.model().elements().contacts().iter();
+        let place = contacts.position(|contact| contact.hammer == hammer && contact.kind == kind);
+        place.map_or(0.0, |contact| self.system.contact_force(contact, self.time_s, self.y))
+    }
+}
+
 impl HammerSignals {
-    fn at(system: &Coupled, hammer: usize, (t, y): (f64, &[f64])) -> Self {
+    /// `forces`: whether forces are read, which costs most; they are NaN if not.
+    fn at(state: &State<'_>, hammer: usize, forces: bool) -> Self {
+        let State { system, time_s: t, y, .. } = *state;
         let (model, layout) = (system.model(), system.model().layout());
         let slot = &model.hammers()[hammer];
-        let state = system.hammer_state(hammer, t, y);
-        let position = state.position;
+        let own = system.hammer_state(hammer, t, y);
+        let position = own.position;
         let velocity = |body: usize| y[layout.velocity(slot.points[body])];
+        let acceleration = |body: usize| state.acceleration(slot.points[body]);
         let pressures = &y[layout.pressures(hammer)];
         let integral = |quadrature| y[layout.quadrature(hammer, quadrature)];
-        let stop = |kind| stop_force(system, (hammer, kind), (t, y));
+        let contact = |contact| if forces { system.contact_force(contact, t, y) } else { f64::NAN };
+        let stop = |kind| if forces { state.stop_force(hammer, kind) } else { f64::NAN };
         let (top_stop_force_n, end_stop_force_n) = (stop(ContactKind::TopStop), stop(ContactKind::EndStop));
+        // Supply and gate, which the state leaves out, do not act on the guide.
+        let guide_force_n = if forces { slot.model.evaluate(&own).force[body::GUIDE] } else { f64::NAN };
         // Of the chisel against the casting.
         let closing_m_s = system.relative_motion(model.elements().contact_row(slot.strike), t, y).1;
         let (arm_displacement_m, arm_velocity_m_s) = system.interface_motion(slot.mount, t, y);
@@ -181,15 +223,14 @@ impl HammerSignals {
             pressure_rear_pa: pressures[2],
             pressure_front_pa: pressures[3],
             arm_velocity_m_s,
-            casting_force_n: system.contact_force(slot.strike, t, y),
+            casting_force_n: contact(slot.strike),
             casting_velocity_m_s: velocity(body::CHISEL) - closing_m_s,
             delivered_work_j: integral(HammerQuadrature::Work),
             delivered_impulse_n_s: integral(HammerQuadrature::Impulse),
-            percussion_force_n: system.contact_force(slot.percussion, t, y),
+            percussion_force_n: contact(slot.percussion),
             spool_velocity_m_s: velocity(body::SPOOL),
             arm_displacement_m,
-            // Supply and gate, which the state leaves out, do not act on the guide.
-            mount_force_n: slot.model.evaluate(&state).force[body::GUIDE] - top_stop_force_n + end_stop_force_n,
+            mount_force_n: guide_force_n - top_stop_force_n + end_stop_force_n,
             top_stop_force_n,
             end_stop_force_n,
             rear_wall_force_n: stop(ContactKind::RearWall),
@@ -197,34 +238,43 @@ impl HammerSignals {
             retainer_force_n: stop(ContactKind::Retainer),
             spool_rear_force_n: stop(ContactKind::SpoolRear),
             spool_front_force_n: stop(ContactKind::SpoolFront),
+            cylinder_acceleration_m_s2: acceleration(body::CYLINDER),
+            piston_acceleration_m_s2: acceleration(body::PISTON),
+            chisel_acceleration_m_s2: acceleration(body::CHISEL),
         }
     }
 }
 
-/// Force of a contact of a hammer in N.
-fn stop_force(system: &Coupled, (hammer, kind): (usize, ContactKind), (t, y): (f64, &[f64])) -> f64 {
-    let mut contacts = system.model().elements().contacts().iter();
-    let place = contacts.position(|contact| contact.hammer == hammer && contact.kind == kind);
-    place.map_or(0.0, |contact| system.contact_force(contact, t, y))
-}
-
 impl CastingSignals {
     /// `rotates`: whether it needs its rotations about x and y.
-    fn at(model: &CoupledModel, (casting, rotates): (usize, [bool; 2]), y: &[f64]) -> Self {
-        let heave = model.castings()[casting].heave;
+    fn at(state: &State<'_>, casting: usize, rotates: [bool; 2]) -> Self {
+        let (model, y) = (state.system.model(), state.y);
+        let slot = &model.castings()[casting];
+        let heave = slot.heave;
         let position = |is_there: bool, body| if is_there { y[model.layout().position(body)] } else { 0.0 };
+        let velocity = |body| y[model.layout().velocity(body)];
+        let measured = slot.points.iter().find(|point| point.name == MEASURING_POINT);
+        // What of a body the measuring point has, summed over the bodies that move it.
+        let at_measured = |of: &dyn Fn(usize) -> f64| match measured {
+            Some(point) => point.row.iter().map(|(body, coefficient)| coefficient * of(*body)).sum(),
+            None => of(heave),
+        };
         Self {
             heave_m: y[model.layout().position(heave)],
-            heave_velocity_m_s: y[model.layout().velocity(heave)],
+            heave_velocity_m_s: velocity(heave),
             rotation_x_rad: position(rotates[0], heave + 1),
             rotation_y_rad: position(rotates[1], heave + 1 + usize::from(rotates[0])),
+            heave_acceleration_m_s2: state.acceleration(heave),
+            measuring_point_velocity_m_s: at_measured(&velocity),
+            measuring_point_acceleration_m_s2: at_measured(&|body| state.acceleration(body)),
         }
     }
 }
 
 impl FixtureSignals {
     /// `fixture` counts those of all castings, of which there are `count`.
-    fn at(system: &Coupled, (fixture, count): (usize, usize), (t, y): (f64, &[f64])) -> Self {
+    fn at(state: &State<'_>, fixture: usize, count: usize) -> Self {
+        let State { system, time_s: t, y, .. } = *state;
         let model = system.model();
         let springs = model.elements().springs();
         // Fixtures come last among the springs, and after the mounts among the interface points.
@@ -241,34 +291,99 @@ impl FixtureSignals {
     }
 }
 
+/// What signals are read of together.
+#[derive(Debug, Clone, Copy)]
+enum Part {
+    Instant,
+    Hammer(usize),
+    /// With the rotations that it needs.
+    Casting(usize, [bool; 2]),
+    /// By its place among those of all castings, of which there are so many.
+    Fixture(usize, usize),
+    Energy,
+}
+
+impl Part {
+    /// All parts of a scene, in the order of their signals.
+    fn all(scene: &Scene) -> Vec<Self> {
+        let rotates = |(index, casting): (usize, &Casting)| {
+            Self::Casting(index, casting.active_rotations(&scene.strike_points(index)))
+        };
+        let fixtures = scene.castings.iter().map(|casting| casting.fixtures.len()).sum();
+        let mut parts = vec![Self::Instant];
+        parts.extend((0..scene.hammers.len()).map(Self::Hammer));
+        parts.extend(scene.castings.iter().enumerate().map(rotates));
+        parts.extend((0..fixtures).map(|fixture| Self::Fixture(fixture, fixtures)));
+        parts.push(Self::Energy);
+        parts
+    }
+
+    /// Number of its signals.
+    fn count(self) -> usize {
+        match self {
+            Self::Instant => Instant::QUANTITIES.len(),
+            Self::Hammer(_) => HammerSignals::QUANTITIES.len(),
+            Self::Casting(..) => CastingSignals::QUANTITIES.len(),
+            Self::Fixture(..) => FixtureSignals::QUANTITIES.len(),
+            Self::Energy => EnergySignals::QUANTITIES.len(),
+        }
+    }
+}
+
+/// A part of which signals are read.
+#[derive(Debug, Clone)]
+struct Read {
+    part: Part,
+    /// Place of its first signal.
+    begin: usize,
+    /// Which of its signals are kept.
+    kept: Vec<bool>,
+    /// Whether one of them is a force.
+    forces: bool,
+}
+
 /// Records signals every `interval_s`, from 0 on.
 pub struct SignalRecorder {
     interval_s: f64,
     next: u64,
     signals: Vec<Signal>,
+    reads: Vec<Read>,
     scratch: Vec<f64>,
-    audit: Audit,
+    /// The books, where signals of the energy balance are read.
+    audit: Option<Audit>,
     /// Energy stored at rest in J, once a step has been seen.
     rest_energy_j: Option<f64>,
-    /// Which rotations each casting needs.
-    rotates: Vec<[bool; 2]>,
-    /// Fixtures of all castings.
-    fixtures: usize,
 }
 
 impl SignalRecorder {
-    /// Prepares the recording of `scene`, from which `model` was built.
+    /// Prepares the recording of all signals of `scene`, from which `model` was built.
     pub fn new(model: &CoupledModel, scene: &Scene, interval_s: f64) -> Self {
-        let rotates = |(index, casting): (usize, &Casting)| casting.active_rotations(&scene.strike_points(index));
+        Self::of(model, scene, interval_s, |_| true)
+    }
+
+    /// Prepares the recording of the signals at the places for which `kept` holds, see [`signal_list`]; the others have no values.
+    pub(super) fn of(model: &CoupledModel, scene: &Scene, interval_s: f64, kept: impl Fn(usize) -> bool) -> Self {
+        let signals = blank_signals(scene);
+        let mut reads = Vec::new();
+        let mut begin = 0;
+        for part in Part::all(scene) {
+            let kept: Vec<bool> = (begin..begin + part.count()).map(&kept).collect();
+            let mut own = signals.iter().skip(begin).zip(&kept).filter(|(_, kept)| **kept);
+            let forces = own.any(|(signal, _)| signal.unit == "N");
+            if kept.contains(&true) {
+                reads.push(Read { part, begin, kept, forces });
+            }
+            begin += part.count();
+        }
+        let energy = reads.iter().any(|read| matches!(read.part, Part::Energy));
         Self {
             interval_s,
             next: 0,
-            signals: blank_signals(scene),
+            signals,
+            reads,
             scratch: vec![0.0; model.layout().dimension()],
-            audit: Audit::new(model, scene.duration_s),
+            audit: energy.then(|| Audit::new(model, scene.duration_s)),
             rest_energy_j: None,
-            rotates: scene.castings.iter().enumerate().map(rotates).collect(),
-            fixtures: scene.castings.iter().map(|casting| casting.fixtures.len()).sum(),
         }
     }
 
@@ -298,38 +413,54 @@ impl SignalRecorder {
     }
 
     /// The energy balance at a state.
-    fn energies(&mut self, system: &Coupled, (t, y): (f64, &[f64])) -> EnergySignals {
+    fn energies(&mut self, state: &State<'_>) -> Option<EnergySignals> {
+        let audit = self.audit.as_ref()?;
+        let State { system, time_s: t, y, .. } = *state;
         let model = system.model();
         let at_rest = || system.at_rest().stored_energy(0.0, model.initial_state());
         let rest_energy_j = *self.rest_energy_j.get_or_insert_with(at_rest);
         let work_put_in_j = y[model.layout().work_in()];
         let stored_energy_j = system.stored_energy(t, y) - rest_energy_j;
-        let dissipated_energy_j = self.audit.dissipated_energy(system, (t, y));
-        EnergySignals {
+        let dissipated_energy_j = audit.dissipated_energy(system, (t, y));
+        Some(EnergySignals {
             work_put_in_j,
             stored_energy_j,
             dissipated_energy_j,
             energy_unaccounted_j: work_put_in_j - stored_energy_j - dissipated_energy_j,
-        }
+        })
     }
 
-    /// Appends the values of all signals at a state, in the order of [`blank_signals`].
-    fn append(&mut self, system: &Coupled, (time_s, y): (f64, &[f64])) {
-        let at = (time_s, y);
-        let energies = self.energies(system, at);
-        let mut signals = self.signals.iter_mut();
-        push(&mut signals, Instant::QUANTITIES, &Instant { time_s });
-        for hammer in 0..system.model().layout().hammers {
-            push(&mut signals, HammerSignals::QUANTITIES, &HammerSignals::at(system, hammer, at));
+    /// Appends the values of the signals that are kept at a state.
+    fn append(&mut self, state: &State<'_>) {
+        let energies = self.energies(state);
+        for read in &self.reads {
+            let to = &mut self.signals[read.begin..];
+            match read.part {
+                Part::Instant => read.push(to, Instant::QUANTITIES, &Instant { time_s: state.time_s }),
+                Part::Hammer(hammer) => {
+                    let of = HammerSignals::at(state, hammer, read.forces);
+                    read.push(to, HammerSignals::QUANTITIES, &of);
+                }
+                Part::Casting(casting, rotates) => {
+                    let of = CastingSignals::at(state, casting, rotates);
+                    read.push(to, CastingSignals::QUANTITIES, &of);
+                }
+                Part::Fixture(fixture, count) => {
+                    let of = FixtureSignals::at(state, fixture, count);
+                    read.push(to, FixtureSignals::QUANTITIES, &of);
+                }
+                Part::Energy => energies.iter().for_each(|of| read.push(to, EnergySignals::QUANTITIES, of)),
+            }
         }
-        for (casting, rotates) in self.rotates.iter().enumerate() {
-            let of = CastingSignals::at(system.model(), (casting, *rotates), y);
-            push(&mut signals, CastingSignals::QUANTITIES, &of);
+    }
+}
+
+impl Read {
+    /// Appends the values of the signals that are kept at one instant, in the order of the quantities.
+    fn push<T>(&self, signals: &mut [Signal], quantities: &[Quantity<T>], of: &T) {
+        for ((quantity, signal), _) in quantities.iter().zip(signals).zip(&self.kept).filter(|(_, kept)| **kept) {
+            signal.values.extend((quantity.value)(of).and_then(|value| value.number()));
         }
-        for fixture in 0..self.fixtures {
-            push(&mut signals, FixtureSignals::QUANTITIES, &FixtureSignals::at(system, (fixture, self.fixtures), at));
-        }
-        push(&mut signals, EnergySignals::QUANTITIES, &energies);
     }
 }
 
@@ -379,24 +510,18 @@ fn add<T>(signals: &mut Vec<Signal>, quantities: &[Quantity<T>], of: SignalOf, n
     }));
 }
 
-/// Appends the values at one instant, in the order of the quantities.
-fn push<'s, T>(signals: &mut impl Iterator<Item = &'s mut Signal>, quantities: &[Quantity<T>], of: &T) {
-    for (quantity, signal) in quantities.iter().zip(signals) {
-        signal.values.extend((quantity.value)(of).and_then(|value| value.number()));
-    }
-}
-
 impl Observer<Coupled> for SignalRecorder {
     fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         let mut scratch = std::mem::take(&mut self.scratch);
         loop {
             let time_s = self.next as f64 * self.interval_s;
-            self.audit.follow(system, step, (time_s.min(step.t1()), &mut scratch));
+            let followed_s = time_s.min(step.t1());
+            self.audit.iter_mut().for_each(|audit| audit.follow(system, step, (followed_s, &mut scratch)));
             if time_s > step.t1() {
                 break;
             }
             step.state(step.fraction(time_s), &mut scratch);
-            self.append(system, (time_s, &scratch));
+            self.append(&State { system, step, time_s, y: &scratch });
             self.next += 1;
         }
         self.scratch = scratch;

@@ -393,6 +393,21 @@ fn signals_of_forces_and_energies_balance() {
         let given = strike[to] - integral(&table, to);
         assert!((momentum - given).abs() < 1e-3, "casting: {momentum} and {given} N s");
     }
+    // Newton's law at every instant: between the ends of a step an acceleration is the slope of the interpolated velocity.
+    let (force, accelerations) = (values("hammer_casting_force_n"), values("part_heave_acceleration_m_s2"));
+    let newton = force.iter().zip(&table).zip(accelerations);
+    let off = newton.map(|((force, table), given)| scene.castings[0].mass_kg * given - (force - table));
+    let off: Vec<f64> = off.collect();
+    let rms = |values: &[f64]| (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt();
+    assert!(rms(&off) < 2e-3 * rms(force), "casting: {} of {} N", rms(&off), rms(force));
+    for body in ["cylinder", "piston", "chisel"] {
+        let (velocity, acceleration) =
+            (values(&format!("hammer_{body}_velocity_m_s")), values(&format!("hammer_{body}_acceleration_m_s2")));
+        let to = velocity.len() - 1;
+        assert!((integral(acceleration, to) - velocity[to]).abs() < 1e-2, "{body}: {}", integral(acceleration, to));
+    }
+    assert_eq!(values("part_measuring_point_velocity_m_s"), values("part_heave_velocity_m_s"));
+    assert_eq!(values("part_measuring_point_acceleration_m_s2"), accelerations);
     let (put_in, unaccounted) = (values("work_put_in_j"), values("energy_unaccounted_j"));
     let last = put_in.len() - 1;
     let residual = unaccounted[last] / put_in[last];
