@@ -79,7 +79,7 @@ impl SourceModel {
 
 impl Machine {
     /// Reduces a structure to the interface points that a study can use: all six DOFs of every candidate mount, the
-    /// vertical of every fixture point.
+    /// vertical of every point of a fixture or to be seen.
     ///
     /// # Errors
     /// What [`reduce`] finds wrong with the structure.
@@ -140,7 +140,7 @@ impl Machine {
         self.selection.map(|settings| self.select(scene, settings).map(|(selection, _)| selection)).transpose()
     }
 
-    /// Selects the modes that matter to a scene's mounts (first) and fixtures: what was selected, and the modes to run on.
+    /// Selects the modes that matter to a scene's mounts (first), fixtures and points to be seen: what was selected, and the modes to run on.
     ///
     /// # Errors
     /// As for [`Machine::modes`]; settings out of range.
@@ -185,12 +185,13 @@ impl Machine {
     }
 }
 
-/// The points and directions at which a scene touches the structure: its mounts, then its fixtures.
+/// The points and directions at which a scene touches the structure: its mounts, its fixtures, then what is only to be seen.
 fn interface_rows(scene: &Scene) -> Vec<DirectedPoints> {
     let mounts = scene.hammers.iter().map(|hammer| hammer.mount.points.clone());
     let fixtures = scene.castings.iter().flat_map(|casting| &casting.fixtures);
-    let fixtures = fixtures.map(|fixture| vec![(fixture.point.clone(), 1.0)]);
-    mounts.chain(fixtures).map(|points| (points, STRIKE_DIRECTION)).collect()
+    let verticals = fixtures.map(|fixture| &fixture.point).chain(&scene.outputs.points);
+    let verticals = verticals.map(|point| vec![(point.clone(), 1.0)]);
+    mounts.chain(verticals).map(|points| (points, STRIKE_DIRECTION)).collect()
 }
 
 /// Modes with their shapes at the [`interface_rows`] of a scene.
@@ -203,16 +204,17 @@ fn interface_modes(
     InterfaceModes {
         mounts: shapes.by_ref().take(scene.hammers.len()).collect(),
         fixtures: scene.castings.iter().map(|casting| shapes.by_ref().take(casting.fixtures.len()).collect()).collect(),
+        points: shapes.collect(),
         omega_rad_s,
         damping_ratio,
     }
 }
 
-/// What a study's reduction keeps: all six DOFs of every candidate mount, the vertical of every fixture point.
+/// What a study's reduction keeps: all six DOFs of every candidate mount, the vertical of every point of a fixture or to be seen.
 pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand) -> ReductionSettings {
     let mounts = demand.mounts.iter().flat_map(|mount| (0..POINT_DOFS).map(|dof| (mount.clone(), dof)));
-    let fixtures = demand.fixtures.iter().map(|point| (point.clone(), VERTICAL));
-    let interface = mounts.chain(fixtures).collect();
+    let verticals = demand.verticals.iter().map(|point| (point.clone(), VERTICAL));
+    let interface = mounts.chain(verticals).collect();
     ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz }
 }
 

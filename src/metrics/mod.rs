@@ -30,7 +30,7 @@ pub use phase::{Phase, PhaseKind};
 pub use recorder::Recorder;
 pub use signal_means::{MeanRecorder, MeanSettings};
 pub use signals::{
-    CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder,
-    signal_list,
+    CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, PointSignals, Signal, SignalOf,
+    SignalRecorder, signal_list,
 };
 pub use spectrum::{Spectrum, SpectrumError};

@@ -71,11 +71,11 @@ impl Phase {
         phases
     }
 
-    /// The hammer whose phases are those of a signal: its own; of a casting and its fixtures the first that strikes it; of the run
+    /// The hammer whose phases are those of a signal: its own; of a casting and its fixtures the first that strikes it; of all else
     /// the first.
     pub fn hammer_of(scene: &Scene, of: SignalOf) -> Option<usize> {
         match of {
-            SignalOf::Run => (!scene.hammers.is_empty()).then_some(0),
+            SignalOf::Run | SignalOf::Point(_) => (!scene.hammers.is_empty()).then_some(0),
             SignalOf::Hammer(hammer) => Some(hammer),
             SignalOf::Casting(casting) | SignalOf::Fixture(casting, _) => {
                 scene.hammers.iter().position(|hammer| hammer.casting == casting)

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::system::{ContactKind, Coupled, CoupledModel, HammerQuadrature, MEASURING_POINT};
 use crate::workpiece::Casting;
 
-/// What a signal is of; hammers, castings and a casting's fixtures by their places in the scene.
+/// What a signal is of; hammers, castings, a casting's fixtures and points by their places in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SignalOf {
@@ -22,6 +22,8 @@ pub enum SignalOf {
     Casting(usize),
     /// A fixture: its casting, its place among that casting's.
     Fixture(usize, usize),
+    /// An interface point that is only to be seen.
+    Point(usize),
 }
 
 /// One signal: name, unit, description, values on the grid.
@@ -148,6 +150,17 @@ quantities! {
         pub point_displacement_m: f64 => "m",
         /// velocity of the structure at the fixture
         pub point_velocity_m_s: f64 => "m/s",
+    }
+}
+
+quantities! {
+    /// Signals of an interface point of the structure that is only to be seen, at one instant.
+    #[derive(Debug)]
+    pub struct PointSignals {
+        /// displacement of the structure, from its static equilibrium
+        pub displacement_m: f64 => "m",
+        /// velocity of the structure
+        pub velocity_m_s: f64 => "m/s",
     }
 }
 
@@ -291,6 +304,14 @@ impl FixtureSignals {
     }
 }
 
+impl PointSignals {
+    /// `node`: its place among the interface points.
+    fn at(state: &State<'_>, node: usize) -> Self {
+        let (displacement_m, velocity_m_s) = state.system.interface_motion(node, state.time_s, state.y);
+        Self { displacement_m, velocity_m_s }
+    }
+}
+
 /// What signals are read of together.
 #[derive(Debug, Clone, Copy)]
 enum Part {
@@ -300,6 +321,8 @@ enum Part {
     Casting(usize, [bool; 2]),
     /// By its place among those of all castings, of which there are so many.
     Fixture(usize, usize),
+    /// By its place among the interface points: behind those of mounts and fixtures.
+    Point(usize),
     Energy,
 }
 
@@ -310,10 +333,12 @@ impl Part {
             Self::Casting(index, casting.active_rotations(&scene.strike_points(index)))
         };
         let fixtures = scene.castings.iter().map(|casting| casting.fixtures.len()).sum();
+        let first = scene.hammers.len() + fixtures;
         let mut parts = vec![Self::Instant];
         parts.extend((0..scene.hammers.len()).map(Self::Hammer));
         parts.extend(scene.castings.iter().enumerate().map(rotates));
         parts.extend((0..fixtures).map(|fixture| Self::Fixture(fixture, fixtures)));
+        parts.extend((0..scene.outputs.points.len()).map(|point| Self::Point(first + point)));
         parts.push(Self::Energy);
         parts
     }
@@ -325,6 +350,7 @@ impl Part {
             Self::Hammer(_) => HammerSignals::QUANTITIES.len(),
             Self::Casting(..) => CastingSignals::QUANTITIES.len(),
             Self::Fixture(..) => FixtureSignals::QUANTITIES.len(),
+            Self::Point(_) => PointSignals::QUANTITIES.len(),
             Self::Energy => EnergySignals::QUANTITIES.len(),
         }
     }
@@ -449,6 +475,7 @@ impl SignalRecorder {
                     let of = FixtureSignals::at(state, fixture, count);
                     read.push(to, FixtureSignals::QUANTITIES, &of);
                 }
+                Part::Point(node) => read.push(to, PointSignals::QUANTITIES, &PointSignals::at(state, node)),
                 Part::Energy => energies.iter().for_each(|of| read.push(to, EnergySignals::QUANTITIES, of)),
             }
         }
@@ -464,7 +491,7 @@ impl Read {
     }
 }
 
-/// The signals of a scene without values: time, those of each hammer, casting and fixture, the energy balance.
+/// The signals of a scene without values: time, those of each hammer, casting, fixture and point, the energy balance.
 fn blank_signals(scene: &Scene) -> Vec<Signal> {
     let hammers: Vec<&str> = scene.hammers.iter().map(|hammer| hammer.name.as_str()).collect();
     let castings: Vec<(&str, Vec<&str>)> = scene
@@ -472,11 +499,12 @@ fn blank_signals(scene: &Scene) -> Vec<Signal> {
         .iter()
         .map(|casting| (casting.name.as_str(), casting.fixtures.iter().map(|fixture| fixture.name.as_str()).collect()))
         .collect();
-    signal_list(&hammers, &castings)
+    signal_list(&hammers, &castings, &scene.outputs.points)
 }
 
-/// The signals, without values, of scenes with hammers of these names, and castings with fixtures of these names.
-pub fn signal_list(hammers: &[&str], castings: &[(&str, Vec<&str>)]) -> Vec<Signal> {
+/// The signals, without values, of scenes with hammers of these names, castings with fixtures of these names, and these
+/// interface points to be seen.
+pub fn signal_list(hammers: &[&str], castings: &[(&str, Vec<&str>)], points: &[String]) -> Vec<Signal> {
     let mut signals = Vec::new();
     add(&mut signals, Instant::QUANTITIES, SignalOf::Run, None);
     for (index, name) in hammers.iter().enumerate() {
@@ -493,6 +521,10 @@ pub fn signal_list(hammers: &[&str], castings: &[(&str, Vec<&str>)]) -> Vec<Sign
             let names = (what, format!("{casting}_fixture_{fixture}"));
             add(&mut signals, FixtureSignals::QUANTITIES, SignalOf::Fixture(index, place), Some(names));
         }
+    }
+    for (index, point) in points.iter().enumerate() {
+        let names = (format!("interface point {point}"), format!("point_{point}"));
+        add(&mut signals, PointSignals::QUANTITIES, SignalOf::Point(index), Some(names));
     }
     add(&mut signals, EnergySignals::QUANTITIES, SignalOf::Run, None);
     signals

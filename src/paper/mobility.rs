@@ -99,6 +99,7 @@ mod tests {
             damping_ratio: vec![ratio],
             mounts: Vec::new(),
             fixtures: Vec::new(),
+            points: Vec::new(),
         };
         let mobility = Mobility::of(&modes, &[phi], &[-2.0 * phi]);
         let [peak] = mobility.peaks.as_slice() else { panic!("{:?}", mobility.peaks) };

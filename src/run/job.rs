@@ -166,6 +166,7 @@ mod tests {
             damping_ratio: Vec::new(),
             mounts: Vec::new(),
             fixtures: Vec::new(),
+            points: Vec::new(),
         };
         let mut job = RowJob::new(scene.clone(), modes, retries);
         while let Some(scene) = job.scene() {

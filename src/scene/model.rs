@@ -102,6 +102,11 @@ parameters! { file
             /// `left_extension_m`. Each value is the mean over `signal_interval_s` around its instant. Default: none.
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub signals: Vec<String>,
+            /// Further interface points of the structure, whose vertical motion is among the signals, e.g. `point_R3_velocity_m_s`.
+            /// The reduction keeps them and the selection of modes heeds them: a row's other values change by less than the
+            /// tolerances of both allow. Default: none.
+            #[serde(skip_serializing_if = "Vec::is_empty")]
+            pub points: Vec<String>,
             /// Rows whose signals are kept. Default: all rows.
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub signal_rows: Vec<u64>,

@@ -12,8 +12,8 @@ use crate::words::nearest;
 pub struct InterfaceDemand {
     /// Candidate mounts, all points of the rails used included; each once, in the order of first use.
     pub mounts: Vec<String>,
-    /// Points that carry fixtures; each once, in the order of first use.
-    pub fixtures: Vec<String>,
+    /// Points whose vertical motion is needed, as they carry fixtures or are to be seen; each once, in the order of first use.
+    pub verticals: Vec<String>,
 }
 
 impl InterfaceDemand {
@@ -30,7 +30,10 @@ impl InterfaceDemand {
             }
         }
         for candidate in fixture_points(study) {
-            add(&mut demand.fixtures, candidate.value);
+            add(&mut demand.verticals, candidate.value);
+        }
+        for point in &study.outputs().points {
+            add(&mut demand.verticals, point.clone());
         }
         demand
     }
@@ -76,6 +79,17 @@ pub(super) fn check_names(study: &Study, points: &PointTable) -> Vec<Problem> {
             let nearest = points.nearest_name(&candidate.value);
             problems.push(Problem::new(candidate.place, path::join(&candidate.at), message).nearest(nearest));
         }
+    }
+    let seen = &study.outputs().points;
+    for (index, name) in seen.iter().enumerate() {
+        let wrong = match (points.position(name), seen.iter().take(index).any(|before| before == name)) {
+            (None, _) => format!("the machine has no interface point `{name}`"),
+            (Some(_), true) => format!("point `{name}` stands there twice"),
+            (Some(_), false) => continue,
+        };
+        let at = ["outputs", "points", &index.to_string()].map(str::to_string);
+        let problem = Problem::new(study.typed.document.locate(&at), path::join(&at), wrong);
+        problems.push(problem.nearest(points.nearest_name(name).filter(|nearest| nearest != name)));
     }
     for candidate in study.candidates(&["machine".to_string()]) {
         let mut known = study.scenes.machines.iter().map(String::as_str).chain([DEFAULT_MACHINE]);

@@ -41,6 +41,8 @@ pub struct InterfaceModes {
     pub mounts: Vec<Vec<f64>>,
     /// Mode shapes along the strike axis at each fixture: castings x fixtures x modes.
     pub fixtures: Vec<Vec<Vec<f64>>>,
+    /// Mode shapes along the strike axis at each point that is only to be seen: points x modes.
+    pub points: Vec<Vec<f64>>,
 }
 
 /// Why a scene cannot be built.
@@ -62,7 +64,7 @@ pub enum BuildError {
     /// The structure's modes do not fit the scene.
     #[error("mode shapes for {given} {what} were given, the scene has {expected}")]
     Shapes {
-        /// Mounts, fixtures or modes.
+        /// Mounts, fixtures, points or modes.
         what: &'static str,
         /// Number given.
         given: usize,
@@ -190,7 +192,8 @@ fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError>
     for (rows, casting) in modes.fixtures.iter().zip(&scene.castings) {
         expect("fixtures", rows.len(), casting.fixtures.len())?;
     }
-    for row in modes.mounts.iter().chain(modes.fixtures.iter().flatten()) {
+    expect("points", modes.points.len(), scene.outputs.points.len())?;
+    for row in modes.rows() {
         expect("modes", row.len(), count)?;
     }
     for unit in &scene.hammers {
@@ -205,9 +208,16 @@ fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError>
     Ok(())
 }
 
-/// The modes that the scene excites; interface points of mounts come before those of fixtures.
+impl InterfaceModes {
+    /// The shapes at all interface points: of mounts, of fixtures, of points that are only to be seen.
+    fn rows(&self) -> impl Iterator<Item = &Vec<f64>> {
+        self.mounts.iter().chain(self.fixtures.iter().flatten()).chain(&self.points)
+    }
+}
+
+/// The modes that the scene excites.
 fn excited_modes(modes: &InterfaceModes) -> Modes {
-    let rows: Vec<&Vec<f64>> = modes.mounts.iter().chain(modes.fixtures.iter().flatten()).collect();
+    let rows: Vec<&Vec<f64>> = modes.rows().collect();
     let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
     let count = modes.omega_rad_s.len();
     let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
@@ -500,6 +510,7 @@ mod tests {
             damping_ratio: vec![0.02; 3],
             mounts: vec![vec![0.1, 0.2, 0.0]],
             fixtures: vec![vec![vec![0.3, -0.1, 1e-13]; 4]],
+            points: Vec::new(),
         };
         (scene, modes)
     }

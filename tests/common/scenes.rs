@@ -45,6 +45,7 @@ pub fn bench() -> (Scene, InterfaceModes) {
         damping_ratio: Vec::new(),
         mounts: vec![Vec::new()],
         fixtures: vec![vec![Vec::new()]],
+        points: Vec::new(),
     };
     (scene, modes)
 }
@@ -112,6 +113,7 @@ pub fn rig(hammers: usize) -> (Scene, InterfaceModes) {
         damping_ratio: vec![0.02; hertz.len()],
         mounts: (0..hammers).map(|h| row(h + 1)).collect(),
         fixtures: vec![vec![row(0)]],
+        points: Vec::new(),
     };
     (scene, modes)
 }

@@ -24,6 +24,7 @@ fn mounted_mass(stiffness: f64) -> (Arc<CoupledModel>, [f64; 4], [f64; 4]) {
         damping_ratio: vec![0.0; 4],
         mounts: Vec::new(),
         fixtures: vec![vec![phi.to_vec()]],
+        points: Vec::new(),
     };
     (build(&scene, &modes).expect("sound"), omega, phi)
 }
@@ -102,6 +103,7 @@ fn analytic_chain_under_a_step_force() {
         damping_ratio: vec![0.0; 2],
         mounts: Vec::new(),
         fixtures: vec![vec![shape(1), vec![0.0; 2]]],
+        points: Vec::new(),
     };
     let model = build(&castings_only(vec![third]), &modes).expect("sound");
     let static_solution = [0.75, 0.5, 0.25];
@@ -360,6 +362,7 @@ fn analytic_uncoupled_hammers() {
         damping_ratio: twice(&modes.damping_ratio),
         mounts: vec![before(&modes.mounts[0]), behind(&modes.mounts[0])],
         fixtures: vec![vec![before(&modes.fixtures[0][0])], vec![behind(&modes.fixtures[0][0])]],
+        points: Vec::new(),
     };
     let one = run_row(&alone, &modes).metrics.expect("done");
     let two = run_row(&both, &double).metrics.expect("done");

@@ -416,6 +416,38 @@ fn signals_of_forces_and_energies_balance() {
     assert!(worst < 1e-3 * put_in[last], "{worst} J of {}", put_in[last]);
 }
 
+/// Interface points that are only to be seen move as the structure does: one that is the mount as the mount, one that carries the
+/// fixture as the fixture, another one alike whether modes are integrated or condensed. Seeing them changes no more than tolerances.
+#[test]
+fn signals_of_points_are_those_of_the_structure() {
+    let run = |modes: &str, points: &[&str]| {
+        let points = format!("outputs.points={points:?}");
+        let settings = ["duration_s=0.1", "solver.tolerance=1e-7", modes, &points];
+        let (scene, modes) = scene("paper_rig.toml", 0, &settings).unwrap();
+        let (outcome, recorder) =
+            run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, 1e-4));
+        (outcome.metrics.unwrap(), recorder.unwrap().into_signals())
+    };
+    let values = |signals: &[decore::metrics::Signal], name: &str| {
+        let signal = signals.iter().find(|signal| signal.name == name);
+        signal.unwrap_or_else(|| panic!("no signal {name}")).values.clone()
+    };
+    let (metrics, signals) = run("solver.modes=\"integrated\"", &["R3", "T5", "R5"]);
+    for quantity in ["displacement_m", "velocity_m_s"] {
+        let of = |of: &str| values(&signals, &format!("{of}_{quantity}"));
+        assert_eq!(of("point_R5"), of("hammer_arm"));
+        assert_eq!(of("point_T5"), of("part_fixture_table_point"));
+    }
+    let (_, condensed) = run("solver.modes=\"condensed\"", &["R3"]);
+    let [integrated, condensed] = [&signals, &condensed].map(|signals| values(signals, "point_R3_velocity_m_s"));
+    let largest = integrated.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let apart = integrated.iter().zip(&condensed).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs()));
+    assert!(largest > 0.01 && apart < 1e-4 * largest, "{apart} of {largest} m/s");
+    let (unseen, _) = run("solver.modes=\"integrated\"", &[]);
+    let [seen, unseen] = [metrics, unseen].map(|metrics| metrics.hammers[0].first_impact_energy_j.unwrap());
+    assert_relative("first impact", seen, unseen, 1e-5);
+}
+
 /// A sampled function between its samples, by the cubic through four of them.
 fn at(values: &[f64], place: f64) -> f64 {
     let first = (place as usize).saturating_sub(1);

@@ -64,11 +64,13 @@ function sceneHead(meta) {
   if (factors.length) body.append(el('p', {}, factors.join(', ')));
 }
 
-/** What the plots show: title, unit and factor from SI, [name, quantity] of each hammer, or `run` of the run. */
+/** What the plots show: title, unit and factor from SI, [name, quantity] of each hammer, a quantity of castings, fixtures or points, or `run` of the run. */
 const PLOTS = [
   { title: 'Velocity of the arm at the mount', unit: 'mm/s', scale: 1e3, hammer: [['arm', 'arm_velocity_m_s']] },
+  { title: 'Velocity of further points of the machine', unit: 'mm/s', scale: 1e3, points: 'velocity_m_s' },
   { title: 'Velocity of the chisel', unit: 'm/s', hammer: [['chisel', 'chisel_velocity_m_s']] },
   { title: 'Velocity of the casting at the strike point, and blows', unit: 'm/s', hammer: [['casting', 'casting_velocity_m_s']], blows: true },
+  { title: 'Acceleration of the casting’s centre of mass', unit: 'm/s²', castings: 'heave_acceleration_m_s2' },
   { title: 'Positions: telescope, piston and chisel in the cylinder', unit: 'mm', scale: 1e3, hammer: [['telescope', 'extension_m'], ['piston', 'piston_m'], ['chisel', 'chisel_m']] },
   { title: 'Position of the spool in the cylinder', unit: 'mm', scale: 1e3, hammer: [['spool', 'spool_m']] },
   { title: 'Pressures in the chambers, absolute', unit: 'bar', scale: 1e-5, hammer: [['telescope, top (P1)', 'pressure_top_pa'], ['telescope, annulus (P2)', 'pressure_annulus_pa'], ['behind the piston (P3)', 'pressure_rear_pa'], ['before the piston (P4)', 'pressure_front_pa']] },
@@ -90,8 +92,10 @@ const measuredOf = (signals, of, quantity) => signals.measured(of, quantity).map
 function curvesOf(meta, signals, plot, shown) {
   const color = (k) => CURVES[k % CURVES.length], dash = (k) => DASHES[k % DASHES.length];
   if (plot.run) return plot.run.map(([name, quantity], k) => ({ name, trace: signals.run(quantity), color: color(k), dash: [] }));
+  if (plot.points) return meta.points.flatMap((name, p) => [{ name, trace: signals.point(p, plot.points), color: color(p), dash: dash(Math.floor(p / CURVES.length)) }, ...measuredOf(signals, { point: p }, plot.points)]);
+  const struck = new Set(shown.map((h) => meta.hammers[h].casting));
+  if (plot.castings) return [...struck].flatMap((c) => [{ name: meta.castings[c].name, trace: signals.casting(c, plot.castings), color: color(c), dash: dash(Math.floor(c / CURVES.length)) }, ...measuredOf(signals, { casting: c }, plot.castings)]);
   if (plot.fixtures) {
-    const struck = new Set(shown.map((h) => meta.hammers[h].casting));
     const all = [...struck].flatMap((c) => meta.castings[c].fixtures.map(([name], f) => [meta.castings.length > 1 ? `${meta.castings[c].name}: ${name}` : name, c, f]));
     return all.flatMap(([name, c, f], k) => [{ name, trace: signals.fixture(c, f, plot.fixtures), color: color(k), dash: dash(Math.floor(k / CURVES.length)) }, ...measuredOf(signals, { fixture: [c, f] }, plot.fixtures)]);
   }
@@ -175,7 +179,7 @@ async function scenePage() {
   controlBar(meta, view, player, hammers);
   const mechanism = meta.hammers.length ? new Mechanism(meta, signals, view) : null;
   if (mechanism) section('In motion', mechanism.figure.node, note('Contacts that close flash. Chambers: white at ambient pressure, blue at the supply’s. Space plays, n and p go to the next and the previous blow, comma and full stop by one sample.'));
-  hammers.plots = PLOTS.map((plot) => tracePlot(view, {
+  hammers.plots = PLOTS.filter((plot) => !plot.points || meta.points.length).map((plot) => tracePlot(view, {
     ...plot, curves: () => curvesOf(meta, signals, plot, hammers.shown),
     blows: plot.blows ? () => meta.blows.filter((blow) => hammers.shown.includes(blow.hammer)) : undefined,
   }));
