@@ -58,7 +58,7 @@
 //! comparison  : dataset quantity run
 //! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system words
-//! paper       : engine measurement metrics run scene signal study system
+//! paper       : engine measurement metrics plot run scene signal study system
 //! sensitivity : analysis dataset design metrics quantity run study
 //! features    : dataset design files metrics quantity random run study
 //! surrogate   : dataset files number random regression sensitivity study

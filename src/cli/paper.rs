@@ -1,13 +1,14 @@
 //! `decore paper`: the publication that the model follows, beside what decore gives.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use clap::Args;
 
-use super::exit::{Exit, Failure};
+use super::exit::{Exit, Failure, write_file};
 use super::json::say_json;
 use super::text::{fit, say, terminal_columns};
-use crate::paper::{Against, Agreement, Evidence, Figure, Group, PaperComparison, Tolerance, compare};
+use crate::paper::{Agreement, Evidence, Figure, Group, PaperComparison, Tolerance, compare, four_digits, paper_page};
 
 /// Columns of a text that no terminal reads.
 const PLAIN_COLUMNS: usize = 80;
@@ -20,15 +21,24 @@ pub(super) struct PaperArguments {
     /// Print the comparison as JSON (schemas/paper.schema.json).
     #[arg(long)]
     json: bool,
+    /// Write the comparison as one HTML page, with our mobilities for the paper's Figure 14.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 pub(super) fn paper(arguments: &PaperArguments) -> Result<Exit, Failure> {
     let comparison = compare()?;
+    if let Some(path) = &arguments.html {
+        write_file(path, paper_page(&comparison)?)?;
+    }
     if arguments.json {
         say_json(&comparison)?;
     } else {
         let columns = terminal_columns().unwrap_or(PLAIN_COLUMNS);
         say(&fit(&readable(&comparison), columns).trim_end())?;
+        if let Some(path) = &arguments.html {
+            say(&format_args!("\nthe page is in {}", path.display()))?;
+        }
     }
     Ok(Exit::Done)
 }
@@ -55,7 +65,7 @@ fn section(text: &mut String, group: &Group) {
     let Group { name, source, tolerance, figures, remarks, evidence } = group;
     let _ = writeln!(text, "\n{name} ({source})");
     if !figures.is_empty() {
-        heading(text, tolerance);
+        heading(text, *tolerance);
         figures.iter().for_each(|one| figure(text, one));
     }
     for remark in remarks {
@@ -67,50 +77,17 @@ fn section(text: &mut String, group: &Group) {
 }
 
 /// The tolerance, and what the columns of figures are.
-fn heading(text: &mut String, tolerance: &Tolerance) {
-    let (within, columns) = match tolerance {
-        Tolerance::Share { of_calculation, of_measurement } => (
-            format!("{} % of the calculation, {} % of the measurement", 100.0 * of_calculation, 100.0 * of_measurement),
-            ["calculated", "measured", "ours", "to calc.", "to meas."],
-        ),
-        Tolerance::PercentagePoints { most } => {
-            (format!("{most} percentage points"), ["quoted", "", "ours", "points", ""])
-        }
-    };
-    let [one, two, three, four, five] = columns;
+fn heading(text: &mut String, tolerance: Tolerance) {
+    let [one, two, three, four, five] = tolerance.columns();
     let line = format!("{:<NAME$} {one:>10} {two:>9} {three:>9} {four:>9} {five:>8}", "");
-    let _ = writeln!(text, "agrees: within {within}\n{}", line.trim_end());
+    let _ = writeln!(text, "agrees: within {tolerance}\n{}", line.trim_end());
 }
 
-fn figure(text: &mut String, Figure { name, unit, calculated, measured, quoted, ours }: &Figure) {
-    let none = if quoted.is_some() { "" } else { "-" };
-    let printed = |against: Option<Against>| against.map_or(none.to_owned(), |one| one.paper.to_string());
-    let first = calculated.or(*quoted);
-    let difference = |against: Option<Against>| {
-        against.map_or(String::new(), |one| {
-            let star = if one.agrees { ' ' } else { '*' };
-            match *unit {
-                "%" => format!("{:+.1}{star}", one.difference),
-                _ => format!("{:+.1} %{star}", 100.0 * one.difference),
-            }
-        })
-    };
-    let line = format!(
-        "{:<NAME$} {:>10} {:>9} {:>9} {:>9} {:>8}",
-        format!("{name} ({unit})"),
-        printed(first),
-        printed(*measured),
-        four_digits(*ours),
-        difference(first),
-        difference(*measured)
-    );
+fn figure(text: &mut String, figure: &Figure) {
+    let [first, measured, ours, to_first, to_measured] = figure.cells();
+    let name = format!("{} ({})", figure.name, figure.unit);
+    let line = format!("{name:<NAME$} {first:>10} {measured:>9} {ours:>9} {to_first:>9} {to_measured:>8}");
     let _ = writeln!(text, "{}", line.trim_end());
-}
-
-/// Ours to four digits: more than the paper prints.
-fn four_digits(value: f64) -> String {
-    let decimals = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 8) as usize;
-    format!("{value:.decimals$}")
 }
 
 fn rows(text: &mut String, Evidence { name, columns, rows }: &Evidence) {

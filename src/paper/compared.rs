@@ -1,5 +1,7 @@
 //! The paper's figures beside ours, as plain data.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -185,6 +187,55 @@ impl Tolerance {
             ours,
         }
     }
+}
+
+impl fmt::Display for Tolerance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Share { of_calculation, of_measurement } => {
+                let [calculation, measurement] = [of_calculation, of_measurement].map(|share| 100.0 * share);
+                write!(f, "{calculation} % of the calculation, {measurement} % of the measurement")
+            }
+            Self::PercentagePoints { most } => write!(f, "{most} percentage points"),
+        }
+    }
+}
+
+impl Tolerance {
+    /// Headings of the [`Figure::cells`] of figures that are held to it.
+    pub fn columns(self) -> [&'static str; 5] {
+        match self {
+            Self::Share { .. } => ["calculated", "measured", "ours", "to calc.", "to meas."],
+            Self::PercentagePoints { .. } => ["quoted", "", "ours", "points", ""],
+        }
+    }
+}
+
+impl Figure {
+    /// Its values in words: what the paper calculated or quotes, what it measured, ours, the differences of ours to both; `*` marks a
+    /// difference beyond the tolerance.
+    pub fn cells(&self) -> [String; 5] {
+        let none = if self.quoted.is_some() { "" } else { "-" };
+        let printed = |against: Option<Against>| against.map_or(none.to_owned(), |one| one.paper.to_string());
+        let difference = |against: Option<Against>| {
+            against.map_or(String::new(), |one| {
+                let star = if one.agrees { ' ' } else { '*' };
+                match self.unit {
+                    "%" => format!("{:+.1}{star}", one.difference),
+                    _ => format!("{:+.1} %{star}", 100.0 * one.difference),
+                }
+            })
+        };
+        let first = self.calculated.or(self.quoted);
+        let ours = four_digits(self.ours);
+        [printed(first), printed(self.measured), ours, difference(first), difference(self.measured)]
+    }
+}
+
+/// Ours to four digits: more than the paper prints.
+pub fn four_digits(value: f64) -> String {
+    let decimals = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 8) as usize;
+    format!("{value:.decimals$}")
 }
 
 impl Evidence {

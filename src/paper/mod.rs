@@ -12,19 +12,22 @@
 //! - `rig`: the rig as a study, its runs, and runs with one thing changed that tell where differences come from
 //! - `mobility`: velocity per force over frequency
 //! - `compared`: the result as plain data
+//! - `page`: the result as one HTML page
 //! - `structure_groups`, `process_groups`: what stands beside what, by which tolerance, and why it differs
 
 mod compared;
 mod error;
 mod mobility;
+mod page;
 mod process_groups;
 mod quoted;
 mod rig;
 mod structure_groups;
 
-pub use compared::{Against, Agreement, Evidence, EvidenceRow, Figure, Group, PaperComparison, Tolerance};
+pub use compared::{Against, Agreement, Evidence, EvidenceRow, Figure, Group, PaperComparison, Tolerance, four_digits};
 pub use error::PaperError;
 pub use mobility::{Mobility, MobilityPeak};
+pub use page::paper_page;
 pub use quoted::CITATION;
 
 /// Runs the paper's rig, and what else tells where differences come from, and sets all beside the paper's figures. Reads no file.

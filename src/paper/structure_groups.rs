@@ -5,6 +5,8 @@ use super::mobility::MobilityPeak;
 use super::quoted::{ISOLATORS_HZ, NATURAL_FREQUENCIES, NOT_CALCULATED_HZ, NaturalFrequency};
 use super::rig::Ours;
 
+/// The group that the mobilities belong to.
+pub(super) const MOBILITY: &str = "Mobility at the hammer's mount";
 /// How near ours has to be: what it was fitted to, and what the paper's own calculation reaches (its largest difference is 5.1 %).
 const TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.01, of_measurement: 0.05 };
 /// A measured mode is that of a peak within this share of its frequency.
@@ -82,7 +84,7 @@ fn mobility(ours: &Ours) -> Group {
     };
     let columns = ["ours (Hz)", "measured (Hz)", "1e-6 m/(s N)"];
     Group {
-        name: "Mobility at the hammer's mount",
+        name: MOBILITY,
         source: "Figure 14",
         tolerance: TOLERANCE,
         figures: Vec::new(),

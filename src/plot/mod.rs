@@ -1,15 +1,17 @@
-//! Pictures as SVG, all drawn by one hand: charts, stacked panels, scatter matrices.
+//! Pictures as SVG, all drawn by one hand: charts, stacked panels, scatter matrices; and the page that some stand in.
 //!
 //! Every axis has a name with its unit, ticks have short labels, and legends stand beside the data, never over them.
 
 mod axis;
 mod chart;
+mod document;
 mod matrix;
 mod style;
 mod thin;
 
 pub use axis::Axis;
 pub use chart::{Chart, Line, Marker, Series, panels};
+pub use document::{document, escape};
 pub use matrix::{Factor, scatter_matrix};
 pub use style::{BLACK, COLORS, Color, PlotError};
 pub use thin::thinned;

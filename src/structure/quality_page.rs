@@ -3,15 +3,8 @@
 use std::fmt::Write as _;
 
 use super::quality::{MobilityCurve, ModePair, QualityReport};
-use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels};
+use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, document, escape, panels};
 
-const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;color:#1c2430;margin:2rem auto;max-width:64rem;padding:0 1rem}\
-h1{font-size:1.5rem;margin-bottom:.2rem;overflow-wrap:anywhere}h2{font-size:1.1rem;margin-top:2rem}p{max-width:46rem}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e3e7ec}\
-th{font-weight:600;background:#f5f7f9}td:first-child,th:first-child{text-align:left}.scroll{overflow-x:auto}\
-.curves{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(30rem,100%),1fr));gap:.5rem}\
-.plot{overflow-x:auto}svg{width:100%;min-width:28rem;height:auto}summary{cursor:pointer;margin:.5rem 0}\
-.figure{font-size:1.3rem;font-weight:600}.figures{display:flex;flex-wrap:wrap;gap:2rem}.figures span{display:block;color:#5a6675}";
 const FULL: Color = COLORS[5];
 const REDUCED: Color = COLORS[0];
 
@@ -20,34 +13,18 @@ const REDUCED: Color = COLORS[0];
 /// # Errors
 /// The plotting library's words.
 pub fn quality_page(report: &QualityReport, title: &str) -> Result<String, PlotError> {
-    let mut page = String::new();
-    let title = escape(title);
-    put(
-        &mut page,
-        format_args!(
-            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{title}</title><style>{STYLE}</style></head><body>\n"
-        ),
-    );
-    put(
-        &mut page,
-        format_args!("<h1>{title}</h1>\n<p>The reduced structure beside its full finite element model.</p>\n"),
-    );
+    let mut page = "<p>The reduced structure beside its full finite element model.</p>\n".to_owned();
     figures(&mut page, report);
     frequencies(&mut page, report)?;
     stiffness(&mut page, report);
     mobility(&mut page, report)?;
     conditions(&mut page, report);
-    page.push_str("</body></html>\n");
-    Ok(page)
+    Ok(document(title, &page))
 }
 
 /// Writing to a string cannot fail.
 fn put(page: &mut String, text: std::fmt::Arguments) {
     let _ = page.write_fmt(text);
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 fn figures(page: &mut String, report: &QualityReport) {

@@ -256,7 +256,7 @@ fn three_hammers_stand_where_the_reference_puts_them() {
     assert_eq!(scene.castings[1].active_rotations(&scene.strike_points(1)), [false, false]);
     let demand = InterfaceDemand::of(&study);
     assert_eq!(demand.mounts, ["R4", "R5", "R1", "R2", "R3", "R6", "R7", "R8", "R9"]);
-    assert_eq!(demand.fixtures, ["T1", "T2", "T7", "T8", "T6"]);
+    assert_eq!(demand.verticals, ["T1", "T2", "T7", "T8", "T6"]);
 }
 
 #[test]
