@@ -107,7 +107,7 @@ fn velocities(reader: &DatasetReader) -> Vec<(usize, &str)> {
         let kept = info.signals.iter().find(|kept| kept.name == name)?;
         (signal.quantity == CastingSignals::heave_velocity_m_s.name).then_some((casting, kept.name.as_str()))
     };
-    signal_list(&[], &castings).iter().filter_map(column).collect()
+    signal_list(&[], &castings, &[]).iter().filter_map(column).collect()
 }
 
 /// The figures of means over `interval_s`, one every `interval_s`; none of a velocity with a gap.
