@@ -191,9 +191,14 @@ impl<'a> Step<'a> {
 
     /// Writes the whole state at fraction `theta` into `y`.
     pub fn state(&self, theta: f64, y: &mut [f64]) {
-        let weights = self.dense.weights(theta);
-        for (index, value) in y.iter_mut().enumerate() {
-            *value = self.component_with(index, &weights);
+        self.range(0, theta, y);
+    }
+
+    /// Writes the components from `first` on, as many as `y` holds, of the state at fraction `theta`.
+    pub fn range(&self, first: usize, theta: f64, y: &mut [f64]) {
+        match self.dense {
+            Dense::Tsit5 => self.neighbours::<STAGES>((first, theta), y),
+            Dense::Hermite => self.neighbours::<{ Dense::Hermite.rates() }>((first, theta), y),
         }
     }
 
@@ -226,6 +231,24 @@ impl<'a> Step<'a> {
             sum += weight * self.rates.at(j * self.n + index);
         }
         self.y0.at(index) + self.h * sum
+    }
+
+    /// Neighbouring components at fraction `theta`, from rates of which there are `RATES`: as [`Step::component`], the way through
+    /// memory worked out once.
+    #[inline(always)]
+    fn neighbours<const RATES: usize>(&self, (first, theta): (usize, f64), y: &mut [f64]) {
+        let weights = self.dense.weights(theta);
+        let Values { all, lanes, lane } = self.rates;
+        let length = (y.len() * lanes).saturating_sub(lanes - 1);
+        let rates: [&[f64]; RATES] = std::array::from_fn(|j| &all[(j * self.n + first) * lanes + lane..][..length]);
+        let start = &self.y0.all[first * lanes + lane..][..length];
+        for (i, value) in y.iter_mut().enumerate() {
+            let mut sum = 0.0;
+            for j in 0..RATES {
+                sum += weights[j] * rates[j][i * lanes];
+            }
+            *value = start[i * lanes] + self.h * sum;
+        }
     }
 }
 

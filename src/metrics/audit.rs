@@ -1,5 +1,7 @@
 //! The books of a run: energy put in, stored and dissipated, each by itself, and the gas of each chamber by its own equation.
 
+use std::ops::Range;
+
 use crate::hammer::chamber;
 use crate::integrate::Step;
 use crate::system::{Coupled, CoupledModel};
@@ -8,10 +10,9 @@ use crate::system::{Coupled, CoupledModel};
 /// ratio of rounding errors says nothing.
 const LEAST_WORK_J: f64 = 1.0;
 /// Longest time between two nodes in s: that of an impact, which bends the modes' velocities.
-const LONGEST_INTERVAL_S: f64 = 1.25e-4;
-/// The same as a share of the condensation's horizon: the fastest mode turns by 3 rad, its squared velocity by less than a whole
-/// period.
-const INTERVAL_SHARE: f64 = 0.75;
+const LONGEST_INTERVAL_S: f64 = 2e-4;
+/// Angle by which the fastest mode turns between two nodes at most, rad: its squared velocity by less than a whole period.
+const INTERVAL_RAD: f64 = 3.0;
 
 /// Follows what the state does not carry: the energy that condensed modes dissipate, `int sum 2 xi omega x'^2 dt`.
 ///
@@ -25,23 +26,23 @@ pub(super) struct Audit {
     next: u64,
     dissipated_j: f64,
     /// Components of the state that condensed modes are read from.
-    support: Vec<usize>,
+    support: Range<usize>,
 }
 
 impl Audit {
     /// Prepares the books of a run of `duration_s`.
     pub fn new(model: &CoupledModel, duration_s: f64) -> Self {
-        let interval = |horizon_s: f64| {
-            let longest_s = (INTERVAL_SHARE * horizon_s).min(LONGEST_INTERVAL_S);
+        let interval = |fastest_rad_s: f64| {
+            let longest_s = (INTERVAL_RAD / fastest_rad_s).min(LONGEST_INTERVAL_S);
             let count = (duration_s / longest_s).ceil().max(1.0);
             // A duration that no budget lets end may have more intervals than there are numbers.
             if count.is_finite() { duration_s / count } else { longest_s }
         };
         Self {
-            interval_s: model.condensed_horizon_s().map(interval),
+            interval_s: model.condensed_fastest_rad_s().map(interval),
             next: 0,
             dissipated_j: 0.0,
-            support: model.layout().structure_displacements().collect(),
+            support: model.layout().structure_displacements(),
         }
     }
 
@@ -58,7 +59,7 @@ impl Audit {
             if t > time_s {
                 return;
             }
-            step.components(&self.support, step.fraction(t), scratch);
+            step.range(self.support.start, step.fraction(t), &mut scratch[self.support.clone()]);
             self.dissipated_j += interval_s * system.condensed_dissipation_w(t, scratch);
             self.next += 1;
         }

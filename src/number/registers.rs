@@ -5,7 +5,8 @@ use pulp::{Arch, WithSimd};
 /// Vector registers that numbers of several rows stand in. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Registers {
-    /// Four rows, in code for any processor of the platform.
+    /// Those of any processor of the platform: four rows, but on x86-64, whose code for any processor has no fused products and calls
+    /// a library for each, rows one by one.
     Any,
     /// Four rows, in the registers of AVX2 with fused products.
     Avx2,
@@ -33,6 +34,7 @@ impl Registers {
     /// How many rows.
     pub fn lanes(self) -> usize {
         match self {
+            Self::Any if cfg!(target_arch = "x86_64") => 1,
             Self::Any | Self::Avx2 => 4,
             Self::Avx512 => 8,
         }

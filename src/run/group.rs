@@ -10,9 +10,11 @@ use super::outcome::RowOutcome;
 use super::row::{outcome, settings};
 use crate::integrate::{End, Integrator, Method, Start, Stopped, Tsit5};
 use crate::metrics::Recorder;
+#[cfg(not(target_arch = "x86_64"))]
+use crate::number::Four;
 #[cfg(target_arch = "x86_64")]
 use crate::number::{EightAvx, FourAvx};
-use crate::number::{Four, Number, Registers};
+use crate::number::{Number, Registers};
 use crate::scene::Scene;
 use crate::system::{CoupledLanes, CoupledModel, Shape, build};
 
@@ -62,6 +64,9 @@ pub fn run_jobs_in(registers: Registers, source: &mut dyn JobSource) {
             Registers::Avx512 => Group::<EightAvx>::new(first, source, &mut waiting).run(),
             #[cfg(target_arch = "x86_64")]
             Registers::Avx2 => Group::<FourAvx>::new(first, source, &mut waiting).run(),
+            #[cfg(target_arch = "x86_64")]
+            Registers::Any => run_alone(source, first.row, first.job),
+            #[cfg(not(target_arch = "x86_64"))]
             _ => Group::<Four>::new(first, source, &mut waiting).run(),
         }
     }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::system::base::Base;
 use crate::system::discrete::Discrete;
-use crate::system::impulse_response::Base;
 use crate::system::model::CoupledModel;
 use crate::system::rates::Rates;
 

@@ -7,7 +7,7 @@
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
 //! - `kernel`: motion of interface points from integrals of the forces on them
-//! - `impulse_response`: impulse-response condensation of the modes to their interface points
+//! - `impulse_response`, `base`: impulse-response condensation of the modes to their interface points, and the modes at a rebase
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
@@ -15,6 +15,7 @@
 //! - `lanes`: rows of one shape side by side
 //! - `integration`: the system as the integrator sees it
 
+mod base;
 mod builder;
 mod coupled;
 mod discrete;

@@ -106,9 +106,9 @@ impl CoupledModel {
         self.gas_constant_j_per_kg_k
     }
 
-    /// Time in s in which the fastest of the condensed modes turns by some radians; `None` if modes are integrated.
-    pub fn condensed_horizon_s(&self) -> Option<f64> {
-        self.condensation.as_ref().map(|condensation| condensation.horizon_s)
+    /// Circular frequency of the fastest of the condensed modes, rad/s; `None` if modes are integrated.
+    pub fn condensed_fastest_rad_s(&self) -> Option<f64> {
+        self.condensation.as_ref().map(|condensation| condensation.fastest_rad_s)
     }
 
     /// State at rest, quadratures zero.

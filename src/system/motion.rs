@@ -10,7 +10,7 @@ impl Coupled {
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
                 let [w, v, _] =
-                    condensation.point(base, t - base.time_s, &y[model.layout.structure_displacements()], node);
+                    base.point(condensation, (t - base.time_s, &y[model.layout.structure_displacements()]), node);
                 (w, v)
             }
             _ => {
