@@ -77,8 +77,8 @@ pub fn text(text: &mut String, rig: &Rig, repeats: usize) {
     let _ = write!(
         text,
         "\n## Rows side by side\n\n{} rows over pressure (4 to 6 bar) and standoff (60 to 100 mm), {DURATION_S} s each: CPU time of one \
-         thread per simulated second of a row, ms.\nFour rows as on any processor (`Any`, fused products are calls of a library), four with \
-         AVX2, eight with AVX-512, as far as this processor has them.\n\n| setting | one by one |",
+         thread per simulated second of a row, ms.\nFour rows with AVX2, eight with AVX-512, as far as this processor has them (`Any` is what runs without them, on \
+         x86-64 rows one by one).\n\n| setting | one by one |",
         LEVELS * LEVELS
     );
     ways.iter().flatten().for_each(|registers| text.push_str(&format!(" {registers:?} |")));

@@ -10,7 +10,7 @@ use crate::system::{Coupled, CoupledModel};
 /// ratio of rounding errors says nothing.
 const LEAST_WORK_J: f64 = 1.0;
 /// Longest time between two nodes in s: that of an impact, which bends the modes' velocities.
-const LONGEST_INTERVAL_S: f64 = 2e-4;
+const LONGEST_INTERVAL_S: f64 = 1.25e-4;
 /// Angle by which the fastest mode turns between two nodes at most, rad: its squared velocity by less than a whole period.
 const INTERVAL_RAD: f64 = 3.0;
 

@@ -279,7 +279,6 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
-    use crate::system::impulse_response::Turn;
     use crate::system::modal::Modes;
 
     /// Two points, three modes: one that floats, one undamped, one damped.
@@ -309,7 +308,7 @@ mod tests {
     #[test]
     fn analytic_step_forces() {
         let modes = modes();
-        let condensation = Condensation::new(&modes, Turn::Short).unwrap();
+        let condensation = Condensation::new(&modes).unwrap();
         let force = [40.0, -15.0];
         let z = |tau: f64| -> Vec<f64> {
             let term = |k: usize| tau.powi(k as i32) / (1..=k).product::<usize>() as f64;
@@ -359,12 +358,9 @@ mod tests {
             phi: DMatrix::from_element(1, 1, 0.5),
         };
         for (omega_squared, damping) in [(f64::NAN, 0.0), (1e6, f64::NAN), (f64::INFINITY, 0.0)] {
-            assert!(
-                Condensation::new(&one(omega_squared, damping), Turn::Short).is_none(),
-                "{omega_squared}, {damping}"
-            );
+            assert!(Condensation::new(&one(omega_squared, damping)).is_none(), "{omega_squared}, {damping}");
         }
-        let floating = Condensation::new(&one(0.0, 0.0), Turn::Short).unwrap();
+        let floating = Condensation::new(&one(0.0, 0.0)).unwrap();
         assert_eq!(floating.horizon_s, f64::INFINITY);
         // A force of 8 N for 3 s on 1 / 0.25 kg: 9 m at 6 m/s.
         let z: Vec<f64> = scaled_powers(3.0)[1..].iter().map(|power| 8.0 * power).collect();

@@ -6,9 +6,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
-use crate::scene::{Environment, HammerUnit, ModeTreatment, Scene, SolverSettings};
+use crate::scene::{Environment, HammerUnit, ModeTreatment, Scene};
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
-use crate::system::impulse_response::{self, Condensation, Turn};
+use crate::system::impulse_response::{self, Condensation};
 use crate::system::layout::Layout;
 use crate::system::modal::{Modes, TiedGuides};
 use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT, Sums};
@@ -136,7 +136,7 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
     check_shapes(scene, modes)?;
     let numbering = Numbering::new(scene)?;
     let modes = excited_modes(modes);
-    let condensation = condensation(&scene.solver, &modes);
+    let condensation = condensation(scene.solver.modes, &modes);
     let count = modes.omega_squared.len();
     let layout = Layout {
         modes: count,
@@ -172,13 +172,13 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
 }
 
 /// The modes condensed, if the scene asks for it or it costs less.
-fn condensation(solver: &SolverSettings, modes: &Modes) -> Option<Condensation> {
-    let condense = match solver.modes {
+fn condensation(treatment: ModeTreatment, modes: &Modes) -> Option<Condensation> {
+    let condense = match treatment {
         ModeTreatment::Automatic => impulse_response::pays(modes),
         ModeTreatment::Integrated => false,
         ModeTreatment::Condensed => true,
     };
-    if condense { Condensation::new(modes, Turn::of(solver.tolerance)) } else { None }
+    if condense { Condensation::new(modes) } else { None }
 }
 
 fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {

@@ -1,4 +1,4 @@
-//! Impulse-response condensation of the structure's modes to its interface points, exact to 1e-7 or 1e-6: no modes in the state.
+//! Impulse-response condensation of the structure's modes to its interface points, exact to about 1e-7: no modes in the state.
 //!
 //! From a base time on, each mode's free motion is known and its response to the interface forces is a convolution with its
 //! impulse response `g`, `g'' + 2 xi omega g' + omega^2 g = 0`, `g(0) = 0`, `g'(0) = 1`. With a polynomial
@@ -19,7 +19,7 @@
 //! `v` and a constant force `-omega^2 q` would cause, so both are one sum over `k`.
 //!
 //! The state carries `ORDER` integrals per interface point instead of two states per mode, and a right-hand side costs nothing
-//! per mode. Before the fastest mode has turned by [`Turn`] the base moves on: the modes are brought up to date and the
+//! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base moves on: the modes are brought up to date and the
 //! integrals start again at zero.
 
 use crate::system::kernel::{Kernel, ORDER};
@@ -28,34 +28,10 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Coefficients of `g`.
 pub(super) const GAMMAS: usize = ORDER - 1;
-/// Angle by which the fastest mode may turn between rebases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Turn {
-    /// 4 rad: with ten coefficients the fastest mode's `g` errs by 1e-7 of its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to
-    /// critical damping by three times that; slower modes err far less.
-    Short,
-    /// 5 rad: ten times these errors for a fifth fewer rebases.
-    Long,
-}
-
-impl Turn {
-    /// Tolerance of the integration from which on the long turn's errors are below those of the steps.
-    const LONG_FROM: f64 = 1e-6;
-
-    /// That for a tolerance.
-    pub fn of(tolerance: f64) -> Self {
-        if tolerance < Self::LONG_FROM { Self::Short } else { Self::Long }
-    }
-
-    /// The angle, rad.
-    const fn rad(self) -> f64 {
-        match self {
-            Self::Short => 4.0,
-            Self::Long => 5.0,
-        }
-    }
-}
-
+/// Angle by which the fastest mode may turn between rebases, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
+/// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less. With
+/// 5 rad there are a third fewer rebases, but ten times these errors, which blows that creep amplify beyond a preset's promise.
+const TURN_RAD: f64 = 4.0;
 /// Time in s that a right-hand side advances by on average, a sixth of a step between contacts.
 const ADVANCE_S: f64 = 8e-6;
 
@@ -71,7 +47,7 @@ pub(super) fn pays(modes: &Modes) -> bool {
     let integrated = count * (3.0 * points + 25.0);
     let rebase = count * order * (2.0 * points + 6.0);
     let condensed = points * order * (3.0 * points + 11.0);
-    condensed + rebase * ADVANCE_S * fastest(modes) / Turn::Short.rad() < integrated
+    condensed + rebase * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
 }
 
 /// Largest magnitude of an eigenvalue of a mode, rad/s: its natural circular frequency unless it is damped aperiodically.
@@ -139,14 +115,14 @@ pub(super) struct Block {
 
 impl Condensation {
     /// Condenses modes; `None`, and they are integrated, for a structure without modes or with one that is not finite.
-    pub fn new(modes: &Modes, turn: Turn) -> Option<Self> {
+    pub fn new(modes: &Modes) -> Option<Self> {
         if modes.omega_squared.is_empty() {
             return None;
         }
         let (count, points) = modes.phi.shape();
         // Infinite for a structure that only floats.
         let fastest_rad_s = fastest(modes);
-        let horizon_s = turn.rad() / fastest_rad_s;
+        let horizon_s = TURN_RAD / fastest_rad_s;
         let mut gamma = DMatrix::zeros(count, GAMMAS);
         for (s, mut row) in gamma.row_iter_mut().enumerate() {
             row.copy_from_slice(&impulse_response(modes.omega_squared[s], modes.damping[s], horizon_s)?);
@@ -231,21 +207,18 @@ mod tests {
     use super::*;
 
     /// The polynomial of a mode against the closed form `g = (exp(a t) - exp(b t)) / (a - b)`, oscillating, nearly critical and
-    /// aperiodic, over the horizon of its faster eigenvalue, short and long.
+    /// aperiodic, over the horizon of its faster eigenvalue.
     #[test]
     fn analytic_impulse_response() {
         let omega = 900.0_f64;
-        let ratios = [0.0, 0.02, 0.5, 0.999, 1.001, 5.0_f64];
-        let cases = ratios.into_iter().flat_map(|ratio| [(ratio, Turn::Short), (ratio, Turn::Long)]);
-        for (ratio, turn) in cases {
+        for ratio in [0.0, 0.02, 0.5, 0.999, 1.001, 5.0_f64] {
             let (decay, rest) = (ratio * omega, (1.0 - ratio * ratio).abs().sqrt() * omega);
             let one = Modes {
                 omega_squared: DVector::from_element(1, omega * omega),
                 damping: DVector::from_element(1, 2.0 * decay),
                 phi: DMatrix::from_element(1, 1, 1.0),
             };
-            let horizon_s = turn.rad() / fastest(&one);
-            let errors = if turn == Turn::Short { [5e-7, 2e-6] } else { [5e-6, 2e-5] };
+            let horizon_s = TURN_RAD / fastest(&one);
             let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s).unwrap();
             for part in 0..=50_u32 {
                 let t = horizon_s * f64::from(part) / 50.0;
@@ -263,8 +236,8 @@ mod tests {
                 };
                 let fade = (-decay * t).exp();
                 let (exact, exact_slope) = (fade * sine / rest, fade * (cosine - decay / rest * sine));
-                assert!((g - exact).abs() * fastest(&one) < errors[0], "ratio {ratio}, {part}: {g} and {exact}");
-                assert!((slope - exact_slope).abs() < errors[1], "ratio {ratio}, {part}: {slope} and {exact_slope}");
+                assert!((g - exact).abs() * fastest(&one) < 5e-7, "ratio {ratio}, {part}: {g} and {exact}");
+                assert!((slope - exact_slope).abs() < 2e-6, "ratio {ratio}, {part}: {slope} and {exact_slope}");
             }
         }
     }
