@@ -281,6 +281,26 @@ impl GaussianProcess {
         }))
     }
 
+    /// By how much squared errors near places are larger than the process expects: the mean of the rows' squared errors when left out,
+    /// each over its variance and weighted with its correlation with the place, and of one row more as expected.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn local_scale(&self, places: &Points) -> Result<Vec<f64>, RegressionError> {
+        self.check_factors(places)?;
+        let squares = self.residuals.errors().iter().zip(self.residuals.std_devs());
+        let squares: Vec<f64> = squares.map(|(error, own)| (error / own) * (error / own)).collect();
+        let scale = |place: usize| {
+            let near = squares.iter().enumerate().map(|(own, square)| {
+                let near = self.correlation(self.points.row(own), places.row(place));
+                [near * square, near]
+            });
+            let [sum, weight] = near.fold([1.0, 1.0], |sums, of| [sums[0] + of[0], sums[1] + of[1]]);
+            sum / weight
+        };
+        Ok((0..places.rows()).map(scale).collect())
+    }
+
     fn check_factors(&self, places: &Points) -> Result<(), RegressionError> {
         if places.nominal() == self.points.nominal() {
             return Ok(());

@@ -8,8 +8,9 @@ use super::ordered::ordered_cholesky;
 use super::points::Points;
 use crate::linalg::{LinalgError, cholesky, cholesky_inverse};
 
-/// Least noise, as a share of the process's variance: below it, rounding decides.
-pub(super) const LEAST_NOISE: f64 = 1e-6;
+/// Least noise, as a share of the process's variance: below it, rounding decides. Far above it, 1e-6 say, it would be what is not known of
+/// a smooth output, and its optimum would not be found to more than three digits.
+pub(super) const LEAST_NOISE: f64 = 1e-10;
 /// Mean and standard deviation of the logarithm of a length, beside half that of the number of factors (Hvarfner, Hellsten and
 /// Nardi, ICML 2024): lengths grow with the number of factors as distances do.
 const LENGTHS: [f64; 2] = [std::f64::consts::SQRT_2, 1.732_050_807_568_877_2];

@@ -126,6 +126,29 @@ fn it_ends_where_the_target_is_reached_and_finds_better_rows_within_a_limit() {
 }
 
 #[test]
+fn rows_at_peaks_meet_the_constraints_and_are_the_same_after_a_pause() {
+    let maximise = |study: &Study, most: &str| {
+        let goal = ["--maximise", "delivered_work_j", "--most-rows", most, "--json"];
+        progress(&expect_code(study.refine(&goal), 0))
+    };
+    let whole = Study::new();
+    let ended = maximise(&whole, "18");
+    assert!(ended["gain"].as_f64().is_some_and(|gain| gain >= 0.0), "{ended}");
+    let rows = whole.rows();
+    assert_eq!(rows.lines().count(), 1 + START + 8);
+    for line in rows.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+        assert!(cells[2] + 10.0 * cells[1] <= 5.5 && (4.0..=6.0).contains(&cells[2]), "{line}");
+        assert_eq!(rows.lines().filter(|other| *other == line).count(), 1, "{line}");
+    }
+    let paused = Study::new();
+    maximise(&paused, "14");
+    maximise(&paused, "18");
+    assert_eq!(paused.rows(), rows);
+    assert_same(&paused.file("out"), &whole.file("out"));
+}
+
+#[test]
 fn shards_of_a_batch_give_the_same_rows_and_bytes() {
     let whole = Study::new();
     expect_code(whole.learn("18"), 0);
