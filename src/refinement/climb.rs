@@ -4,6 +4,8 @@
 const FIRST_STEP: f64 = 0.05;
 /// Step below which a peak is reached.
 const LEAST_STEP: f64 = 1e-6;
+/// How far the next round goes on along the last one's way, as multiples of it.
+const FURTHER: [f64; 2] = [1.0, 3.0];
 /// Rounds at most.
 const MOST_ROUNDS: usize = 200;
 
@@ -19,9 +21,9 @@ pub struct Peak {
 /// Climbs from a place to a peak of `merits`, which tells a criterion of several places at once: `f64::NEG_INFINITY` for one that must not
 /// be taken, so that constraints hold on the way and at the end.
 ///
-/// A pattern search (Hooke and Jeeves, J. ACM 8, 1961): a step to both sides along each factor, then one along all of them to the top of
-/// the parabolas through these, and on as far again as the last round went. The best of them is the next place; where none is better, the
-/// step is a quarter. No derivative is asked for: factors may have levels, and a constraint may cut the ranges anywhere.
+/// A pattern search (Hooke and Jeeves, J. ACM 8, 1961): a step to both sides along each factor, then one along all of them to the tops of
+/// the parabolas through these, one along the slope that they show, and on along the last round's way. The best of them is the next
+/// place; where none is better, the step is a quarter. No derivative is asked for: factors may have levels, and a constraint may cut the ranges anywhere.
 ///
 /// # Errors
 /// Those of `merits`.
@@ -41,14 +43,21 @@ pub fn climb<E>(from: Peak, merits: &mut dyn FnMut(&[Vec<f64>]) -> Result<Vec<f6
             })
             .collect();
         let found = merits(&sides)?;
-        let tops: Vec<f64> = (peak.at.iter().zip(found.chunks_exact(2)))
-            .map(|(at, sides)| (at + step * top([sides[1], peak.merit, sides[0]])).clamp(0.0, 1.0))
-            .collect();
-        let on = last.take().map(|last: Vec<f64>| {
-            let further = |(at, last): (&f64, &f64)| (2.0 * at - last).clamp(0.0, 1.0);
-            peak.at.iter().zip(&last).map(further).collect::<Vec<f64>>()
-        });
-        let beyond: Vec<Vec<f64>> = [Some(tops), on].into_iter().flatten().collect();
+        // Along a factor that is bounded here, the sides say no slope.
+        let slope = |sides: &[f64]| Some(sides[0] - sides[1]).filter(|slope| slope.is_finite()).unwrap_or(0.0);
+        let slopes: Vec<f64> = found.chunks_exact(2).map(slope).collect();
+        let steepest = slopes.iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+        let tops = found.chunks_exact(2).map(|sides| step * top([sides[1], peak.merit, sides[0]])).collect();
+        let mut ways: Vec<Vec<f64>> = vec![tops];
+        if steepest > 0.0 {
+            ways.push(slopes.iter().map(|slope| step * slope / steepest).collect());
+        }
+        if let Some(last) = last.take() {
+            let further = |times: f64| peak.at.iter().zip(&last).map(|(at, last)| times * (at - last)).collect();
+            ways.extend(FURTHER.map(further));
+        }
+        let to = |way: &Vec<f64>| peak.at.iter().zip(way).map(|(at, way)| (at + way).clamp(0.0, 1.0)).collect();
+        let beyond: Vec<Vec<f64>> = ways.iter().map(to).collect();
         let merits_beyond = merits(&beyond)?;
         let all = sides.into_iter().chain(beyond).zip(found.into_iter().chain(merits_beyond));
         let best = all.fold(None, |best: Option<Peak>, (at, merit)| match best {
