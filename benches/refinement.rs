@@ -231,7 +231,7 @@ fn main() {
         "# Refinement beside hypercubes and egobox' optimiser\n\nWritten by `cargo bench --bench refinement`, {SEEDS} seeds each.\n\n\
          Rows until a model predicts {TARGET} of the variance of 1000 new Sobol' points (median, least and most): maximin Latin \
          hypercubes of 3 rows for each factor (at least 12) and {BATCH} more each, and the same first rows with batches of {BATCH} by the \
-         criterion of `decore refine --learn`. For the scenes, the truth is the expected value of a model of their 480 rows, so that it \
+         criterion of `decore refine --learn`. For the scenes, the truth is the expected value of a model of their 1100 rows, so that it \
          has no noise. The goal is {:.0} % on two of three. At most {MOST} rows.\n\n\
          | what | factors | hypercube | refined | share | |\n|---|---|---|---|---|---|\n",
         100.0 * GOAL
