@@ -13,8 +13,8 @@ use std::process::Command;
 
 use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, hypercube, median, q2, sobol};
 use decore::random::{hash, uniform};
-use decore::refinement::{Learned, Side, improving, learning};
-use decore::regression::{GaussianProcess, Points};
+use decore::refinement::{Learned, Peak, Side, climb, improving, learning};
+use decore::regression::{GaussianProcess, Points, RegressionError};
 use rayon::prelude::*;
 use scenes::scenes;
 
@@ -30,6 +30,12 @@ const MOST: usize = 100;
 const PLACES: [usize; 3] = [512, 2048, 512];
 /// How far the latter lie from the best row.
 const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
+/// Candidates from which peaks are climbed to, how far they lie from each other, and how far a peak may lie from them: as in `decore refine`.
+const STARTS: usize = 5;
+const APART: f64 = 0.1;
+const CLIMBED: f64 = 0.03;
+/// Part of the standard deviation that counts in every second row.
+const CAUTIOUS: f64 = 0.1;
 /// Share of a hypercube's rows that is the goal on two of three.
 const GOAL: f64 = 0.7;
 
@@ -73,7 +79,45 @@ fn rows_needed(truth: &Truth<'_>, seed: u64, refined: bool) -> usize {
     points.rows()
 }
 
-/// The least value after so many rows, one at a time after the first; best row by row.
+/// What rows gave, and where the next one may lie: the criterion of `decore refine --minimise`.
+struct Sought<'a> {
+    model: &'a GaussianProcess,
+    best: f64,
+    share: f64,
+}
+
+impl Sought<'_> {
+    fn merits(&self, places: &Points) -> Vec<f64> {
+        improving((self.model, Side::Least), (&[], Some(self.best)), self.share, places).expect("merits")
+    }
+
+    /// The highest of the peaks near the best candidates.
+    fn peak(&self, candidates: &Points) -> Vec<f64> {
+        let merits = self.merits(candidates);
+        let mut order: Vec<usize> = (0..merits.len()).collect();
+        order.sort_by(|a, b| merits[*b].total_cmp(&merits[*a]).then(a.cmp(b)));
+        let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        let mut starts: Vec<Peak> = Vec::new();
+        for place in order {
+            let at = candidates.row(place);
+            if starts.len() < STARTS && starts.iter().all(|start| apart(&start.at, at) > APART) {
+                starts.push(Peak { at: at.to_vec(), merit: merits[place] });
+            }
+        }
+        let climbed = starts.into_iter().map(|start| {
+            let mut merits = |places: &[Vec<f64>]| {
+                let points = Points::new(places.concat(), candidates.nominal().to_vec())?;
+                let near = |place: &Vec<f64>| apart(&start.at, place) <= CLIMBED;
+                let merits = self.merits(&points).into_iter().zip(places);
+                Ok(merits.map(|(merit, place)| if near(place) { merit } else { f64::NEG_INFINITY }).collect())
+            };
+            climb::<RegressionError>(start.clone(), &mut merits).expect("a peak")
+        });
+        climbed.reduce(|best, peak| if peak.merit > best.merit { peak } else { best }).expect("a start").at
+    }
+}
+
+/// The least value after so many rows, one at a time after the first.
 fn least(function: &Function, seed: u64, (start, rows): (usize, usize)) -> f64 {
     let mut points = hypercube(start, function.factors, seed);
     while points.rows() < rows {
@@ -92,10 +136,11 @@ fn least(function: &Function, seed: u64, (start, rows): (usize, usize)) -> f64 {
             let near = Points::new(near, vec![false; function.factors]).expect("points");
             candidates = candidates.with(&near).expect("places");
         }
-        let expected = model.predict(&points.select(&[best])).expect("a prediction")[0].mean;
-        let merits = improving((&model, Side::Least), (&[], Some(expected)), &candidates).expect("merits");
-        let next = (0..merits.len()).fold(0, |next, place| if merits[place] > merits[next] { place } else { next });
-        points = points.with(&candidates.select(&[next])).expect("a row");
+        let expected = model.predict(&points).expect("predictions").into_iter().map(|at| at.mean);
+        let share = if points.rows().is_multiple_of(2) { 1.0 } else { CAUTIOUS };
+        let sought = Sought { model: &model, best: expected.fold(f64::INFINITY, f64::min), share };
+        let next = Points::new(sought.peak(&candidates), vec![false; function.factors]).expect("a place");
+        points = points.with(&next).expect("a row");
     }
     function.values(&points).into_iter().fold(f64::INFINITY, f64::min)
 }
@@ -186,7 +231,7 @@ fn main() {
         "# Refinement beside hypercubes and egobox' optimiser\n\nWritten by `cargo bench --bench refinement`, {SEEDS} seeds each.\n\n\
          Rows until a model predicts {TARGET} of the variance of 1000 new Sobol' points (median, least and most): maximin Latin \
          hypercubes of 3 rows for each factor (at least 12) and {BATCH} more each, and the same first rows with batches of {BATCH} by the \
-         criterion of `decore refine --learn`. For the scenes, the truth is the expected value of a model of their 480 rows, so that it \
+         criterion of `decore refine --learn`. For the scenes, the truth is the expected value of a model of their 1100 rows, so that it \
          has no noise. The goal is {:.0} % on two of three. At most {MOST} rows.\n\n\
          | what | factors | hypercube | refined | share | |\n|---|---|---|---|---|---|\n",
         100.0 * GOAL

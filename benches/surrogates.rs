@@ -13,13 +13,17 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, hypercube, median, q2, sobol};
+use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, median, plain_hypercube, q2, sobol};
 use decore::random::hash;
 use decore::regression::{GaussianProcess, Points};
+use rayon::prelude::*;
 use scenes::{Scene, scenes};
 
-/// Tables of 60 rows of each case, other ones each; of more rows one, as SMT takes minutes.
-const REPEATS: u64 = 3;
+/// Tables of each case that all programs see, other ones each: of up to 60 rows, and of more, as SMT takes minutes.
+const REPEATS: [u64; 2] = [3, 1];
+/// Tables of each case whose intervals are counted: of up to 60, up to 240 and more rows. One table of 60 rows says its own share to five
+/// in a hundred at best.
+const COUNTED: [(usize, u64); 3] = [(60, 40), (240, 10), (usize::MAX, 2)];
 /// Rows that no model knows.
 const NEW_ROWS: usize = 1000;
 /// What Q2 may fall short of the better of the others.
@@ -49,7 +53,7 @@ struct Worth {
 
 fn of_function(function: &Function, rows: usize, repeat: u64) -> Case {
     let part = |points: Points| Part { values: function.values(&points), points };
-    let known = hypercube(rows, function.factors, repeat);
+    let known = plain_hypercube(rows, function.factors, repeat);
     let known = [part(known), part(sobol(NEW_ROWS, function.factors, 1000 + repeat))];
     Case { name: format!("{}, {rows} rows", function.name), known }
 }
@@ -109,18 +113,21 @@ fn main() {
     let scenes = scenes();
     let mut text = format!(
         "# Surrogates beside SMT and egobox\n\nWritten by `cargo bench --bench surrogates`: the Gaussian process of `decore surrogate` \
-         beside `smt.surrogate_models.KRG` and `egobox.Gpx` at their own defaults, of the same tables. Functions: maximin Latin \
-         hypercubes and {NEW_ROWS} new Sobol' points; scenes: some of 480 rows that were run, the others are new. Medians of {REPEATS} \
-         tables of 60 rows, one of more. Q2 and the share that 95 % intervals hold are those of the new rows; SMT's and egobox's intervals are \
-         1.96 of their standard deviations. Times are wall times of the fit in this run, SMT's and egobox's over decore's; in brackets \
+         beside `smt.surrogate_models.KRG` and `egobox.Gpx` at their own defaults, of the same tables. Functions: Latin \
+         hypercubes as studies have them by default and {NEW_ROWS} new Sobol' points; scenes: some of 1100 rows that were run, the others are \
+         new. Medians of {} tables of 60 rows, {} of more; of decore's intervals the mean of {} tables of 60 rows, {} of 240 and {} of more, \
+         with the least and the most. Q2 and the share that 95 % intervals hold are those of the new rows; SMT's and egobox's intervals \
+         are 1.96 of their standard deviations. Times are wall times of the fit in this run, SMT's and egobox's over decore's; in brackets \
          with the folds that decore's intervals come from. The machine had other work besides, so that only ratios mean something.\n\n\
          | table | Q2 decore | SMT | egobox | held, % | SMT | egobox | decore, s | SMT / decore | egobox / decore |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n"
+         |---|---|---|---|---|---|---|---|---|---|\n",
+        REPEATS[0], REPEATS[1], COUNTED[0].1, COUNTED[1].1, COUNTED[2].1
     );
     let mut missed = Vec::new();
     for rows in sizes {
-        let repeats = if rows > 60 { 1 } else { REPEATS };
-        let mut makers: Vec<Box<dyn Fn(u64) -> Case>> = Vec::new();
+        let repeats = if rows > 60 { REPEATS[1] } else { REPEATS[0] };
+        let counted = COUNTED.iter().find(|(most, _)| rows <= *most).map_or(1, |(_, tables)| *tables);
+        let mut makers: Vec<Box<dyn Fn(u64) -> Case + Sync>> = Vec::new();
         for function in [ISHIGAMI, G, OTL, BOREHOLE] {
             makers.push(Box::new(move |repeat| of_function(&function, rows, repeat)));
         }
@@ -131,7 +138,8 @@ fn main() {
         }
         for maker in makers {
             let cases: Vec<Case> = (0..repeats).map(&maker).collect();
-            let (line, fault) = compared(&python, &cases);
+            let held = (0..counted).into_par_iter().map(|repeat| ours(&maker(repeat)).0.coverage).collect::<Vec<f64>>();
+            let (line, fault) = compared(&python, &cases, &held);
             eprint!("{line}");
             text += &line;
             missed.extend(fault);
@@ -148,13 +156,15 @@ fn main() {
     support::write_section("surrogates", &text);
 }
 
-/// The line of the table, and what is missed.
-fn compared(python: &str, cases: &[Case]) -> (String, Option<String>) {
+/// The line of the table, and what is missed; `shares`: what the intervals of each counted table hold.
+fn compared(python: &str, cases: &[Case], shares: &[f64]) -> (String, Option<String>) {
     let own: Vec<(Worth, f64)> = cases.iter().map(ours).collect();
     let others = theirs(python, cases);
     let middle = |of: &dyn Fn(usize) -> f64| median((0..cases.len()).map(of).collect());
-    let [q2, held, time] =
-        [middle(&|case| own[case].0.q2), middle(&|case| own[case].0.coverage), middle(&|case| own[case].0.fit_s)];
+    let [q2, time] = [middle(&|case| own[case].0.q2), middle(&|case| own[case].0.fit_s)];
+    let held = shares.iter().sum::<f64>() / shares.len() as f64;
+    let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = shares.iter().copied().fold(0.0, f64::max);
     let with_folds = middle(&|case| own[case].1);
     let [smt, egobox] = [0, 1].map(|program| {
         let of = |worth: &dyn Fn(&Worth) -> f64| middle(&|case| worth(&others[case][program]));
@@ -162,10 +172,12 @@ fn compared(python: &str, cases: &[Case]) -> (String, Option<String>) {
     });
     let name = &cases[0].name;
     let line = format!(
-        "| {name} | {q2:.4} | {:.4} | {:.4} | {:.1} | {:.1} | {:.1} | {time:.2} ({with_folds:.2}) | {:.1} | {:.1} |\n",
+        "| {name} | {q2:.4} | {:.4} | {:.4} | {:.1} ({:.1} to {:.1}) | {:.1} | {:.1} | {time:.2} ({with_folds:.2}) | {:.1} | {:.1} |\n",
         smt.q2,
         egobox.q2,
         100.0 * held,
+        100.0 * least,
+        100.0 * most,
         100.0 * smt.coverage,
         100.0 * egobox.coverage,
         smt.fit_s / time,

@@ -76,9 +76,16 @@ fn points(kind: Kind, factors: usize, seed: u64) -> Points {
 }
 
 /// A maximin Latin hypercube.
+#[allow(dead_code, reason = "each bench has the designs that it compares on")]
 pub fn hypercube(rows: usize, factors: usize, seed: u64) -> Points {
     let kind = HypercubeKind::Maximin;
     points(Kind::LatinHypercube(LatinHypercube { rows, kind, ..LatinHypercube::default() }), factors, seed)
+}
+
+/// A Latin hypercube at random among all, as studies have it by default.
+#[allow(dead_code, reason = "each bench has the designs that it compares on")]
+pub fn plain_hypercube(rows: usize, factors: usize, seed: u64) -> Points {
+    points(Kind::LatinHypercube(LatinHypercube { rows, ..LatinHypercube::default() }), factors, seed)
 }
 
 /// Scrambled Sobol' points.

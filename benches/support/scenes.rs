@@ -12,7 +12,7 @@ use decore::study::DesignOutline;
 const THREE_HAMMERS: &str = r#"
 [design]
 kind = "latin_hypercube"
-rows = 480
+rows = 1100
 seed = 1
 
 [design.factor.pressure_one]
@@ -49,7 +49,7 @@ pub struct Scene {
 /// The outputs that are modelled.
 pub const OUTPUTS: [&str; 2] = ["delivered_work_j", "max_casting_point_velocity_m_s"];
 
-/// 480 rows of the placement study and of three hammers: run by the built program, which goes on where it was stopped.
+/// 1100 rows of the placement study and of three hammers: run by the built program, which goes on where it was stopped.
 pub fn scenes() -> Vec<Scene> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
@@ -57,7 +57,7 @@ pub fn scenes() -> Vec<Scene> {
     let text = std::fs::read_to_string(studies.join("three_hammers.toml")).expect("a study");
     let three = folder.join("three_hammers.toml");
     std::fs::write(&three, text + THREE_HAMMERS).expect("written");
-    let placement = run(&studies.join("placement.toml"), &folder.join("placement"), &["--set", "design.rows=480"]);
+    let placement = run(&studies.join("placement.toml"), &folder.join("placement"), &["--set", "design.rows=1100"]);
     let three = run(&three, &folder.join("three_hammers"), &[]);
     vec![scene("placement", &placement), scene("three_hammers", &three)]
 }

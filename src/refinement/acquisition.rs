@@ -43,6 +43,8 @@ struct Unknown<'a> {
     of: &'a Learned<'a>,
     /// What is expected there.
     means: Vec<f64>,
+    /// By how much squared errors are larger there than the process expects.
+    scales: Vec<f64>,
     covariances: DMatrix<f64>,
     noise: f64,
 }
@@ -50,8 +52,9 @@ struct Unknown<'a> {
 /// The candidates, in order, that leave the least variance over all candidates when they are run: each takes off
 /// `sum_r w_r c(r, x)^2 / (c(x, x) + noise)`, `c` the covariances with those before it known (integrated variance, as the active
 /// learning of Cohn, J. Artif. Intell. Res. 4, 1996, for Gaussian processes), times the probability that a run there has the output;
-/// each output relative to its variance over the candidates. `w` is 1; for a boundary the density of the expected value there
-/// (targeted integrated variance: Picheny, Ginsbourger, Roustant, Haftka and Kim, J. Mech. Des. 132, 2010).
+/// each output relative to its variance over the candidates. `w` is what errors of rows left out near there say of the variance
+/// ([`GaussianProcess::local_scale`]): lengths are the same everywhere, an output may not be. For a boundary it is the density of the
+/// expected value there (targeted integrated variance: Picheny, Ginsbourger, Roustant, Haftka and Kim, J. Mech. Des. 132, 2010).
 ///
 /// # Errors
 /// Those of [`GaussianProcess::covariances`].
@@ -60,7 +63,8 @@ pub fn learning(outputs: &[Learned<'_>], candidates: &Points, batch: usize) -> R
     for of in outputs {
         let means = of.process.predict(candidates)?.iter().map(|at| at.mean).collect();
         let covariances = of.process.covariances(candidates)?;
-        left.push(Unknown { of, means, covariances, noise: of.process.noise_std_dev().powi(2) });
+        let scales = of.process.local_scale(candidates)?;
+        left.push(Unknown { of, means, scales, covariances, noise: of.process.noise_std_dev().powi(2) });
     }
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < batch.min(candidates.rows()) {
@@ -78,7 +82,7 @@ impl Unknown<'_> {
         let variances = self.covariances.diagonal();
         let least = ROUNDING * variances.max();
         let weights: Vec<f64> = match self.of.boundary {
-            None => vec![1.0; gains.len()],
+            None => self.scales.clone(),
             Some(value) => (self.means.iter().zip(&variances))
                 .map(|(mean, variance)| if *variance > least { density(value - mean, *variance) } else { 0.0 })
                 .collect(),
@@ -169,13 +173,15 @@ impl Limited<'_> {
 }
 
 /// Logarithm of the expected improvement of an output over `best` times the probability of each place to be within the limits;
-/// without a best, of that probability alone (Schonlau, Welch and Jones, 1998).
+/// without a best, of that probability alone (Schonlau, Welch and Jones, 1998). `share`: which part of the standard deviation counts:
+/// 1 for the expected improvement, less for one that trusts what is expected the more.
 ///
 /// # Errors
 /// Those of [`GaussianProcess::predict`].
 pub fn improving(
     (process, side): (&GaussianProcess, Side),
     (limits, best): (&[Limited<'_>], Option<f64>),
+    share: f64,
     places: &Points,
 ) -> Result<Vec<f64>, RegressionError> {
     let mut merits = vec![0.0; places.rows()];
@@ -183,7 +189,7 @@ pub fn improving(
         let noise = process.noise_std_dev().powi(2);
         for (merit, at) in merits.iter_mut().zip(process.predict(places)?) {
             let own = (at.std_dev * at.std_dev - noise).max(0.0).sqrt();
-            *merit = log_improvement(side.sign() * (best - at.mean), own);
+            *merit = log_improvement(side.sign() * (best - at.mean), share * own);
         }
     }
     for limit in limits {

@@ -16,15 +16,21 @@ const NEAR: u64 = 0x6e65_6172;
 /// Collects candidates: none is a row already, each meets all constraints and describes a scene.
 pub(super) struct Collector<'a> {
     study: &'a CheckedStudy,
+    /// Rows that there are.
     taken: HashSet<Vec<String>>,
+    /// Candidates, each once.
+    seen: HashSet<Vec<String>>,
     /// Values of all factors, in the study's order, as cells of a table that read back the same.
     pub found: Vec<Vec<String>>,
+    /// Where each of them lies in the ranges of the factors, 0 to 1.
+    pub shares: Vec<Vec<f64>>,
 }
 
 impl<'a> Collector<'a> {
     pub fn new(study: &'a CheckedStudy) -> Self {
         let row = |row: usize| cells(&study.row_values(row));
-        Self { study, taken: (0..study.row_count()).map(row).collect(), found: Vec::new() }
+        let taken = (0..study.row_count()).map(row).collect();
+        Self { study, taken, seen: HashSet::new(), found: Vec::new(), shares: Vec::new() }
     }
 
     /// So many Sobol' points, scrambled by the seed.
@@ -59,15 +65,38 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    fn add(&mut self, levels: Vec<Level>) -> Result<(), RefinementError> {
-        if !self.study.meets(&levels)? || self.study.scene_at(&levels).is_err() {
-            return Ok(());
+    /// The cells of a place by its shares of the ranges; `None` where no row may be run, or one is there.
+    pub fn cells_at(&self, shares: &[f64]) -> Result<Option<Vec<String>>, RefinementError> {
+        let factors = self.study.design().factors();
+        let level = |(share, factor): (&f64, &Factor)| Coordinate::Probability(*share).level(&factor.distribution);
+        self.allowed(&shares.iter().zip(factors).map(level).collect::<Vec<Level>>())
+    }
+
+    /// A row that is to be run: no candidate any more.
+    pub fn take(&mut self, row: &[String]) {
+        if let Some(place) = self.found.iter().position(|found| found == row) {
+            self.found.remove(place);
+            self.shares.remove(place);
         }
-        let row = cells(&self.study.values_at(&levels));
-        if self.taken.insert(row.clone()) {
-            self.found.push(row);
+        self.taken.insert(row.to_vec());
+    }
+
+    fn add(&mut self, levels: Vec<Level>) -> Result<(), RefinementError> {
+        if let Some(cells) = self.allowed(&levels)? {
+            let unit = |(level, factor): (&Level, &Factor)| Coordinate::Value(*level).unit(&factor.distribution);
+            if self.seen.insert(cells.clone()) {
+                self.shares.push(levels.iter().zip(self.study.design().factors()).map(unit).collect());
+                self.found.push(cells);
+            }
         }
         Ok(())
+    }
+
+    fn allowed(&self, levels: &[Level]) -> Result<Option<Vec<String>>, RefinementError> {
+        if !self.study.meets(levels)? || self.study.scene_at(levels).is_err() {
+            return Ok(None);
+        }
+        Ok(Some(cells(&self.study.values_at(levels))).filter(|cells| !self.taken.contains(cells)))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::acquisition::{Learned, Limited, Side, improving, learning};
 use super::candidates::Collector;
+use super::climb::{Peak, climb};
 use super::error::RefinementError;
 use super::goal::{Aim, Goal, Limit, Target};
 use super::progress::{Best, Boundary, OutputProgress, Progress};
@@ -21,6 +22,16 @@ const SEARCHED: usize = 2048;
 const NEAR_BEST: usize = 512;
 /// How far they lie from it, as a share of the ranges.
 const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
+
+/// Candidates from which peaks are climbed to.
+const STARTS: usize = 5;
+/// How far they lie from each other along one factor at least, as a share of its range.
+const APART: f64 = 0.1;
+/// How far a peak may lie from its candidate along each factor: a model of few rows has its highest peaks at the corners of the ranges,
+/// where it knows the least.
+const CLIMBED: f64 = 0.03;
+/// Part of the standard deviation that counts in every second row: those follow what is expected, the others what may be.
+const CAUTIOUS: f64 = 0.1;
 
 /// How rows are proposed.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,6 +121,18 @@ struct Wanted<'a> {
     gain: Option<f64>,
 }
 
+/// What a place is judged by.
+#[derive(Clone, Copy)]
+struct Seeking<'a> {
+    process: &'a GaussianProcess,
+    side: Side,
+    limits: &'a [Limited<'a>],
+    /// What is to be improved on.
+    best: Option<f64>,
+    /// Part of the standard deviation that counts.
+    share: f64,
+}
+
 /// What proposals are made from.
 struct Task<'a> {
     study: &'a CheckedStudy,
@@ -175,32 +198,94 @@ impl<'a> Task<'a> {
                 collector.near(&levels, (NEAR_BEST, reach), hash(self.seed, 1, stage as u64))?;
             }
         }
-        let places = self.places(&collector.found)?;
-        let success = self.success_of_all(&places)?;
         let mut believed: Vec<GaussianProcess> = self.outputs.iter().map(|of| of.process.process.clone()).collect();
-        let mut chosen: Vec<usize> = Vec::new();
-        let mut best = progress.best.as_ref().map(|best| best.expected);
-        while chosen.len() < batch.min(places.rows()) {
-            let limited: Vec<Limited<'_>> =
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        let mut best = self.expected(wanted)?;
+        while rows.len() < batch {
+            let limits: Vec<Limited<'_>> =
                 wanted.limits.iter().filter_map(|limit| self.limited(&believed, limit)).collect();
-            let mut merits = improving((&believed[0], wanted.side), (&limited, best), &places)?;
-            merits.iter_mut().zip(&success).for_each(|(merit, success)| *merit += success);
-            let free = (0..merits.len()).filter(|place| !chosen.contains(place));
-            let Some(next) = free.max_by(|a, b| merits[*a].total_cmp(&merits[*b]).then(b.cmp(a))) else { break };
-            if chosen.is_empty() && best.is_some() {
-                progress.gain = Some(merits[next].exp());
+            let bold = (self.study.row_count() + rows.len()).is_multiple_of(2);
+            let share = if bold { 1.0 } else { CAUTIOUS };
+            let seeking = Seeking { process: &believed[0], side: wanted.side, limits: &limits, best, share };
+            let Some((next, merit)) = self.peak(&seeking, &mut collector)? else { break };
+            if rows.is_empty() && best.is_some() {
+                // What a run may gain is told by the expected improvement itself, also where the row is chosen by less.
+                let merit = if bold { merit } else { self.merits(&Seeking { share: 1.0, ..seeking }, &next)?[0] };
+                progress.gain = Some(merit.exp());
                 progress.reached = wanted.gain.zip(progress.gain).is_some_and(|(least, gain)| gain < least);
                 if progress.reached {
                     break;
                 }
             }
-            chosen.push(next);
-            for at in believed[0].predict(&places.select(&[next]))? {
+            for at in believed[0].predict(&self.places(&next)?)? {
                 best = best.map(|best| better(wanted.side, [best, at.mean]));
             }
-            believed = self.believed(&places.select(&chosen))?;
+            rows.extend(next);
+            believed = self.believed(&self.places(&rows)?)?;
         }
-        Ok(Proposal::new(progress, &collector, chosen))
+        Ok(Proposal { progress, rows })
+    }
+
+    /// The highest peak that is reached from the candidates of the largest merit, [`APART`] from each other, and its merit; it is a
+    /// candidate then.
+    fn peak(
+        &self,
+        seeking: &Seeking<'_>,
+        collector: &mut Collector<'_>,
+    ) -> Result<Option<(Vec<Vec<String>>, f64)>, RefinementError> {
+        let merits = self.merits(seeking, &collector.found)?;
+        let mut order: Vec<usize> = (0..merits.len()).collect();
+        order.sort_by(|a, b| merits[*b].total_cmp(&merits[*a]).then(a.cmp(b)));
+        let mut starts: Vec<Peak> = Vec::new();
+        for place in order {
+            let at = &collector.shares[place];
+            if starts.len() < STARTS && starts.iter().all(|start| farthest([&start.at, at]) > APART) {
+                starts.push(Peak { at: at.clone(), merit: merits[place] });
+            }
+        }
+        let mut best: Option<(Peak, Vec<String>)> = None;
+        for start in starts {
+            let near = &*collector;
+            let mut merits = |places: &[Vec<f64>]| self.merits_at(seeking, near, (&start.at, places));
+            let peak = climb(start.clone(), &mut merits)?;
+            if best.as_ref().is_none_or(|(best, _)| peak.merit > best.merit)
+                && let Some(cells) = collector.cells_at(&peak.at)?
+            {
+                best = Some((peak, cells));
+            }
+        }
+        Ok(best.map(|(peak, cells)| {
+            collector.take(&cells);
+            (vec![cells], peak.merit)
+        }))
+    }
+
+    /// Merits of places by their shares of the ranges: none more than [`CLIMBED`] from the start, nor where no row may be run.
+    fn merits_at(
+        &self,
+        seeking: &Seeking<'_>,
+        collector: &Collector<'_>,
+        (start, places): (&[f64], &[Vec<f64>]),
+    ) -> Result<Vec<f64>, RefinementError> {
+        let cells = |place: &Vec<f64>| {
+            if farthest([start, place]) > CLIMBED { Ok(None) } else { collector.cells_at(place) }
+        };
+        let cells = places.iter().map(cells).collect::<Result<Vec<Option<Vec<String>>>, RefinementError>>()?;
+        let allowed: Vec<Vec<String>> = cells.iter().flatten().cloned().collect();
+        if allowed.is_empty() {
+            return Ok(vec![f64::NEG_INFINITY; places.len()]);
+        }
+        let mut merits = self.merits(seeking, &allowed)?.into_iter();
+        Ok(cells.iter().map(|cells| cells.as_ref().and_then(|_| merits.next()).unwrap_or(f64::NEG_INFINITY)).collect())
+    }
+
+    /// Merits of candidates, and how likely runs there have all outputs.
+    fn merits(&self, seeking: &Seeking<'_>, candidates: &[Vec<String>]) -> Result<Vec<f64>, RefinementError> {
+        let places = self.places(candidates)?;
+        let of = (seeking.limits, seeking.best);
+        let mut merits = improving((seeking.process, seeking.side), of, seeking.share, &places)?;
+        merits.iter_mut().zip(self.success_of_all(&places)?).for_each(|(merit, success)| *merit += success);
+        Ok(merits)
     }
 
     /// Candidates over the whole ranges.
@@ -244,26 +329,37 @@ impl<'a> Task<'a> {
 
     /// The row with the best value among those within the limits.
     fn best(&self, wanted: &Wanted<'_>) -> Result<Option<Best>, RegressionError> {
-        let value_of = |output: usize, row: usize| {
-            let of = self.outputs[output].process;
-            of.rows.binary_search(&row).ok().map(|place| of.values[place])
-        };
-        let within = |row: usize| {
-            let holds = |limit: &Limit| {
-                let value = self.place_of(limit).and_then(|output| value_of(output, row));
-                value.is_some_and(|value| limit.holds(value))
-            };
-            wanted.limits.iter().all(holds)
-        };
         let own = self.outputs[0].process;
-        let rows = own.rows.iter().zip(&own.values).filter(|(row, _)| within(**row));
+        let rows = self.within(wanted).into_iter().map(|place| (own.rows[place], own.values[place]));
         let found = rows.fold(None, |best: Option<(usize, f64)>, (row, value)| match best {
-            Some((_, least)) if better(wanted.side, [least, *value]) == least => best,
-            _ => Some((*row, *value)),
+            Some((_, least)) if better(wanted.side, [least, value]) == least => best,
+            _ => Some((row, value)),
         });
         let Some((row, value)) = found else { return Ok(None) };
         let at = own.process.predict(&self.model.points.select(&[row]))?;
         Ok(at.first().map(|at| Best { row: self.model.rows[row], value, expected: at.mean, std_dev: at.std_dev }))
+    }
+
+    /// The best that the model expects of a row within the limits: what is to be improved on, noise left out.
+    fn expected(&self, wanted: &Wanted<'_>) -> Result<Option<f64>, RegressionError> {
+        let own = self.outputs[0].process;
+        let rows: Vec<usize> = self.within(wanted).into_iter().map(|place| own.rows[place]).collect();
+        let means = own.process.predict(&self.model.points.select(&rows))?.into_iter().map(|at| at.mean);
+        Ok(means.reduce(|best, mean| better(wanted.side, [best, mean])))
+    }
+
+    /// The rows within the limits, by their places among those that have the output.
+    fn within(&self, wanted: &Wanted<'_>) -> Vec<usize> {
+        let value_of = |output: usize, row: usize| {
+            let of = self.outputs[output].process;
+            of.rows.binary_search(&row).ok().map(|place| of.values[place])
+        };
+        let holds = |limit: &Limit, row: usize| {
+            let value = self.place_of(limit).and_then(|output| value_of(output, row));
+            value.is_some_and(|value| limit.holds(value))
+        };
+        let rows = self.outputs[0].process.rows.iter().enumerate();
+        rows.filter(|(_, row)| wanted.limits.iter().all(|limit| holds(limit, **row))).map(|(place, _)| place).collect()
     }
 
     fn places(&self, candidates: &[Vec<String>]) -> Result<Points, SurrogateError> {
@@ -319,4 +415,9 @@ fn better(side: Side, [a, b]: [f64; 2]) -> f64 {
         Side::Least => a.min(b),
         Side::Most => a.max(b),
     }
+}
+
+/// How far two places lie from each other along the factor in which they differ most.
+fn farthest([a, b]: [&[f64]; 2]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }

@@ -122,9 +122,12 @@ impl GaussianProcess {
         let pairs = Pairs::new(points);
         let unit = unit(values);
         let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, values: &unit };
-        let found = minimise(self.hyperparameters.logarithms(), WITHOUT_FOLD, &mut |at| likelihood.sloped(at));
-        let of =
-            found.map_or_else(|| self.hyperparameters.clone(), |found| Hyperparameters::from_logarithms(&found.at));
+        let found =
+            minimise(self.hyperparameters.logarithms(values.len()), WITHOUT_FOLD, &mut |at| likelihood.sloped(at));
+        let of = found.map_or_else(
+            || self.hyperparameters.clone(),
+            |found| Hyperparameters::from_logarithms(&found.at, values.len()),
+        );
         let solved = Likelihood { values, ..likelihood }.solve(&of)?;
         Ok(Self::of(points, values, (self.kernel, of, solved)))
     }
@@ -138,7 +141,8 @@ impl GaussianProcess {
         let unit = unit(values);
         let pairs = Pairs::new(points);
         let minimum = search(points, &unit, &Likelihood { kernel, pairs: &pairs, values: &unit });
-        let of = minimum.map_or_else(|| usual(points.factors()), |found| Hyperparameters::from_logarithms(&found.at));
+        let found = minimum.map_or_else(|| Hyperparameters::start(points.factors(), STARTS[1]), |found| found.at);
+        let of = Hyperparameters::from_logarithms(&found, values.len());
         let of = of.rounded();
         let solved = Likelihood { kernel, pairs: &pairs, values }.solve(&of)?;
         Ok(Self::of(points, values, (kernel, of, solved)))
@@ -281,6 +285,26 @@ impl GaussianProcess {
         }))
     }
 
+    /// By how much squared errors near places are larger than the process expects: the mean of the rows' squared errors when left out,
+    /// each over its variance and weighted with its correlation with the place, and of one row more as expected.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn local_scale(&self, places: &Points) -> Result<Vec<f64>, RegressionError> {
+        self.check_factors(places)?;
+        let squares = self.residuals.errors().iter().zip(self.residuals.std_devs());
+        let squares: Vec<f64> = squares.map(|(error, own)| (error / own) * (error / own)).collect();
+        let scale = |place: usize| {
+            let near = squares.iter().enumerate().map(|(own, square)| {
+                let near = self.correlation(self.points.row(own), places.row(place));
+                [near * square, near]
+            });
+            let [sum, weight] = near.fold([1.0, 1.0], |sums, of| [sums[0] + of[0], sums[1] + of[1]]);
+            sum / weight
+        };
+        Ok((0..places.rows()).map(scale).collect())
+    }
+
     fn check_factors(&self, places: &Points) -> Result<(), RegressionError> {
         if places.nominal() == self.points.nominal() {
             return Ok(());
@@ -330,10 +354,6 @@ fn shuffled(rows: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..rows).collect();
     order.sort_by_key(|row| hash(CHOICE, 0, *row as u64));
     order
-}
-
-fn usual(factors: usize) -> Hyperparameters {
-    Hyperparameters::from_logarithms(&Hyperparameters::start(factors, STARTS[1]))
 }
 
 /// Lengths and noise of the largest posterior density: starts are compared on some of the rows, the best is followed on all.

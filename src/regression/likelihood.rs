@@ -8,8 +8,15 @@ use super::ordered::ordered_cholesky;
 use super::points::Points;
 use crate::linalg::{LinalgError, cholesky, cholesky_inverse};
 
-/// Least noise, as a share of the process's variance: below it, rounding decides.
-pub(super) const LEAST_NOISE: f64 = 1e-6;
+/// Least noise of so many rows, as a share of the process's variance: below it, rounding decides, of more rows the sooner. Far above it
+/// the noise would stand for what is not known of a smooth output, and of few rows an optimum would not be found to more than three
+/// digits.
+pub(super) fn least_noise(rows: usize) -> f64 {
+    if rows <= FEW_ROWS { 1e-10 } else { 1e-6 }
+}
+
+/// Rows up to which rounding is small.
+const FEW_ROWS: usize = 320;
 /// Mean and standard deviation of the logarithm of a length, beside half that of the number of factors (Hvarfner, Hellsten and
 /// Nardi, ICML 2024): lengths grow with the number of factors as distances do.
 const LENGTHS: [f64; 2] = [std::f64::consts::SQRT_2, 1.732_050_807_568_877_2];
@@ -26,18 +33,19 @@ pub struct Hyperparameters {
 }
 
 impl Hyperparameters {
-    /// From the logarithms that are searched over.
-    pub(super) fn from_logarithms(logarithms: &[f64]) -> Self {
+    /// From the logarithms that are searched over, for so many rows.
+    pub(super) fn from_logarithms(logarithms: &[f64], rows: usize) -> Self {
         let (noise, weights) = logarithms.split_last().unwrap_or((&0.0, &[]));
         Self {
             weights: weights.iter().map(|weight| libm::exp(*weight)).collect(),
-            noise: LEAST_NOISE + libm::exp(*noise),
+            noise: least_noise(rows) + libm::exp(*noise),
         }
     }
 
-    /// The logarithms that are searched over.
-    pub(super) fn logarithms(&self) -> Vec<f64> {
-        let noise = (self.noise - LEAST_NOISE).max(0.01 * LEAST_NOISE);
+    /// The logarithms that are searched over, for so many rows.
+    pub(super) fn logarithms(&self, rows: usize) -> Vec<f64> {
+        let least = least_noise(rows);
+        let noise = (self.noise - least).max(0.01 * least);
         self.weights.iter().chain([&noise]).map(|value| libm::log(value.max(f64::MIN_POSITIVE))).collect()
     }
 
@@ -135,7 +143,7 @@ impl Likelihood<'_> {
     /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights and noise; `None` where the
     /// correlations have no Cholesky factor.
     pub fn sloped(&self, logarithms: &[f64]) -> Option<Sloped> {
-        let of = Hyperparameters::from_logarithms(logarithms);
+        let of = Hyperparameters::from_logarithms(logarithms, self.pairs.rows);
         let (values, slopes): (Vec<f64>, Vec<f64>) =
             self.pairs.distances(&of.weights).iter().map(|squared| self.kernel.with_slope(*squared)).unzip();
         let factor = cholesky(self.pairs.matrix(&values, of.noise)).ok()?;
@@ -157,7 +165,7 @@ impl Likelihood<'_> {
             .collect();
         let diagonal = solved.inverse.diagonal();
         let trace: f64 = (0..self.pairs.rows).map(|row| solved.alpha[row] * scaled[row] - diagonal[row]).sum();
-        slope.push(-0.5 * trace * (of.noise - LEAST_NOISE));
+        slope.push(-0.5 * trace * (of.noise - least_noise(self.pairs.rows)));
         let prior = prior(logarithms, &mut slope);
         let value = prior - solved.log_likelihood;
         (value.is_finite() && slope.iter().all(|part| part.is_finite())).then_some((value, slope))

@@ -1,0 +1,114 @@
+//! From a place to the peak of a criterion near it.
+
+/// First step along each factor, as a share of its range.
+const FIRST_STEP: f64 = 0.05;
+/// Step below which a peak is reached.
+const LEAST_STEP: f64 = 1e-6;
+/// How far the next round goes on along the last one's way, as multiples of it.
+const FURTHER: [f64; 2] = [1.0, 3.0];
+/// Rounds at most.
+const MOST_ROUNDS: usize = 200;
+
+/// A place by the shares of the factors' ranges, 0 to 1, and what a criterion says of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Peak {
+    /// The shares.
+    pub at: Vec<f64>,
+    /// The criterion there.
+    pub merit: f64,
+}
+
+/// Climbs from a place to a peak of `merits`, which tells a criterion of several places at once: `f64::NEG_INFINITY` for one that must not
+/// be taken, so that constraints hold on the way and at the end.
+///
+/// A pattern search (Hooke and Jeeves, J. ACM 8, 1961): a step to both sides along each factor, then one along all of them to the tops of
+/// the parabolas through these, one along the slope that they show, and on along the last round's way. The best of them is the next
+/// place; where none is better, the step is a quarter. No derivative is asked for: factors may have levels, and a constraint may cut the ranges anywhere.
+///
+/// # Errors
+/// Those of `merits`.
+pub fn climb<E>(from: Peak, merits: &mut dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E>) -> Result<Peak, E> {
+    let (mut peak, mut step) = (from, FIRST_STEP);
+    let mut last: Option<Vec<f64>> = None;
+    for _ in 0..MOST_ROUNDS {
+        if step < LEAST_STEP {
+            break;
+        }
+        let sides: Vec<Vec<f64>> = (0..2 * peak.at.len())
+            .map(|side| {
+                let away = if side % 2 == 0 { step } else { -step };
+                let mut to = peak.at.clone();
+                to[side / 2] = (to[side / 2] + away).clamp(0.0, 1.0);
+                to
+            })
+            .collect();
+        let found = merits(&sides)?;
+        // Along a factor that is bounded here, the sides say no slope.
+        let slope = |sides: &[f64]| Some(sides[0] - sides[1]).filter(|slope| slope.is_finite()).unwrap_or(0.0);
+        let slopes: Vec<f64> = found.chunks_exact(2).map(slope).collect();
+        let steepest = slopes.iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+        let tops = found.chunks_exact(2).map(|sides| step * top([sides[1], peak.merit, sides[0]])).collect();
+        let mut ways: Vec<Vec<f64>> = vec![tops];
+        if steepest > 0.0 {
+            ways.push(slopes.iter().map(|slope| step * slope / steepest).collect());
+        }
+        if let Some(last) = last.take() {
+            let further = |times: f64| peak.at.iter().zip(&last).map(|(at, last)| times * (at - last)).collect();
+            ways.extend(FURTHER.map(further));
+        }
+        let to = |way: &Vec<f64>| peak.at.iter().zip(way).map(|(at, way)| (at + way).clamp(0.0, 1.0)).collect();
+        let beyond: Vec<Vec<f64>> = ways.iter().map(to).collect();
+        let merits_beyond = merits(&beyond)?;
+        let all = sides.into_iter().chain(beyond).zip(found.into_iter().chain(merits_beyond));
+        let best = all.fold(None, |best: Option<Peak>, (at, merit)| match best {
+            Some(best) if best.merit >= merit => Some(best),
+            _ => Some(Peak { at, merit }),
+        });
+        match best {
+            Some(best) if best.merit > peak.merit => {
+                last = Some(peak.at);
+                peak = best;
+            }
+            _ => step *= 0.25,
+        }
+    }
+    Ok(peak)
+}
+
+/// Where the parabola through the values at -1, 0 and 1 is highest, up to 2 away; the better side where it has no top.
+fn top([left, middle, right]: [f64; 3]) -> f64 {
+    let bend = left - 2.0 * middle + right;
+    match bend < 0.0 && bend.is_finite() {
+        true => (0.5 * (left - right) / bend).clamp(-2.0, 2.0),
+        false if right > left => 1.0,
+        false if left > right => -1.0,
+        false => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    fn found(from: &[f64], merit: impl Fn(&[f64]) -> f64) -> Peak {
+        let mut merits = |places: &[Vec<f64>]| Ok::<_, Infallible>(places.iter().map(|place| merit(place)).collect());
+        let Ok(peak) = climb(Peak { at: from.to_vec(), merit: merit(from) }, &mut merits);
+        peak
+    }
+
+    #[test]
+    fn a_narrow_oblique_ridge_ends_at_its_top() {
+        let merit = |x: &[f64]| -((x[0] - 0.7) + (x[1] - 0.4)).powi(2) * 1e3 - ((x[0] - 0.7) - (x[1] - 0.4)).powi(2);
+        let peak = found(&[0.2, 0.1], merit);
+        assert!((peak.at[0] - 0.7).abs() < 1e-4 && (peak.at[1] - 0.4).abs() < 1e-4, "{peak:?}");
+    }
+
+    #[test]
+    fn it_stays_where_it_may_be() {
+        let merit = |x: &[f64]| if x[0] + x[1] > 0.9 { f64::NEG_INFINITY } else { x[0] + 2.0 * x[1] - x[1] * x[1] };
+        let peak = found(&[0.3, 0.3], merit);
+        assert!(peak.at[0] + peak.at[1] <= 0.9 && peak.merit > 1.05 && peak.merit <= 1.150_000_1, "{peak:?}");
+        assert_eq!(found(&[0.5], |x| x[0]).at, [1.0]);
+    }
+}
