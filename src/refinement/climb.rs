@@ -18,6 +18,9 @@ pub struct Peak {
     pub merit: f64,
 }
 
+/// A criterion of several places at once.
+pub type Merits<'m, E> = dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E> + 'm;
+
 /// Climbs from a place to a peak of `merits`, which tells a criterion of several places at once: `f64::NEG_INFINITY` for one that must not
 /// be taken, so that constraints hold on the way and at the end.
 ///
@@ -27,7 +30,7 @@ pub struct Peak {
 ///
 /// # Errors
 /// Those of `merits`.
-pub fn climb<E>(from: Peak, merits: &mut dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E>) -> Result<Peak, E> {
+pub fn climb<E>(from: Peak, merits: &mut Merits<'_, E>) -> Result<Peak, E> {
     let (mut peak, mut step) = (from, FIRST_STEP);
     let mut last: Option<Vec<f64>> = None;
     for _ in 0..MOST_ROUNDS {

@@ -17,7 +17,7 @@ mod propose;
 mod separate;
 
 pub use acquisition::{Beside, Learned, Limited, Side, improving, learning};
-pub use climb::{Peak, climb};
+pub use climb::{Merits, Peak, climb};
 pub use error::RefinementError;
 pub use goal::{Aim, Goal, Limit, Target};
 pub use progress::{Best, Boundary, OutputProgress, Progress};

@@ -133,6 +133,12 @@ struct Seeking<'a> {
     share: f64,
 }
 
+/// A row to be run, as cells of a table, and its merit.
+struct Chosen {
+    row: Vec<String>,
+    merit: f64,
+}
+
 /// What proposals are made from.
 struct Task<'a> {
     study: &'a CheckedStudy,
@@ -207,7 +213,8 @@ impl<'a> Task<'a> {
             let bold = (self.study.row_count() + rows.len()).is_multiple_of(2);
             let share = if bold { 1.0 } else { CAUTIOUS };
             let seeking = Seeking { process: &believed[0], side: wanted.side, limits: &limits, best, share };
-            let Some((next, merit)) = self.peak(&seeking, &mut collector)? else { break };
+            let Some(Chosen { row, merit }) = self.peak(&seeking, &mut collector)? else { break };
+            let next = [row];
             if rows.is_empty() && best.is_some() {
                 // What a run may gain is told by the expected improvement itself, also where the row is chosen by less.
                 let merit = if bold { merit } else { self.merits(&Seeking { share: 1.0, ..seeking }, &next)?[0] };
@@ -228,11 +235,7 @@ impl<'a> Task<'a> {
 
     /// The highest peak that is reached from the candidates of the largest merit, [`APART`] from each other, and its merit; it is a
     /// candidate then.
-    fn peak(
-        &self,
-        seeking: &Seeking<'_>,
-        collector: &mut Collector<'_>,
-    ) -> Result<Option<(Vec<Vec<String>>, f64)>, RefinementError> {
+    fn peak(&self, seeking: &Seeking<'_>, collector: &mut Collector<'_>) -> Result<Option<Chosen>, RefinementError> {
         let merits = self.merits(seeking, &collector.found)?;
         let mut order: Vec<usize> = (0..merits.len()).collect();
         order.sort_by(|a, b| merits[*b].total_cmp(&merits[*a]).then(a.cmp(b)));
@@ -256,7 +259,7 @@ impl<'a> Task<'a> {
         }
         Ok(best.map(|(peak, cells)| {
             collector.take(&cells);
-            (vec![cells], peak.merit)
+            Chosen { row: cells, merit: peak.merit }
         }))
     }
 
