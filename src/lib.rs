@@ -56,12 +56,12 @@
 //! dataset     : design files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
 //! comparison  : dataset quantity run
-//! page        : dataset hammer metrics quantity report run scene
 //! engine      : dataset design integrate metrics quantity run scene structure study system words
 //! paper       : engine measurement metrics plot run scene signal study system
 //! sensitivity : analysis dataset design metrics quantity run study
 //! features    : dataset design files metrics quantity random run study
 //! surrogate   : dataset files number random regression sensitivity study
+//! page        : dataset hammer metrics quantity report run scene sensitivity surrogate
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
 //! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words
 //! cli         : accuracy analysis comparison dataset design engine features files guide integrate measurement metrics page paper plot quantity refinement report run scene sensitivity structure study surrogate system words

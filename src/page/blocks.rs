@@ -8,10 +8,11 @@ const STYLE: &str = include_str!("../assets/pages/page.css");
 /// What all pages share.
 const SHARED: &str = include_str!("../assets/pages/page.js");
 /// Scripts of the page of a dataset, in the order in which they stand in it.
-const DATASET: [&str; 4] = [
+const DATASET: [&str; 5] = [
     include_str!("../assets/pages/table.js"),
     include_str!("../assets/pages/linked.js"),
     include_str!("../assets/pages/effects.js"),
+    include_str!("../assets/pages/knowing.js"),
     include_str!("../assets/pages/report.js"),
 ];
 /// Those of the page of a row.
@@ -39,9 +40,9 @@ pub fn page(title: &str, scripts: Scripts, meta: &impl Serialize, data: &[u8]) -
     // In JSON `<` stands in strings alone: no text can end the script's element or begin a comment.
     let meta = serde_json::to_string(meta)?.replace('<', "\\u003c");
     let title = escape(title);
-    let own = match scripts {
-        Scripts::Dataset => DATASET,
-        Scripts::Scene => SCENE,
+    let own: &[&str] = match scripts {
+        Scripts::Dataset => &DATASET,
+        Scripts::Scene => &SCENE,
     };
     let scripts = format!("{SHARED}\n{}", own.join("\n"));
     Ok(format!(

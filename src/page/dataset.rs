@@ -6,12 +6,14 @@ use serde::Serialize;
 
 use super::blocks::{Scripts, page};
 use super::error::PageError;
+use super::knowledge::{self, Known, Models};
 use super::rows::{Kept, columns, is_number};
 use crate::dataset::{Aggregates, ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
 use crate::metrics::RunTotals;
 use crate::quantity::{Cell, Kind, Value};
 use crate::report::{ReportSettings, summarise};
 use crate::run::RowOutcome;
+use crate::sensitivity::Sensitivity;
 
 /// Rows that a page carries; of more some are chosen.
 pub const MOST_ROWS: u64 = 100_000;
@@ -52,6 +54,8 @@ struct Meta<'a> {
     inputs: Vec<(&'a String, &'a String)>,
     study_text: &'a str,
     columns: Vec<Stored<'a>>,
+    sensitivity: Known<Sensitivity>,
+    models: Known<Models>,
 }
 
 /// A column of the data block: where it is, and how its bytes are read.
@@ -110,6 +114,8 @@ pub fn dataset_page(reader: &DatasetReader, settings: &ReportSettings, most_rows
         inputs: study.inputs.iter().collect(),
         study_text: &study.study_text,
         columns: stored,
+        sensitivity: knowledge::sensitivity(reader, rows_there),
+        models: knowledge::models(reader, rows_there),
     };
     Ok(page(&report.study_name, Scripts::Dataset, &meta, &data)?)
 }

@@ -4,6 +4,7 @@
 mod blocks;
 mod dataset;
 mod error;
+mod knowledge;
 mod rows;
 mod samples;
 mod scene;

@@ -236,6 +236,8 @@ setTimeout(() => {
   rowList();
   failures();
   effectsSection();
+  sensitivitySection();
+  modelsSection();
   fronts();
   ending();
   performance.mark('decore-whole');

@@ -195,3 +195,32 @@ fn tables_have_a_row_per_index() {
     let output = Command::new(python).args(["-c", script]).args([&file, &json]).arg(schema).output().expect("runs");
     assert!(output.status.success(), "{}", text(&output.stderr));
 }
+
+/// The page has what `decore analyse` and `decore surrogate` print, number by number; of a dataset too large for them it says so.
+#[test]
+fn the_page_knows_what_the_commands_print() {
+    let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 128");
+    let page = dataset.scratch.path().join("page.html");
+    let printed = |arguments: &[&str]| -> Value {
+        let output = decore().arg(arguments[0]).arg(dataset.folder()).args(&arguments[1..]).output().expect("runs");
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    let meta = || -> Value {
+        printed(&["report", "--json", "--html", page.to_str().expect("a path")]);
+        let page = fs::read_to_string(&page).expect("a page");
+        let meta = page.split_once("id=\"meta\">").expect("data").1.split_once("</script>").expect("its end").0;
+        serde_json::from_str(meta).expect("JSON")
+    };
+    let said = meta();
+    assert_eq!(said["sensitivity"]["found"], printed(&["analyse", "--json"]));
+    assert_eq!(said["models"]["found"]["surrogate"], printed(&["surrogate", "--json"]));
+    assert!(said["sensitivity"]["found"]["method"]["name"] == "sobol" && said["sensitivity"]["why"].is_null());
+    // 1280 rows are too many for models, not for indices.
+    dataset.run("kind = \"saltelli\"\nbase_points = 256", &["--replace", "--stub-row-ms", "0"]);
+    let said = meta();
+    assert!(said["sensitivity"]["found"].is_object() && said["models"]["found"].is_null());
+    assert!(
+        said["models"]["why"].as_str().is_some_and(|why| why.contains("1280 rows") && why.contains("decore surrogate"))
+    );
+}

@@ -1,0 +1,58 @@
+//! What a page says of a dataset beyond its rows: which factor matters, and what models of the outputs know.
+
+use serde::Serialize;
+
+use crate::dataset::DatasetReader;
+use crate::sensitivity::{Sensitivity, SensitivitySettings, analyse};
+use crate::surrogate::{Surrogate, SurrogateSettings, fit};
+
+/// Rows up to which indices are computed for a page: seconds; of more, `decore analyse` takes its time.
+const MOST_ANALYSED: u64 = 20_000;
+/// Rows up to which outputs are modelled for a page: the time grows with their third power.
+const MOST_MODELLED: u64 = 1000;
+
+/// What is known, or why it is not.
+#[derive(Debug, Serialize)]
+pub(super) struct Known<T> {
+    found: Option<T>,
+    why: Option<String>,
+}
+
+impl<T> Known<T> {
+    fn of<E: ToString>(found: Result<T, E>) -> Self {
+        match found {
+            Ok(found) => Self { found: Some(found), why: None },
+            Err(error) => Self { found: None, why: Some(error.to_string()) },
+        }
+    }
+
+    fn not(why: String) -> Self {
+        Self { found: None, why: Some(why) }
+    }
+}
+
+/// Models and what is to be said of them at every use.
+#[derive(Debug, Serialize)]
+pub(super) struct Models {
+    surrogate: Surrogate,
+    warnings: Vec<String>,
+}
+
+/// The indices of a dataset of so many rows, as `decore analyse` finds them by its defaults.
+pub(super) fn sensitivity(reader: &DatasetReader, rows: u64) -> Known<Sensitivity> {
+    if rows > MOST_ANALYSED {
+        return Known::not(format!("{rows} rows take longer than a page should: decore analyse finds their indices."));
+    }
+    Known::of(analyse(reader, &SensitivitySettings::default()))
+}
+
+/// The models of a dataset of so many rows, as `decore surrogate` fits them by its defaults.
+pub(super) fn models(reader: &DatasetReader, rows: u64) -> Known<Models> {
+    if rows > MOST_MODELLED {
+        return Known::not(format!(
+            "Models of {rows} rows take longer than a page should: decore surrogate fits them."
+        ));
+    }
+    let model = fit(reader, &SurrogateSettings::default());
+    Known::of(model.map(|model| Models { warnings: model.surrogate.warnings(), surrogate: model.surrogate }))
+}
