@@ -161,9 +161,9 @@ impl Base {
         let mut first = 0;
         while first < condensation.points() {
             match condensation.points() - first {
-                1 => self.renew(first, self.summed::<1>(condensation, first)),
-                2 => self.renew(first, self.summed::<2>(condensation, first)),
-                _ => self.renew(first, self.summed::<SUMMED>(condensation, first)),
+                1 => self.take_series(first, self.summed::<1>(condensation, first)),
+                2 => self.take_series(first, self.summed::<2>(condensation, first)),
+                _ => self.take_series(first, self.summed::<SUMMED>(condensation, first)),
             }
             first += SUMMED;
         }
@@ -172,7 +172,7 @@ impl Base {
 
     /// Takes the series of the free motion of `P` points from `first` on over from sums over the modes.
     #[inline(always)]
-    fn renew<const P: usize>(&mut self, first: usize, sums: [[f64; ORDER + 1]; P]) {
+    fn take_series<const P: usize>(&mut self, first: usize, sums: [[f64; ORDER + 1]; P]) {
         // 1 / k!.
         let factor = scaled_powers(1.0);
         for (sums, [displacement, velocity, acceleration]) in sums.iter().zip(&mut self.free[first..]) {
