@@ -30,7 +30,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 pub(super) const GAMMAS: usize = ORDER - 1;
 /// Angle by which the fastest mode may turn between rebases, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
 /// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less. With
-/// 5 rad there are a third fewer rebases, but ten times these errors, which blows that creep amplify beyond a preset's promise.
+/// 5 rad there are fewer rebases, but ten times these errors, which blows that creep amplify beyond a preset's promise.
 const TURN_RAD: f64 = 4.0;
 /// Time in s that a right-hand side advances by on average, a sixth of a step between contacts.
 const ADVANCE_S: f64 = 8e-6;
