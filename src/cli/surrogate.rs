@@ -56,7 +56,8 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
     expect_dataset(&arguments.dataset)?;
     expect_ending("--output", arguments.output.as_ref(), "parquet")?;
     let reader = DatasetReader::open(&arguments.dataset)?;
-    let settings = SurrogateSettings { outputs: arguments.outputs.clone(), least_q2: arguments.least_q2 };
+    let (outputs, least_q2) = (arguments.outputs.clone(), arguments.least_q2);
+    let settings = SurrogateSettings { outputs, least_q2, ..SurrogateSettings::default() };
     let model = crate::surrogate::fit(&reader, &settings)?;
     if let Some(path) = &arguments.output {
         crate::surrogate::write(&model, path)?;

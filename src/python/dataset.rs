@@ -137,7 +137,7 @@ impl Dataset {
             return Err(PyValueError::new_err(format!("least_q2 is {least_q2}, expected a number from 0 to 1")));
         }
         let reader = Arc::clone(&self.reader);
-        let settings = SurrogateSettings { outputs, least_q2 };
+        let settings = SurrogateSettings { outputs, least_q2, ..SurrogateSettings::default() };
         let model = Work::new(move |_| fit(&reader, &settings)).wait(py)?.map_err(|error| error.raise(py))?;
         Ok(Surrogate::new(model))
     }

@@ -9,7 +9,7 @@ use super::progress::{Best, Boundary, OutputProgress, Progress};
 use super::separate::{Tried, bounding, separating, sides};
 use crate::dataset::DatasetReader;
 use crate::random::hash;
-use crate::regression::{GaussianProcess, Points, RegressionError};
+use crate::regression::{GaussianProcess, LEAST_NOISE, Points, RegressionError};
 use crate::study::CheckedStudy;
 use crate::surrogate::{FactorSpace, Model, OutputModel, OutputSurrogate, ProcessFigures, RowsProcess, SuccessModel};
 use crate::surrogate::{SurrogateError, SurrogateSettings, fit, fit_success, text_places};
@@ -23,6 +23,10 @@ const NEAR_BEST: usize = 512;
 /// How far they lie from it, as a share of the ranges.
 const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
 
+/// Least noise where an optimum is sought: under a larger one it would not be found to more than three digits.
+const SHARP_NOISE: f64 = 1e-10;
+/// Rows up to which rounding is smaller than that.
+const SHARP_ROWS: usize = 320;
 /// Candidates from which peaks are climbed to.
 const STARTS: usize = 5;
 /// How far they lie from each other along one factor at least, as a share of its range.
@@ -63,13 +67,18 @@ pub fn propose(
     settings: &RefinementSettings,
 ) -> Result<Proposal, RefinementError> {
     let outputs = settings.goal.outputs();
-    let modelled = || fit(reader, &SurrogateSettings { outputs, ..SurrogateSettings::default() });
+    let settings_of = |least_noise: f64| SurrogateSettings { outputs, least_noise, ..SurrogateSettings::default() };
+    let modelled = |least_noise: f64| fit(reader, &settings_of(least_noise));
     match &settings.goal {
-        Goal::Learn { targets } => Task::new(study, &modelled()?)?.learn(targets, settings.batch),
+        Goal::Learn { targets } => Task::new(study, &modelled(LEAST_NOISE)?)?.learn(targets, settings.batch),
         Goal::Optimise { side, limits, gain, .. } => {
-            Task::new(study, &modelled()?)?.optimise(&Wanted { side: *side, limits, gain: *gain }, settings.batch)
+            let least_noise = if study.row_count() <= SHARP_ROWS { SHARP_NOISE } else { LEAST_NOISE };
+            let wanted = Wanted { side: *side, limits, gain: *gain };
+            Task::new(study, &modelled(least_noise)?)?.optimise(&wanted, settings.batch)
         }
-        Goal::Bound { limit, unsure } => Task::new(study, &modelled()?)?.bound((limit, *unsure), settings.batch),
+        Goal::Bound { limit, unsure } => {
+            Task::new(study, &modelled(LEAST_NOISE)?)?.bound((limit, *unsure), settings.batch)
+        }
         Goal::Separate { unsure } => separate(study, reader, (*unsure, settings.batch)),
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::error::RegressionError;
 use super::kernel::Kernel;
-use super::likelihood::{Hyperparameters, Likelihood, Pairs, Solved};
+use super::likelihood::{Hyperparameters, LEAST_NOISE, Likelihood, Pairs, Solved};
 use super::minimise::{Minimum, Stop, dot, minimise};
 use super::ordered::ordered_solve;
 use super::points::Points;
@@ -47,6 +47,8 @@ pub struct GaussianProcess {
     /// `L^-1 1` of the Cholesky factor `L` of the rows' correlations.
     ones: Vec<f64>,
     residuals: Residuals,
+    /// Noise that no search goes below.
+    least_noise: f64,
 }
 
 /// What rows say of places, a row for each place and a column for each row of the table.
@@ -73,9 +75,18 @@ impl GaussianProcess {
     /// [`RegressionError::TooFew`] for fewer than [`LEAST_ROWS`] rows; [`RegressionError::Constant`],
     /// [`RegressionError::NotFinite`], [`RegressionError::Size`].
     pub fn fit(points: &Points, values: &[f64]) -> Result<Self, RegressionError> {
+        Self::fit_above(points, values, LEAST_NOISE)
+    }
+
+    /// As [`Self::fit`] with another least noise than [`LEAST_NOISE`], a share of the variance: a lower one follows smooth outputs to
+    /// more digits, of few rows; of many, rounding decides.
+    ///
+    /// # Errors
+    /// As [`Self::fit`].
+    pub fn fit_above(points: &Points, values: &[f64], least_noise: f64) -> Result<Self, RegressionError> {
         check(points, values)?;
         let found: Vec<Result<Self, RegressionError>> =
-            Kernel::ALL.par_iter().map(|kernel| Self::fit_kernel(points, values, *kernel)).collect();
+            Kernel::ALL.par_iter().map(|kernel| Self::fit_kernel(points, values, (*kernel, least_noise))).collect();
         let mut best: Result<Self, RegressionError> =
             Err(RegressionError::Linalg(LinalgError::NoConvergence { order: values.len() }));
         for model in found {
@@ -121,31 +132,30 @@ impl GaussianProcess {
         check(points, values)?;
         let pairs = Pairs::new(points);
         let unit = unit(values);
-        let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, values: &unit };
-        let found =
-            minimise(self.hyperparameters.logarithms(values.len()), WITHOUT_FOLD, &mut |at| likelihood.sloped(at));
-        let of = found.map_or_else(
-            || self.hyperparameters.clone(),
-            |found| Hyperparameters::from_logarithms(&found.at, values.len()),
-        );
+        let least_noise = self.least_noise;
+        let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, values: &unit, least_noise };
+        let start = self.hyperparameters.logarithms(least_noise);
+        let found = minimise(start, WITHOUT_FOLD, &mut |at| likelihood.sloped(at));
+        let found = found.map(|found| Hyperparameters::from_logarithms(&found.at, least_noise));
+        let of = found.unwrap_or_else(|| self.hyperparameters.clone());
         let solved = Likelihood { values, ..likelihood }.solve(&of)?;
-        Ok(Self::of(points, values, (self.kernel, of, solved)))
+        Ok(Self { least_noise, ..Self::of(points, values, (self.kernel, of, solved)) })
     }
 
-    /// Fits lengths and noise of one kernel.
-    ///
-    /// # Errors
-    /// As [`Self::fit`].
-    pub fn fit_kernel(points: &Points, values: &[f64], kernel: Kernel) -> Result<Self, RegressionError> {
+    /// Fits lengths and noise of one kernel, the noise above a least one.
+    fn fit_kernel(
+        points: &Points,
+        values: &[f64],
+        (kernel, least_noise): (Kernel, f64),
+    ) -> Result<Self, RegressionError> {
         check(points, values)?;
         let unit = unit(values);
         let pairs = Pairs::new(points);
-        let minimum = search(points, &unit, &Likelihood { kernel, pairs: &pairs, values: &unit });
+        let minimum = search(points, &unit, &Likelihood { kernel, pairs: &pairs, values: &unit, least_noise });
         let found = minimum.map_or_else(|| Hyperparameters::start(points.factors(), STARTS[1]), |found| found.at);
-        let of = Hyperparameters::from_logarithms(&found, values.len());
-        let of = of.rounded();
-        let solved = Likelihood { kernel, pairs: &pairs, values }.solve(&of)?;
-        Ok(Self::of(points, values, (kernel, of, solved)))
+        let of = Hyperparameters::from_logarithms(&found, least_noise).rounded();
+        let solved = Likelihood { kernel, pairs: &pairs, values, least_noise }.solve(&of)?;
+        Ok(Self { least_noise, ..Self::of(points, values, (kernel, of, solved)) })
     }
 
     /// The model for lengths and noise that are given.
@@ -169,7 +179,8 @@ impl GaussianProcess {
                 return Err(RegressionError::Parameter { name, value, expected });
             }
         }
-        let solved = Likelihood { kernel, pairs: &Pairs::new(points), values }.solve(&of)?;
+        let pairs = Pairs::new(points);
+        let solved = Likelihood { kernel, pairs: &pairs, values, least_noise: LEAST_NOISE }.solve(&of)?;
         Ok(Self::of(points, values, (kernel, of, solved)))
     }
 
@@ -182,7 +193,8 @@ impl GaussianProcess {
         let mut ones = DMatrix::from_element(1, values.len(), 1.0);
         ordered_solve(&solved.factor, &mut ones);
         let ones = ones.as_slice().to_vec();
-        Self { points: points.clone(), kernel, hyperparameters: of, solved, ones, residuals }
+        let points = points.clone();
+        Self { points, kernel, hyperparameters: of, solved, ones, residuals, least_noise: LEAST_NOISE }
     }
 
     /// The kernel.
@@ -367,7 +379,7 @@ fn search(points: &Points, values: &[f64], whole: &Likelihood<'_>) -> Option<Min
     rows.truncate(COMPARED_ROWS);
     let some: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
     let pairs = Pairs::new(&points.select(&rows));
-    let part = Likelihood { kernel: whole.kernel, pairs: &pairs, values: &some };
+    let part = Likelihood { kernel: whole.kernel, pairs: &pairs, values: &some, least_noise: whole.least_noise };
     let ends = starts.filter_map(|start| minimise(start, COMPARISON, &mut |at| part.sloped(at)));
     let best = ends.min_by(|a, b| a.value.total_cmp(&b.value))?;
     minimise(best.at, SEARCH, &mut |at| whole.sloped(at))

@@ -8,15 +8,8 @@ use super::ordered::ordered_cholesky;
 use super::points::Points;
 use crate::linalg::{LinalgError, cholesky, cholesky_inverse};
 
-/// Least noise of so many rows, as a share of the process's variance: below it, rounding decides, of more rows the sooner. Far above it
-/// the noise would stand for what is not known of a smooth output, and of few rows an optimum would not be found to more than three
-/// digits.
-pub(super) fn least_noise(rows: usize) -> f64 {
-    if rows <= FEW_ROWS { 1e-10 } else { 1e-6 }
-}
-
-/// Rows up to which rounding is small.
-const FEW_ROWS: usize = 320;
+/// Least noise, as a share of the process's variance: below it, rounding decides.
+pub const LEAST_NOISE: f64 = 1e-6;
 /// Mean and standard deviation of the logarithm of a length, beside half that of the number of factors (Hvarfner, Hellsten and
 /// Nardi, ICML 2024): lengths grow with the number of factors as distances do.
 const LENGTHS: [f64; 2] = [std::f64::consts::SQRT_2, 1.732_050_807_568_877_2];
@@ -33,19 +26,18 @@ pub struct Hyperparameters {
 }
 
 impl Hyperparameters {
-    /// From the logarithms that are searched over, for so many rows.
-    pub(super) fn from_logarithms(logarithms: &[f64], rows: usize) -> Self {
+    /// From the logarithms that are searched over, above a least noise.
+    pub(super) fn from_logarithms(logarithms: &[f64], least_noise: f64) -> Self {
         let (noise, weights) = logarithms.split_last().unwrap_or((&0.0, &[]));
         Self {
             weights: weights.iter().map(|weight| libm::exp(*weight)).collect(),
-            noise: least_noise(rows) + libm::exp(*noise),
+            noise: least_noise + libm::exp(*noise),
         }
     }
 
-    /// The logarithms that are searched over, for so many rows.
-    pub(super) fn logarithms(&self, rows: usize) -> Vec<f64> {
-        let least = least_noise(rows);
-        let noise = (self.noise - least).max(0.01 * least);
+    /// The logarithms that are searched over, above a least noise.
+    pub(super) fn logarithms(&self, least_noise: f64) -> Vec<f64> {
+        let noise = (self.noise - least_noise).max(0.01 * least_noise);
         self.weights.iter().chain([&noise]).map(|value| libm::log(value.max(f64::MIN_POSITIVE))).collect()
     }
 
@@ -130,6 +122,8 @@ pub(super) struct Likelihood<'a> {
     pub kernel: Kernel,
     pub pairs: &'a Pairs,
     pub values: &'a [f64],
+    /// Noise that no search goes below.
+    pub least_noise: f64,
 }
 
 impl Likelihood<'_> {
@@ -143,7 +137,7 @@ impl Likelihood<'_> {
     /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights and noise; `None` where the
     /// correlations have no Cholesky factor.
     pub fn sloped(&self, logarithms: &[f64]) -> Option<Sloped> {
-        let of = Hyperparameters::from_logarithms(logarithms, self.pairs.rows);
+        let of = Hyperparameters::from_logarithms(logarithms, self.least_noise);
         let (values, slopes): (Vec<f64>, Vec<f64>) =
             self.pairs.distances(&of.weights).iter().map(|squared| self.kernel.with_slope(*squared)).unzip();
         let factor = cholesky(self.pairs.matrix(&values, of.noise)).ok()?;
@@ -165,7 +159,7 @@ impl Likelihood<'_> {
             .collect();
         let diagonal = solved.inverse.diagonal();
         let trace: f64 = (0..self.pairs.rows).map(|row| solved.alpha[row] * scaled[row] - diagonal[row]).sum();
-        slope.push(-0.5 * trace * (of.noise - least_noise(self.pairs.rows)));
+        slope.push(-0.5 * trace * (of.noise - self.least_noise));
         let prior = prior(logarithms, &mut slope);
         let value = prior - solved.log_likelihood;
         (value.is_finite() && slope.iter().all(|part| part.is_finite())).then_some((value, slope))
@@ -217,7 +211,7 @@ mod tests {
         let values: Vec<f64> = (0..25).map(|row| points.row(row)[0].sin() + points.row(row)[2]).collect();
         let pairs = Pairs::new(&points);
         for kernel in Kernel::ALL {
-            let likelihood = Likelihood { kernel, pairs: &pairs, values: &values };
+            let likelihood = Likelihood { kernel, pairs: &pairs, values: &values, least_noise: LEAST_NOISE };
             let at = [1.0, 0.3, -0.5, -4.0];
             let (_, slope) = likelihood.sloped(&at).expect("a value");
             for (place, slope) in slope.iter().enumerate() {

@@ -21,7 +21,7 @@ pub use chaos::PolynomialChaos;
 pub use error::RegressionError;
 pub use gaussian::{GaussianProcess, LEAST_ROWS, Prediction};
 pub use kernel::Kernel;
-pub use likelihood::Hyperparameters;
+pub use likelihood::{Hyperparameters, LEAST_NOISE};
 pub use points::Points;
 pub use residuals::Residuals;
 pub use success::Success;

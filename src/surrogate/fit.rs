@@ -7,7 +7,7 @@ use super::model::{Model, OutputModel, RowsProcess};
 use super::result::{ChaosFigures, OutputSurrogate, SuccessFigures, Surrogate};
 use super::rows::FactorRows;
 use crate::dataset::{DatasetReader, TableName};
-use crate::regression::{GaussianProcess, Points, PolynomialChaos, RegressionError, Residuals, Success};
+use crate::regression::{GaussianProcess, LEAST_NOISE, Points, PolynomialChaos, RegressionError, Residuals, Success};
 use crate::sensitivity::{DEFAULT_OUTPUTS, OutputColumn, Table, UnitName, Units};
 
 /// Probability of an interval.
@@ -20,11 +20,13 @@ pub struct SurrogateSettings {
     pub outputs: Vec<String>,
     /// Q2 below which a model warns at every use. Default 0.9.
     pub least_q2: f64,
+    /// Least noise, as a share of an output's variance. Default [`LEAST_NOISE`].
+    pub least_noise: f64,
 }
 
 impl Default for SurrogateSettings {
     fn default() -> Self {
-        Self { outputs: Vec::new(), least_q2: 0.9 }
+        Self { outputs: Vec::new(), least_q2: 0.9, least_noise: LEAST_NOISE }
     }
 }
 
@@ -51,7 +53,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
         size: 1,
         rows: if rows_there > table.rows.len() { table.rows.len() as u64 } else { info.rows },
     };
-    let task = Task { table: &table, points: &points, units };
+    let task = Task { table: &table, points: &points, units, least_noise: settings.least_noise };
     let (figures, models): (Vec<OutputSurrogate>, Vec<OutputModel>) = table.outputs[..outputs.len()]
         .par_iter()
         .map(|output| task.output(output))
@@ -83,6 +85,7 @@ struct Task<'a> {
     table: &'a Table,
     points: &'a Points,
     units: Units,
+    least_noise: f64,
 }
 
 impl Task<'_> {
@@ -105,7 +108,7 @@ impl Task<'_> {
             twin_scatter: self.twin_scatter(&output.description.name),
         };
         let mut model = OutputModel::default();
-        match process(&points, values, rows) {
+        match process(&points, (values, rows), self.least_noise) {
             Ok((process, folds)) => {
                 let chaos = PolynomialChaos::fit(&points, &process.values).ok();
                 figures.chaos =
@@ -161,10 +164,10 @@ impl Task<'_> {
 /// The process of some rows, and its errors of folds.
 fn process(
     points: &Points,
-    values: Vec<f64>,
-    rows: Vec<usize>,
+    (values, rows): (Vec<f64>, Vec<usize>),
+    least_noise: f64,
 ) -> Result<(RowsProcess, Option<Residuals>), RegressionError> {
-    let process = GaussianProcess::fit(points, &values)?;
+    let process = GaussianProcess::fit_above(points, &values, least_noise)?;
     let folds = process.folds(&values)?;
     Ok((RowsProcess { rows, values, process }, folds))
 }

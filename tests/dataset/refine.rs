@@ -183,24 +183,22 @@ fn it_ends_where_intervals_are_narrow_or_no_run_improves_and_seeks_the_boundary(
     let optimum = progress(&expect_code(study.refine(&optimum), 0));
     assert!(optimum["reached"] == true && optimum["rows"] == START + 4, "{optimum}");
 
-    // Half of the rows lie on either side; rows at an optimum would be no fair begin.
-    let study = Study::new();
-    expect_code(study.learn("10"), 0);
+    // Half of the rows lie on either side.
     let value = middle(&study);
     let limit = format!("delivered_work_j<={value}");
     let bound = |most_rows: &str| {
         let goal = ["--boundary", &limit, "--until-unsure", "1e-9", "--most-rows", most_rows, "--json"];
         progress(&expect_code(study.refine(&goal), 0))["boundary"].clone()
     };
-    // The model of the first rows is too sure of itself: what it says of them is nothing to compare with.
-    let after = bound("26");
-    assert!(after["unsure"].as_f64().is_some_and(|unsure| unsure < 0.03), "{after}");
+    let (before, after) = (bound("14"), bound("26"));
+    let [before, unsure] = [&before, &after].map(|found| found["unsure"].as_f64().expect("a share"));
+    assert!(unsure < 0.7 * before, "{before} {unsure}");
     assert!(after["within"].as_f64().is_some_and(|within| within > 0.2 && within < 0.8), "{after}");
     // The rows added lie nearer to it than those before.
     let off: Vec<f64> = works(&study).into_iter().map(|work| (work - value).abs()).collect();
     let mean = |off: &[f64]| off.iter().sum::<f64>() / off.len() as f64;
-    let (first, last) = (&off[..START - 1], &off[START - 1..]);
-    assert!(mean(last) < 0.8 * mean(first), "{off:?}");
+    let (first, last) = (&off[..START - 1], &off[off.len() - 12..]);
+    assert!(mean(last) < 0.6 * mean(first), "{off:?}");
 }
 
 /// What each row delivers that is done.
@@ -263,7 +261,7 @@ fn rows_are_added_where_rows_fail_on_either_side_and_the_same_after_a_pause() {
     let after = refine(&study, "30");
     assert!(after["rows"] == 30 && after["outputs"].as_array().is_some_and(Vec::is_empty), "{after}");
     let share = |name: &str| after["boundary"][name].as_f64().expect("a share");
-    assert!(share("unsure") < 0.2 && (0.2..0.8).contains(&share("within")), "{after}");
+    assert!(share("unsure") < 0.15 && (0.2..0.8).contains(&share("within")), "{after}");
     let failed = after["failed"].as_u64().expect("a number") - before["failed"].as_u64().expect("a number");
     assert!((4..=16).contains(&failed), "of 20 rows, {failed} fail: {after}");
     for line in study.rows().lines().skip(1) {
