@@ -13,7 +13,7 @@ use std::process::Command;
 
 use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, hypercube, median, q2, sobol};
 use decore::random::{hash, uniform};
-use decore::refinement::{Learned, Peak, Side, climb, improving, learning};
+use decore::refinement::{CAUTIOUS, Learned, SHARP_NOISE, Side, highest_peak, improving, learning};
 use decore::regression::{GaussianProcess, Points, RegressionError};
 use rayon::prelude::*;
 use scenes::scenes;
@@ -30,14 +30,6 @@ const MOST: usize = 100;
 const PLACES: [usize; 3] = [512, 2048, 512];
 /// How far the latter lie from the best row.
 const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
-/// Candidates from which peaks are climbed to, how far they lie from each other, and how far a peak may lie from them: as in `decore refine`.
-const STARTS: usize = 5;
-const APART: f64 = 0.1;
-const CLIMBED: f64 = 0.03;
-/// Part of the standard deviation that counts in every second row.
-const CAUTIOUS: f64 = 0.1;
-/// Least noise of the models by which an optimum is sought.
-const SHARP_NOISE: f64 = 1e-10;
 /// Share of a hypercube's rows that is the goal on two of three.
 const GOAL: f64 = 0.7;
 
@@ -95,27 +87,16 @@ impl Sought<'_> {
 
     /// The highest of the peaks near the best candidates.
     fn peak(&self, candidates: &Points) -> Vec<f64> {
-        let merits = self.merits(candidates);
-        let mut order: Vec<usize> = (0..merits.len()).collect();
-        order.sort_by(|a, b| merits[*b].total_cmp(&merits[*a]).then(a.cmp(b)));
-        let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-        let mut starts: Vec<Peak> = Vec::new();
-        for place in order {
-            let at = candidates.row(place);
-            if starts.len() < STARTS && starts.iter().all(|start| apart(&start.at, at) > APART) {
-                starts.push(Peak { at: at.to_vec(), merit: merits[place] });
+        let places: Vec<Vec<f64>> = (0..candidates.rows()).map(|place| candidates.row(place).to_vec()).collect();
+        let mut near = |places: &[Vec<f64>]| {
+            // Points of no rows there are none.
+            if places.is_empty() {
+                return Ok(Vec::new());
             }
-        }
-        let climbed = starts.into_iter().map(|start| {
-            let mut merits = |places: &[Vec<f64>]| {
-                let points = Points::new(places.concat(), candidates.nominal().to_vec())?;
-                let near = |place: &Vec<f64>| apart(&start.at, place) <= CLIMBED;
-                let merits = self.merits(&points).into_iter().zip(places);
-                Ok(merits.map(|(merit, place)| if near(place) { merit } else { f64::NEG_INFINITY }).collect())
-            };
-            climb::<RegressionError>(start.clone(), &mut merits).expect("a peak")
-        });
-        climbed.reduce(|best, peak| if peak.merit > best.merit { peak } else { best }).expect("a start").at
+            Ok(self.merits(&Points::new(places.concat(), candidates.nominal().to_vec())?))
+        };
+        let peak = highest_peak::<RegressionError>((&places, &self.merits(candidates)), &mut near);
+        peak.expect("merits").expect("a peak").at
     }
 }
 

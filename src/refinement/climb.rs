@@ -1,5 +1,12 @@
 //! From a place to the peak of a criterion near it.
 
+/// Candidates from which peaks are climbed to.
+const STARTS: usize = 5;
+/// How far they lie from each other along one factor at least, as a share of its range.
+const APART: f64 = 0.1;
+/// How far a peak may lie from its candidate along each factor: a model of few rows has its highest peaks at the corners of the ranges,
+/// where it knows the least.
+const CLIMBED: f64 = 0.03;
 /// First step along each factor, as a share of its range.
 const FIRST_STEP: f64 = 0.05;
 /// Step below which a peak is reached.
@@ -21,6 +28,48 @@ pub struct Peak {
 /// A criterion of several places at once.
 pub type Merits<'m, E> = dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E> + 'm;
 
+/// The highest of the peaks of `merits` that lie near the best candidates, which are given by their shares of the ranges and their merits:
+/// [`STARTS`] of them, [`APART`] from each other, climbed from by [`CLIMBED`] at most. `None` without candidates.
+///
+/// # Errors
+/// Those of `merits`.
+pub fn highest_peak<E>(candidates: (&[Vec<f64>], &[f64]), merits: &mut Merits<'_, E>) -> Result<Option<Peak>, E> {
+    let mut highest: Option<Peak> = None;
+    for start in starts(candidates) {
+        let at = start.at.clone();
+        let mut near = |places: &[Vec<f64>]| {
+            let is_near = |place: &&Vec<f64>| farthest(&at, place) <= CLIMBED;
+            let mut found = merits(&places.iter().filter(is_near).cloned().collect::<Vec<_>>())?.into_iter();
+            let merit = |place| is_near(&place).then(|| found.next()).flatten().unwrap_or(f64::NEG_INFINITY);
+            Ok(places.iter().map(merit).collect())
+        };
+        let peak = climb(start, &mut near)?;
+        if highest.as_ref().is_none_or(|highest| peak.merit > highest.merit) {
+            highest = Some(peak);
+        }
+    }
+    Ok(highest)
+}
+
+/// The candidates to climb from, the best first.
+fn starts((places, merits): (&[Vec<f64>], &[f64])) -> Vec<Peak> {
+    let mut order: Vec<usize> = (0..merits.len()).collect();
+    order.sort_by(|a, b| merits[*b].total_cmp(&merits[*a]).then(a.cmp(b)));
+    let mut starts: Vec<Peak> = Vec::new();
+    for place in order {
+        let at = &places[place];
+        if starts.len() < STARTS && starts.iter().all(|start| farthest(&start.at, at) > APART) {
+            starts.push(Peak { at: at.clone(), merit: merits[place] });
+        }
+    }
+    starts
+}
+
+/// How far two places lie from each other along the factor in which they differ most.
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+}
+
 /// Climbs from a place to a peak of `merits`, which tells a criterion of several places at once: `f64::NEG_INFINITY` for one that must not
 /// be taken, so that constraints hold on the way and at the end.
 ///
@@ -30,7 +79,7 @@ pub type Merits<'m, E> = dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E> + 'm;
 ///
 /// # Errors
 /// Those of `merits`.
-pub fn climb<E>(from: Peak, merits: &mut Merits<'_, E>) -> Result<Peak, E> {
+fn climb<E>(from: Peak, merits: &mut Merits<'_, E>) -> Result<Peak, E> {
     let (mut peak, mut step) = (from, FIRST_STEP);
     let mut last: Option<Vec<f64>> = None;
     for _ in 0..MOST_ROUNDS {
@@ -105,6 +154,19 @@ mod tests {
         let merit = |x: &[f64]| -((x[0] - 0.7) + (x[1] - 0.4)).powi(2) * 1e3 - ((x[0] - 0.7) - (x[1] - 0.4)).powi(2);
         let peak = found(&[0.2, 0.1], merit);
         assert!((peak.at[0] - 0.7).abs() < 1e-4 && (peak.at[1] - 0.4).abs() < 1e-4, "{peak:?}");
+    }
+
+    /// Of two hills the higher one is found from candidates at the foot of both, and none is climbed farther than allowed.
+    #[test]
+    fn the_highest_peak_near_the_candidates_counts() {
+        let hill = |x: f64, at: f64, height: f64| height - 50.0 * (x - at).powi(2);
+        let merit = |x: f64| hill(x, 0.2, 1.0).max(hill(x, 0.8, 2.0)).max(hill(x, 0.5, 9.0) - 1e3 * (x - 0.5).abs());
+        let places: Vec<Vec<f64>> = [0.21, 0.22, 0.79, 0.45].map(|x| vec![x]).to_vec();
+        let merits: Vec<f64> = places.iter().map(|place| merit(place[0])).collect();
+        let mut all = |places: &[Vec<f64>]| Ok::<_, Infallible>(places.iter().map(|place| merit(place[0])).collect());
+        let Ok(Some(peak)) = highest_peak((&places, &merits), &mut all) else { panic!("no peak") };
+        assert!((peak.at[0] - 0.8).abs() < 1e-4 && (peak.merit - 2.0).abs() < 1e-6, "{peak:?}");
+        assert_eq!(highest_peak((&[], &[]), &mut all), Ok(None));
     }
 
     #[test]

@@ -17,9 +17,9 @@ mod propose;
 mod separate;
 
 pub use acquisition::{Beside, Learned, Limited, Side, improving, learning};
-pub use climb::{Merits, Peak, climb};
+pub use climb::{Merits, Peak, highest_peak};
 pub use error::RefinementError;
 pub use goal::{Aim, Goal, Limit, Target};
 pub use progress::{Best, Boundary, OutputProgress, Progress};
-pub use propose::{Proposal, RefinementSettings, propose};
+pub use propose::{CAUTIOUS, Proposal, RefinementSettings, SHARP_NOISE, propose};
 pub use separate::{Tried, bounding, separating, sides};

@@ -2,7 +2,7 @@
 
 use super::acquisition::{Learned, Limited, Side, improving, learning};
 use super::candidates::Collector;
-use super::climb::{Peak, climb};
+use super::climb::highest_peak;
 use super::error::RefinementError;
 use super::goal::{Aim, Goal, Limit, Target};
 use super::progress::{Best, Boundary, OutputProgress, Progress};
@@ -24,18 +24,11 @@ const NEAR_BEST: usize = 512;
 const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
 
 /// Least noise where an optimum is sought: under a larger one it would not be found to more than three digits.
-const SHARP_NOISE: f64 = 1e-10;
+pub const SHARP_NOISE: f64 = 1e-10;
 /// Rows up to which rounding is smaller than that.
 const SHARP_ROWS: usize = 320;
-/// Candidates from which peaks are climbed to.
-const STARTS: usize = 5;
-/// How far they lie from each other along one factor at least, as a share of its range.
-const APART: f64 = 0.1;
-/// How far a peak may lie from its candidate along each factor: a model of few rows has its highest peaks at the corners of the ranges,
-/// where it knows the least.
-const CLIMBED: f64 = 0.03;
 /// Part of the standard deviation that counts in every second row: those follow what is expected, the others what may be.
-const CAUTIOUS: f64 = 0.1;
+pub const CAUTIOUS: f64 = 0.1;
 
 /// How rows are proposed.
 #[derive(Debug, Clone, PartialEq)]
@@ -242,47 +235,25 @@ impl<'a> Task<'a> {
         Ok(Proposal { progress, rows })
     }
 
-    /// The highest peak that is reached from the candidates of the largest merit, [`APART`] from each other, and its merit; it is a
-    /// candidate then.
+    /// The row at the highest peak near the candidates; it is no candidate any more.
     fn peak(&self, seeking: &Seeking<'_>, collector: &mut Collector<'_>) -> Result<Option<Chosen>, RefinementError> {
         let merits = self.merits(seeking, &collector.found)?;
-        let mut order: Vec<usize> = (0..merits.len()).collect();
-        order.sort_by(|a, b| merits[*b].total_cmp(&merits[*a]).then(a.cmp(b)));
-        let mut starts: Vec<Peak> = Vec::new();
-        for place in order {
-            let at = &collector.shares[place];
-            if starts.len() < STARTS && starts.iter().all(|start| farthest([&start.at, at]) > APART) {
-                starts.push(Peak { at: at.clone(), merit: merits[place] });
-            }
-        }
-        let mut best: Option<(Peak, Vec<String>)> = None;
-        for start in starts {
-            let near = &*collector;
-            let mut merits = |places: &[Vec<f64>]| self.merits_at(seeking, near, (&start.at, places));
-            let peak = climb(start.clone(), &mut merits)?;
-            if best.as_ref().is_none_or(|(best, _)| peak.merit > best.merit)
-                && let Some(cells) = collector.cells_at(&peak.at)?
-            {
-                best = Some((peak, cells));
-            }
-        }
-        Ok(best.map(|(peak, cells)| {
-            collector.take(&cells);
-            Chosen { row: cells, merit: peak.merit }
-        }))
+        let mut near = |places: &[Vec<f64>]| self.merits_at(seeking, collector, places);
+        let Some(peak) = highest_peak((&collector.shares, &merits), &mut near)? else { return Ok(None) };
+        let Some(row) = collector.cells_at(&peak.at)? else { return Ok(None) };
+        collector.take(&row);
+        Ok(Some(Chosen { row, merit: peak.merit }))
     }
 
-    /// Merits of places by their shares of the ranges: none more than [`CLIMBED`] from the start, nor where no row may be run.
+    /// Merits of places by their shares of the ranges: none where no row may be run.
     fn merits_at(
         &self,
         seeking: &Seeking<'_>,
         collector: &Collector<'_>,
-        (start, places): (&[f64], &[Vec<f64>]),
+        places: &[Vec<f64>],
     ) -> Result<Vec<f64>, RefinementError> {
-        let cells = |place: &Vec<f64>| {
-            if farthest([start, place]) > CLIMBED { Ok(None) } else { collector.cells_at(place) }
-        };
-        let cells = places.iter().map(cells).collect::<Result<Vec<Option<Vec<String>>>, RefinementError>>()?;
+        let cells = places.iter().map(|place| collector.cells_at(place));
+        let cells = cells.collect::<Result<Vec<Option<Vec<String>>>, RefinementError>>()?;
         let allowed: Vec<Vec<String>> = cells.iter().flatten().cloned().collect();
         if allowed.is_empty() {
             return Ok(vec![f64::NEG_INFINITY; places.len()]);
@@ -427,9 +398,4 @@ fn better(side: Side, [a, b]: [f64; 2]) -> f64 {
         Side::Least => a.min(b),
         Side::Most => a.max(b),
     }
-}
-
-/// How far two places lie from each other along the factor in which they differ most.
-fn farthest([a, b]: [&[f64]; 2]) -> f64 {
-    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
