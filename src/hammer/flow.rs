@@ -132,8 +132,8 @@ impl<R: Number> FlowFunction<R> {
 #[inline(always)]
 fn even_odd_polynomial<R: Number>(coefficients: &[R; TERMS], s: R) -> R {
     let square = s * s;
-    let (mut even, mut odd) = (R::splat(0.0), R::splat(0.0));
-    let mut at = TERMS;
+    let mut at = TERMS - 2;
+    let (mut even, mut odd) = (coefficients[at], coefficients[at + 1]);
     while at > 0 {
         at -= 2;
         even = even.mul_add(square, coefficients[at]);

@@ -233,21 +233,31 @@ impl<'a> Step<'a> {
         self.y0.at(index) + self.h * sum
     }
 
+    /// The same where there are `LANES` lanes.
+    #[inline(always)]
+    fn neighbours_in_lanes<const RATES: usize, const LANES: usize>(&self, (first, theta): (usize, f64), y: &mut [f64]) {
+        let weights = self.dense.weights(theta);
+        let (count, lane) = (y.len(), self.rates.lane % LANES);
+        let all = self.rates.all.as_chunks::<LANES>().0;
+        let rates: [&[[f64; LANES]]; RATES] = std::array::from_fn(|j| &all[j * self.n + first..][..count]);
+        let start = &self.y0.all.as_chunks::<LANES>().0[first..][..count];
+        for (i, value) in y.iter_mut().enumerate() {
+            let mut sum = 0.0;
+            for j in 0..RATES {
+                sum += weights[j] * rates[j][i][lane];
+            }
+            *value = start[i][lane] + self.h * sum;
+        }
+    }
+
     /// Neighbouring components at fraction `theta`, from rates of which there are `RATES`: as [`Step::component`], the way through
     /// memory worked out once.
     #[inline(always)]
     fn neighbours<const RATES: usize>(&self, (first, theta): (usize, f64), y: &mut [f64]) {
-        let weights = self.dense.weights(theta);
-        let Values { all, lanes, lane } = self.rates;
-        let length = (y.len() * lanes).saturating_sub(lanes - 1);
-        let rates: [&[f64]; RATES] = std::array::from_fn(|j| &all[(j * self.n + first) * lanes + lane..][..length]);
-        let start = &self.y0.all[first * lanes + lane..][..length];
-        for (i, value) in y.iter_mut().enumerate() {
-            let mut sum = 0.0;
-            for j in 0..RATES {
-                sum += weights[j] * rates[j][i * lanes];
-            }
-            *value = start[i * lanes] + self.h * sum;
+        match self.rates.lanes {
+            1 => self.neighbours_in_lanes::<RATES, 1>((first, theta), y),
+            4 => self.neighbours_in_lanes::<RATES, 4>((first, theta), y),
+            _ => self.neighbours_in_lanes::<RATES, 8>((first, theta), y),
         }
     }
 }

@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::number::{Number, on_widest};
 use crate::system::impulse_response::{Block, Condensation, GAMMAS, Lanes, WIDTH};
-use crate::system::kernel::{Free, Kernel, ORDER, TERMS};
+use crate::system::kernel::{Free, Kernel, ORDER, TERMS, for_points};
 
 /// Points whose free motion is summed in one pass over the modes: as many sums as there are registers for.
 const SUMMED: usize = 3;
@@ -77,8 +77,13 @@ impl Base {
 
     /// Velocity of the modes of block `at`, as [`Base::moved`] gives it beside the displacement.
     #[inline(always)]
-    fn velocity(&self, condensation: &Condensation, at: usize, terms: &[f64; ORDER + 1], z: &[f64]) -> Lanes {
-        let (block, points) = (&condensation.blocks[at], condensation.points());
+    fn velocity<const P: usize>(
+        &self,
+        condensation: &Condensation,
+        at: usize,
+        (terms, z): (&[f64; ORDER + 1], &[f64]),
+    ) -> Lanes {
+        let (block, points) = (&condensation.blocks[at], if P > 0 { P } else { condensation.points() });
         let [impulse, constant] = self.free_loads(block, at);
         let shapes = &condensation.shapes[at * points..(at + 1) * points];
         let mut velocity = [0.0; WIDTH];
@@ -94,8 +99,13 @@ impl Base {
 
     /// Displacement and velocity of the modes of block `at` when `tau` with its `terms` has passed since the base.
     #[inline(always)]
-    fn moved(&self, condensation: &Condensation, at: usize, terms: &[f64; ORDER + 1], z: &[f64]) -> [Lanes; 2] {
-        let (block, points) = (&condensation.blocks[at], condensation.points());
+    fn moved<const P: usize>(
+        &self,
+        condensation: &Condensation,
+        at: usize,
+        (terms, z): (&[f64; ORDER + 1], &[f64]),
+    ) -> [Lanes; 2] {
+        let (block, points) = (&condensation.blocks[at], if P > 0 { P } else { condensation.points() });
         let (mut displacement, mut velocity) = (self.displacement[at], [0.0; WIDTH]);
         let [impulse, constant] = self.free_loads(block, at);
         let shapes = &condensation.shapes[at * points..(at + 1) * points];
@@ -154,10 +164,7 @@ impl Base {
     /// Brings the modes to time `t` and sums the series of their free motion from there.
     #[inline(always)]
     fn rebase_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
-        let terms = scaled_powers(t - self.time_s);
-        for at in 0..condensation.blocks.len() {
-            [self.displacement[at], self.velocity[at]] = self.moved(condensation, at, &terms, z);
-        }
+        for_points!(condensation.points(), self.move_all(condensation, t, z));
         let mut first = 0;
         while first < condensation.points() {
             match condensation.points() - first {
@@ -168,6 +175,15 @@ impl Base {
             first += SUMMED;
         }
         self.time_s = t;
+    }
+
+    /// Brings the modes to time `t`.
+    #[inline(always)]
+    fn move_all<const P: usize>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+        let terms = scaled_powers(t - self.time_s);
+        for at in 0..condensation.blocks.len() {
+            [self.displacement[at], self.velocity[at]] = self.moved::<P>(condensation, at, (&terms, z));
+        }
     }
 
     /// Takes the series of the free motion of `P` points from `first` on over from sums over the modes.
@@ -221,11 +237,18 @@ impl WithSimd for Energy<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
+        for_points!(self.condensation.points(), self.sum())
+    }
+}
+
+impl Energy<'_> {
+    #[inline(always)]
+    fn sum<const P: usize>(&self) -> f64 {
         let Self { base, condensation, t, z } = self;
         let terms = scaled_powers(t - base.time_s);
         let mut twice = [0.0; WIDTH];
         for (at, block) in condensation.blocks.iter().enumerate() {
-            let [displacement, velocity] = base.moved(condensation, at, &terms, z);
+            let [displacement, velocity] = base.moved::<P>(condensation, at, (&terms, z));
             twice = fused(twice, block.stiffness, product(displacement, displacement));
             twice = fused(twice, velocity, velocity);
         }
@@ -246,11 +269,18 @@ impl WithSimd for Dissipation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
+        for_points!(self.condensation.points(), self.sum())
+    }
+}
+
+impl Dissipation<'_> {
+    #[inline(always)]
+    fn sum<const P: usize>(&self) -> f64 {
         let Self { base, condensation, t, z } = self;
         let terms = scaled_powers(t - base.time_s);
         let mut power = [0.0; WIDTH];
         for (at, block) in condensation.blocks.iter().enumerate() {
-            let velocity = base.velocity(condensation, at, &terms, z);
+            let velocity = base.velocity::<P>(condensation, at, (&terms, z));
             power = fused(power, block.damping, product(velocity, velocity));
         }
         power.iter().sum()

@@ -59,12 +59,22 @@ fn fastest(modes: &Modes) -> f64 {
     modes.omega_squared.iter().zip(&modes.damping).map(rate).fold(0.0, f64::max)
 }
 
+/// Coefficients of `g` that its equation gives.
+const SOUGHT: usize = GAMMAS - 1;
+
+/// The Chebyshev points of `0 < x < 1`, each with its powers from 0 on.
+type Nodes = [[f64; SOUGHT]; SOUGHT];
+
+fn nodes() -> Nodes {
+    let node = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / SOUGHT as f64);
+    std::array::from_fn(|i| std::array::from_fn(|j| node(i).powi(j as i32)))
+}
+
 /// `gamma_1` to `gamma_GAMMAS` of a mode, `gamma_k` in s^(1-k), for times up to the horizon `T`.
 ///
 /// With `g'' = sum_j a_j x^j`, `x = tau / T`, and its integrals `g' = 1 + ...`, `g = tau + ...` the equation of `g` holds at the
-/// Chebyshev points of `0 < x < 1`: one small linear system for `T a_j`. `None` if the mode is not finite.
-fn impulse_response(omega_squared: f64, damping: f64, horizon_s: f64) -> Option<[f64; GAMMAS]> {
-    const N: usize = GAMMAS - 1;
+/// `nodes`: one small linear system for `T a_j`. `None` if the mode is not finite.
+fn impulse_response(omega_squared: f64, damping: f64, horizon_s: f64, nodes: &Nodes) -> Option<[f64; GAMMAS]> {
     let mut gamma = [0.0; GAMMAS];
     gamma[0] = 1.0;
     if omega_squared == 0.0 && damping == 0.0 {
@@ -72,12 +82,11 @@ fn impulse_response(omega_squared: f64, damping: f64, horizon_s: f64) -> Option<
         return Some(gamma);
     }
     let (by_velocity, by_displacement) = (damping * horizon_s, omega_squared * horizon_s * horizon_s);
-    let node = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / N as f64);
-    let matrix = SMatrix::<f64, N, N>::from_fn(|i, j| {
-        let (x, power, j) = (node(i), node(i).powi(j as i32), j as f64);
+    let matrix = SMatrix::<f64, SOUGHT, SOUGHT>::from_fn(|i, j| {
+        let (x, power, j) = (nodes[i][1], nodes[i][j], j as f64);
         power * (1.0 + x / (j + 1.0) * (by_velocity + by_displacement * x / (j + 2.0)))
     });
-    let load = SVector::<f64, N>::from_fn(|i, _| -by_velocity - by_displacement * node(i));
+    let load = SVector::<f64, SOUGHT>::from_fn(|i, _| -by_velocity - by_displacement * nodes[i][1]);
     let solution = matrix.lu().solve(&load)?;
     let mut factor = 1.0 / horizon_s;
     for (j, value) in solution.iter().enumerate() {
@@ -123,9 +132,10 @@ impl Condensation {
         // Infinite for a structure that only floats.
         let fastest_rad_s = fastest(modes);
         let horizon_s = TURN_RAD / fastest_rad_s;
+        let nodes = nodes();
         let mut gamma = DMatrix::zeros(count, GAMMAS);
         for (s, mut row) in gamma.row_iter_mut().enumerate() {
-            row.copy_from_slice(&impulse_response(modes.omega_squared[s], modes.damping[s], horizon_s)?);
+            row.copy_from_slice(&impulse_response(modes.omega_squared[s], modes.damping[s], horizon_s, &nodes)?);
         }
         let mut kernel = vec![0.0; ORDER * points * points];
         for (k, gamma) in gamma.column_iter().enumerate() {
@@ -219,7 +229,7 @@ mod tests {
                 phi: DMatrix::from_element(1, 1, 1.0),
             };
             let horizon_s = TURN_RAD / fastest(&one);
-            let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s).unwrap();
+            let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s, &nodes()).unwrap();
             for part in 0..=50_u32 {
                 let t = horizon_s * f64::from(part) / 50.0;
                 let terms: Vec<f64> = (0..=ORDER)

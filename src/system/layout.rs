@@ -87,6 +87,13 @@ impl Layout {
         self.velocity(self.bodies) + chamber::COUNT * self.hammers
     }
 
+    /// All quadratures of hammer `hammer`: its own in the order of [`HammerQuadrature`], then those of its chambers.
+    #[inline]
+    pub fn hammer_quadratures(&self, hammer: usize) -> Range<usize> {
+        let start = self.quadrature(hammer, HammerQuadrature::Work);
+        start..start + PER_HAMMER
+    }
+
     /// A quadrature of hammer `hammer`.
     pub fn quadrature(&self, hammer: usize, quantity: HammerQuadrature) -> usize {
         self.states() + PER_HAMMER * hammer + quantity as usize

@@ -63,16 +63,27 @@ struct ElementRows<R> {
 }
 
 impl<R: Number> ElementRows<R> {
+    /// The rows from row `first` on, each with its entries.
     #[inline(always)]
-    fn row(&self, row: usize) -> &[(usize, R)] {
-        &self.entries[self.begins[row]..self.begins[row + 1]]
+    fn from(&self, first: usize) -> impl Iterator<Item = Row<'_, R>> {
+        let ends = self.begins[first..].windows(2);
+        ends.map(|ends| Row { entries: &self.entries[ends[0]..ends[1]] })
     }
+}
 
-    /// `r u` for two `u`.
+/// The entries of a row.
+#[derive(Debug, Clone, Copy)]
+struct Row<'r, R> {
+    entries: &'r [(usize, R)],
+}
+
+impl<R: Number> Row<'_, R> {
+    /// `r u` of the displacements and of the velocities, of which there are equally many.
     #[inline(always)]
-    fn values(&self, row: usize, displacement: &[R], velocity: &[R]) -> [R; 2] {
+    fn values(&self, displacement: &[R], velocity: &[R]) -> [R; 2] {
+        let velocity = &velocity[..displacement.len()];
         let mut sums = [R::splat(0.0); 2];
-        for &(point, coefficient) in self.row(row) {
+        for &(point, coefficient) in self.entries {
             sums[0] = coefficient.mul_add(displacement[point], sums[0]);
             sums[1] = coefficient.mul_add(velocity[point], sums[1]);
         }
@@ -81,8 +92,8 @@ impl<R: Number> ElementRows<R> {
 
     /// Adds `-r' f` to the forces on the points.
     #[inline(always)]
-    fn apply(&self, row: usize, force: R, forces: &mut [R]) {
-        for &(point, coefficient) in self.row(row) {
+    fn apply(&self, force: R, forces: &mut [R]) {
+        for &(point, coefficient) in self.entries {
             forces[point] = (-coefficient).mul_add(force, forces[point]);
         }
     }
@@ -290,33 +301,33 @@ impl<R: Number> Rates<R> {
     /// Forces, pressure rates and quadratures of the hammers.
     #[inline(always)]
     fn hammers(&mut self, y: &[R], rate: &mut [R], power: &mut Power<R>) {
-        let (layout, none) = (&self.layout, R::splat(0.0));
+        let (layout, none) = (self.layout, R::splat(0.0));
+        let (displacement, velocities, forces) = (&self.displacement[..], &self.velocity[..], &mut self.force[..]);
         for (h, hammer) in self.hammers.iter().enumerate() {
             let mut pressure = [none; 4];
             pressure.copy_from_slice(&y[layout.pressures(h)]);
             let (mut position, mut velocity) = ([none; body::COUNT], [none; body::COUNT]);
             for i in 0..body::COUNT {
-                position[i] = self.displacement[hammer.points[i]];
-                velocity[i] = self.velocity[hammer.points[i]];
+                position[i] = displacement[hammer.points[i]];
+                velocity[i] = velocities[hammer.points[i]];
             }
             let state =
                 HammerState { position, velocity, pressure, supply_pa: hammer.supply_pa, gate_open: hammer.gate_open };
             let rates = hammer.constants.evaluate(&state);
             for i in 0..body::COUNT {
-                self.force[hammer.points[i]] += rates.force[i];
+                forces[hammer.points[i]] += rates.force[i];
             }
             rate[layout.pressures(h)].copy_from_slice(&rates.pressure_rate);
-            // What flows back into a line that is vented does not return to the supply.
-            let drawn = R::select(hammer.vented, none, rates.supply_flow_kg_s);
-            rate[layout.quadrature(h, HammerQuadrature::Air)] = drawn;
-            let arm = self.velocity[layout.bodies + hammer.mount];
-            rate[layout.quadrature(h, HammerQuadrature::ArmVelocitySquared)] = arm * arm;
-            rate[layout.quadrature(h, HammerQuadrature::Work)] = none;
-            rate[layout.quadrature(h, HammerQuadrature::Impulse)] = none;
-            let (supplied, expansion) = (layout.chambers_supplied(h), layout.chambers_expansion(h));
-            for ((balance, supplied), expansion) in rates.balance.iter().zip(supplied).zip(expansion) {
-                rate[supplied] = balance.supplied_w;
-                rate[expansion] = balance.expansion_w;
+            // In arrays of a known length what was evaluated goes to memory once.
+            if let ([own, supplied, expansion], []) = rate[layout.hammer_quadratures(h)].as_chunks_mut() {
+                // What flows back into a line that is vented does not return to the supply.
+                own[HammerQuadrature::Air as usize] = R::select(hammer.vented, none, rates.supply_flow_kg_s);
+                let arm = velocities[layout.bodies + hammer.mount];
+                own[HammerQuadrature::ArmVelocitySquared as usize] = arm * arm;
+                own[HammerQuadrature::Work as usize] = none;
+                own[HammerQuadrature::Impulse as usize] = none;
+                *supplied = rates.balance.map(|balance| balance.supplied_w);
+                *expansion = rates.balance.map(|balance| balance.expansion_w);
             }
             power.put_in += rates.power_in_w;
             power.dissipated += rates.dissipation_w;
@@ -328,30 +339,29 @@ impl<R: Number> Rates<R> {
     #[inline(always)]
     fn elements(&mut self, rate: &mut [R], power: &mut Power<R>) {
         let none = R::splat(0.0);
-        for (row, spring) in self.springs.iter().enumerate() {
-            let [extension, speed] = self.rows.values(row, &self.displacement, &self.velocity);
+        // Slices at hand: what is written through one of them changes where none of the others begins.
+        let (displacement, velocity, forces) = (&self.displacement[..], &self.velocity[..], &mut self.force[..]);
+        for (spring, row) in self.springs.iter().zip(self.rows.from(0)) {
+            let [extension, speed] = row.values(displacement, velocity);
             let force = spring.stiffness_n_per_m * extension + spring.damping_n_s_per_m * speed;
-            self.rows.apply(row, force, &mut self.force);
+            row.apply(force, forces);
             power.dissipated += spring.damping_n_s_per_m * speed * speed;
         }
-        for (at, contact) in self.contacts.iter().enumerate() {
-            if !self.following && !contact.closed.any() {
+        let following = self.following;
+        for (contact, row) in self.contacts.iter().zip(self.rows.from(self.springs.len())) {
+            if !following && !contact.closed.any() {
                 continue;
             }
-            let row = self.springs.len() + at;
-            let [d, speed] = self.rows.values(row, &self.displacement, &self.velocity);
+            let [d, speed] = row.values(displacement, velocity);
             let penetration = d - contact.offset_m;
-            let acts = if self.following {
-                contact.law.onset_indicator(penetration, speed).greater(none)
-            } else {
-                contact.closed
-            };
+            let acts =
+                if following { contact.law.onset_indicator(penetration, speed).greater(none) } else { contact.closed };
             let force = R::select(acts, contact.law.closed_force(penetration, speed), none);
-            self.rows.apply(row, force, &mut self.force);
+            row.apply(force, forces);
             power.dissipated += R::select(acts, contact.law.dissipated_power(penetration, speed), none);
             if contact.strikes_casting {
                 let chisel = self.hammers[contact.hammer].points[body::CHISEL];
-                let casting_speed = self.velocity[chisel] - speed;
+                let casting_speed = velocity[chisel] - speed;
                 let work = R::select(acts, force * casting_speed, none);
                 rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Work)] = work;
                 rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Impulse)] = force;
@@ -394,13 +404,13 @@ impl<R: Number> Rates<R> {
 
     #[inline(always)]
     fn write_samples(&mut self, t: R, y: &[R], rate: &[R], samples: &mut [GuardSample<R>]) {
-        for (guard, sample) in samples.iter_mut().enumerate() {
-            let (contact, row) = (&self.contacts[guard], self.springs.len() + guard);
-            let [d, speed] = self.rows.values(row, &self.displacement, &self.velocity);
+        let rows = self.rows.from(self.springs.len());
+        for ((contact, row), sample) in self.contacts.iter().zip(rows).zip(samples) {
+            let [d, speed] = row.values(&self.displacement, &self.velocity);
             let d = d - contact.offset_m;
             *sample = GuardSample { value: contact.law.onset_indicator(d, speed), smooth: d, smooth_rate: speed };
             if contact.closed.any() {
-                let acceleration = self.relative_acceleration(row, t, y, rate);
+                let acceleration = self.relative_acceleration(&row, t, y, rate);
                 let (smooth, smooth_rate) = contact.law.smooth_release(d, speed, acceleration);
                 let value = contact.law.release_indicator(d, speed);
                 sample.value = R::select(contact.closed, value, sample.value);
@@ -412,9 +422,9 @@ impl<R: Number> Rates<R> {
 
     /// Relative acceleration along an element's row at a state whose rate is known.
     #[inline(always)]
-    fn relative_acceleration(&self, row: usize, t: R, y: &[R], rate: &[R]) -> R {
+    fn relative_acceleration(&self, row: &Row<'_, R>, t: R, y: &[R], rate: &[R]) -> R {
         let mut relative = R::splat(0.0);
-        for &(point, coefficient) in self.rows.row(row) {
+        for &(point, coefficient) in row.entries {
             let acceleration = match point.checked_sub(self.layout.bodies) {
                 None => rate[self.layout.velocity(point)],
                 Some(node) => self.interface_acceleration(node, t, y, rate),
