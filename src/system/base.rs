@@ -4,10 +4,24 @@ use pulp::{Simd, WithSimd};
 
 use crate::number::{Number, on_widest};
 use crate::system::impulse_response::{Block, Condensation, GAMMAS, Lanes, WIDTH};
-use crate::system::kernel::{Free, Kernel, ORDER, TERMS, for_points};
+use crate::system::kernel::{Free, Kernel, ORDER, TERMS};
 
 /// Points whose free motion is summed in one pass over the modes: as many sums as there are registers for.
 const SUMMED: usize = 3;
+
+/// Calls a function of as many interface points as there are, the usual numbers of them as a constant, by which loops over points are
+/// unrolled; 0 stands for the others.
+macro_rules! for_points {
+    ($points:expr, $call:ident.$method:ident($($argument:expr),*)) => {
+        match $points {
+            2 => $call.$method::<2>($($argument),*),
+            3 => $call.$method::<3>($($argument),*),
+            4 => $call.$method::<4>($($argument),*),
+            5 => $call.$method::<5>($($argument),*),
+            _ => $call.$method::<0>($($argument),*),
+        }
+    };
+}
 
 /// `a + b c` lane by lane, rounded once: by one instruction where this is inlined into code for a processor that has it, the same
 /// elsewhere.
@@ -237,18 +251,11 @@ impl WithSimd for Energy<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
-        for_points!(self.condensation.points(), self.sum())
-    }
-}
-
-impl Energy<'_> {
-    #[inline(always)]
-    fn sum<const P: usize>(&self) -> f64 {
         let Self { base, condensation, t, z } = self;
         let terms = scaled_powers(t - base.time_s);
         let mut twice = [0.0; WIDTH];
         for (at, block) in condensation.blocks.iter().enumerate() {
-            let [displacement, velocity] = base.moved::<P>(condensation, at, (&terms, z));
+            let [displacement, velocity] = base.moved::<0>(condensation, at, (&terms, z));
             twice = fused(twice, block.stiffness, product(displacement, displacement));
             twice = fused(twice, velocity, velocity);
         }
