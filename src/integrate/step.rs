@@ -1,5 +1,7 @@
 //! One accepted step with its dense output.
 
+use std::ops::Range;
+
 use crate::integrate::tsit5::{self, STAGES};
 use crate::number::Number;
 
@@ -178,28 +180,25 @@ impl<'a> Step<'a> {
 
     /// Component `index` of the state at fraction `theta`.
     pub fn component(&self, index: usize, theta: f64) -> f64 {
-        self.component_with(index, &self.dense.weights(theta))
+        let weights = self.dense.weights(theta);
+        let rates = weights.iter().enumerate().take(self.dense.rates());
+        let sum = rates.fold(0.0, |sum, (j, weight)| sum + weight * self.rates.at(j * self.n + index));
+        self.y0.at(index) + self.h * sum
     }
 
     /// Writes the components `support` of the state at fraction `theta` into `y`; the others are left as they are.
     pub fn components(&self, support: &[usize], theta: f64, y: &mut [f64]) {
-        let weights = self.dense.weights(theta);
-        for &index in support {
-            y[index] = self.component_with(index, &weights);
-        }
+        self.write(theta, support.iter().copied(), y);
     }
 
     /// Writes the whole state at fraction `theta` into `y`.
     pub fn state(&self, theta: f64, y: &mut [f64]) {
-        self.range(0, theta, y);
+        self.write(theta, 0..self.n, y);
     }
 
-    /// Writes the components from `first` on, as many as `y` holds, of the state at fraction `theta`.
-    pub fn range(&self, first: usize, theta: f64, y: &mut [f64]) {
-        match self.dense {
-            Dense::Tsit5 => self.neighbours::<STAGES>((first, theta), y),
-            Dense::Hermite => self.neighbours::<{ Dense::Hermite.rates() }>((first, theta), y),
-        }
+    /// Writes a range of components of the state at fraction `theta` into `y`; the others are left as they are.
+    pub fn range(&self, components: Range<usize>, theta: f64, y: &mut [f64]) {
+        self.write(theta, components, y);
     }
 
     /// Rate of component `index` of the interpolated state at fraction `theta`: at both ends that of the system.
@@ -224,40 +223,32 @@ impl<'a> Step<'a> {
         Polynomial { constant: sum(&self.y0, 0), coefficients }
     }
 
+    /// Writes components of the state at fraction `theta` into `y`, the way through memory worked out once.
     #[inline(always)]
-    fn component_with(&self, index: usize, weights: &[f64; STAGES]) -> f64 {
-        let mut sum = 0.0;
-        for (j, weight) in weights.iter().enumerate().take(self.dense.rates()) {
-            sum += weight * self.rates.at(j * self.n + index);
+    fn write(&self, theta: f64, components: impl Iterator<Item = usize>, y: &mut [f64]) {
+        match (self.dense, self.rates.lanes) {
+            (Dense::Hermite, _) => components.for_each(|index| y[index] = self.component(index, theta)),
+            (Dense::Tsit5, 1) => self.write_lane::<1>(theta, components, y),
+            (Dense::Tsit5, 4) => self.write_lane::<4>(theta, components, y),
+            (Dense::Tsit5, _) => self.write_lane::<8>(theta, components, y),
         }
-        self.y0.at(index) + self.h * sum
     }
 
-    /// The same where there are `LANES` lanes.
+    /// The same of a lane of `LANES`.
     #[inline(always)]
-    fn neighbours_in_lanes<const RATES: usize, const LANES: usize>(&self, (first, theta): (usize, f64), y: &mut [f64]) {
+    fn write_lane<const LANES: usize>(&self, theta: f64, components: impl Iterator<Item = usize>, y: &mut [f64]) {
         let weights = self.dense.weights(theta);
-        let (count, lane) = (y.len(), self.rates.lane % LANES);
-        let all = self.rates.all.as_chunks::<LANES>().0;
-        let rates: [&[[f64; LANES]]; RATES] = std::array::from_fn(|j| &all[j * self.n + first..][..count]);
-        let start = &self.y0.all.as_chunks::<LANES>().0[first..][..count];
-        for (i, value) in y.iter_mut().enumerate() {
+        let (n, lane) = (self.n, self.rates.lane % LANES);
+        let (start, rates) = (self.y0.all.as_chunks::<LANES>().0, self.rates.all.as_chunks::<LANES>().0);
+        // All of one length, to which an index is held once.
+        let rates: [&[[f64; LANES]]; STAGES] = std::array::from_fn(|j| &rates[j * n..][..n]);
+        let start = &start[..n];
+        for index in components {
             let mut sum = 0.0;
-            for j in 0..RATES {
-                sum += weights[j] * rates[j][i][lane];
+            for (weight, rate) in weights.iter().zip(rates) {
+                sum += weight * rate[index][lane];
             }
-            *value = start[i][lane] + self.h * sum;
-        }
-    }
-
-    /// Neighbouring components at fraction `theta`, from rates of which there are `RATES`: as [`Step::component`], the way through
-    /// memory worked out once.
-    #[inline(always)]
-    fn neighbours<const RATES: usize>(&self, (first, theta): (usize, f64), y: &mut [f64]) {
-        match self.rates.lanes {
-            1 => self.neighbours_in_lanes::<RATES, 1>((first, theta), y),
-            4 => self.neighbours_in_lanes::<RATES, 4>((first, theta), y),
-            _ => self.neighbours_in_lanes::<RATES, 8>((first, theta), y),
+            y[index] = start[index][lane] + self.h * sum;
         }
     }
 }

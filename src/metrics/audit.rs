@@ -59,7 +59,7 @@ impl Audit {
             if t > time_s {
                 return;
             }
-            step.range(self.support.start, step.fraction(t), &mut scratch[self.support.clone()]);
+            step.range(self.support.clone(), step.fraction(t), scratch);
             self.dissipated_j += interval_s * system.condensed_dissipation_w(t, scratch);
             self.next += 1;
         }

@@ -4,24 +4,10 @@ use pulp::{Simd, WithSimd};
 
 use crate::number::{Number, on_widest};
 use crate::system::impulse_response::{Block, Condensation, GAMMAS, Lanes, WIDTH};
-use crate::system::kernel::{Free, Kernel, ORDER, TERMS};
+use crate::system::kernel::{Free, Kernel, ORDER, TERMS, for_points};
 
-/// Points whose free motion is summed in one pass over the modes: as many sums as there are registers for.
-const SUMMED: usize = 3;
-
-/// Calls a function of as many interface points as there are, the usual numbers of them as a constant, by which loops over points are
-/// unrolled; 0 stands for the others.
-macro_rules! for_points {
-    ($points:expr, $call:ident.$method:ident($($argument:expr),*)) => {
-        match $points {
-            2 => $call.$method::<2>($($argument),*),
-            3 => $call.$method::<3>($($argument),*),
-            4 => $call.$method::<4>($($argument),*),
-            5 => $call.$method::<5>($($argument),*),
-            _ => $call.$method::<0>($($argument),*),
-        }
-    };
-}
+/// Points whose free motion is summed in one pass over the modes: a pass has as many sums as there are registers for.
+const SUMMED: usize = 5;
 
 /// `a + b c` lane by lane, rounded once: by one instruction where this is inlined into code for a processor that has it, the same
 /// elsewhere.
@@ -139,28 +125,76 @@ impl Base {
         [displacement, velocity]
     }
 
-    /// Coefficients of the free displacement of `P` points from `first` on, by powers of the time, not yet divided by factorials:
-    /// sums over all modes.
+    /// Coefficients of the free displacement of `P` points from `first.0` on by `K` powers of the time from `first.1` on, not yet divided
+    /// by factorials: sums over all modes.
     #[inline(always)]
-    fn summed<const P: usize>(&self, condensation: &Condensation, first: usize) -> [[f64; ORDER + 1]; P] {
-        let points = condensation.points();
-        let mut sums = [[0.0; ORDER + 1]; P];
+    fn summed<const P: usize, const K: usize>(
+        &self,
+        condensation: &Condensation,
+        first: (usize, usize),
+    ) -> [[f64; K]; P] {
+        let mut sums = [[0.0; K]; P];
         let (displacement, velocity) = (self.displacement.as_flattened(), self.velocity.as_flattened());
-        let modes = condensation.series.iter().zip(condensation.shapes_by_mode.chunks_exact(points));
-        let states = displacement.iter().zip(velocity);
-        for (((series, shapes), (displacement, impulse)), stiffness) in modes.zip(states).zip(condensation.stiffness())
+        let by_mode = condensation.shapes_by_mode.chunks_exact(condensation.points());
+        let states = displacement.iter().zip(velocity).zip(&condensation.stiffness);
+        for ((series, shapes), ((displacement, impulse), stiffness)) in
+            condensation.series.iter().zip(by_mode).zip(states)
         {
             let constant = -stiffness * displacement;
-            let of_constant: [f64; ORDER + 1] = std::array::from_fn(|k| series[k]);
-            let of_impulse: [f64; ORDER + 1] = std::array::from_fn(|k| series[k + 1]);
-            let constant = product([constant; ORDER + 1], of_constant);
-            let mut coefficients = fused(constant, [*impulse; ORDER + 1], of_impulse);
-            coefficients[0] = *displacement;
-            for (sums, shape) in sums.iter_mut().zip(&shapes[first..first + P]) {
-                *sums = fused(*sums, [*shape; ORDER + 1], coefficients);
+            let of_constant: [f64; K] = std::array::from_fn(|k| series[first.1 + k]);
+            let of_impulse: [f64; K] = std::array::from_fn(|k| series[first.1 + k + 1]);
+            let mut coefficients = fused(product([constant; K], of_constant), [*impulse; K], of_impulse);
+            if first.1 == 0 {
+                coefficients[..1].fill(*displacement);
+            }
+            for (sums, shape) in sums.iter_mut().zip(&shapes[first.0..first.0 + P]) {
+                *sums = fused(*sums, [*shape; K], coefficients);
             }
         }
         sums
+    }
+
+    /// Sums the series of the free motion of all points.
+    #[inline(always)]
+    fn sum_all(&mut self, condensation: &Condensation) {
+        let points = condensation.points();
+        for first in (0..points).step_by(SUMMED) {
+            match points - first {
+                1 => self.sum_some::<1, 12, 0>(condensation, first),
+                2 => self.sum_some::<2, 12, 0>(condensation, first),
+                3 => self.sum_some::<3, 12, 0>(condensation, first),
+                4 => self.sum_some::<4, 8, 4>(condensation, first),
+                _ => self.sum_some::<SUMMED, 8, 4>(condensation, first),
+            }
+        }
+    }
+
+    /// Sums those of `P` points from `first` on, the first `EARLY` and the other `LATE` coefficients each in a pass of their own.
+    #[inline(always)]
+    fn sum_some<const P: usize, const EARLY: usize, const LATE: usize>(
+        &mut self,
+        condensation: &Condensation,
+        first: usize,
+    ) {
+        const { assert!(EARLY + LATE == ORDER + 1, "all coefficients") };
+        let early = self.summed::<P, EARLY>(condensation, (first, 0));
+        let late = self.summed::<P, LATE>(condensation, (first, EARLY));
+        // 1 / k!.
+        let factor = scaled_powers(1.0);
+        for ((early, late), [displacement, velocity, acceleration]) in
+            early.iter().zip(&late).zip(&mut self.free[first..])
+        {
+            for (k, sum) in early.iter().chain(late).enumerate() {
+                let coefficient = factor[k] * sum;
+                displacement[k] = coefficient;
+                if k >= 1 {
+                    velocity[k - 1] = k as f64 * coefficient;
+                }
+                if k >= 2 {
+                    acceleration[k - 2] = (k * (k - 1)) as f64 * coefficient;
+                }
+            }
+        }
     }
 
     /// Impulse and constant force that stand for the velocity and the displacement of the modes of block `at`.
@@ -178,45 +212,17 @@ impl Base {
     /// Brings the modes to time `t` and sums the series of their free motion from there.
     #[inline(always)]
     fn rebase_all(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
-        for_points!(condensation.points(), self.move_all(condensation, t, z));
-        let mut first = 0;
-        while first < condensation.points() {
-            match condensation.points() - first {
-                1 => self.take_series(first, self.summed::<1>(condensation, first)),
-                2 => self.take_series(first, self.summed::<2>(condensation, first)),
-                _ => self.take_series(first, self.summed::<SUMMED>(condensation, first)),
-            }
-            first += SUMMED;
-        }
+        for_points!(condensation.points(), self.rebase_points(condensation, t, z));
         self.time_s = t;
     }
 
-    /// Brings the modes to time `t`.
     #[inline(always)]
-    fn move_all<const P: usize>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+    fn rebase_points<const P: usize>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
         let terms = scaled_powers(t - self.time_s);
         for at in 0..condensation.blocks.len() {
             [self.displacement[at], self.velocity[at]] = self.moved::<P>(condensation, at, (&terms, z));
         }
-    }
-
-    /// Takes the series of the free motion of `P` points from `first` on over from sums over the modes.
-    #[inline(always)]
-    fn take_series<const P: usize>(&mut self, first: usize, sums: [[f64; ORDER + 1]; P]) {
-        // 1 / k!.
-        let factor = scaled_powers(1.0);
-        for (sums, [displacement, velocity, acceleration]) in sums.iter().zip(&mut self.free[first..]) {
-            for k in 0..=ORDER {
-                let coefficient = factor[k] * sums[k];
-                displacement[k] = coefficient;
-                if k >= 1 {
-                    velocity[k - 1] = k as f64 * coefficient;
-                }
-                if k >= 2 {
-                    acceleration[k - 2] = (k * (k - 1)) as f64 * coefficient;
-                }
-            }
-        }
+        self.sum_all(condensation);
     }
 }
 

@@ -111,6 +111,8 @@ pub(super) struct Condensation {
     /// The same by modes, those of a mode at all points one after the other, and what the series of its free motion is made of.
     pub shapes_by_mode: Vec<f64>,
     pub series: Vec<Series>,
+    /// Their `omega^2`.
+    pub stiffness: Vec<f64>,
     kernel: Kernel<f64>,
 }
 
@@ -171,6 +173,7 @@ impl Condensation {
                 .collect(),
             shapes_by_mode: modes.phi.transpose().as_slice().to_vec(),
             series: (0..count).map(series).collect(),
+            stiffness: modes.omega_squared.as_slice().to_vec(),
             kernel: Kernel { points, entries: kernel },
         })
     }
@@ -183,12 +186,6 @@ impl Condensation {
     /// Number of interface points.
     pub fn points(&self) -> usize {
         self.points
-    }
-
-    /// `omega^2` of each mode.
-    #[inline(always)]
-    pub fn stiffness(&self) -> impl Iterator<Item = &f64> {
-        self.blocks.iter().flat_map(|block| &block.stiffness)
     }
 
     /// What motion of the points follows from.

@@ -9,6 +9,22 @@ pub(super) const ORDER: usize = 11;
 /// Terms of the series of the free motion, from `tau^0` to `tau^ORDER`, rounded up to whole vector registers.
 pub(super) const TERMS: usize = (ORDER + 1).next_multiple_of(LANES);
 
+/// Calls a function of as many interface points as there are, the usual numbers of them as a constant, by which loops over points are
+/// unrolled; 0 stands for the others.
+macro_rules! for_points {
+    ($points:expr, $call:ident.$method:ident($($argument:expr),*)) => {
+        match $points {
+            2 => $call.$method::<2>($($argument),*),
+            3 => $call.$method::<3>($($argument),*),
+            4 => $call.$method::<4>($($argument),*),
+            5 => $call.$method::<5>($($argument),*),
+            _ => $call.$method::<0>($($argument),*),
+        }
+    };
+}
+
+pub(super) use for_points;
+
 /// What motion of the points follows from, of one row or of one in each lane.
 #[derive(Debug, Clone)]
 pub(super) struct Kernel<R> {
@@ -41,12 +57,22 @@ impl<R: Number> Kernel<R> {
     /// Motion of all points at `tau` after the base; `z` are the integrals.
     #[inline(always)]
     pub fn motion(&self, free: &[Free<R>], tau: R, z: &[R], out: &mut Motion<'_, R>) {
+        // Alone a row gains nothing.
+        if R::LANES == 1 {
+            self.motion_of::<0>(free, tau, z, out);
+        } else {
+            for_points!(self.points, self.motion_of(free, tau, z, out));
+        }
+    }
+
+    #[inline(always)]
+    fn motion_of<const P: usize>(&self, free: &[Free<R>], tau: R, z: &[R], out: &mut Motion<'_, R>) {
         let powers = powers(tau);
         for (n, free) in free.iter().enumerate() {
             if n < out.acceleration.len() {
-                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3>(free, &powers, z, n);
+                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3, P>(free, &powers, z, n);
             } else {
-                [out.displacement[n], out.velocity[n]] = self.at::<2>(free, &powers, z, n);
+                [out.displacement[n], out.velocity[n]] = self.at::<2, P>(free, &powers, z, n);
             }
         }
     }
@@ -54,13 +80,14 @@ impl<R: Number> Kernel<R> {
     /// Displacement, velocity and acceleration (without its direct part) of point `n`.
     #[inline(always)]
     pub fn point(&self, free: &[Free<R>], tau: R, z: &[R], n: usize) -> [R; 3] {
-        self.at(&free[n], &powers(tau), z, n)
+        self.at::<3, 0>(&free[n], &powers(tau), z, n)
     }
 
     /// The first `D` of displacement, velocity and acceleration of point `n`: one pass over the kernel serves all.
     #[inline(always)]
-    fn at<const D: usize>(&self, free: &Free<R>, powers: &[R; TERMS], z: &[R], n: usize) -> [R; D] {
-        let (states, points) = (ORDER * self.points, self.points);
+    fn at<const D: usize, const P: usize>(&self, free: &Free<R>, powers: &[R; TERMS], z: &[R], n: usize) -> [R; D] {
+        let points = if P > 0 { P } else { self.points };
+        let states = ORDER * points;
         let kernel = &self.entries[n * states..(n + 1) * states];
         let mut sums = [[R::splat(0.0); LANES]; D];
         for (sum, free) in sums.iter_mut().zip(free) {
