@@ -121,3 +121,55 @@ fn powers<R: Number>(tau: R) -> [R; TERMS] {
     }
     powers
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::{Four, Lanes as _};
+
+    /// In lanes, where loops over some numbers of points are unrolled, each number of points moves with the bits that it has alone.
+    #[test]
+    fn lanes_move_as_alone() {
+        for points in 1..=7 {
+            let wave =
+                |seed: f64, count: usize| -> Vec<f64> { (0..count).map(|i| (seed * (i + 1) as f64).sin()).collect() };
+            let alone = Kernel { points, entries: wave(0.7, ORDER * points * points) };
+            let free: Vec<Free<f64>> = (0..points)
+                .map(|n| {
+                    let mut free = [[0.0; TERMS]; 3];
+                    free.as_flattened_mut().copy_from_slice(&wave(0.3 + n as f64, 3 * TERMS));
+                    free
+                })
+                .collect();
+            let z = wave(1.9, ORDER * points);
+            let mut kernel = Kernel::<Four>::like(&alone);
+            let mut lanes_free = vec![[[Four::splat(0.0); TERMS]; 3]; points];
+            let mut lanes_z = vec![Four::splat(0.0); z.len()];
+            for lane in 0..Four::LANES {
+                kernel.put(lane, &alone);
+                put_all(lanes_free.as_flattened_mut().as_flattened_mut(), lane, free.iter().flatten().flatten());
+                put_all(&mut lanes_z, lane, &z);
+            }
+            let mut tau = Four::splat(0.0);
+            (0..Four::LANES).for_each(|lane| tau.put(lane, &(0.2 * lane as f64)));
+            let found = moved(&kernel, &lanes_free, tau, &lanes_z);
+            for lane in 0..Four::LANES {
+                let expected = moved(&alone, &free, 0.2 * lane as f64, &z);
+                for (found, expected) in found.iter().zip(&expected) {
+                    assert_eq!(found.lane(lane).to_bits(), expected.to_bits(), "{points} points, lane {lane}");
+                }
+            }
+        }
+    }
+
+    /// Displacements, velocities, and the acceleration of the first point.
+    fn moved<R: Number>(kernel: &Kernel<R>, free: &[Free<R>], tau: R, z: &[R]) -> Vec<R> {
+        let (points, none) = (kernel.points, R::splat(0.0));
+        let (mut displacement, mut velocity, mut acceleration) =
+            (vec![none; points], vec![none; points], vec![none; 1]);
+        let mut motion =
+            Motion { displacement: &mut displacement, velocity: &mut velocity, acceleration: &mut acceleration };
+        kernel.motion(free, tau, z, &mut motion);
+        [displacement, velocity, acceleration].concat()
+    }
+}
