@@ -29,7 +29,7 @@ pub struct Peak {
 pub type Merits<'m, E> = dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E> + 'm;
 
 /// The highest of the peaks of `merits` that lie near the best candidates, which are given by their shares of the ranges and their merits:
-/// of the five best that lie a tenth of a factor's range from each other at least, within 0.03 of each. `None` without candidates.
+/// a few of the best that lie apart are climbed from, each over a short way. `None` without candidates.
 ///
 /// # Errors
 /// Those of `merits`.

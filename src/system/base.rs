@@ -81,7 +81,8 @@ impl Base {
         &self,
         condensation: &Condensation,
         at: usize,
-        (terms, z): (&[f64; ORDER + 1], &[f64]),
+        terms: &[f64; ORDER + 1],
+        z: &[f64],
     ) -> Lanes {
         let (block, points) = (&condensation.blocks[at], if P > 0 { P } else { condensation.points() });
         let [impulse, constant] = self.free_loads(block, at);
@@ -103,7 +104,8 @@ impl Base {
         &self,
         condensation: &Condensation,
         at: usize,
-        (terms, z): (&[f64; ORDER + 1], &[f64]),
+        terms: &[f64; ORDER + 1],
+        z: &[f64],
     ) -> [Lanes; 2] {
         let (block, points) = (&condensation.blocks[at], if P > 0 { P } else { condensation.points() });
         let (mut displacement, mut velocity) = (self.displacement[at], [0.0; WIDTH]);
@@ -125,13 +127,14 @@ impl Base {
         [displacement, velocity]
     }
 
-    /// Coefficients of the free displacement of `P` points from `first.0` on by `K` powers of the time from `first.1` on, not yet divided
-    /// by factorials: sums over all modes.
+    /// Coefficients of the free displacement of `P` points from `point` on by `K` powers of the time from `power` on, not yet divided by
+    /// factorials: sums over all modes.
     #[inline(always)]
     fn summed<const P: usize, const K: usize>(
         &self,
         condensation: &Condensation,
-        first: (usize, usize),
+        point: usize,
+        power: usize,
     ) -> [[f64; K]; P] {
         let mut sums = [[0.0; K]; P];
         let (displacement, velocity) = (self.displacement.as_flattened(), self.velocity.as_flattened());
@@ -141,13 +144,13 @@ impl Base {
             condensation.series.iter().zip(by_mode).zip(states)
         {
             let constant = -stiffness * displacement;
-            let of_constant: [f64; K] = std::array::from_fn(|k| series[first.1 + k]);
-            let of_impulse: [f64; K] = std::array::from_fn(|k| series[first.1 + k + 1]);
+            let of_constant: [f64; K] = std::array::from_fn(|k| series[power + k]);
+            let of_impulse: [f64; K] = std::array::from_fn(|k| series[power + k + 1]);
             let mut coefficients = fused(product([constant; K], of_constant), [*impulse; K], of_impulse);
-            if first.1 == 0 {
+            if power == 0 {
                 coefficients[..1].fill(*displacement);
             }
-            for (sums, shape) in sums.iter_mut().zip(&shapes[first.0..first.0 + P]) {
+            for (sums, shape) in sums.iter_mut().zip(&shapes[point..point + P]) {
                 *sums = fused(*sums, [*shape; K], coefficients);
             }
         }
@@ -177,8 +180,8 @@ impl Base {
         first: usize,
     ) {
         const { assert!(EARLY + LATE == ORDER + 1, "all coefficients") };
-        let early = self.summed::<P, EARLY>(condensation, (first, 0));
-        let late = self.summed::<P, LATE>(condensation, (first, EARLY));
+        let early = self.summed::<P, EARLY>(condensation, first, 0);
+        let late = self.summed::<P, LATE>(condensation, first, EARLY);
         // 1 / k!.
         let factor = scaled_powers(1.0);
         for ((early, late), [displacement, velocity, acceleration]) in
@@ -220,7 +223,7 @@ impl Base {
     fn rebase_points<const P: usize>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
         let terms = scaled_powers(t - self.time_s);
         for at in 0..condensation.blocks.len() {
-            [self.displacement[at], self.velocity[at]] = self.moved::<P>(condensation, at, (&terms, z));
+            [self.displacement[at], self.velocity[at]] = self.moved::<P>(condensation, at, &terms, z);
         }
         self.sum_all(condensation);
     }
@@ -261,7 +264,7 @@ impl WithSimd for Energy<'_> {
         let terms = scaled_powers(t - base.time_s);
         let mut twice = [0.0; WIDTH];
         for (at, block) in condensation.blocks.iter().enumerate() {
-            let [displacement, velocity] = base.moved::<0>(condensation, at, (&terms, z));
+            let [displacement, velocity] = base.moved::<0>(condensation, at, &terms, z);
             twice = fused(twice, block.stiffness, product(displacement, displacement));
             twice = fused(twice, velocity, velocity);
         }
@@ -293,7 +296,7 @@ impl Dissipation<'_> {
         let terms = scaled_powers(t - base.time_s);
         let mut power = [0.0; WIDTH];
         for (at, block) in condensation.blocks.iter().enumerate() {
-            let velocity = base.velocity::<P>(condensation, at, (&terms, z));
+            let velocity = base.velocity::<P>(condensation, at, &terms, z);
             power = fused(power, block.damping, product(velocity, velocity));
         }
         power.iter().sum()

@@ -57,7 +57,7 @@ impl<R: Number> Kernel<R> {
     /// Motion of all points at `tau` after the base; `z` are the integrals.
     #[inline(always)]
     pub fn motion(&self, free: &[Free<R>], tau: R, z: &[R], out: &mut Motion<'_, R>) {
-        // Alone a row gains nothing.
+        // For a row alone the unrolled loops would be compiled for processors without vector registers too.
         if R::LANES == 1 {
             self.motion_of::<0>(free, tau, z, out);
         } else {

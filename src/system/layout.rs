@@ -29,6 +29,8 @@ impl HammerQuadrature {
 
 /// Quadratures of one hammer, those of its chambers included.
 const PER_HAMMER: usize = HammerQuadrature::COUNT + 2 * chamber::COUNT;
+// Those of its own and either kind of its chambers' are equally many: a right-hand side writes them as three arrays.
+const _: () = assert!(HammerQuadrature::COUNT == chamber::COUNT);
 
 /// Sizes and offsets of the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -167,15 +167,8 @@ impl<R: Number> GuideShares<R> {
     /// any force, changed to those with the forces but without the guides.
     #[inline(always)]
     pub fn share(&self, force: &mut [R], own: &mut [R]) {
-        // Both are a few numbers wide.
-        let own = &mut own[..self.guides];
-        for (column, force) in self.direct.chunks_exact(self.guides).zip(force.iter()) {
-            own.iter_mut().zip(column).for_each(|(own, direct)| *own = force.mul_add(*direct, *own));
-        }
-        let force = &mut force[..self.guides];
-        for (column, own) in self.update.chunks_exact(self.guides).zip(own.iter()) {
-            force.iter_mut().zip(column).for_each(|(force, update)| *force = own.mul_add(*update, *force));
-        }
+        add_columns(&mut own[..self.guides], &self.direct, force);
+        add_columns(&mut force[..self.guides], &self.update, &own[..self.guides]);
     }
 }
 

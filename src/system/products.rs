@@ -40,11 +40,17 @@ pub(super) fn put_all<'v, R: Number>(own: &mut [R], lane: usize, values: impl In
     }
 }
 
-/// `out += A factors`, the columns of `A` one after the other. Several columns are taken in one pass over `out`.
+/// `out += A factors`, the columns of `A` one after the other. Several columns are taken in one pass over `out`, unless that is short.
 #[inline(always)]
 pub(super) fn add_columns<R: Number>(out: &mut [R], columns: &[R], factors: &[R]) {
     let rows = out.len();
     if rows == 0 {
+        return;
+    }
+    if rows < LANES {
+        for (factor, column) in factors.iter().zip(columns.chunks_exact(rows)) {
+            out.iter_mut().zip(column).for_each(|(out, value)| *out = factor.mul_add(*value, *out));
+        }
         return;
     }
     let (blocks, rest) = factors.as_chunks::<LANES>();
