@@ -1,6 +1,10 @@
 //! Which vector registers rows side by side are computed in.
 
-use pulp::{Arch, WithSimd};
+use std::marker::PhantomData;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::definition::Number;
 
 /// Vector registers that numbers of several rows stand in. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,4 +64,54 @@ pub fn on_widest<O: WithSimd>(op: O) -> O::Output {
         return unsafe { super::avx512::run(op) };
     }
     Arch::new().dispatch(op)
+}
+
+/// A computation over arrays of numbers, written over registers of them: `W` the widest that the processor has, `Q` those of at most four
+/// numbers. Both give the same bits where each number of a register is computed by itself.
+pub trait OverArrays {
+    /// What it gives.
+    type Output;
+    /// The computation, to be inlined whole into code for these registers.
+    fn compute<W: Number, Q: Number>(self) -> Self::Output;
+}
+
+/// Runs a computation over arrays in the registers that the processor has.
+pub fn in_widest<C: OverArrays>(computation: C) -> C::Output {
+    #[cfg(target_arch = "x86_64")]
+    match Registers::widest() {
+        Registers::Avx512 => {
+            super::EightAvx::dispatch(Within::<C, super::EightAvx, super::FourAvx>(computation, PhantomData))
+        }
+        Registers::Avx2 => {
+            super::FourAvx::dispatch(Within::<C, super::FourAvx, super::FourAvx>(computation, PhantomData))
+        }
+        Registers::Any => computation.compute::<f64, f64>(),
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    super::Four::dispatch(Within::<C, super::Four, super::Four>(computation, PhantomData))
+}
+
+/// A computation in registers of some kind.
+struct Within<C, W, Q>(C, PhantomData<(W, Q)>);
+
+impl<C: OverArrays, W: Number, Q: Number> WithSimd for Within<C, W, Q> {
+    type Output = C::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> C::Output {
+        self.0.compute::<W, Q>()
+    }
+}
+
+/// As many numbers of an array as a register holds, from `first` on.
+#[inline(always)]
+pub fn load<R: Number>(numbers: &[f64], first: usize) -> R {
+    bytemuck::pod_read_unaligned(bytemuck::cast_slice(&numbers[first..first + R::LANES]))
+}
+
+/// Puts the numbers of a register into an array, from `first` on.
+#[inline(always)]
+pub fn store<R: Number>(register: R, numbers: &mut [f64], first: usize) {
+    let own: &mut [u8] = bytemuck::cast_slice_mut(&mut numbers[first..first + R::LANES]);
+    own.copy_from_slice(bytemuck::bytes_of(&register));
 }

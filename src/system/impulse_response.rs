@@ -19,15 +19,17 @@
 //! `v` and a constant force `-omega^2 q` would cause, so both are one sum over `k`.
 //!
 //! The state carries `ORDER` integrals per interface point instead of two states per mode, and a right-hand side costs nothing
-//! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base moves on: the modes are brought up to date and the
-//! integrals start again at zero.
+//! per mode. Before the fastest mode has turned by [`TURN_RAD`] the base moves on: the modes are brought up to date, slower ones less
+//! often (see `octave`), and the integrals start again at zero.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 use crate::system::kernel::{Kernel, ORDER};
 use crate::system::modal::Modes;
-use nalgebra::{DMatrix, SMatrix, SVector};
+use crate::system::octave::{self, GAMMAS, WIDTH};
 
-/// Coefficients of `g`.
-pub(super) const GAMMAS: usize = ORDER - 1;
 /// Angle by which the fastest mode may turn between rebases, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
 /// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less. With
 /// 5 rad there are fewer rebases, but ten times these errors, which blows that creep amplify beyond a preset's promise.
@@ -50,13 +52,17 @@ pub(super) fn pays(modes: &Modes) -> bool {
     condensed + rebase * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
 }
 
-/// Largest magnitude of an eigenvalue of a mode, rad/s: its natural circular frequency unless it is damped aperiodically.
-fn fastest(modes: &Modes) -> f64 {
-    let rate = |(omega_squared, damping): (&f64, &f64)| {
+/// Largest magnitude of an eigenvalue of each mode, rad/s: its natural circular frequency unless it is damped aperiodically.
+fn rates(modes: &Modes) -> impl Iterator<Item = f64> {
+    modes.omega_squared.iter().zip(&modes.damping).map(|(omega_squared, damping)| {
         let decay = 0.5 * damping;
         omega_squared.sqrt().max(decay + (decay * decay - omega_squared).max(0.0).sqrt())
-    };
-    modes.omega_squared.iter().zip(&modes.damping).map(rate).fold(0.0, f64::max)
+    })
+}
+
+/// The largest of them.
+fn fastest(modes: &Modes) -> f64 {
+    rates(modes).fold(0.0, f64::max)
 }
 
 /// Coefficients of `g` that its equation gives.
@@ -104,6 +110,8 @@ pub(super) struct Condensation {
     /// Largest magnitude of an eigenvalue of a mode, rad/s.
     pub fastest_rad_s: f64,
     points: usize,
+    /// The modes in groups, the fastest first; all but the last are of whole blocks.
+    pub groups: Vec<Group>,
     /// The modes, several together; those that fill the last block up are zero.
     pub blocks: Vec<Block>,
     /// Shapes of each block at each point, the index of the point fastest.
@@ -116,6 +124,17 @@ pub(super) struct Condensation {
     kernel: Kernel<f64>,
 }
 
+/// Modes that are brought to the base's time together.
+#[derive(Debug, Clone)]
+pub(super) struct Group {
+    pub blocks: Range<usize>,
+    pub modes: Range<usize>,
+    /// Age from which on they do not last until the next rebase of all, s.
+    pub patience_s: f64,
+    /// Their own `Gamma_k[n, m]`, by `k`, then `m`, then `n`.
+    pub kernel: Vec<f64>,
+}
+
 /// Some modes: `omega^2`, `2 xi omega` and `gamma_1` to `gamma_GAMMAS`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
@@ -124,58 +143,89 @@ pub(super) struct Block {
     pub gamma: [Lanes; GAMMAS],
 }
 
+/// A mode of a group: its number among those of the structure, and its impulse response over the group's horizon.
+struct Member {
+    mode: usize,
+    gamma: [f64; GAMMAS],
+}
+
 impl Condensation {
     /// Condenses modes; `None`, and they are integrated, for a structure without modes or with one that is not finite.
     pub fn new(modes: &Modes) -> Option<Self> {
         if modes.omega_squared.is_empty() {
             return None;
         }
-        let (count, points) = modes.phi.shape();
+        let points = modes.phi.ncols();
         // Infinite for a structure that only floats.
         let fastest_rad_s = fastest(modes);
-        let horizon_s = TURN_RAD / fastest_rad_s;
-        let nodes = nodes();
-        let mut gamma = DMatrix::zeros(count, GAMMAS);
-        for (s, mut row) in gamma.row_iter_mut().enumerate() {
-            row.copy_from_slice(&impulse_response(modes.omega_squared[s], modes.damping[s], horizon_s, &nodes)?);
-        }
-        let mut kernel = vec![0.0; ORDER * points * points];
-        for (k, gamma) in gamma.column_iter().enumerate() {
-            let weighted = DMatrix::from_fn(count, points, |s, n| gamma[s] * modes.phi[(s, n)]);
-            let product = modes.phi.tr_mul(&weighted);
-            for n in 0..points {
-                for m in 0..points {
-                    kernel[(n * ORDER + k) * points + m] = product[(n, m)];
-                }
-            }
-        }
-        let padded = |values: &[f64], block: usize| -> Lanes {
-            std::array::from_fn(|lane| values.get(block * WIDTH + lane).copied().unwrap_or(0.0))
-        };
-        let series = |s: usize| {
-            let mut series = [0.0; ORDER + 2];
-            series[2..2 + GAMMAS].copy_from_slice(gamma.row(s).transpose().as_slice());
-            series
-        };
-        let blocks = 0..count.div_ceil(WIDTH);
-        let shape = |block: usize, point: usize| padded(modes.phi.column(point).as_slice(), block);
-        Some(Self {
-            horizon_s,
+        let mut condensation = Self {
+            horizon_s: TURN_RAD / fastest_rad_s,
             fastest_rad_s,
             points,
-            shapes: blocks.clone().flat_map(|block| (0..points).map(move |point| shape(block, point))).collect(),
-            blocks: blocks
-                .map(|block| Block {
-                    stiffness: padded(modes.omega_squared.as_slice(), block),
-                    damping: padded(modes.damping.as_slice(), block),
-                    gamma: std::array::from_fn(|k| padded(gamma.column(k).as_slice(), block)),
-                })
-                .collect(),
-            shapes_by_mode: modes.phi.transpose().as_slice().to_vec(),
-            series: (0..count).map(series).collect(),
-            stiffness: modes.omega_squared.as_slice().to_vec(),
-            kernel: Kernel { points, entries: kernel },
-        })
+            groups: Vec::new(),
+            blocks: Vec::new(),
+            shapes: Vec::new(),
+            shapes_by_mode: Vec::new(),
+            series: Vec::new(),
+            stiffness: Vec::new(),
+            kernel: Kernel { points, entries: vec![0.0; ORDER * points * points] },
+        };
+        let rate: Vec<f64> = rates(modes).collect();
+        let mut falling: Vec<usize> = (0..rate.len()).collect();
+        falling.sort_by(|a, b| rate[*b].total_cmp(&rate[*a]));
+        let rate: Vec<f64> = falling.iter().map(|mode| rate[*mode]).collect();
+        let nodes = nodes();
+        for group in octave::groups(&rate, condensation.horizon_s, points) {
+            let horizon_s = group.factor * condensation.horizon_s;
+            let member = |mode: &usize| -> Option<Member> {
+                let gamma = impulse_response(modes.omega_squared[*mode], modes.damping[*mode], horizon_s, &nodes)?;
+                Some(Member { mode: *mode, gamma })
+            };
+            let members = falling[group.modes].iter().map(member).collect::<Option<Vec<Member>>>()?;
+            condensation.add(modes, &members, group.factor);
+        }
+        Some(condensation)
+    }
+
+    /// Adds a group of modes that lasts `factor` horizons.
+    fn add(&mut self, modes: &Modes, members: &[Member], factor: f64) {
+        let points = self.points;
+        let mut kernel = Vec::with_capacity(GAMMAS * points * points);
+        let shape = DMatrix::from_fn(members.len(), points, |s, n| modes.phi[(members[s].mode, n)]);
+        for k in 0..GAMMAS {
+            let weighted = DMatrix::from_fn(members.len(), points, |s, n| members[s].gamma[k] * shape[(s, n)]);
+            kernel.extend_from_slice(shape.tr_mul(&weighted).as_slice());
+        }
+        for (at, gamma) in kernel.iter().enumerate() {
+            let (k, m, n) = (at / (points * points), at / points % points, at % points);
+            self.kernel.entries[(n * ORDER + k) * points + m] += gamma;
+        }
+        let first = self.blocks.len();
+        for members in members.chunks(WIDTH) {
+            let padded = |value: &dyn Fn(&Member) -> f64| -> Lanes {
+                std::array::from_fn(|lane| members.get(lane).map_or(0.0, value))
+            };
+            self.blocks.push(Block {
+                stiffness: padded(&|member| modes.omega_squared[member.mode]),
+                damping: padded(&|member| modes.damping[member.mode]),
+                gamma: std::array::from_fn(|k| padded(&|member| member.gamma[k])),
+            });
+            self.shapes.extend((0..points).map(|point| padded(&|member| modes.phi[(member.mode, point)])));
+            for member in members {
+                let mut series = [0.0; ORDER + 2];
+                series[2..2 + GAMMAS].copy_from_slice(&member.gamma);
+                self.series.push(series);
+                self.stiffness.push(modes.omega_squared[member.mode]);
+                self.shapes_by_mode.extend((0..points).map(|point| modes.phi[(member.mode, point)]));
+            }
+        }
+        self.groups.push(Group {
+            blocks: first..self.blocks.len(),
+            modes: first * WIDTH..first * WIDTH + members.len(),
+            // Not by a product: the horizon may be infinite.
+            patience_s: if factor > 1.0 { (factor - 1.0) * self.horizon_s } else { 0.0 },
+            kernel,
+        });
     }
 
     /// Number of states: the integrals `z_1` of all points, then `z_2`, and so on.
@@ -200,8 +250,7 @@ impl Condensation {
     }
 }
 
-/// Modes treated together in a rebase: sums along the series are long chains, and several hide each other's latency.
-pub(super) const WIDTH: usize = 16;
+/// One number of each mode of a block.
 pub(super) type Lanes = [f64; WIDTH];
 /// Of one mode: 0, 0, then `gamma_1` to `gamma_GAMMAS`, then 0: read from its second entry on what an impulse makes of the free
 /// displacement, by powers of the time, and read from its first what a constant force does.

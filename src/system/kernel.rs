@@ -12,13 +12,13 @@ pub(super) const TERMS: usize = (ORDER + 1).next_multiple_of(LANES);
 /// Calls a function of as many interface points as there are, the usual numbers of them as a constant, by which loops over points are
 /// unrolled; 0 stands for the others.
 macro_rules! for_points {
-    ($points:expr, $call:ident.$method:ident($($argument:expr),*)) => {
+    ($points:expr, $call:ident.$method:ident$(::<$($type:ident),+>)?($($argument:expr),*)) => {
         match $points {
-            2 => $call.$method::<2>($($argument),*),
-            3 => $call.$method::<3>($($argument),*),
-            4 => $call.$method::<4>($($argument),*),
-            5 => $call.$method::<5>($($argument),*),
-            _ => $call.$method::<0>($($argument),*),
+            2 => $call.$method::<$($($type,)+)? 2>($($argument),*),
+            3 => $call.$method::<$($($type,)+)? 3>($($argument),*),
+            4 => $call.$method::<$($($type,)+)? 4>($($argument),*),
+            5 => $call.$method::<$($($type,)+)? 5>($($argument),*),
+            _ => $call.$method::<$($($type,)+)? 0>($($argument),*),
         }
     };
 }

@@ -7,6 +7,7 @@
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
 //! - `kernel`: motion of interface points from integrals of the forces on them
+//! - `octave`: groups of modes by how fast they are, and the free motion of slower ones between their own rebases
 //! - `impulse_response`, `base`: impulse-response condensation of the modes to their interface points, and the modes at a rebase
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
@@ -28,6 +29,7 @@ mod layout;
 mod modal;
 mod model;
 mod motion;
+mod octave;
 mod products;
 mod rates;
 
