@@ -32,11 +32,14 @@ pub struct Place {
     held: Option<Arc<Held>>,
 }
 
-/// Held open: their numbers are not given to another folder or file meanwhile.
+/// Held open: their identities are not given to another folder or file meanwhile.
 #[derive(Debug)]
 struct Held {
     folder: File,
-    lock: File,
+    _lock: File,
+    /// The lock is looked for before every row: its identity and its path are at hand.
+    identity: Identity,
+    path: PathBuf,
 }
 
 impl Place {
@@ -44,7 +47,12 @@ impl Place {
         let held = if cfg!(windows) {
             None
         } else {
-            Some(Arc::new(Held { folder: File::open(folder)?, lock: lock.try_clone()? }))
+            Some(Arc::new(Held {
+                folder: File::open(folder)?,
+                _lock: lock.try_clone()?,
+                identity: identity(&lock.metadata()?),
+                path: folder.join(LOCK_NAME),
+            }))
         };
         Ok(Self { path: folder.to_owned(), held })
     }
@@ -59,13 +67,13 @@ impl Place {
         self.held.as_ref().is_none_or(|held| is_same(&held.folder, &self.path))
     }
 
-    /// The folder and the lock must be those that they were.
+    /// The lock in the folder must be the one that was taken: then the folder is that too.
     ///
     /// # Errors
     /// [`DatasetError::Gone`].
     pub fn check(&self) -> Result<(), DatasetError> {
-        let is_ours = |held: &Arc<Held>| is_same(&held.lock, &self.path.join(LOCK_NAME));
-        if self.is_there() && self.held.as_ref().is_none_or(is_ours) {
+        let is_ours = |held: &Arc<Held>| fs::metadata(&held.path).is_ok_and(|named| identity(&named) == held.identity);
+        if self.held.as_ref().is_none_or(is_ours) {
             return Ok(());
         }
         Err(DatasetError::Gone { path: self.path.clone() })
@@ -152,16 +160,24 @@ pub fn host_name() -> String {
     if name.trim().is_empty() { "this machine".to_owned() } else { name.trim().to_owned() }
 }
 
+/// What tells a file from all others that there are at the same time.
+type Identity = (u64, u64);
+
 #[cfg(unix)]
-fn is_same(file: &File, path: &Path) -> bool {
+fn identity(metadata: &fs::Metadata) -> Identity {
     use std::os::unix::fs::MetadataExt;
-    match (file.metadata(), fs::metadata(path)) {
-        (Ok(ours), Ok(named)) => (ours.dev(), ours.ino()) == (named.dev(), named.ino()),
-        _ => false,
-    }
+    (metadata.dev(), metadata.ino())
 }
 
+/// Elsewhere a file that is open cannot be taken away.
 #[cfg(not(unix))]
-fn is_same(_: &File, _: &Path) -> bool {
-    true
+fn identity(_: &fs::Metadata) -> Identity {
+    (0, 0)
+}
+
+fn is_same(file: &File, path: &Path) -> bool {
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(ours), Ok(named)) => identity(&ours) == identity(&named),
+        _ => false,
+    }
 }

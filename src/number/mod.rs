@@ -36,4 +36,4 @@ pub use definition::{Lanes, Mask, Number, in_lanes};
 pub use functions::{exp, ln, odd_power, tanh};
 pub use lanes::{Four, FourMask};
 pub use registers::Registers;
-pub(crate) use registers::{OverArrays, in_widest, load, on_widest, store};
+pub(crate) use registers::{OverArrays, in_widest, load, store};

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::definition::Number;
 
@@ -53,17 +53,6 @@ impl Registers {
     pub fn widest() -> Self {
         Self::ALL.into_iter().rfind(|registers| registers.are_available()).unwrap_or(Self::Any)
     }
-}
-
-/// Runs a computation over arrays of numbers in code for the widest registers that the processor has. The order of sums is that of
-/// the computation, and so the result is the same with all.
-pub fn on_widest<O: WithSimd>(op: O) -> O::Output {
-    #[cfg(target_arch = "x86_64")]
-    if super::avx512::is_available() {
-        // SAFETY: just asked.
-        return unsafe { super::avx512::run(op) };
-    }
-    Arch::new().dispatch(op)
 }
 
 /// A computation over arrays of numbers, written over registers of them: `W` the widest that the processor has, `Q` those of at most four

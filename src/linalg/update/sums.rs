@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use pulp::{Simd, WithSimd};
-
 use nalgebra::DMatrix;
 
-use crate::number::on_widest;
+use crate::number::{Number, OverArrays, in_widest, load, store};
 
 /// Independent sums, so that the order of additions does not depend on the width of registers.
 const LANES: usize = 8;
+/// Lists whose products with as many others are summed in one pass: one sum alone waits for itself.
+const TILE: usize = 3;
 
 /// Poles with their rows of U, column after column, filled up with poles that count nothing.
 pub(super) struct Poles {
@@ -54,12 +54,12 @@ impl Poles {
 
     /// `sum factor_i u_i u_i' / (at - nu_i)` into a matrix of as many rows as U has columns; factors are finite.
     pub fn sum(&mut self, at: f64, factors: &[f64], out: &mut DMatrix<f64>) {
-        on_widest(Sum { poles: self, at, factors, out: out.as_mut_slice() });
+        in_widest(Sum { poles: self, at, factors, out: out.as_mut_slice() });
     }
 
     /// The unit vector along `u_i' q / (at - nu_i)`, for the poles that were left out along `near`.
     pub fn vector(&mut self, at: f64, q: &[f64], (left_out, near): (Range<usize>, &[f64]), out: &mut [f64]) {
-        on_widest(Vector { poles: self, at, q, left_out, near, out });
+        in_widest(Vector { poles: self, at, q, left_out, near, out });
     }
 }
 
@@ -70,28 +70,72 @@ struct Sum<'a> {
     out: &'a mut [f64],
 }
 
-impl WithSimd for Sum<'_> {
+impl OverArrays for Sum<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Poles { values, columns, rank, weights, scaled } = self.poles;
-        let (padded, rank) = (values.len(), *rank);
-        for ((weight, factor), pole) in weights.iter_mut().zip(self.factors).zip(values.iter()) {
-            *weight = factor / (self.at - pole);
+    fn compute<W: Number, Q: Number>(self) {
+        let Poles { values, columns, rank, weights, .. } = self.poles;
+        let rank = *rank;
+        for first in (0..values.len()).step_by(W::LANES) {
+            let weight = load::<W>(self.factors, first) / (W::splat(self.at) - load(values, first));
+            store(weight, weights, first);
         }
-        for k in 0..rank {
-            let column = &columns[k * padded..(k + 1) * padded];
-            for ((scaled, value), weight) in scaled.iter_mut().zip(column).zip(weights.iter()) {
-                *scaled = value * weight;
-            }
-            for l in 0..=k {
-                let sum = dot(scaled, &columns[l * padded..(l + 1) * padded]);
-                self.out[k * rank + l] = sum;
-                self.out[l * rank + k] = sum;
+        for (k, l) in (0..rank).step_by(TILE).flat_map(|k| (0..=k).step_by(TILE).map(move |l| (k, l))) {
+            if k + TILE <= rank {
+                put(&tile::<W, TILE>(columns, weights, (k, l)), (k, l), (self.out, rank));
+            } else {
+                for k in k..rank {
+                    for l in l..(l + TILE).min(rank) {
+                        put(&tile::<W, 1>(columns, weights, (k, l)), (k, l), (self.out, rank));
+                    }
+                }
             }
         }
     }
+}
+
+/// Puts a tile into a symmetric matrix, at its place and at the mirrored one.
+fn put<const N: usize>(tile: &[[f64; N]; N], (k, l): (usize, usize), (out, rank): (&mut [f64], usize)) {
+    for (k, row) in (k..).zip(tile) {
+        for (l, value) in (l..).zip(row) {
+            out[k * rank + l] = *value;
+            out[l * rank + k] = *value;
+        }
+    }
+}
+
+/// Weighted products of the lists from `k` on with those from `l` on, `N` each.
+#[inline(always)]
+fn tile<W: Number, const N: usize>(lists: &[f64], weights: &[f64], (k, l): (usize, usize)) -> [[f64; N]; N] {
+    let length = weights.len();
+    let mut sums = [[[0.0; LANES]; N]; N];
+    for lanes in (0..LANES).step_by(W::LANES) {
+        let mut own = [[W::splat(0.0); N]; N];
+        for at in (lanes..length).step_by(LANES) {
+            let weight: W = load(weights, at);
+            let mut others = [W::splat(0.0); N];
+            for n in 0..N {
+                others[n] = load(&lists[(l + n) * length..][..length], at);
+            }
+            for n in 0..N {
+                let scaled = load::<W>(&lists[(k + n) * length..][..length], at) * weight;
+                for m in 0..N {
+                    own[n][m] = scaled.mul_add(others[m], own[n][m]);
+                }
+            }
+        }
+        for n in 0..N {
+            for m in 0..N {
+                store(own[n][m], &mut sums[n][m], lanes);
+            }
+        }
+    }
+    let mut tile = [[0.0; N]; N];
+    for (tile, sums) in tile.as_flattened_mut().iter_mut().zip(sums.as_flattened()) {
+        *tile = sums.iter().sum();
+    }
+    tile
 }
 
 struct Vector<'a> {
@@ -103,23 +147,21 @@ struct Vector<'a> {
     out: &'a mut [f64],
 }
 
-impl WithSimd for Vector<'_> {
+impl OverArrays for Vector<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn compute<W: Number, Q: Number>(self) {
         let Poles { values, columns, scaled, .. } = self.poles;
-        scaled.fill(0.0);
-        for (column, q) in columns.chunks_exact(values.len()).zip(self.q) {
-            for (sum, value) in scaled.iter_mut().zip(column) {
-                *sum += value * q;
+        for first in (0..values.len()).step_by(W::LANES) {
+            let mut sum = W::splat(0.0);
+            for (column, q) in columns.chunks_exact(values.len()).zip(self.q) {
+                sum = W::splat(*q).mul_add(load(column, first), sum);
             }
-        }
-        for (entry, pole) in scaled.iter_mut().zip(values.iter()) {
-            *entry /= self.at - pole;
+            store(sum / (W::splat(self.at) - load(values, first)), scaled, first);
         }
         scaled[self.left_out].copy_from_slice(self.near);
-        let norm = dot(scaled, scaled).sqrt();
+        let norm = square::<W>(scaled).sqrt();
         for (out, entry) in self.out.iter_mut().zip(scaled.iter()) {
             *out = entry / norm;
         }
@@ -128,7 +170,7 @@ impl WithSimd for Vector<'_> {
 
 /// `sum weight_i z_i^2`.
 pub(super) fn weighted_square(weights: &[f64], z: &[f64]) -> f64 {
-    on_widest(WeightedSquare { weights, z })
+    in_widest(WeightedSquare { weights, z })
 }
 
 struct WeightedSquare<'a> {
@@ -136,30 +178,37 @@ struct WeightedSquare<'a> {
     z: &'a [f64],
 }
 
-impl WithSimd for WeightedSquare<'_> {
+impl OverArrays for WeightedSquare<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
+    fn compute<W: Number, Q: Number>(self) -> f64 {
+        let whole = self.z.len() / LANES * LANES;
         let mut sums = [0.0; LANES];
-        let ((weights, last_weights), (z, last_z)) = (self.weights.as_chunks::<LANES>(), self.z.as_chunks::<LANES>());
-        for (weights, z) in weights.iter().zip(z) {
-            for lane in 0..LANES {
-                sums[lane] += weights[lane] * (z[lane] * z[lane]);
+        for lanes in (0..LANES).step_by(W::LANES) {
+            let mut own = W::splat(0.0);
+            for at in (lanes..whole).step_by(LANES) {
+                let z: W = load(self.z, at);
+                own = load::<W>(self.weights, at).mul_add(z * z, own);
             }
+            store(own, &mut sums, lanes);
         }
-        let rest: f64 = last_weights.iter().zip(last_z).map(|(weight, z)| weight * (z * z)).sum();
+        let rest: f64 = self.weights[whole..].iter().zip(&self.z[whole..]).map(|(weight, z)| weight * (z * z)).sum();
         sums.iter().sum::<f64>() + rest
     }
 }
 
+/// Sum of the squares of a list.
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+fn square<W: Number>(list: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
-    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
+    for lanes in (0..LANES).step_by(W::LANES) {
+        let mut own = W::splat(0.0);
+        for at in (lanes..list.len()).step_by(LANES) {
+            let value: W = load(list, at);
+            own = value.mul_add(value, own);
         }
+        store(own, &mut sums, lanes);
     }
     sums.iter().sum()
 }
