@@ -177,15 +177,15 @@ impl Octave {
         for first in (0..=ORDER).step_by(3 * Q::LANES) {
             let mut moved = [splat::<Q, 3>(0.0); MOST_POINTS];
             for (i, term) in terms.iter().enumerate() {
-                for n in 0..points {
-                    moved[n] = fused(moved[n], *term, parts(&self.derivatives[n], first + i));
+                for (moved, derivatives) in moved[..points].iter_mut().zip(&self.derivatives[..points]) {
+                    *moved = fused(*moved, *term, parts(derivatives, first + i));
                 }
             }
             for (k, kernel) in kernel.chunks_exact(points * points).enumerate() {
                 for (falling, kernel) in falling.0.iter().zip(kernel.chunks_exact(points)) {
                     let integrals = parts(falling, first + GAMMAS - 1 - k);
-                    for n in 0..points {
-                        moved[n] = fused(moved[n], kernel[n], integrals);
+                    for (moved, kernel) in moved[..points].iter_mut().zip(kernel) {
+                        *moved = fused(*moved, *kernel, integrals);
                     }
                 }
             }
