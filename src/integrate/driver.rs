@@ -262,13 +262,13 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
 
     /// Brings what a lane's row carries outside the state to the present.
     fn rebase(&mut self, system: &mut S, at: usize) {
-        let n = self.y.len();
-        read(&self.y, at, &mut self.state);
-        read(&self.rates[..n], at, &mut self.rate);
+        let of = system.row(at).rebased_components();
+        read(&self.y[of.clone()], at, &mut self.state[of.clone()]);
+        read(&self.rates[of.clone()], at, &mut self.rate[of.clone()]);
         system.row_mut(at).rebase(self.lanes[at].t, &mut self.state, &mut self.rate);
         system.rebased(at);
-        write(&self.state, at, &mut self.y);
-        write(&self.rate, at, &mut self.rates[..n]);
+        write(&self.state[of.clone()], at, &mut self.y[of.clone()]);
+        write(&self.rate[of.clone()], at, &mut self.rates[of]);
     }
 
     /// Tries a step in all lanes, and accepts or rejects each.

@@ -1,5 +1,7 @@
 //! What is integrated, by what a method asks of it: every system, one that switches, rows side by side.
 
+use std::ops::Range;
+
 use crate::number::Number;
 
 /// An initial value problem `y' = f(t, y)`.
@@ -76,6 +78,11 @@ pub trait Switching: System {
     /// Time that no step may pass before [`Switching::rebase`] is called. Default: infinity.
     fn horizon(&self) -> f64 {
         f64::INFINITY
+    }
+
+    /// Components of the state and of its rate that [`Switching::rebase`] reads and changes; the others are not valid there. Default: all.
+    fn rebased_components(&self) -> Range<usize> {
+        0..self.dimension()
     }
 
     /// Brings the part outside `y` to time `t`; changes `y` and its rate to the new representation of the same state.

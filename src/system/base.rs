@@ -129,7 +129,7 @@ impl Base {
             velocity: vec![[0.0; WIDTH]; blocks],
             octaves: vec![Octave::at_rest(points); condensation.groups.len()],
             falling: Falling::NONE,
-            free: vec![[[0.0; TERMS]; 3]; points],
+            free: vec![[0.0; TERMS + 2]; points],
         }
     }
 
@@ -225,23 +225,11 @@ impl Base {
     /// Writes the free motion of the points: that of all groups.
     #[inline(always)]
     fn gather(&mut self) {
-        // 1 / k!.
-        let factor = scaled_powers(1.0);
-        for (point, [displacement, velocity, acceleration]) in self.free.iter_mut().enumerate() {
-            let mut derivatives = [0.0; ORDER + 1];
+        for (point, free) in self.free.iter_mut().enumerate() {
+            free.fill(0.0);
             for octave in &self.octaves {
-                for (sum, own) in derivatives.iter_mut().zip(&octave.derivatives[point]) {
+                for (sum, own) in free[..=ORDER].iter_mut().zip(&octave.derivatives[point]) {
                     *sum += own;
-                }
-            }
-            for (k, derivative) in derivatives.iter().enumerate() {
-                let coefficient = factor[k] * derivative;
-                displacement[k] = coefficient;
-                if k >= 1 {
-                    velocity[k - 1] = k as f64 * coefficient;
-                }
-                if k >= 2 {
-                    acceleration[k - 2] = (k * (k - 1)) as f64 * coefficient;
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! The coupled system as the integrator sees it.
 
+use std::ops::Range;
+
 use crate::hammer::chamber;
 use crate::integrate::{GuardSample, Switching, System};
 use crate::system::coupled::Coupled;
@@ -105,6 +107,10 @@ impl Switching for Coupled {
             (Some(base), Some(condensation)) => base.time_s + condensation.horizon_s,
             _ => f64::INFINITY,
         }
+    }
+
+    fn rebased_components(&self) -> Range<usize> {
+        self.model.layout.structure_displacements()
     }
 
     fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {

@@ -34,8 +34,9 @@ pub(super) struct Kernel<R> {
     pub entries: Vec<R>,
 }
 
-/// Coefficients of the free displacement, velocity and acceleration of an interface point, by powers of the time since the base.
-pub(super) type Free<R> = [[R; TERMS]; 3];
+/// Derivatives of the free displacement of an interface point at the base, from order 0 on, and zeros: with `tau^k / k!` the first give
+/// its displacement, those from order 1 on its velocity, those from order 2 on its acceleration.
+pub(super) type Free<R> = [R; TERMS + 2];
 
 impl<R: Number> Kernel<R> {
     /// Room for that of a number of points.
@@ -67,12 +68,12 @@ impl<R: Number> Kernel<R> {
 
     #[inline(always)]
     fn motion_of<const P: usize>(&self, free: &[Free<R>], tau: R, z: &[R], out: &mut Motion<'_, R>) {
-        let powers = powers(tau);
+        let terms = terms(tau);
         for (n, free) in free.iter().enumerate() {
             if n < out.acceleration.len() {
-                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3, P>(free, &powers, z, n);
+                [out.displacement[n], out.velocity[n], out.acceleration[n]] = self.at::<3, P>(free, &terms, z, n);
             } else {
-                [out.displacement[n], out.velocity[n]] = self.at::<2, P>(free, &powers, z, n);
+                [out.displacement[n], out.velocity[n]] = self.at::<2, P>(free, &terms, z, n);
             }
         }
     }
@@ -80,18 +81,18 @@ impl<R: Number> Kernel<R> {
     /// Displacement, velocity and acceleration (without its direct part) of point `n`.
     #[inline(always)]
     pub fn point(&self, free: &[Free<R>], tau: R, z: &[R], n: usize) -> [R; 3] {
-        self.at::<3, 0>(&free[n], &powers(tau), z, n)
+        self.at::<3, 0>(&free[n], &terms(tau), z, n)
     }
 
     /// The first `D` of displacement, velocity and acceleration of point `n`: one pass over the kernel serves all.
     #[inline(always)]
-    fn at<const D: usize, const P: usize>(&self, free: &Free<R>, powers: &[R; TERMS], z: &[R], n: usize) -> [R; D] {
+    fn at<const D: usize, const P: usize>(&self, free: &Free<R>, terms: &[R; TERMS], z: &[R], n: usize) -> [R; D] {
         let points = if P > 0 { P } else { self.points };
         let states = ORDER * points;
         let kernel = &self.entries[n * states..(n + 1) * states];
         let mut sums = [[R::splat(0.0); LANES]; D];
-        for (sum, free) in sums.iter_mut().zip(free) {
-            add_products(sum, free, powers);
+        for (order, sum) in sums.iter_mut().enumerate() {
+            add_products(sum, &free[order..order + TERMS], terms);
         }
         // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}.
         let (early, late) = (&z[..states - points], &z[points..states]);
@@ -110,16 +111,16 @@ impl<R: Number> Kernel<R> {
     }
 }
 
-/// Powers of `tau` from 0 on.
+/// `tau^k / k!` from 0 on.
 #[inline(always)]
-fn powers<R: Number>(tau: R) -> [R; TERMS] {
+fn terms<R: Number>(tau: R) -> [R; TERMS] {
     let square = tau * tau;
-    let mut powers = [R::splat(1.0); TERMS];
-    powers[1] = tau;
+    let mut terms = [R::splat(1.0); TERMS];
+    terms[1] = tau;
     for k in 2..TERMS {
-        powers[k] = powers[k - 2] * square;
+        terms[k] = terms[k - 2] * (square * R::splat(1.0 / (k * (k - 1)) as f64));
     }
-    powers
+    terms
 }
 
 #[cfg(test)]
@@ -136,18 +137,18 @@ mod tests {
             let alone = Kernel { points, entries: wave(0.7, ORDER * points * points) };
             let free: Vec<Free<f64>> = (0..points)
                 .map(|n| {
-                    let mut free = [[0.0; TERMS]; 3];
-                    free.as_flattened_mut().copy_from_slice(&wave(0.3 + n as f64, 3 * TERMS));
+                    let mut free = [0.0; TERMS + 2];
+                    free.copy_from_slice(&wave(0.3 + n as f64, TERMS + 2));
                     free
                 })
                 .collect();
             let z = wave(1.9, ORDER * points);
             let mut kernel = Kernel::<Four>::like(&alone);
-            let mut lanes_free = vec![[[Four::splat(0.0); TERMS]; 3]; points];
+            let mut lanes_free = vec![[Four::splat(0.0); TERMS + 2]; points];
             let mut lanes_z = vec![Four::splat(0.0); z.len()];
             for lane in 0..Four::LANES {
                 kernel.put(lane, &alone);
-                put_all(lanes_free.as_flattened_mut().as_flattened_mut(), lane, free.iter().flatten().flatten());
+                put_all(lanes_free.as_flattened_mut(), lane, free.iter().flatten());
                 put_all(&mut lanes_z, lane, &z);
             }
             let mut tau = Four::splat(0.0);

@@ -10,7 +10,7 @@ use crate::number::{Lanes, Mask, Number, in_lanes};
 use crate::system::base::Base;
 use crate::system::discrete::Discrete;
 use crate::system::elements::ContactKind;
-use crate::system::kernel::{Free, Kernel};
+use crate::system::kernel::{Free, Kernel, TERMS};
 use crate::system::layout::{HammerQuadrature, Layout};
 use crate::system::modal::{GuideShares, ModalRates, Motion};
 use crate::system::model::CoupledModel;
@@ -150,7 +150,7 @@ impl<R: Number> Rates<R> {
             Some(condensation) => Structure::Condensed {
                 kernel: Kernel::like(condensation.kernel()),
                 base_s: zero,
-                free: vec![Default::default(); interface],
+                free: vec![[zero; TERMS + 2]; interface],
             },
             None => Structure::Integrated {
                 modes: ModalRates::like(&model.modes),
@@ -240,9 +240,7 @@ impl<R: Number> Rates<R> {
     pub fn put_base(&mut self, lane: usize, base: &Base) {
         if let Structure::Condensed { base_s, free, .. } = &mut self.structure {
             base_s.put(lane, &base.time_s);
-            for (own, free) in free.iter_mut().flatten().zip(base.free.iter().flatten()) {
-                put_all(own, lane, free);
-            }
+            put_all(free.as_flattened_mut(), lane, base.free.as_flattened());
         }
     }
 
