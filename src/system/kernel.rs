@@ -18,6 +18,8 @@ macro_rules! for_points {
             3 => $call.$method::<$($($type,)+)? 3>($($argument),*),
             4 => $call.$method::<$($($type,)+)? 4>($($argument),*),
             5 => $call.$method::<$($($type,)+)? 5>($($argument),*),
+            6 => $call.$method::<$($($type,)+)? 6>($($argument),*),
+            8 => $call.$method::<$($($type,)+)? 8>($($argument),*),
             _ => $call.$method::<$($($type,)+)? 0>($($argument),*),
         }
     };
@@ -131,7 +133,7 @@ mod tests {
     /// In lanes, where loops over some numbers of points are unrolled, each number of points moves with the bits that it has alone.
     #[test]
     fn lanes_move_as_alone() {
-        for points in 1..=7 {
+        for points in 1..=8 {
             let wave =
                 |seed: f64, count: usize| -> Vec<f64> { (0..count).map(|i| (seed * (i + 1) as f64).sin()).collect() };
             let alone = Kernel { points, entries: wave(0.7, ORDER * points * points) };
