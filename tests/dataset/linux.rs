@@ -56,7 +56,9 @@ fn a_journal_cut_short_from_outside_ends_the_sweep_with_words() {
     let child = sweep.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("decore starts");
     let path = folder.join(".journal/000000000000.rows");
     let begin = Instant::now();
-    while !path.exists() && begin.elapsed() < Duration::from_secs(60) {
+    // Not before it has room for rows: a file that is only just made is filled after the cut.
+    let has_room = || fs::metadata(&path).is_ok_and(|file| file.len() > 1000);
+    while !has_room() && begin.elapsed() < Duration::from_secs(60) {
         sleep(Duration::from_millis(5));
     }
     let file = fs::OpenOptions::new().write(true).open(&path).expect("the journal");
