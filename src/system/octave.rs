@@ -23,7 +23,7 @@ pub(super) const GAMMAS: usize = ORDER - 1;
 /// Modes treated together in a rebase: sums along the series are long chains, and several hide each other's latency.
 pub(super) const WIDTH: usize = 16;
 /// Angle in rad by which modes of a slower group may turn between two of its own rebases: less than what the fastest modes may, as
-/// slower ones move more. Their impulse responses err by 6e-9 there.
+/// slower ones move more. Their impulse responses err by 3e-9 there, close to critical damping by 3e-8.
 const TURN_RAD: f64 = 3.0;
 /// How many horizons slower groups may last.
 const FACTORS: [f64; 3] = [2.0, 4.0, 8.0];
