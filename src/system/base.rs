@@ -295,7 +295,7 @@ struct Moment<'e> {
 }
 
 impl Moment<'_> {
-    /// Adds a power or an energy of all modes, as `sum` gives it.
+    /// A power or an energy of all modes: the sum of what `M` gives of each.
     #[inline(always)]
     fn total<W: Number, const P: usize, M: OfModes>(&self) -> f64 {
         let Self { base, condensation, t, z } = self;

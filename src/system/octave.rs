@@ -158,10 +158,9 @@ impl Octave {
         &own[..count]
     }
 
-    /// The group's own base is that of all from now on.
+    /// The group's own base is that of all from now on: its integrals, which are not read then, begin anew with the next base of all.
     pub fn begin(&mut self) {
         self.since_s = 0.0;
-        self.integrals.fill(0.0);
     }
 
     /// Writes the free motion anew from the next base of all on, `tau` with its `terms` after the last; `kernel` is the group's own and
