@@ -21,6 +21,30 @@
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
 //! modes, and [`study::CheckedStudy::scene`] one of the study and the row's index.
 //!
+//! # Two packages
+//!
+//! What a study takes to run, from its file to its tables, is a package of its own, `decore-core` in `src/core/`: it is fully
+//! optimised, and this one, which reads and prints, is not, for that would double the time of a first build and save nobody
+//! time (`Cargo.toml`, profiles). Its modules stand here under their names too, and programs need not know of it:
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use decore::engine::{Engine, Rows, SweepEvent, SweepSettings};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! let settings = ["duration_s=0.15".to_owned()];
+//! let engine = Engine::load(Path::new("studies/pressure_grid.toml"), &settings)?;
+//! println!("row 3: {:?}, {:?}", engine.checked().row_values(3), engine.scene(3)?.scene.hammers[0].mount);
+//! let (outcome, signals) = engine.outcome_with_signals(3, 1e-4)?;
+//! let listener = |event: SweepEvent<'_>| println!("{event:?}");
+//! let status = engine.run(folder.path(), &SweepSettings { listener: &listener, ..SweepSettings::default() })?;
+//!
+//! assert!(outcome.metrics.is_some() && signals.is_some_and(|signals| signals[0].values.len() == 1501));
+//! assert_eq!((status.rows_done, status.rows_failed), (8, 0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Who may import whom
 //!
 //! One way only; a test holds the `use crate::` lines to this table. A module not named on the right is not imported.
@@ -108,57 +132,31 @@
 #![deny(missing_docs)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
-#[macro_use]
-pub mod parameter;
-
 pub mod accuracy;
-#[allow(clippy::disallowed_methods)]
-pub mod analysis;
 #[allow(clippy::disallowed_methods)]
 pub mod cli;
 pub mod comparison;
-pub mod contact;
-pub mod dataset;
-pub mod design;
-pub mod engine;
-pub mod expression;
-pub mod features;
-pub mod files;
 pub mod guide;
-pub mod hammer;
-pub mod integrate;
-pub mod linalg;
 #[allow(clippy::disallowed_methods)]
 pub mod measurement;
-pub mod metrics;
-pub mod number;
 #[allow(clippy::disallowed_methods)]
 pub mod page;
 #[allow(clippy::disallowed_methods)]
 pub mod paper;
-#[allow(clippy::disallowed_methods)]
-pub mod plot;
 #[cfg(feature = "python")]
 #[allow(clippy::disallowed_methods)]
 pub mod python;
-pub mod quantity;
-pub mod random;
 #[allow(clippy::disallowed_methods)]
 pub mod refinement;
 #[allow(clippy::disallowed_methods)]
-pub mod regression;
-#[allow(clippy::disallowed_methods)]
 pub mod report;
-pub mod run;
-pub mod scene;
 #[allow(clippy::disallowed_methods)]
 pub mod sensitivity;
 #[allow(clippy::disallowed_methods)]
-pub mod signal;
-pub mod structure;
-pub mod study;
-#[allow(clippy::disallowed_methods)]
 pub mod surrogate;
-pub mod system;
-pub mod words;
-pub mod workpiece;
+
+pub use decore_core::{
+    analysis, contact, dataset, design, engine, expression, features, files, hammer, integrate, linalg, metrics,
+    number, parameter, plot, quantity, random, regression, run, scene, signal, structure, study, system, words,
+    workpiece,
+};

@@ -3,7 +3,7 @@
 use crate::random::hash;
 
 /// Direction numbers of the first [`MAX_DIMENSIONS`] dimensions.
-const TABLE: &str = include_str!("../assets/joe_kuo.txt");
+const TABLE: &str = include_str!("../../assets/joe_kuo.txt");
 /// Most dimensions.
 pub(super) const MAX_DIMENSIONS: usize = 1024;
 /// Binary digits of a point, as many as a float holds.

@@ -252,7 +252,7 @@ mod tests {
 
     #[test]
     fn cut_gzip_is_an_error() {
-        let whole: &[u8] = include_bytes!("../../../assets/station/K.mtx.gz");
+        let whole: &[u8] = include_bytes!("../../../../assets/station/K.mtx.gz");
         let error = parse_matrix_market("K.mtx.gz", &whole[..whole.len() / 2]).expect_err("cut").to_string();
         assert!(error.contains("cut short"), "{error}");
     }

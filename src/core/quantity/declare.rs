@@ -77,6 +77,7 @@ impl<F: QuantityField> QuantityField for Option<F> {
 ///
 /// A field reads `/// text` then `pub name: type => "unit",`, or `=> "unit" ("heading")` with a short name for narrow tables, or
 /// `=> "unit" main` for a main output. A field without `=>` is no quantity.
+#[macro_export]
 macro_rules! quantities {
     (
         $(#[$attribute:meta])+
@@ -117,10 +118,10 @@ macro_rules! quantities {
     };
 }
 
-pub(crate) use quantities;
+pub use quantities;
 
 /// The first of what may be there: a mark that `quantities!` read.
-pub(crate) const fn first(marks: &[&'static str]) -> Option<&'static str> {
+pub const fn first(marks: &[&'static str]) -> Option<&'static str> {
     match marks {
         [first, ..] => Some(first),
         [] => None,

@@ -7,5 +7,5 @@ mod declare;
 mod value;
 
 pub use declare::{Quantity, QuantityField};
-pub(crate) use declare::{first, quantities};
+pub use declare::{first, quantities};
 pub use value::{Cell, Kind, Value};

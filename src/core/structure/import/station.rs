@@ -6,9 +6,9 @@ use crate::structure::label::regular_labels;
 use crate::structure::model::{FeModel, ModelMatrices, Sources};
 use crate::structure::points::InterfacePoints;
 
-const MASS: &[u8] = include_bytes!("../../assets/station/M_bare.mtx.gz");
-const STIFFNESS: &[u8] = include_bytes!("../../assets/station/K.mtx.gz");
-const POINTS: &str = include_str!("../../assets/station/interface_points.csv");
+const MASS: &[u8] = include_bytes!("../../../assets/station/M_bare.mtx.gz");
+const STIFFNESS: &[u8] = include_bytes!("../../../assets/station/K.mtx.gz");
+const POINTS: &str = include_str!("../../../assets/station/interface_points.csv");
 
 impl FeModel {
     /// The hammer station that comes with the program: 546 DOF, 2176 kg without hammers, see `src/assets/station`.
