@@ -4,5 +4,6 @@ pub(super) mod error;
 pub(super) mod keys;
 pub(super) mod overrides;
 pub(super) mod path;
+pub(super) mod read;
 pub(super) mod tree;
 pub(super) mod typed;

@@ -57,11 +57,3 @@ pub(in crate::study) fn check_keys(
     }
     Ok(tree)
 }
-
-/// Reads a tree of values; the error is the key's path and the message.
-pub(in crate::study) fn read_tree<T: serde::de::DeserializeOwned>(value: toml::Value) -> Result<T, (String, String)> {
-    serde_path_to_error::deserialize(value).map_err(|error| {
-        let key = error.path().to_string();
-        (key, error.into_inner().message().to_string())
-    })
-}

@@ -10,6 +10,7 @@ use crate::hammer::HammerParameters;
 use crate::study::document::error::{Place, Problem};
 use crate::study::document::keys::{self, Shape};
 use crate::study::document::path;
+use crate::study::document::read::read_tree;
 use crate::study::document::tree::Document;
 use crate::study::schema::hammer_schema;
 
@@ -55,7 +56,7 @@ impl Library {
         lay(&mut values, &document.root.table()).map_err(|Conflict { path, message }| {
             vec![Problem::new(document.locate(&path), path::join(&path), message)]
         })?;
-        let parameters = HammerParameters::deserialize_from(&values)
+        let parameters = read_parameters(values.clone())
             .map_err(|error| vec![Problem::new(Place::in_file(&document.name), "", error)])?;
         self.files.insert(file.to_string(), HammerFile { document, values, parameters });
         Ok(())
@@ -73,7 +74,7 @@ impl Library {
         let mut values = entry.map_or(&self.defaults, |entry| &entry.values).clone();
         lay(&mut values, overrides)
             .map_err(|Conflict { path, message }| format!("`{}`: {message}", path::join(&path)))?;
-        HammerParameters::deserialize_from(&values)
+        read_parameters(values)
     }
 
     /// Place of a parameter in a hammer file, if the file gives it.
@@ -97,14 +98,7 @@ impl Library {
     }
 }
 
-/// Deserialisation with the key in the message.
-trait FromTable: Sized {
-    fn deserialize_from(table: &toml::Table) -> Result<Self, String>;
-}
-
-impl FromTable for HammerParameters {
-    fn deserialize_from(table: &toml::Table) -> Result<Self, String> {
-        serde_path_to_error::deserialize(toml::Value::Table(table.clone()))
-            .map_err(|error| format!("`{}`: {}", error.path(), error.inner().message()))
-    }
+/// Parameters of a table of all of them, with the key in the message.
+fn read_parameters(values: toml::Table) -> Result<HammerParameters, String> {
+    read_tree(toml::Value::Table(values)).map_err(|(key, message)| format!("`{key}`: {message}"))
 }

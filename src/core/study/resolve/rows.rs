@@ -9,7 +9,7 @@ use super::scene::{Context, resolve};
 use crate::scene::Scene;
 use crate::study::document::overrides::Override;
 use crate::study::document::path;
-use crate::study::document::typed::read_tree;
+use crate::study::document::read::read_tree;
 use crate::study::file::StudyFile;
 
 /// All that the scenes of a study's rows share.

@@ -9,8 +9,9 @@ use crate::scene::{Fidelity, Preset};
 use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
 use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
+use crate::study::document::read::read_tree;
 use crate::study::document::tree::Document;
-use crate::study::document::typed::{check_keys, read_tree};
+use crate::study::document::typed::check_keys;
 use crate::study::file::{Housings, SourceName, StructureEntry, StructureFile, StructureParameters};
 
 /// The rail of the built-in station.
