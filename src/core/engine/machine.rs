@@ -34,8 +34,25 @@ pub struct Machine {
     /// Where modes are selected per scene.
     selection: Option<SelectionSettings>,
     housings: Housings,
-    cache: Mutex<HashMap<PlacementKey, Arc<ModesAt>>>,
+    cache: Mutex<HashMap<PlacementKey, Arc<Placement>>>,
     note: Option<String>,
+}
+
+/// What is found once for a placement of the hammers.
+#[derive(Debug)]
+struct Placement {
+    modes: ModesAt,
+    /// Those that rows run on: all of them, or what the study's tolerance selects.
+    chosen: ChosenModes,
+}
+
+/// Modes that rows run on.
+#[derive(Debug)]
+struct ChosenModes {
+    omega_rad_s: Vec<f64>,
+    damping_ratio: Vec<f64>,
+    /// Shapes at each of the [`interface_rows`].
+    shapes: Vec<Vec<f64>>,
 }
 
 /// A structure before its reduction: what a study is checked against.
@@ -124,12 +141,7 @@ impl Machine {
     /// # Errors
     /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
     pub fn modes(&self, scene: &Scene) -> Result<InterfaceModes, StructureError> {
-        if let Some(settings) = self.selection {
-            return self.select(scene, settings).map(|(_, modes)| modes);
-        }
-        let modes = self.placed(scene)?;
-        let shapes = modes.rows.row_iter().map(|row| row.iter().copied().collect()).collect();
-        Ok(interface_modes(scene, shapes, (modes.omega_rad_s.clone(), modes.damping_ratio.clone())))
+        Ok(self.placed(scene)?.chosen.of(scene))
     }
 
     /// What was selected for a scene; `None` where the study sets no tolerance.
@@ -149,22 +161,14 @@ impl Machine {
         scene: &Scene,
         settings: SelectionSettings,
     ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
-        let modes = self.placed(scene)?;
-        let selection = modes.select(settings)?;
-        let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {
-            selection.kept.iter().map(|&mode| of[mode]).chain(residual.iter().copied()).collect()
-        };
-        let residual = &selection.residual;
-        let omega_rad_s = with_residual(&modes.omega_rad_s, &residual.omega_rad_s);
-        let damping_ratio = with_residual(&modes.damping_ratio, &residual.damping_ratio);
-        let rows = selection.rows.row_iter().zip(residual.rows.row_iter());
-        let shapes = rows.map(|(kept, residual)| kept.iter().chain(residual.iter()).copied().collect()).collect();
-        let interface = interface_modes(scene, shapes, (omega_rad_s, damping_ratio));
+        let placement = self.placed(scene)?;
+        let selection = placement.modes.select(settings)?;
+        let interface = ChosenModes::selected(&placement.modes, &selection).of(scene);
         Ok((selection, interface))
     }
 
-    /// The modes of a placement, from the cache where it is there. A pure function of the scene: the cache only saves time.
-    fn placed(&self, scene: &Scene) -> Result<Arc<ModesAt>, StructureError> {
+    /// A placement, from the cache where it is there. A pure function of the scene: the cache only saves time.
+    fn placed(&self, scene: &Scene) -> Result<Arc<Placement>, StructureError> {
         let housings = match self.housings {
             Housings::Add => housings(scene),
             Housings::Included => Vec::new(),
@@ -173,15 +177,58 @@ impl Machine {
         let key = key(&housings, &rows);
         // A panic elsewhere leaves the map whole: entries are inserted in one go.
         let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(modes) = cached {
-            return Ok(modes);
+        if let Some(placement) = cached {
+            return Ok(placement);
         }
-        let modes = Arc::new(self.reduced.modes_at(&housings, &self.options, &rows)?);
+        let modes = self.reduced.modes_at(&housings, &self.options, &rows)?;
+        let chosen = match self.selection {
+            Some(settings) => ChosenModes::selected(&modes, &modes.select(settings)?),
+            None => ChosenModes::all(&modes),
+        };
+        let placement = Arc::new(Placement { modes, chosen });
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.len() < CACHED_PLACEMENTS {
-            cache.insert(key, Arc::clone(&modes));
+            cache.insert(key, Arc::clone(&placement));
         }
-        Ok(modes)
+        Ok(placement)
+    }
+}
+
+impl ChosenModes {
+    fn all(modes: &ModesAt) -> Self {
+        Self {
+            omega_rad_s: modes.omega_rad_s.clone(),
+            damping_ratio: modes.damping_ratio.clone(),
+            shapes: modes.rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
+        }
+    }
+
+    /// The kept modes, then what stands for the others.
+    fn selected(modes: &ModesAt, selection: &ModeSelection) -> Self {
+        let residual = &selection.residual;
+        let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {
+            selection.kept.iter().map(|&mode| of[mode]).chain(residual.iter().copied()).collect()
+        };
+        let rows = selection.rows.row_iter().zip(residual.rows.row_iter());
+        Self {
+            omega_rad_s: with_residual(&modes.omega_rad_s, &residual.omega_rad_s),
+            damping_ratio: with_residual(&modes.damping_ratio, &residual.damping_ratio),
+            shapes: rows.map(|(kept, residual)| kept.iter().chain(residual.iter()).copied().collect()).collect(),
+        }
+    }
+
+    /// The modes with their shapes as a scene names them.
+    fn of(&self, scene: &Scene) -> InterfaceModes {
+        let mut shapes = self.shapes.iter().cloned();
+        InterfaceModes {
+            mounts: shapes.by_ref().take(scene.hammers.len()).collect(),
+            fixtures: (scene.castings.iter())
+                .map(|casting| shapes.by_ref().take(casting.fixtures.len()).collect())
+                .collect(),
+            points: shapes.collect(),
+            omega_rad_s: self.omega_rad_s.clone(),
+            damping_ratio: self.damping_ratio.clone(),
+        }
     }
 }
 
@@ -192,22 +239,6 @@ fn interface_rows(scene: &Scene) -> Vec<DirectedPoints> {
     let verticals = fixtures.map(|fixture| &fixture.point).chain(&scene.outputs.points);
     let verticals = verticals.map(|point| vec![(point.clone(), 1.0)]);
     mounts.chain(verticals).map(|points| (points, STRIKE_DIRECTION)).collect()
-}
-
-/// Modes with their shapes at the [`interface_rows`] of a scene.
-fn interface_modes(
-    scene: &Scene,
-    shapes: Vec<Vec<f64>>,
-    (omega_rad_s, damping_ratio): (Vec<f64>, Vec<f64>),
-) -> InterfaceModes {
-    let mut shapes = shapes.into_iter();
-    InterfaceModes {
-        mounts: shapes.by_ref().take(scene.hammers.len()).collect(),
-        fixtures: scene.castings.iter().map(|casting| shapes.by_ref().take(casting.fixtures.len()).collect()).collect(),
-        points: shapes.collect(),
-        omega_rad_s,
-        damping_ratio,
-    }
 }
 
 /// What a study's reduction keeps: all six DOFs of every candidate mount, the vertical of every point of a fixture or to be seen.
