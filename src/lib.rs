@@ -24,8 +24,8 @@
 //! # Two packages
 //!
 //! What a study takes to run, from its file to its tables, is a package of its own, `decore-core` in `src/core/`: it is fully
-//! optimised, and this one, which reads and prints, is not, for that would double the time of a first build and save nobody
-//! time (`Cargo.toml`, profiles). Its modules stand here under their names too, and programs need not know of it:
+//! optimised, and this one, which reads and prints, is not, for that would lengthen a first build and save nobody time
+//! (`Cargo.toml`, profiles). Its modules stand here under their names too, and programs need not know of it:
 //!
 //! ```
 //! use std::path::Path;
@@ -51,11 +51,11 @@
 //! Within a module the files import each other one way too.
 //!
 //! ```text
+//! decore-core
 //! analysis    : random
 //! design      : random
 //! expression  :
 //! files       :
-//! guide       :
 //! linalg      : number
 //! number      :
 //! parameter   :
@@ -75,15 +75,18 @@
 //! system      : contact hammer integrate number scene workpiece
 //! metrics     : hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system
+//! dataset     : design files integrate metrics quantity run words
+//! engine      : dataset design integrate metrics quantity run scene structure study system words
+//! features    : dataset design files metrics quantity random run study
+//!
+//! decore
+//! guide       :
 //! measurement : metrics signal study
 //! accuracy    : integrate metrics plot quantity run scene system
-//! dataset     : design files integrate metrics quantity run words
 //! report      : dataset metrics quantity run
 //! comparison  : dataset quantity run
-//! engine      : dataset design integrate metrics quantity run scene structure study system words
 //! paper       : engine measurement metrics plot run scene signal study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! features    : dataset design files metrics quantity random run study
 //! surrogate   : dataset files number random regression sensitivity study
 //! page        : dataset hammer metrics quantity report run scene sensitivity surrogate
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
