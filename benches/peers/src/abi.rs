@@ -13,7 +13,7 @@ use crate::scene::prepare;
 /// # Safety
 /// `path` is a string that ends in a zero byte.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_new(path: *const c_char, tied: i32) -> *mut Problem<'static> {
+pub unsafe extern "C" fn peer_new(path: *const c_char, tied: i32) -> *mut Problem {
     // SAFETY: the caller's promise.
     let path = unsafe { CStr::from_ptr(path) }.to_string_lossy().into_owned();
     let rig = prepare(Path::new(&path), &[]);
@@ -29,7 +29,7 @@ pub unsafe extern "C" fn peer_new(path: *const c_char, tied: i32) -> *mut Proble
 /// # Safety
 /// `problem` comes from [`peer_new`]; so for all functions here.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_states(problem: *const Problem<'static>) -> usize {
+pub unsafe extern "C" fn peer_states(problem: *const Problem) -> usize {
     // SAFETY: the caller's promise.
     unsafe { &*problem }.initial().len()
 }
@@ -39,13 +39,13 @@ pub unsafe extern "C" fn peer_states(problem: *const Problem<'static>) -> usize 
 /// # Safety
 /// Both arrays have [`peer_states`] elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_initial(problem: *const Problem<'static>, y: *mut f64, scales: *mut f64) {
+pub unsafe extern "C" fn peer_initial(problem: *const Problem, y: *mut f64, scales: *mut f64) {
     // SAFETY: the caller's promise.
     let problem = unsafe { &*problem };
     let n = problem.initial().len();
     // SAFETY: the caller's promise.
     let (y, scales) = unsafe { (std::slice::from_raw_parts_mut(y, n), std::slice::from_raw_parts_mut(scales, n)) };
-    y.copy_from_slice(problem.initial());
+    y.copy_from_slice(&problem.initial());
     scales.copy_from_slice(problem.scales());
 }
 
@@ -54,7 +54,7 @@ pub unsafe extern "C" fn peer_initial(problem: *const Problem<'static>, y: *mut 
 /// # Safety
 /// Both arrays have [`peer_states`] elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_rhs(problem: *mut Problem<'static>, t: f64, y: *const f64, rate: *mut f64) {
+pub unsafe extern "C" fn peer_rhs(problem: *mut Problem, t: f64, y: *const f64, rate: *mut f64) {
     // SAFETY: the caller's promise.
     let problem = unsafe { &mut *problem };
     let n = problem.initial().len();
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn peer_rhs(problem: *mut Problem<'static>, t: f64, y: *co
 /// # Safety
 /// `y` has [`peer_states`] elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_strike(problem: *const Problem<'static>, t: f64, y: *const f64) -> f64 {
+pub unsafe extern "C" fn peer_strike(problem: *const Problem, t: f64, y: *const f64) -> f64 {
     // SAFETY: the caller's promise.
     let problem = unsafe { &*problem };
     // SAFETY: the caller's promise.
@@ -81,7 +81,7 @@ pub unsafe extern "C" fn peer_strike(problem: *const Problem<'static>, t: f64, y
 /// # Safety
 /// `y` has [`peer_states`] elements.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_first_impact(problem: *mut Problem<'static>, t: f64, y: *const f64) -> f64 {
+pub unsafe extern "C" fn peer_first_impact(problem: *mut Problem, t: f64, y: *const f64) -> f64 {
     // SAFETY: the caller's promise.
     let problem = unsafe { &mut *problem };
     // SAFETY: the caller's promise.
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn peer_first_impact(problem: *mut Problem<'static>, t: f6
 /// # Safety
 /// As [`peer_states`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_heave(problem: *const Problem<'static>) -> usize {
+pub unsafe extern "C" fn peer_heave(problem: *const Problem) -> usize {
     // SAFETY: the caller's promise.
     unsafe { &*problem }.heave()
 }
@@ -105,7 +105,7 @@ pub unsafe extern "C" fn peer_heave(problem: *const Problem<'static>) -> usize {
 /// # Safety
 /// As [`peer_states`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_next_stop(problem: *mut Problem<'static>, t: f64) -> f64 {
+pub unsafe extern "C" fn peer_next_stop(problem: *mut Problem, t: f64) -> f64 {
     // SAFETY: the caller's promise.
     let problem = unsafe { &mut *problem };
     problem.pass_stops(t);

@@ -87,13 +87,13 @@ impl Library {
 }
 
 /// What the callbacks are given.
-struct User<'p, 'm> {
+struct User<'p> {
     library: Library,
-    problem: &'p mut Problem<'m>,
+    problem: &'p mut Problem,
     states: usize,
 }
 
-impl User<'_, '_> {
+impl User<'_> {
     /// The elements of a vector of the library.
     fn elements<'v>(&self, vector: *mut c_void) -> &'v mut [f64] {
         // SAFETY: all vectors of one solver have as many elements as there are states, and outlive its callbacks.
@@ -122,7 +122,7 @@ extern "C" fn roots(t: c_double, y: *mut c_void, values: *mut c_double, user: *m
 }
 
 /// Integrates from rest until the goal says stop; returns the time reached.
-pub fn integrate(library: Library, problem: &mut Problem<'_>, goal: &Goal) -> Result<f64, Stop> {
+pub fn integrate(library: Library, problem: &mut Problem, goal: &Goal) -> Result<f64, Stop> {
     let (initial, scales) = (problem.initial(), problem.scales().to_vec());
     let (states, guards) = (initial.len(), problem.guard_count());
     let mut user = User { library, problem, states };
@@ -133,7 +133,7 @@ pub fn integrate(library: Library, problem: &mut Problem<'_>, goal: &Goal) -> Re
     unsafe {
         (library.context_create)(std::ptr::null_mut(), &raw mut context);
         let [y, absolute, between] = [(); 3].map(|()| (library.vector)(states as i64, context));
-        user.elements(y).copy_from_slice(initial);
+        user.elements(y).copy_from_slice(&initial);
         user.elements(absolute).iter_mut().zip(&scales).for_each(|(to, scale)| *to = goal.tolerance * scale);
         let solver = (library.create)(BDF, context);
         let matrix = (library.matrix)(states as i64, states as i64, context);

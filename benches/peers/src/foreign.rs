@@ -36,7 +36,7 @@ struct Base {
 }
 
 /// Integrates from rest until the goal says stop; returns the time reached.
-pub fn integrate(method: Method, problem: &mut Problem<'_>, goal: &Goal) -> Result<f64, Stop> {
+pub fn integrate(method: Method, problem: &mut Problem, goal: &Goal) -> Result<f64, Stop> {
     let (initial, scales) = (problem.initial(), problem.scales().to_vec());
     let (states, guards) = (initial.len(), problem.guard_count());
     let problem = RefCell::new(problem);
@@ -69,7 +69,7 @@ pub fn integrate(method: Method, problem: &mut Problem<'_>, goal: &Goal) -> Resu
         .atol(scales.iter().map(|scale| goal.tolerance * scale))
         .h0(FIRST_STEP_S)
         .rhs_implicit(rhs, jacobian)
-        .init(|_: &[f64], _, y: &mut [f64]| y.copy_from_slice(initial), states)
+        .init(|_: &[f64], _, y: &mut [f64]| y.copy_from_slice(&initial), states)
         .root(roots, guards)
         .build()
         .map_err(failed)?;
@@ -90,11 +90,7 @@ fn failed(error: diffsol::DiffsolError) -> Stop {
     Stop::Failed(error.to_string())
 }
 
-fn drive<'a, Equations, Solver>(
-    solver: &mut Solver,
-    problem: &RefCell<&mut Problem<'_>>,
-    goal: &Goal,
-) -> Result<f64, Stop>
+fn drive<'a, Equations, Solver>(solver: &mut Solver, problem: &RefCell<&mut Problem>, goal: &Goal) -> Result<f64, Stop>
 where
     Equations: OdeEquations<T = f64, V = NalgebraVec<f64>, M = Matrix> + 'a,
     Solver: OdeSolverMethod<'a, Equations>,

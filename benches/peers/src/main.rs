@@ -179,7 +179,7 @@ fn foreign_row(
 ) -> Row {
     let scene = &yardstick.rig.scene;
     let model = problem_model(yardstick.rig, guide);
-    let mut problem = Problem::new(&model, scene.outputs);
+    let mut problem = Problem::new(&model, scene.outputs.clone());
     let own = yardstick.ms_per_s();
     let goal = Goal::new(tolerance, scene.duration_s);
     let begin = ThreadTime::now();

@@ -1,6 +1,8 @@
 //! The equations with their discrete state, and what is kept of a solution.
 
-use decore::integrate::System;
+use std::sync::Arc;
+
+use decore::integrate::{Switching, System};
 use decore::scene::{Guide, Method, ModeTreatment, OutputSettings, Scene, SolverSettings};
 use decore::system::{ContactKind, Coupled, CoupledModel, build};
 
@@ -15,9 +17,8 @@ const REFINEMENTS: usize = 4;
 const FRESH_S: f64 = 1e-10;
 
 /// The model of a rig with its modes integrated.
-pub fn problem_model(rig: &Rig, guide: Guide) -> CoupledModel {
-    let solver =
-        SolverSettings { guide, modes: ModeTreatment::Integrated, method: Method::Tsit5, ..rig.scene.solver };
+pub fn problem_model(rig: &Rig, guide: Guide) -> Arc<CoupledModel> {
+    let solver = SolverSettings { guide, modes: ModeTreatment::Integrated, method: Method::Tsit5, ..rig.scene.solver };
     build(&Scene { solver, ..rig.scene.clone() }, &rig.modes).expect("the rig can be built")
 }
 
@@ -51,7 +52,7 @@ impl Solution {
 }
 
 /// A coupled system in the hands of a foreign solver.
-pub struct Problem<'a> {
+pub struct Problem {
     system: Coupled,
     settings: OutputSettings,
     /// State and rate with the quadratures, which the solver does not see.
@@ -69,9 +70,9 @@ pub struct Problem<'a> {
     switched_s: Vec<f64>,
 }
 
-impl<'a> Problem<'a> {
+impl Problem {
     /// The problem at rest.
-    pub fn new(model: &'a CoupledModel, settings: OutputSettings) -> Self {
+    pub fn new(model: &Arc<CoupledModel>, settings: OutputSettings) -> Self {
         let rest = model.initial_state().to_vec();
         Self {
             system: Coupled::new(model),
@@ -87,9 +88,9 @@ impl<'a> Problem<'a> {
     }
 
     /// States at rest.
-    pub fn initial(&self) -> &'a [f64] {
+    pub fn initial(&self) -> Vec<f64> {
         let model = self.system.model();
-        &model.initial_state()[..model.layout().states()]
+        model.initial_state()[..model.layout().states()].to_vec()
     }
 
     /// Size of each state at which an error counts as 1 / tolerance.
