@@ -1,15 +1,55 @@
 //! A tree of values read as a type, with the key at fault.
 
-use serde::de::value::{Error, MapDeserializer, SeqDeserializer};
-use serde::de::{Deserializer, Error as _, IntoDeserializer, Unexpected, Visitor};
+use std::fmt;
+
+use serde::de::value::StrDeserializer;
+use serde::de::{DeserializeSeed, Deserializer, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
 use toml::Value;
 
 /// Reads a tree of values; the error is the key's path and the message.
 pub(in crate::study) fn read_tree<T: serde::de::DeserializeOwned>(value: Value) -> Result<T, (String, String)> {
-    serde_path_to_error::deserialize(Tree(value)).map_err(|error| {
-        let key = error.path().to_string();
-        (key, error.into_inner().to_string())
+    T::deserialize(Tree(value)).map_err(|refused| {
+        // What holds for the whole has no key.
+        let path = if refused.path.is_empty() { ".".to_owned() } else { refused.path };
+        (path, refused.message)
     })
+}
+
+/// Why a tree is not of a type.
+#[derive(Debug)]
+struct Refused {
+    /// Path of the value at fault from where its reader stands: keys with dots between them, positions in brackets.
+    path: String,
+    message: String,
+}
+
+impl Refused {
+    /// The same, seen from the table that has the value under `key`.
+    fn under(mut self, key: &str) -> Self {
+        let between = if self.path.is_empty() || self.path.starts_with('[') { "" } else { "." };
+        self.path.insert_str(0, between);
+        self.path.insert_str(0, key);
+        self
+    }
+
+    /// The same, seen from the array that has the value at `position`.
+    fn at(self, position: usize) -> Self {
+        self.under(&format!("[{position}]"))
+    }
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Refused {}
+
+impl serde::de::Error for Refused {
+    fn custom<M: fmt::Display>(message: M) -> Self {
+        Self { path: String::new(), message: message.to_string() }
+    }
 }
 
 /// A tree of values, which a type reads itself from.
@@ -20,7 +60,7 @@ struct Tree(Value);
 
 impl Tree {
     /// That a visitor expects something else.
-    fn refused<'de, V: Visitor<'de>>(&self, visitor: &V) -> Error {
+    fn refused<'de, V: Visitor<'de>>(&self, visitor: &V) -> Refused {
         let date;
         let found = match &self.0 {
             Value::String(text) => Unexpected::Str(text),
@@ -34,14 +74,14 @@ impl Tree {
             Value::Array(_) => Unexpected::Seq,
             Value::Table(_) => Unexpected::Map,
         };
-        Error::invalid_type(found, visitor)
+        serde::de::Error::invalid_type(found, visitor)
     }
 }
 
 impl<'de> Deserializer<'de> for Tree {
-    type Error = Error;
+    type Error = Refused;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {
         match self.0 {
             Value::String(text) => visitor.visit_string(text),
             Value::Integer(number) => visitor.visit_i64(number),
@@ -53,17 +93,23 @@ impl<'de> Deserializer<'de> for Tree {
         }
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {
         let Value::Array(entries) = self.0 else { return Err(self.refused(&visitor)) };
-        let mut entries = SeqDeserializer::new(entries.into_iter().map(Tree));
+        let length = entries.len();
+        let mut entries = Entries(entries.into_iter().enumerate());
         let value = visitor.visit_seq(&mut entries)?;
-        entries.end()?;
-        Ok(value)
+        match entries.0.len() {
+            0 => Ok(value),
+            left => {
+                let expected = format!("{} elements in sequence", length - left);
+                Err(serde::de::Error::invalid_length(length, &expected.as_str()))
+            }
+        }
     }
 
-    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {
         let Value::Table(entries) = self.0 else { return Err(self.refused(&visitor)) };
-        visitor.visit_map(MapDeserializer::new(entries.into_iter().map(|(key, value)| (key, Tree(value)))))
+        visitor.visit_map(Pairs { left: entries.into_iter(), present: None })
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -71,19 +117,19 @@ impl<'de> Deserializer<'de> for Tree {
         _name: &'static str,
         _fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Error> {
+    ) -> Result<V::Value, Refused> {
         self.deserialize_map(visitor)
     }
 
-    fn deserialize_tuple<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_tuple<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, Refused> {
         self.deserialize_seq(visitor)
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {
         visitor.visit_some(self)
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _name: &'static str, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _name: &'static str, visitor: V) -> Result<V::Value, Refused> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -92,7 +138,7 @@ impl<'de> Deserializer<'de> for Tree {
         _name: &'static str,
         _variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Error> {
+    ) -> Result<V::Value, Refused> {
         match self.0 {
             Value::String(text) => visitor.visit_enum(text.into_deserializer()),
             _ => Err(self.refused(&visitor)),
@@ -105,11 +151,49 @@ impl<'de> Deserializer<'de> for Tree {
     }
 }
 
-impl<'de> IntoDeserializer<'de> for Tree {
-    type Deserializer = Self;
+/// The entries of an array, with their positions.
+struct Entries(std::iter::Enumerate<std::vec::IntoIter<Value>>);
 
-    fn into_deserializer(self) -> Self {
-        self
+impl<'de> SeqAccess<'de> for Entries {
+    type Error = Refused;
+
+    fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Refused> {
+        let Some((position, value)) = self.0.next() else { return Ok(None) };
+        seed.deserialize(Tree(value)).map(Some).map_err(|refused| refused.at(position))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.0.len())
+    }
+}
+
+/// The keys of a table with their values.
+struct Pairs {
+    left: toml::map::IntoIter<String, Value>,
+    /// The key read last, and its value.
+    present: Option<(String, Value)>,
+}
+
+impl<'de> MapAccess<'de> for Pairs {
+    type Error = Refused;
+
+    fn next_key_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Refused> {
+        let Some((key, value)) = self.left.next() else { return Ok(None) };
+        let name: StrDeserializer<'_, Refused> = key.as_str().into_deserializer();
+        let read = seed.deserialize(name).map_err(|refused| refused.under(&key))?;
+        self.present = Some((key, value));
+        Ok(Some(read))
+    }
+
+    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, Refused> {
+        let Some((key, value)) = self.present.take() else {
+            return Err(serde::de::Error::custom("a value was asked for before its key"));
+        };
+        seed.deserialize(Tree(value)).map_err(|refused| refused.under(&key))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.left.len())
     }
 }
 
