@@ -6,8 +6,8 @@ use pulp::{Simd, WithSimd};
 
 use crate::number::{Number, OverArrays, in_widest, load, store};
 use crate::system::impulse_response::{Block, Condensation, Lanes};
-use crate::system::kernel::{Free, Kernel, ORDER, TERMS, for_points};
-use crate::system::octave::{Falling, GAMMAS, Integrals, Octave, Parts, Terms, WIDTH, scaled_powers, splat};
+use crate::system::kernel::{Free, GAMMAS, Kernel, ORDER, TERMS, for_points};
+use crate::system::octave::{Falling, Integrals, Octave, Parts, Terms, WIDTH, scaled_powers, splat};
 
 /// Some registers of a block's modes, whose sums hide each other's latency.
 type Pair<W> = [W; 2];
@@ -360,7 +360,7 @@ impl OverArrays for Dissipation<'_> {
 
     #[inline(always)]
     fn compute<W: Number, Q: Number>(self) -> f64 {
-        for_points!(self.0.condensation.points(), self.total::<W>())
+        for_points!(unrolled::<W>(self.0.condensation.points()), self.total::<W>())
     }
 }
 
@@ -369,6 +369,13 @@ impl Dissipation<'_> {
     fn total<W: Number, const P: usize>(&self) -> f64 {
         self.0.total::<W, P, Self>()
     }
+}
+
+/// How many points loops are unrolled for; 0 is any number. Numbers one by one are those of processors that call a library for each fused
+/// product: nothing is won there, and a third of this module's code is saved.
+#[inline(always)]
+fn unrolled<W: Number>(points: usize) -> usize {
+    if W::LANES > 1 { points } else { 0 }
 }
 
 /// A rebase to be done.
@@ -385,7 +392,7 @@ impl OverArrays for Rebase<'_> {
     #[inline(always)]
     fn compute<W: Number, Q: Number>(self) {
         let Self { base, condensation, t, z } = self;
-        for_points!(condensation.points(), base.rebase_points::<W, Q>(condensation, t, z));
+        for_points!(unrolled::<W>(condensation.points()), base.rebase_points::<W, Q>(condensation, t, z));
     }
 }
 

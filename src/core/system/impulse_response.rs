@@ -26,9 +26,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-use crate::system::kernel::{Kernel, ORDER};
+use crate::system::kernel::{GAMMAS, Kernel, ORDER};
 use crate::system::modal::Modes;
-use crate::system::octave::{self, GAMMAS, WIDTH};
+use crate::system::octave::{self, WIDTH};
 
 /// Angle by which the fastest mode may turn between rebases, rad. With ten coefficients the fastest mode's `g` errs by 1e-7 of
 /// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less. With

@@ -2,10 +2,12 @@
 
 use crate::number::Number;
 use crate::system::modal::Motion;
-use crate::system::products::{LANES, add_products, put_all, sum};
+use crate::system::products::{LANES, put_all, sum};
 
 /// Repeated integrals per interface point.
 pub(super) const ORDER: usize = 11;
+/// Coefficients of a mode's impulse response.
+pub(super) const GAMMAS: usize = ORDER - 1;
 /// Terms of the series of the free motion, from `tau^0` to `tau^ORDER`, rounded up to whole vector registers.
 pub(super) const TERMS: usize = (ORDER + 1).next_multiple_of(LANES);
 
@@ -93,16 +95,33 @@ impl<R: Number> Kernel<R> {
         let states = ORDER * points;
         let kernel = &self.entries[n * states..(n + 1) * states];
         let mut sums = [[R::splat(0.0); LANES]; D];
-        for (order, sum) in sums.iter_mut().enumerate() {
-            add_products(sum, &free[order..order + TERMS], terms);
+        for (at, terms) in terms.as_chunks::<LANES>().0.iter().enumerate() {
+            for lane in 0..LANES {
+                for order in 0..D {
+                    sums[order][lane] = free[at * LANES + lane + order].mul_add(terms[lane], sums[order][lane]);
+                }
+            }
         }
-        // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}.
-        let (early, late) = (&z[..states - points], &z[points..states]);
-        let (first, next) = (&kernel[..states - points], &kernel[points..]);
+        // Velocity reads z_k where displacement reads z_{k+1} and acceleration z_{k-1}. What is read is used for all at once: reading
+        // takes longer than the products.
+        let count = states - points;
+        let (first, first_left) = kernel[..count].as_chunks::<LANES>();
+        let (next, next_left) = kernel[points..][..count].as_chunks::<LANES>();
+        let (early, early_left) = z[..count].as_chunks::<LANES>();
+        let (late, late_left) = z[points..][..count].as_chunks::<LANES>();
+        for ((first, next), (early, late)) in first.iter().zip(next).zip(early.iter().zip(late)) {
+            for lane in 0..LANES {
+                sums[0][lane] = first[lane].mul_add(late[lane], sums[0][lane]);
+                sums[1][lane] = next[lane].mul_add(late[lane], sums[1][lane]);
+                if D == 3 {
+                    sums[2][lane] = next[lane].mul_add(early[lane], sums[2][lane]);
+                }
+            }
+        }
         let mut rest = [
-            add_products(&mut sums[0], first, late),
-            add_products(&mut sums[1], next, late),
-            if D == 3 { add_products(&mut sums[2], next, early) } else { R::splat(0.0) },
+            sum(first_left, late_left),
+            sum(next_left, late_left),
+            if D == 3 { sum(next_left, early_left) } else { R::splat(0.0) },
         ];
         rest[1] += sum(&kernel[..points], &z[..points]);
         let mut values = [R::splat(0.0); D];

@@ -16,10 +16,8 @@
 use std::ops::Range;
 
 use crate::number::{Number, load, store};
-use crate::system::kernel::ORDER;
+use crate::system::kernel::{GAMMAS, ORDER};
 
-/// Coefficients of a mode's impulse response.
-pub(super) const GAMMAS: usize = ORDER - 1;
 /// Modes treated together in a rebase: sums along the series are long chains, and several hide each other's latency.
 pub(super) const WIDTH: usize = 16;
 /// Angle in rad by which modes of a slower group may turn between two of its own rebases: less than what the fastest modes may, as

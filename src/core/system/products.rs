@@ -11,18 +11,6 @@ pub(super) const LANES: usize = 4;
 /// Sum of no products: adding it changes nothing, not even the sign of a zero.
 const NONE: f64 = -0.0;
 
-/// Adds `a b` to independent sums; returns the sum of what fills no whole block of them.
-#[inline(always)]
-pub(super) fn add_products<R: Number>(sums: &mut [R; LANES], a: &[R], b: &[R]) -> R {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..LANES {
-            sums[lane] = a[lane].mul_add(b[lane], sums[lane]);
-        }
-    }
-    sum(a_rest, b_rest)
-}
-
 /// `sum a b`, one after the other.
 #[inline(always)]
 pub(super) fn sum<R: Number>(a: &[R], b: &[R]) -> R {
