@@ -241,6 +241,8 @@ mod tests {
             ("inner = { a = 1 }", "inner", "invalid type: map, expected a sequence"),
             ("inner = [{ pair = [1, 2], word = 3 }]", "inner[0].word", "invalid type: integer `3`, expected enum Word"),
             ("inner = [{ pear = 1 }]", "inner[0].pear", "unknown field `pear`, expected `pair` or `word`"),
+            ("inner = [{ word = 'one' }]", "inner[0]", "missing field `pair`"),
+            ("outer = 1", ".", "missing field `inner`"),
         ] {
             let (at, why) = read(text).unwrap_err();
             assert_eq!((at.as_str(), why.as_str()), (key, message), "{text}");
