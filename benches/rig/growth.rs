@@ -61,7 +61,7 @@ fn hammers(count: usize, setting: &str) -> Rig {
         scene.hammers.push(unit);
         scene.castings.push(casting);
     }
-    let mut modes = machine.modes(&scene).expect("its modes");
+    let mut modes = InterfaceModes::clone(&machine.modes(&scene).expect("its modes"));
     keep(&mut modes, 60);
     Rig { scene, modes }
 }

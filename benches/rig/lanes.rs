@@ -2,10 +2,12 @@
 
 use std::any::Any;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use decore::number::Registers;
 use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in};
 use decore::scene::{Guide, SolverSettings};
+use decore::system::PlacedModes;
 
 use crate::scene::Rig;
 use crate::timing::interleaved;
@@ -43,6 +45,7 @@ impl JobSource for Rows {
 /// The rows of a setting.
 fn rows(rig: &Rig, guide: Guide, tolerance: f64) -> Vec<RowJob> {
     let level = |[from, to]: [f64; 2], i: usize| from + (to - from) * i as f64 / (LEVELS - 1) as f64;
+    let modes = Arc::new(PlacedModes::from(rig.modes.clone()));
     let row = |i: usize| {
         let mut scene = rig.scene.clone();
         let ambient_pa = scene.environment.ambient_pressure_pa;
@@ -51,7 +54,7 @@ fn rows(rig: &Rig, guide: Guide, tolerance: f64) -> Vec<RowJob> {
         unit.standoff_m = level(STANDOFFS_M, i % LEVELS);
         scene.duration_s = DURATION_S;
         scene.solver = SolverSettings { guide, tolerance, ..scene.solver };
-        RowJob::new(scene, rig.modes.clone(), 0)
+        RowJob::new(scene, Arc::clone(&modes), 0)
     };
     (0..LEVELS * LEVELS).map(row).collect()
 }

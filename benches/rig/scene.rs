@@ -31,7 +31,7 @@ pub fn of_study(study: &Study, settings: &[&str]) -> Rig {
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
     let study = study.with_overrides(&settings).expect("values of the study");
     let RowScene { scene, modes } = Engine::new(study).expect("its machine").scene(0).expect("its scene");
-    Rig { scene, modes }
+    Rig { scene, modes: InterfaceModes::clone(&modes) }
 }
 
 /// The values of [`FIGURES`]; NaN where a run does not have one.

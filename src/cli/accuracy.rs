@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -22,7 +23,7 @@ use crate::quantity::quantities;
 use crate::run::RowStatus;
 use crate::scene::{Guide, ModeTreatment};
 use crate::study::StructureSource;
-use crate::system::InterfaceModes;
+use crate::system::PlacedModes;
 
 /// Cut-off of the modes with which truncation is judged, unless another is asked for: above all of most machines' models.
 const ALL_MODES_HZ: f64 = 1e9;
@@ -68,7 +69,7 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let experiment = Experiment {
         scene: &scene,
         modes: &modes,
-        all_modes: all_modes.as_ref(),
+        all_modes: all_modes.as_ref().map(|modes| &***modes),
         settings,
         repeats: arguments.repeats,
     };
@@ -99,7 +100,7 @@ fn running(Begun { number, of, what }: Begun<'_>, elapsed: Duration) -> String {
 }
 
 /// The scene's modes with none left out below the cut-off; `None` where there are no more to be had.
-fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<InterfaceModes>, Failure> {
+fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<Arc<PlacedModes>>, Failure> {
     let table = matches!(engine.study().structure().source, StructureSource::ModalTable { .. });
     if arguments.no_truncation || table {
         return Ok(None);

@@ -260,6 +260,6 @@ mod tests {
         let [ours, shipped] = [engine(&study_text(), &[]), Engine::load(&shipped, &[]).map_err(Into::into)]
             .map(|e| scene(e.expect("rig")));
         assert_eq!(ours.scene, shipped.scene);
-        assert_eq!(ours.modes, shipped.modes);
+        assert_eq!(**ours.modes, **shipped.modes);
     }
 }

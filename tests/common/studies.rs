@@ -1,15 +1,16 @@
 //! Rows of shipped studies with values set over theirs, as the command line runs them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use decore::engine::{Engine, RowScene};
 use decore::metrics::RunMetrics;
 use decore::run::{RowJob, RowOutcome, RowStatus};
 use decore::scene::Scene;
-use decore::system::InterfaceModes;
+use decore::system::PlacedModes;
 
 /// The scene of a row of a shipped study and the machine's modes for it, or why there is none.
-pub fn scene(study: &str, row: usize, settings: &[&str]) -> Result<(Scene, InterfaceModes), String> {
+pub fn scene(study: &str, row: usize, settings: &[&str]) -> Result<(Scene, Arc<PlacedModes>), String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(study);
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
     let found = Engine::load(&path, &settings).unwrap().scene(row);

@@ -5,7 +5,7 @@ use decore::hammer::body;
 use decore::integrate::{Observer, Step};
 use decore::run::{RowOutcome, RowStatus, run_row, run_row_observed};
 use decore::scene::Scene;
-use decore::system::Coupled;
+use decore::system::{Coupled, InterfaceModes};
 
 /// The energy audit of every hard case.
 const RESIDUAL: f64 = 1e-3;
@@ -220,7 +220,7 @@ fn floating_structure(treatment: &str) {
     let rig = rig(&["duration_s=1.5", &format!("solver.modes={treatment}")]);
     let held = rig.engine.modes(&rig.scene).unwrap();
     let shape: f64 = 1.0 / 2000.0_f64.sqrt();
-    let mut modes = held.clone();
+    let mut modes = InterfaceModes::clone(&held);
     modes.omega_rad_s.insert(0, 0.0);
     modes.damping_ratio.insert(0, 0.0);
     modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.insert(0, shape));
@@ -264,7 +264,7 @@ fn a_mode_at_fifty_kilohertz() {
         let rig = rig(&[&format!("solver.modes={treatment}"), "duration_s=0.3"]);
         let plain = rig.engine.modes(&rig.scene).unwrap();
         let expected = first_energy(&sound(run_row(&rig.scene, &plain), &["plain"])).unwrap();
-        let mut modes = plain.clone();
+        let mut modes = InterfaceModes::clone(&plain);
         modes.omega_rad_s.push(2.0 * std::f64::consts::PI * 5e4);
         modes.damping_ratio.push(0.02);
         let rows = || plain.mounts.iter().chain(plain.fixtures.iter().flatten());

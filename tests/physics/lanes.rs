@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 
 use crate::common::studies::scene;
 use crate::fragile::Fragile;
@@ -9,7 +10,6 @@ use decore::contact::ContactLawName;
 use decore::number::Registers;
 use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in, run_jobs_over};
 use decore::scene::Scene;
-use decore::system::InterfaceModes;
 
 /// Rows in an order; what came of them.
 struct Rows {
@@ -53,7 +53,7 @@ fn available() -> impl Iterator<Item = Registers> + Clone {
 
 /// Rows that differ in pressure, standoff and duration, the fifth with a budget of steps that it exceeds, the sixth with twins.
 fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
-    let (first, modes): (Scene, InterfaceModes) = scene("paper_rig.toml", 0, settings).unwrap();
+    let (first, modes) = scene("paper_rig.toml", 0, settings).unwrap();
     let row = |i: usize| {
         let mut scene = first.clone();
         let unit = &mut scene.hammers[0];
@@ -66,7 +66,7 @@ fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
             _ => {}
         }
         change(&mut scene);
-        RowJob::new(scene, modes.clone(), 1)
+        RowJob::new(scene, Arc::clone(&modes), 1)
     };
     (0..11).map(row).collect()
 }
@@ -130,7 +130,7 @@ fn budgets_end_one_row_only() {
     assert!(alone[4].contains("more than 700 steps"), "{}", alone[4]);
     let mut slow = jobs[2].scene().unwrap();
     slow.solver.max_wall_time_s = 0.0;
-    jobs[2] = RowJob::new(slow, jobs[2].modes().clone(), 1);
+    jobs[2] = RowJob::new(slow, Arc::clone(jobs[2].modes()), 1);
     for registers in available() {
         let run = |source: &mut dyn JobSource| run_jobs_in(registers, source);
         let ended = side_by_side(run, (0..).zip(jobs.iter().cloned()));

@@ -10,7 +10,7 @@ use crate::structure::{
     reduce_files,
 };
 use crate::study::{Housings, InterfaceDemand, PointTable, StructureSettings, StructureSource};
-use crate::system::InterfaceModes;
+use crate::system::{InterfaceModes, PlacedModes};
 
 /// Direction of every strike in the machine's coordinates: vertical, downwards.
 const STRIKE_DIRECTION: [f64; 3] = [0.0, 0.0, -1.0];
@@ -23,8 +23,9 @@ const CACHED_PLACEMENTS: usize = 128;
 
 /// Weighted points in a form that can be compared: names, and the bits of every weight.
 type PointsKey = Vec<(String, u64)>;
-/// Housings of a scene with the bits of their numbers, and the points at which it touches the structure.
-type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<PointsKey>);
+/// Housings of a scene with the bits of their numbers, the points at which it touches the structure, and how many of these are
+/// mounts and fixtures of each casting.
+type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<PointsKey>, Vec<usize>);
 
 /// The reduced machine of a study, shared by all rows.
 #[derive(Debug)]
@@ -43,11 +44,10 @@ pub struct Machine {
 struct Placement {
     modes: ModesAt,
     /// Those that rows run on: all of them, or what the study's tolerance selects.
-    chosen: ChosenModes,
+    chosen: Arc<PlacedModes>,
 }
 
 /// Modes that rows run on.
-#[derive(Debug)]
 struct ChosenModes {
     omega_rad_s: Vec<f64>,
     damping_ratio: Vec<f64>,
@@ -140,8 +140,8 @@ impl Machine {
     ///
     /// # Errors
     /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
-    pub fn modes(&self, scene: &Scene) -> Result<InterfaceModes, StructureError> {
-        Ok(self.placed(scene)?.chosen.of(scene))
+    pub fn modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, StructureError> {
+        Ok(Arc::clone(&self.placed(scene)?.chosen))
     }
 
     /// What was selected for a scene; `None` where the study sets no tolerance.
@@ -174,7 +174,7 @@ impl Machine {
             Housings::Included => Vec::new(),
         };
         let rows = interface_rows(scene);
-        let key = key(&housings, &rows);
+        let key = key(&housings, &rows, scene);
         // A panic elsewhere leaves the map whole: entries are inserted in one go.
         let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(placement) = cached {
@@ -185,7 +185,7 @@ impl Machine {
             Some(settings) => ChosenModes::selected(&modes, &modes.select(settings)?),
             None => ChosenModes::all(&modes),
         };
-        let placement = Arc::new(Placement { modes, chosen });
+        let placement = Arc::new(Placement { modes, chosen: Arc::new(chosen.of(scene).into()) });
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.len() < CACHED_PLACEMENTS {
             cache.insert(key, Arc::clone(&placement));
@@ -218,16 +218,16 @@ impl ChosenModes {
     }
 
     /// The modes with their shapes as a scene names them.
-    fn of(&self, scene: &Scene) -> InterfaceModes {
-        let mut shapes = self.shapes.iter().cloned();
+    fn of(self, scene: &Scene) -> InterfaceModes {
+        let mut shapes = self.shapes.into_iter();
         InterfaceModes {
             mounts: shapes.by_ref().take(scene.hammers.len()).collect(),
             fixtures: (scene.castings.iter())
                 .map(|casting| shapes.by_ref().take(casting.fixtures.len()).collect())
                 .collect(),
             points: shapes.collect(),
-            omega_rad_s: self.omega_rad_s.clone(),
-            damping_ratio: self.damping_ratio.clone(),
+            omega_rad_s: self.omega_rad_s,
+            damping_ratio: self.damping_ratio,
         }
     }
 }
@@ -265,7 +265,7 @@ fn housings(scene: &Scene) -> Vec<RigidMass> {
         .collect()
 }
 
-fn key(housings: &[RigidMass], rows: &[DirectedPoints]) -> PlacementKey {
+fn key(housings: &[RigidMass], rows: &[DirectedPoints], scene: &Scene) -> PlacementKey {
     let bits = |points: &[(String, f64)]| -> PointsKey {
         points.iter().map(|(name, weight)| (name.clone(), weight.to_bits())).collect()
     };
@@ -273,5 +273,6 @@ fn key(housings: &[RigidMass], rows: &[DirectedPoints]) -> PlacementKey {
         let ([j0, j1, j2], [c0, c1, c2]) = (housing.inertia_kg_m2, housing.centre_of_mass_m);
         (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
     };
-    (housings.iter().map(entry).collect(), rows.iter().map(|(points, _)| bits(points)).collect())
+    let counts = [scene.hammers.len()].into_iter().chain(scene.castings.iter().map(|casting| casting.fixtures.len()));
+    (housings.iter().map(entry).collect(), rows.iter().map(|(points, _)| bits(points)).collect(), counts.collect())
 }

@@ -4,6 +4,7 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::error::{EngineError, MOST_SIGNAL_BYTES};
@@ -21,7 +22,7 @@ use crate::run::{
 use crate::scene::Scene;
 use crate::structure::StructureError;
 use crate::study::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
-use crate::system::InterfaceModes;
+use crate::system::PlacedModes;
 
 /// Distance in m within which two points are the same.
 const SAME_PLACE_M: f64 = 1e-6;
@@ -63,7 +64,7 @@ pub struct RowScene {
     /// All that the row says.
     pub scene: Scene,
     /// Modes of the machine with the scene's housings on their mounts.
-    pub modes: InterfaceModes,
+    pub modes: Arc<PlacedModes>,
 }
 
 impl Engine {
@@ -134,7 +135,7 @@ impl Engine {
     ///
     /// # Errors
     /// As for [`Machine::modes`].
-    pub fn modes(&self, scene: &Scene) -> Result<InterfaceModes, StructureError> {
+    pub fn modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, StructureError> {
         self.machine_of(scene).modes(scene)
     }
 

@@ -16,7 +16,7 @@ use crate::number::Four;
 use crate::number::{EightAvx, FourAvx};
 use crate::number::{Number, Registers};
 use crate::scene::Scene;
-use crate::system::{CoupledLanes, CoupledModel, Shape, build};
+use crate::system::{CoupledLanes, CoupledModel, Shape, build_placed};
 
 /// Rows looked ahead for those of the shape that is being run.
 const LOOK_AHEAD: usize = 16;
@@ -98,7 +98,7 @@ fn made_ready(source: &mut dyn JobSource, row: u64, mut job: RowJob) -> Option<R
             run_alone(source, row, job);
             return None;
         }
-        match catch_unwind(AssertUnwindSafe(|| build(&scene, job.modes()))) {
+        match catch_unwind(AssertUnwindSafe(|| build_placed(&scene, job.modes()))) {
             Ok(Ok(model)) => {
                 let shape = Shape::of(&model);
                 let wall_time_s = begin.elapsed().as_secs_f64();

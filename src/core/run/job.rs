@@ -1,13 +1,15 @@
 //! What becomes of a row: it is simulated, simulated again with a stricter tolerance if it diverged or its audit fails, and then
 //! its twins are.
 
+use std::sync::Arc;
+
 use super::outcome::{RowOutcome, RowStatus};
-use super::row::{LEAST_TOLERANCE, run_row_observed};
+use super::row::{LEAST_TOLERANCE, run_row_placed};
 use super::twins::twin;
 use crate::integrate::Observer;
 use crate::metrics::RunMetrics;
 use crate::scene::Scene;
-use crate::system::{Coupled, CoupledModel, InterfaceModes};
+use crate::system::{Coupled, CoupledModel, PlacedModes};
 
 /// Times such a row is run again unless another number is asked for.
 pub const DEFAULT_RETRIES: u32 = 1;
@@ -18,7 +20,7 @@ pub const TIGHTENING: f64 = 0.01;
 #[derive(Debug, Clone)]
 pub struct RowJob {
     scene: Scene,
-    modes: InterfaceModes,
+    modes: Arc<PlacedModes>,
     retries: u32,
     next: Next,
     outcome: Option<RowOutcome>,
@@ -39,14 +41,14 @@ enum Next {
 impl RowJob {
     /// The row of a scene on its machine's modes; one that diverges or fails its audit is run again with [`TIGHTENING`] times the
     /// tolerance, at most `retries` times, where the method has one. Then its twins are run, if the scene asks for them.
-    pub fn new(scene: Scene, modes: InterfaceModes, retries: u32) -> Self {
+    pub fn new(scene: Scene, modes: Arc<PlacedModes>, retries: u32) -> Self {
         let retries = if scene.solver.method.is_fixed() { 0 } else { retries };
         let next = Next::Itself(scene.solver.tolerance, 0);
         Self { scene, modes, retries, next, outcome: None, twins: Vec::new() }
     }
 
     /// Modes of its machine.
-    pub fn modes(&self) -> &InterfaceModes {
+    pub fn modes(&self) -> &Arc<PlacedModes> {
         &self.modes
     }
 
@@ -121,7 +123,7 @@ impl RowJob {
     {
         let mut last = None;
         while let Some(scene) = self.scene() {
-            let (outcome, seen) = run_row_observed(&scene, &self.modes, &observer);
+            let (outcome, seen) = run_row_placed(&scene, &self.modes, &observer);
             if self.is_itself() {
                 last = seen;
             }
@@ -140,6 +142,7 @@ impl RowJob {
 mod tests {
     use super::*;
     use crate::scene::{Environment, Method, ModeTreatment, OutputSettings, SolverSettings};
+    use crate::system::InterfaceModes;
 
     fn scene() -> Scene {
         Scene {
@@ -168,7 +171,7 @@ mod tests {
             fixtures: Vec::new(),
             points: Vec::new(),
         };
-        let mut job = RowJob::new(scene.clone(), modes, retries);
+        let mut job = RowJob::new(scene.clone(), Arc::new(modes.into()), retries);
         while let Some(scene) = job.scene() {
             job.take(made_up(&scene));
         }

@@ -7,7 +7,7 @@ use super::outcome::{RowOutcome, RowStatus};
 use crate::integrate::{End, Observer, Settings, Span, Stopped};
 use crate::metrics::{Recorder, RunTotals};
 use crate::scene::{Scene, SolverSettings};
-use crate::system::{Coupled, CoupledModel, InterfaceModes, build};
+use crate::system::{Coupled, CoupledModel, InterfaceModes, PlacedModes, build_placed};
 
 /// First step of a run in s; error control corrects it at once.
 const FIRST_STEP_S: f64 = 1e-6;
@@ -39,8 +39,20 @@ pub fn run_row_observed<O>(
 where
     O: Observer<Coupled>,
 {
+    run_row_placed(scene, &PlacedModes::from(modes.clone()), observer)
+}
+
+/// As [`run_row_observed`], on modes that other scenes share.
+pub(super) fn run_row_placed<O>(
+    scene: &Scene,
+    modes: &PlacedModes,
+    observer: impl FnOnce(&CoupledModel) -> O,
+) -> (RowOutcome, Option<O>)
+where
+    O: Observer<Coupled>,
+{
     let begin = Instant::now();
-    let (mut outcome, extra) = match build(scene, modes) {
+    let (mut outcome, extra) = match build_placed(scene, modes) {
         Ok(model) => {
             let (outcome, extra) = simulate(scene, &model, observer(&model));
             (outcome, Some(extra))

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
@@ -10,8 +10,9 @@ use crate::scene::{Environment, HammerUnit, ModeTreatment, Scene};
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
 use crate::system::impulse_response::{self, Condensation};
 use crate::system::layout::Layout;
-use crate::system::modal::{Modes, TiedGuides};
+use crate::system::modal::TiedGuides;
 use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT, Sums};
+use crate::system::placed::{InterfaceModes, PlacedModes};
 use crate::workpiece::WorkpieceError;
 
 /// Error scale of a body's position in m. At tolerance 1 it would be 29.5 kN in the contact of chisel and casting, 0.4 of the
@@ -26,25 +27,6 @@ const PISTON_VELOCITY_SCALE_M_S: f64 = 0.1;
 const PRESSURE_SCALE_PA: f64 = 1e5;
 /// Lever in m that turns a rotation into the displacement whose scale applies.
 const ROTATION_LEVER_M: f64 = 0.1;
-/// Modes whose shape at every interface point is below this share of the largest are not excited by the scene and move
-/// none of its points: leaving them out changes nothing beyond rounding.
-const EXCITED_SHARE: f64 = 1e-9;
-
-/// The structure's modes as the scene sees them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InterfaceModes {
-    /// Natural circular frequencies in rad/s.
-    pub omega_rad_s: Vec<f64>,
-    /// Damping ratio per mode.
-    pub damping_ratio: Vec<f64>,
-    /// Mode shapes along the strike axis at each hammer's mount: hammers x modes.
-    pub mounts: Vec<Vec<f64>>,
-    /// Mode shapes along the strike axis at each fixture: castings x fixtures x modes.
-    pub fixtures: Vec<Vec<Vec<f64>>>,
-    /// Mode shapes along the strike axis at each point that is only to be seen: points x modes.
-    pub points: Vec<Vec<f64>>,
-}
-
 /// Why a scene cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
@@ -133,14 +115,22 @@ impl Numbering {
 /// # Errors
 /// [`BuildError`] if a casting is not held, a hammer's casting does not exist, or the mode shapes do not fit the scene.
 pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>, BuildError> {
-    check_shapes(scene, modes)?;
+    build_placed(scene, &PlacedModes::from(modes.clone()))
+}
+
+/// As [`build`], on modes that other scenes share.
+///
+/// # Errors
+/// As for [`build`].
+pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledModel>, BuildError> {
+    check_shapes(scene, placed)?;
     let numbering = Numbering::new(scene)?;
-    let modes = excited_modes(modes);
-    let condensation = condensation(scene.solver.modes, &modes);
+    let modes = placed.excited();
+    let condensation = condensation(scene.solver.modes, placed);
     let count = modes.omega_squared.len();
     let layout = Layout {
         modes: count,
-        structure: condensation.as_ref().map_or([count; 2], |condensed| [condensed.states(), 0]),
+        structure: condensation.map_or([count; 2], |condensed| [condensed.states(), 0]),
         bodies: numbering.bodies,
         hammers: scene.hammers.len(),
     };
@@ -153,7 +143,7 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
     let elements = elements.assemble(numbering.bodies + modes.phi.ncols());
     let mut model = CoupledModel {
         layout,
-        scales: scales(&layout, &numbering, &modes.phi, condensation.as_ref()),
+        scales: scales(&layout, &numbering, &modes.phi, condensation.map(AsRef::as_ref)),
         supports: supports(&elements, &layout),
         sums: sums(&elements, &layout),
         elements,
@@ -161,8 +151,8 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
         body_mass: body_masses(scene, &numbering, &hammers),
         hammers,
         tied: tied_guides(scene, &modes.phi)?,
-        modes,
-        condensation,
+        modes: Arc::clone(modes),
+        condensation: condensation.cloned(),
         ambient_pressure_pa: scene.environment.ambient_pressure_pa,
         gas_constant_j_per_kg_k: scene.environment.gas_constant_j_per_kg_k,
         initial: Vec::new(),
@@ -172,13 +162,13 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
 }
 
 /// The modes condensed, if the scene asks for it or it costs less.
-fn condensation(treatment: ModeTreatment, modes: &Modes) -> Option<Condensation> {
+fn condensation(treatment: ModeTreatment, placed: &PlacedModes) -> Option<&Arc<Condensation>> {
     let condense = match treatment {
-        ModeTreatment::Automatic => impulse_response::pays(modes),
+        ModeTreatment::Automatic => impulse_response::pays(placed.excited()),
         ModeTreatment::Integrated => false,
         ModeTreatment::Condensed => true,
     };
-    if condense { Condensation::new(modes) } else { None }
+    if condense { placed.condensation() } else { None }
 }
 
 fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
@@ -206,28 +196,6 @@ fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError>
         }
     }
     Ok(())
-}
-
-impl InterfaceModes {
-    /// The shapes at all interface points: of mounts, of fixtures, of points that are only to be seen.
-    fn rows(&self) -> impl Iterator<Item = &Vec<f64>> {
-        self.mounts.iter().chain(self.fixtures.iter().flatten()).chain(&self.points)
-    }
-}
-
-/// The modes that the scene excites.
-fn excited_modes(modes: &InterfaceModes) -> Modes {
-    let rows: Vec<&Vec<f64>> = modes.rows().collect();
-    let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
-    let count = modes.omega_rad_s.len();
-    let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
-    let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
-    let omega = |k: &usize| modes.omega_rad_s[*k];
-    Modes {
-        omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
-        damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * modes.damping_ratio[*k] * omega(k))),
-        phi: DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
-    }
 }
 
 /// Adds the springs and contacts of one hammer.
@@ -535,6 +503,27 @@ mod tests {
         let node = model.layout().bodies + 1;
         assert_eq!(fixture, [(heave, 1.0), (heave + 1, -0.1), (heave + 2, 0.1), (node, -1.0)]);
         assert_eq!(model.body_mass[heave..], [2.0, 0.01, 0.02]);
+    }
+
+    /// Scenes at one place share what follows from its modes alone, and their models are those of scenes that share nothing.
+    #[test]
+    fn what_follows_from_the_modes_is_found_once() {
+        let (scene, modes) = scene();
+        let condensed = |standoff_m: f64| {
+            let mut scene = scene.clone();
+            scene.solver.modes = ModeTreatment::Condensed;
+            scene.hammers[0].standoff_m = standoff_m;
+            scene
+        };
+        let placed = PlacedModes::from(modes.clone());
+        let [first, second] = [0.06, 0.08].map(|standoff_m| build_placed(&condensed(standoff_m), &placed).unwrap());
+        let [one, other] = [&first, &second].map(|model| model.condensation.as_ref().unwrap());
+        assert!(Arc::ptr_eq(one, other) && Arc::ptr_eq(&first.modes, &second.modes));
+        let alone = build(&condensed(0.08), &modes).unwrap();
+        assert!(!Arc::ptr_eq(other, alone.condensation.as_ref().unwrap()));
+        assert_eq!(format!("{second:?}"), format!("{alone:?}"));
+        // A scene that integrates them takes no condensation.
+        assert!(build_placed(&scene, &placed).unwrap().condensation.is_none());
     }
 
     /// Modes that move no point of the scene are left out.

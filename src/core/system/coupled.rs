@@ -26,7 +26,7 @@ impl Coupled {
     pub fn new(model: &Arc<CoupledModel>) -> Self {
         let discrete = Discrete::at_rest(model);
         Self {
-            base: model.condensation.as_ref().map(Base::at_rest),
+            base: model.condensation.as_deref().map(Base::at_rest),
             following: false,
             released_energy_j: 0.0,
             rates: Rates::new(model, &discrete),

@@ -9,6 +9,7 @@
 //! - `kernel`: motion of interface points from integrals of the forces on them
 //! - `octave`: groups of modes by how fast they are, and the free motion of slower ones between their own rebases
 //! - `impulse_response`, `base`: impulse-response condensation of the modes to their interface points, and the modes at a rebase
+//! - `placed`: the structure's modes as scenes at one place share them
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
@@ -30,12 +31,14 @@ mod modal;
 mod model;
 mod motion;
 mod octave;
+mod placed;
 mod products;
 mod rates;
 
-pub use builder::{BuildError, InterfaceModes, build};
+pub use builder::{BuildError, build, build_placed};
 pub use coupled::Coupled;
 pub use elements::{Contact, ContactKind, Elements, Spring};
 pub use lanes::{CoupledLanes, Shape};
 pub use layout::{HammerQuadrature, Layout};
 pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};
+pub use placed::{InterfaceModes, PlacedModes};

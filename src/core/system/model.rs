@@ -1,5 +1,7 @@
 //! Constants of the coupled system.
 
+use std::sync::Arc;
+
 use crate::hammer::{HammerModel, body};
 use crate::system::elements::Elements;
 use crate::system::impulse_response::Condensation;
@@ -60,9 +62,9 @@ pub(super) type Sums = [Vec<(usize, f64)>; 2];
 #[derive(Debug, Clone)]
 pub struct CoupledModel {
     pub(super) layout: Layout,
-    pub(super) modes: Modes,
+    pub(super) modes: Arc<Modes>,
     /// The modes condensed to the interface points; `None` if they are integrated.
-    pub(super) condensation: Option<Condensation>,
+    pub(super) condensation: Option<Arc<Condensation>>,
     pub(super) elements: Elements,
     pub(super) hammers: Vec<HammerSlot>,
     pub(super) castings: Vec<CastingSlot>,

@@ -1,0 +1,84 @@
+//! The structure's modes at the interface points of scenes at one place, and what follows from them alone.
+
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::system::impulse_response::Condensation;
+use crate::system::modal::Modes;
+
+/// Modes whose shape at every interface point is below this share of the largest are not excited by the scene and move
+/// none of its points: leaving them out changes nothing beyond rounding.
+const EXCITED_SHARE: f64 = 1e-9;
+
+/// The structure's modes as a scene sees them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InterfaceModes {
+    /// Natural circular frequencies in rad/s.
+    pub omega_rad_s: Vec<f64>,
+    /// Damping ratio per mode.
+    pub damping_ratio: Vec<f64>,
+    /// Mode shapes along the strike axis at each hammer's mount: hammers x modes.
+    pub mounts: Vec<Vec<f64>>,
+    /// Mode shapes along the strike axis at each fixture: castings x fixtures x modes.
+    pub fixtures: Vec<Vec<Vec<f64>>>,
+    /// Mode shapes along the strike axis at each point that is only to be seen: points x modes.
+    pub points: Vec<Vec<f64>>,
+}
+
+impl InterfaceModes {
+    /// The shapes at all interface points: of mounts, of fixtures, of points that are only to be seen.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &Vec<f64>> {
+        self.mounts.iter().chain(self.fixtures.iter().flatten()).chain(&self.points)
+    }
+
+    /// The modes that the scene excites.
+    fn excited(&self) -> Modes {
+        let rows: Vec<&Vec<f64>> = self.rows().collect();
+        let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
+        let count = self.omega_rad_s.len();
+        let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
+        let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
+        let omega = |k: &usize| self.omega_rad_s[*k];
+        Modes {
+            omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
+            damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * self.damping_ratio[*k] * omega(k))),
+            phi: DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
+        }
+    }
+}
+
+/// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
+#[derive(Debug)]
+pub struct PlacedModes {
+    interface: InterfaceModes,
+    excited: OnceLock<Arc<Modes>>,
+    condensation: OnceLock<Option<Arc<Condensation>>>,
+}
+
+impl From<InterfaceModes> for PlacedModes {
+    fn from(interface: InterfaceModes) -> Self {
+        Self { interface, excited: OnceLock::new(), condensation: OnceLock::new() }
+    }
+}
+
+impl Deref for PlacedModes {
+    type Target = InterfaceModes;
+
+    fn deref(&self) -> &InterfaceModes {
+        &self.interface
+    }
+}
+
+impl PlacedModes {
+    /// The modes that scenes here excite. The shapes must all have the number of modes.
+    pub(super) fn excited(&self) -> &Arc<Modes> {
+        self.excited.get_or_init(|| Arc::new(self.interface.excited()))
+    }
+
+    /// These condensed, see [`Condensation::new`].
+    pub(super) fn condensation(&self) -> Option<&Arc<Condensation>> {
+        self.condensation.get_or_init(|| Condensation::new(self.excited()).map(Arc::new)).as_ref()
+    }
+}
