@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::scene::Scene;
+use crate::scene::{Housings, Scene};
 use crate::structure::{
     DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
     ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError, cache_path, reduce,
     reduce_files,
 };
-use crate::study::{Housings, InterfaceDemand, PointTable, StructureSettings, StructureSource};
+use crate::study::{InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use crate::system::{InterfaceModes, PlacedModes};
 
 /// Direction of every strike in the machine's coordinates: vertical, downwards.

@@ -5,11 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::design::{Axial, DesignKind, DesignOptions, HypercubeKind, design_keys};
-use crate::parameter::{describe, parameters};
+use crate::parameter::describe;
 use crate::quantity::Value;
-use crate::scene::{Environment, HammerUnit, OutputSettings, STANDARD, Scene, SolverEntry, Supply};
-use crate::structure::Damping::{self, Ratio};
-use crate::structure::{MatrixFormat, Units};
+use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverEntry, StructureEntry, Supply};
 use crate::workpiece::{Casting, Fixture};
 
 /// A study: a machine, hammers over castings, and the design of the runs.
@@ -78,105 +76,6 @@ fn is_checked(geometry: &Geometry) -> bool {
 pub struct StructureFile {
     /// The machine.
     pub structure: StructureEntry,
-}
-
-parameters! {
-    /// Where the machine comes from and how it is reduced.
-    pub struct StructureParameters from StructureEntry {
-        typed {
-            /// Source of the machine. Default `station`, the built-in one.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub source: Option<SourceName>,
-            /// Stiffness matrix, plain or gzip, relative to the study; for `matrices`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub stiffness_file: Option<String>,
-            /// Mass matrix without housings, plain or gzip, relative to the study; for `matrices`. It may be the file of the
-            /// stiffness where a format keeps several matrices in one.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub mass_file: Option<String>,
-            /// Matrix of viscous damping, relative to the study; for `matrices`. Its diagonal over the modes takes the place of
-            /// `damping_ratio`. Default: none.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub damping_file: Option<String>,
-            /// List of what the rows of the matrices stand for, one line per row: `12.3` (node 12, direction 3), `12 3` or
-            /// `5 12 UZ`, relative to the study; for `matrices`. The node's coordinates may follow. CalculiX writes it as `.dof`,
-            /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub dof_file: Option<String>,
-            /// Format of the matrices. Default: told by the end of the stiffness file's name (`.gz` may follow).
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub format: Option<MatrixFormat>,
-            /// Units of the matrices. Default `si`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub units: Option<Units>,
-            /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node and have no `dof_file`. Default: not
-            /// known.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub dofs_per_node: Option<u32>,
-            /// Name of the stiffness in a file of several matrices (`dmig`, `op4`), for instance `KAA`; of several of one name in an
-            /// OUTPUT4 file the second is `KAA#2`. Default `KAAX`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub stiffness_name: Option<String>,
-            /// Name of the mass in a file of several matrices. Default `MAAX`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub mass_name: Option<String>,
-            /// Name of the damping in a file of several matrices. Default `BAAX`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub damping_name: Option<String>,
-            /// Whether reductions are kept beside the stiffness file (folder `.decore-cache`) and used again. Default true.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub cache: Option<bool>,
-            /// Modal table, relative to the study; for `modal_table`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub modal_file: Option<String>,
-            /// Table of named interface points with coordinates (CSV), relative to the study; for `matrices` and `modal_table`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub points_file: Option<String>,
-            /// Whether the hammers' housings are added to the machine or already part of it. Default `add`.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub housings: Option<Housings>,
-            /// Rails by name: interface points in order along a straight line or polyline. The built-in station has the rail
-            /// `rail` with the points R1 to R9.
-            #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
-            pub rails: IndexMap<String, Vec<String>>,
-        }
-        /// All modes of the coupled machine up to this frequency are kept, instead of those that `mode_tolerance` selects.
-        pub cutoff_hz: f64 = 1000.0, "Hz", [> 0], "with a list of damping ratios; without one the preset selects modes";
-        /// Of all modes of the basis those are kept that a scene's points need, so that its receptances err by no more than this up
-        /// to `mode_band_hz`, relative to static flexibility; the others are lumped into one residual mode per point. At 0 all that
-        /// move a point are kept. Given beside `cutoff_hz` or a list of damping ratios it counts, the preset's does not.
-        pub mode_tolerance: f64 = STANDARD.mode_tolerance, "1", [>= 0, < 1], "the preset's";
-        /// Edge of the band for `mode_tolerance`: what contacts excite (half the period of one of chisel and casting is some 100 us).
-        pub mode_band_hz: f64 = 5000.0, "Hz", [> 0], "assumed";
-        /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency.
-        pub fixed_interface_cutoff_hz: f64 = 3000.0, "Hz", [> 0], "20000 where modes of the built-in station are selected, 6000 in a draft";
-        /// Modal damping ratio: one for all modes or a list, one per mode.
-        pub damping_ratio: Damping = Ratio(0.02), "1", [>= 0, < 1], "assumed";
-    }
-}
-
-/// Source of the machine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SourceName {
-    /// The built-in hammer station.
-    #[default]
-    Station,
-    /// Finite element matrices: `stiffness_file`, `mass_file`, `points_file`.
-    Matrices,
-    /// A modal table: `modal_file`, `points_file`.
-    ModalTable,
-}
-
-/// Treatment of the hammers' housings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Housings {
-    /// Rigid masses are added to the machine at the mounts.
-    #[default]
-    Add,
-    /// The machine as given already contains them.
-    Included,
 }
 
 /// One hammer.

@@ -9,7 +9,7 @@ use super::document::path;
 use super::document::read::read_tree;
 use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys};
-use super::file::{DesignEntry, StructureEntry, StudyFile};
+use super::file::{DesignEntry, StudyFile};
 use super::hash::hash;
 use super::plan::design::Plan;
 use super::plan::factor::{FactorInfo, Source, to_toml};
@@ -23,7 +23,7 @@ use super::schema::study_schema;
 use crate::design::Kind;
 use crate::files::{self, Limit};
 use crate::quantity::Value;
-use crate::scene::{OutputSettings, Scene};
+use crate::scene::{OutputSettings, Scene, StructureEntry};
 
 /// A text that some row has at a path.
 pub(super) struct Candidate {

@@ -30,8 +30,8 @@ pub use checked::CheckedStudy;
 pub use demand::InterfaceDemand;
 pub use document::error::{InvalidRow, Place, Problem, StudyError};
 pub use file::{
-    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FixtureEntry, HammerEntry, Housings,
-    LinkEntry, ParameterOverrides, PartEntry, Scale, SourceName, StructureEntry, StructureParameters, StudyFile,
+    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FixtureEntry, HammerEntry, LinkEntry,
+    ParameterOverrides, PartEntry, Scale, StudyFile,
 };
 pub use loaded::Study;
 pub use outline::{DesignOutline, FactorOutline};

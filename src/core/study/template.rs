@@ -6,12 +6,14 @@ use toml::Table;
 use toml::ser::Error;
 
 use super::document::keys::{Shape, shape_at};
-use super::file::{StructureEntry, StructureParameters};
 use super::schema::study_schema;
 use crate::contact::ContactLawName;
 use crate::design::DesignOptions;
 use crate::parameter::{Kind, Parameter, Parameters, lines};
-use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverEntry, SolverSettings, Supply};
+use crate::scene::{
+    Environment, HammerUnit, OutputSettings, Scene, SolverEntry, SolverSettings, StructureEntry, StructureParameters,
+    Supply,
+};
 use crate::workpiece::Fixture;
 
 /// The part by hand. A line `#! key` stands for the parameters of the table with that key.

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use super::placement::Rail;
 use crate::files::{self, Limit};
 use crate::parameter::{Fault, Parameters};
-use crate::scene::{Fidelity, Preset};
+use crate::scene::{Fidelity, Housings, Preset, SourceName, StructureEntry, StructureParameters};
 use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
 use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
 use crate::study::document::read::read_tree;
 use crate::study::document::tree::Document;
 use crate::study::document::typed::check_keys;
-use crate::study::file::{Housings, SourceName, StructureEntry, StructureFile, StructureParameters};
+use crate::study::file::StructureFile;
 
 /// The rail of the built-in station.
 const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);

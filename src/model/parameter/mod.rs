@@ -18,8 +18,9 @@ mod usual;
 
 pub(crate) use declare::{check, default, kind, parameters, unusual};
 pub use document::{document, lines};
+pub use entry::describe;
+pub(crate) use entry::key;
 pub use entry::{Choice, Kind, Parameter, Parameters};
-pub(crate) use entry::{describe, key};
 pub(crate) use range::range;
 pub use range::{Fault, Numbers, Range, short};
 pub use usual::Usual;

@@ -1,11 +1,13 @@
 //! A scene: all that one row of a study needs, as plain data in SI units. No files, no matrices, no defaults hidden.
 
+mod machine;
 mod model;
 mod sense;
 mod solver;
 mod validate;
 
 pub use crate::integrate::Method;
+pub use machine::{Housings, SourceName, StructureEntry, StructureParameters};
 pub use model::{Environment, HammerUnit, Mount, OutputSettings, Scene, Supply};
 pub use solver::{Fidelity, Guide, ModeTreatment, PRESETS, Preset, STANDARD, SolverEntry, SolverSettings};
 pub use validate::{SceneProblem, SceneProblemKind};

@@ -47,11 +47,13 @@ const INVERSE: Terms = {
 /// `tau^k / k!` from 0 on.
 #[inline(always)]
 pub(super) fn scaled_powers(tau: f64) -> Terms {
-    let mut terms = [1.0; ORDER + 1];
-    for k in 1..=ORDER {
-        terms[k] = terms[k - 1] * (tau * INVERSE[k]);
-    }
-    terms
+    let mut term = 1.0;
+    std::array::from_fn(|k| {
+        if k > 0 {
+            term *= tau * INVERSE[k];
+        }
+        term
+    })
 }
 
 /// The same number everywhere.

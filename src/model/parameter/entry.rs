@@ -64,7 +64,7 @@ pub enum Kind {
 }
 
 /// Writes the declarations of a group into the JSON schema of a table with its keys: descriptions and ranges.
-pub(crate) fn describe<T: Parameters>(schema: &mut Schema) {
+pub fn describe<T: Parameters>(schema: &mut Schema) {
     for entry in T::ENTRIES {
         let Some(property) = schema.pointer_mut(&format!("/properties/{}", entry.name)) else { continue };
         if let Some(object) = property.as_object_mut() {
