@@ -21,11 +21,13 @@
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
 //! modes, and [`study::CheckedStudy::scene`] one of the study and the row's index.
 //!
-//! # Two packages
+//! # Three packages
 //!
-//! What a study takes to run, from its file to its tables, is a package of its own, `decore-core` in `src/core/`: it is fully
-//! optimised, and this one, which reads and prints, is not, for that would lengthen a first build and save nobody time
-//! (`Cargo.toml`, profiles). Its modules stand here under their names too, and programs need not know of it:
+//! What computes is the package `decore-numerics` in `src/numerics/`: a row from its scene and machine to its outputs, designs,
+//! indices and regressions of plain numbers. It is fully optimised. What a study takes besides, from its file to its tables, is
+//! `decore-core` in `src/core/`: it works once per row or table and is optimised a little. This package reads and prints, and is
+//! not optimised at all: more would lengthen a first build and save nobody time (`Cargo.toml`, profiles). The modules of both
+//! stand here under their names too, and programs need not know of them:
 //!
 //! ```
 //! use std::path::Path;
@@ -51,10 +53,9 @@
 //! Within a module the files import each other one way too.
 //!
 //! ```text
-//! decore-core
+//! decore-numerics
 //! analysis    : random
 //! design      : random
-//! expression  :
 //! files       :
 //! linalg      : number
 //! number      :
@@ -62,19 +63,22 @@
 //! plot        :
 //! quantity    :
 //! random      :
-//! signal      :
 //! regression  : linalg number random
+//! signal      :
 //! words       :
 //! contact     : number parameter
 //! workpiece   : parameter
 //! hammer      : contact number parameter
 //! integrate   : number quantity
 //! structure   : files linalg parameter plot words
-//! scene       : hammer integrate parameter workpiece
-//! study       : contact design expression files hammer parameter quantity scene structure words workpiece
+//! scene       : hammer integrate parameter structure workpiece
 //! system      : contact hammer integrate number scene workpiece
 //! metrics     : hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system
+//!
+//! decore-core
+//! expression  :
+//! study       : contact design expression files hammer parameter quantity scene structure words workpiece
 //! dataset     : design files integrate metrics quantity run words
 //! engine      : dataset design integrate metrics quantity run scene structure study system words
 //! features    : dataset design files metrics quantity random run study

@@ -10,9 +10,9 @@ fn source() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// Folder of the package below, whose modules stand in the same table.
-fn core() -> std::path::PathBuf {
-    source().join("core")
+/// Folders of the packages below, whose modules stand in the same table.
+fn below() -> [std::path::PathBuf; 2] {
+    ["core", "numerics"].map(|package| source().join(package))
 }
 
 /// The table of `lib.rs`: lines `module : imported imported`.
@@ -47,7 +47,7 @@ fn imports(folder: &Path, found: &mut BTreeSet<String>) {
 fn imports_are_those_of_the_table() {
     let table = table();
     let mut modules = BTreeSet::new();
-    for entry in [source(), core()].into_iter().flat_map(|folder| fs::read_dir(folder).unwrap()) {
+    for entry in below().into_iter().chain([source()]).flat_map(|folder| fs::read_dir(folder).unwrap()) {
         let path = entry.unwrap().path();
         // Files that are compiled in are no module.
         if !path.join("mod.rs").exists() {
@@ -106,14 +106,14 @@ impl Files {
             let path = entry.unwrap().path();
             let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
             let mut own = module.to_vec();
-            if !matches!(stem.as_str(), "mod" | "lib") && path != core() {
+            if !matches!(stem.as_str(), "mod" | "lib") && !below().contains(&path) {
                 own.push(stem);
             }
             if path.is_dir() {
                 self.add(&path, &own);
             } else if path.extension().is_some_and(|extension| extension == "rs")
                 && !path.ends_with("main.rs")
-                && !path.ends_with("core/lib.rs")
+                && below().iter().all(|package| path != package.join("lib.rs"))
             {
                 let text = fs::read_to_string(&path).unwrap();
                 let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();

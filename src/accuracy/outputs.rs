@@ -4,11 +4,17 @@ use crate::metrics::{CastingMetrics, HammerMetrics, RunMetrics};
 use crate::quantity::{Cell, Quantity};
 
 /// The outputs by which settings are compared in texts and plots.
-pub const MAIN_OUTPUTS: [&str; 4] = [
-    HammerMetrics::first_impact_energy_j.name,
-    HammerMetrics::periodic_energy_mean_j.name,
-    HammerMetrics::hit_frequency_hz.name,
-    CastingMetrics::peak_velocity_m_s.name,
+pub const MAIN_OUTPUTS: [&str; 4] = {
+    let [a, b, c, d] = HEADINGS;
+    [a.0, b.0, c.0, d.0]
+};
+
+/// [`MAIN_OUTPUTS`] with the headings of their columns.
+pub(super) const HEADINGS: [(&str, &str); 4] = [
+    (HammerMetrics::first_impact_energy_j.name, "first impact"),
+    (HammerMetrics::periodic_energy_mean_j.name, "periodic"),
+    (HammerMetrics::hit_frequency_hz.name, "frequency"),
+    (CastingMetrics::peak_velocity_m_s.name, "peak velocity"),
 ];
 
 /// An output: its error is the largest over the hammers or castings.

@@ -2,11 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::outputs::HEADINGS;
 use super::{Accuracy, MAIN_OUTPUTS, Measurement, REFERENCE_TOLERANCE};
 use crate::run::{PERTURBATION, RowStatus};
-
-/// Headings of [`MAIN_OUTPUTS`].
-const HEADINGS: [&str; 4] = ["first impact", "periodic", "frequency", "peak velocity"];
 
 /// Width of what stands before the errors.
 const LEFT: usize = 96;
@@ -51,7 +49,7 @@ pub fn text(accuracy: &Accuracy) -> String {
 }
 
 fn headings() -> String {
-    HEADINGS.map(|heading| format!("{heading:>13}")).join(" ")
+    HEADINGS.map(|(_, heading)| format!("{heading:>13}")).join(" ")
 }
 
 /// A line per setting; what it says of a run that did not end takes the place of the preset.

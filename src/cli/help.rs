@@ -9,7 +9,7 @@ use super::text::say;
 use crate::guide::TOPICS;
 use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::Quantity;
-use crate::words::nearest;
+use crate::words::{did_you_mean, nearest};
 
 #[derive(Debug, Args)]
 pub(super) struct HelpArguments {
@@ -44,7 +44,7 @@ pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Ex
     }
     let topics: Vec<&str> = TOPICS.iter().map(|topic| topic.name).collect();
     let known = topics.iter().copied().chain(commands.iter().map(String::as_str));
-    let hint = nearest(name, known).map_or(String::new(), |meant| format!("; did you mean {meant}?"));
+    let hint = did_you_mean(nearest(name, known));
     Err(Failure::Argument(format!(
         "help {name}: expected a page of the guide ({}) or a command ({}){hint}",
         topics.join(", "),

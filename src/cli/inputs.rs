@@ -4,10 +4,8 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
+use crate::dataset::MANIFEST_NAME;
 use crate::words::nearest;
-
-/// File in the folder of every dataset.
-const MANIFEST: &str = "manifest.json";
 
 /// `out/<name of the study file>`.
 pub(super) fn default_folder(study: &Path) -> PathBuf {
@@ -16,7 +14,7 @@ pub(super) fn default_folder(study: &Path) -> PathBuf {
 
 /// Whether a path is the folder of a dataset.
 pub(super) fn is_dataset(path: &Path) -> bool {
-    path.join(MANIFEST).is_file()
+    path.join(MANIFEST_NAME).is_file()
 }
 
 /// Refuses what cannot be a study, before anything is read.
@@ -62,10 +60,10 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
     let shown = path.display();
     let fault = |message: String| Err(Failure::Argument(message));
     if path.is_file() {
-        let inside = path.ancestors().skip(1).take(2).find(|folder| folder.join(MANIFEST).is_file());
+        let inside = path.ancestors().skip(1).take(2).find(|folder| folder.join(MANIFEST_NAME).is_file());
         let hint = match inside {
             Some(folder) => format!("give the folder {}", folder.display()),
-            None if default_folder(path).join(MANIFEST).is_file() => {
+            None if default_folder(path).join(MANIFEST_NAME).is_file() => {
                 format!("`decore run {shown}` wrote {}", default_folder(path).display())
             }
             None => {
@@ -74,13 +72,13 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
         };
         return fault(format!("{shown} is a file, where the folder of a dataset is expected; {hint}"));
     }
-    let parent = path.parent().filter(|folder| folder.join(MANIFEST).is_file());
-    if let Some(parent) = parent.filter(|_| path.is_dir() && !path.join(MANIFEST).is_file()) {
+    let parent = path.parent().filter(|folder| folder.join(MANIFEST_NAME).is_file());
+    if let Some(parent) = parent.filter(|_| path.is_dir() && !path.join(MANIFEST_NAME).is_file()) {
         return fault(format!("{shown} is a part of the dataset {0}: give {0}", parent.display()));
     }
     if !path.exists() {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let known: Vec<String> = names(folder).filter(|name| folder.join(name).join(MANIFEST).is_file()).collect();
+        let known: Vec<String> = names(folder).filter(|name| folder.join(name).join(MANIFEST_NAME).is_file()).collect();
         let wanted = path.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
         let hint = nearest(&wanted, known.iter().map(String::as_str)).map_or_else(
             || "give the folder that `decore run` wrote".to_owned(),

@@ -14,7 +14,7 @@ use crate::measurement::{
 };
 use crate::metrics::{Blow, Phase, Signal};
 use crate::scene::Scene;
-use crate::words::nearest;
+use crate::words::{did_you_mean, nearest};
 
 #[derive(Debug, Args)]
 pub(super) struct MeasuredArguments {
@@ -78,7 +78,7 @@ fn channel(text: &str) -> Result<Channel, String> {
     let (column, name) = rest.rsplit_once(':').unwrap_or((rest, "m/s"));
     let known = || UNITS.iter().map(|unit| unit.name);
     let unit = unit(name).ok_or_else(|| {
-        let hint = nearest(name, known()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let hint = did_you_mean(nearest(name, known()));
         format!("`{name}` is no unit of a channel; known are {}{hint}", known().collect::<Vec<_>>().join(", "))
     })?;
     Ok(Channel { signal: signal.to_owned(), column: column.to_owned(), unit })
@@ -132,7 +132,7 @@ fn signal<'a>(channel: &Channel, signals: &'a [Signal]) -> Result<&'a Signal, Fa
     let Channel { signal: name, unit, .. } = channel;
     let known = || signals.iter().map(|signal| signal.name.as_str());
     let Some(found) = signals.iter().find(|signal| signal.name == *name) else {
-        let hint = nearest(name, known()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let hint = did_you_mean(nearest(name, known()));
         return Err(Failure::Argument(format!("--channel: the row has no signal `{name}`{hint}")));
     };
     if found.unit != unit.si {

@@ -9,7 +9,6 @@ use super::text::tell;
 use crate::dataset::{Chosen, DatasetReader, SweepState};
 use crate::design::Kind;
 use crate::engine::{Engine, Rows};
-use crate::run::DEFAULT_RETRIES;
 use crate::sensitivity::{Sensitivity, SensitivityError};
 
 /// Times a failed row is run again, each time with a hundredth of the tolerance before.
@@ -41,10 +40,9 @@ impl Source<'_> {
     fn engine(&self, further: &[String]) -> Result<Engine, Failure> {
         let reader = DatasetReader::open(self.folder)?;
         let made = &reader.manifest().study;
-        let retries = made.settings.get("retries").and_then(|text| text.parse().ok()).unwrap_or(DEFAULT_RETRIES);
         let overrides = [&made.overrides[..], further].concat();
         let study = StudyArguments { file: self.study, overrides: &overrides, outputs: &[] };
-        Ok(study.engine()?.with_retries(retries))
+        Ok(study.engine()?.with_retries(made.retries()))
     }
 
     /// Runs the rows again that are not done, with up to three retries; rows that are still not done stay as they were.

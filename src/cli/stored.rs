@@ -10,7 +10,7 @@ use super::text::tell;
 use crate::dataset::{Columns, DatasetReader, RowRecord, Source, TableName, differences};
 use crate::engine::{Engine, Rows};
 use crate::quantity::{Cell, Value};
-use crate::run::{DEFAULT_RETRIES, RowOutcome};
+use crate::run::RowOutcome;
 use crate::study::Study;
 
 /// Differences that are named one by one.
@@ -65,8 +65,7 @@ impl Stored {
     /// An engine with the settings that the dataset was made with; what is not as it was then is told.
     pub fn settle(&self, engine: Engine) -> Engine {
         let made = &self.reader.manifest().study;
-        let retries = made.settings.get("retries").and_then(|text| text.parse().ok()).unwrap_or(DEFAULT_RETRIES);
-        let engine = engine.with_retries(retries);
+        let engine = engine.with_retries(made.retries());
         for difference in differences(made, &engine.info()) {
             tell(&format_args!("note: not as when the dataset was made: {difference}"));
         }
@@ -114,7 +113,7 @@ impl Stored {
     /// Calls `take` with the cells of a row in a table, once for each blow.
     fn visit(&self, table: TableName, row: u64, mut take: impl FnMut(&[Cell<'_>])) -> Result<(), Failure> {
         let names: Vec<&str> = self.reader.columns(table).iter().map(|column| column.name.as_str()).collect();
-        let place = names.iter().position(|name| *name == "row");
+        let place = names.iter().position(|name| *name == RowRecord::row.name);
         Ok(self.reader.visit(table, &names, |cells| {
             if place.and_then(|place| cells.get(place)) == Some(&Some(Value::Count(row))) {
                 take(cells);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
+use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::Value;
 use crate::run::RowOutcome;
@@ -28,7 +28,7 @@ impl Kept {
         }
         let bound = (u128::from(u64::MAX) * u128::from(most) / u128::from(rows)) as u64;
         let names: Vec<&str> =
-            std::iter::once("row").chain(columns.iter().map(|column| column.name.as_str())).collect();
+            std::iter::once(RowRecord::row.name).chain(columns.iter().map(|column| column.name.as_str())).collect();
         let mut ends: Vec<[Vec<(f64, u64)>; 2]> = columns.iter().map(|_| [Vec::new(), Vec::new()]).collect();
         reader.visit(TableName::Runs, &names, |cells| {
             let [Some(Value::Count(row)), values @ ..] = cells else { return };
@@ -96,7 +96,8 @@ pub(super) fn columns<'a>(all: &'a [ColumnDescription], rows: u64, main: &[&str]
 }
 
 fn always(column: &ColumnDescription) -> bool {
-    let named = ["row", RowOutcome::status.name, RowOutcome::reason.name, RunTotals::energy_residual.name];
+    let named =
+        [RowRecord::row.name, RowOutcome::status.name, RowOutcome::reason.name, RunTotals::energy_residual.name];
     column.group == ColumnGroup::Factor || named.contains(&column.name.as_str())
 }
 

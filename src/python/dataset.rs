@@ -15,7 +15,7 @@ use crate::analysis::{Bootstrap, Estimator};
 use crate::dataset::{DatasetReader, TableName, table_batch};
 use crate::sensitivity::{SensitivitySettings, analyse, columns};
 use crate::surrogate::{SurrogateSettings, fit};
-use crate::words::nearest;
+use crate::words::{did_you_mean, nearest};
 
 /// A dataset as it was when it was opened.
 #[pyclass(module = "decore", frozen)]
@@ -152,7 +152,7 @@ impl Dataset {
 fn named(name: &str) -> PyResult<Estimator> {
     let names = || Estimator::ALL.into_iter().map(Estimator::name);
     Estimator::ALL.into_iter().find(|one| one.name() == name).ok_or_else(|| {
-        let hint = nearest(name, names()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let hint = did_you_mean(nearest(name, names()));
         let known = names().collect::<Vec<_>>().join(", ");
         PyValueError::new_err(format!("estimator is `{name}`, expected one of {known}{hint}"))
     })

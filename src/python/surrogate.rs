@@ -14,7 +14,7 @@ use super::value::{entries, value};
 use super::wait::Work;
 use crate::dataset::table_batch;
 use crate::surrogate::{Model, Predicted, Row, predict_rows, read, write};
-use crate::words::nearest;
+use crate::words::{did_you_mean, nearest};
 
 /// Models of the outputs of a dataset over its factors.
 #[pyclass(module = "decore", frozen)]
@@ -33,7 +33,7 @@ impl Surrogate {
         let known = || self.model.surrogate.factors.iter().map(|factor| factor.name.as_str());
         let mut given = entries(factors)?;
         if let Some((unknown, _)) = given.iter().find(|(name, _)| !known().any(|factor| factor == name)) {
-            let hint = nearest(unknown, known()).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+            let hint = did_you_mean(nearest(unknown, known()));
             return Err(PyKeyError::new_err(format!("there is no factor `{unknown}`{hint}")));
         }
         let mut rows: Vec<Vec<String>> = Vec::new();

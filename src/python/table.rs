@@ -16,7 +16,7 @@ use super::error::{DatasetError, Error};
 use super::value::object;
 use crate::dataset::{DatasetReader, TableName};
 use crate::quantity::Value;
-use crate::words::nearest;
+use crate::words::{did_you_mean, nearest};
 
 /// A table: what implements `__arrow_c_stream__` for pyarrow, polars, pandas, DuckDB and others; units and descriptions are in the
 /// fields' metadata.
@@ -82,7 +82,7 @@ impl Table {
         let schema = self.schema();
         let place = schema.index_of(column).map_err(|_| {
             let names = schema.fields().iter().map(|field| field.name().as_str());
-            let hint = nearest(column, names).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+            let hint = did_you_mean(nearest(column, names));
             PyKeyError::new_err(format!("table `{}` has no column `{column}`{hint}", self.name))
         })?;
         let mut values = Vec::new();

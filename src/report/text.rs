@@ -4,6 +4,8 @@ use std::cmp::Reverse;
 use std::fmt;
 
 use super::summary::{BestRow, Figure, Range, Report, WorstResidual};
+use crate::dataset::Aggregates;
+use crate::metrics::Percussion;
 use crate::quantity::Value;
 
 /// Number of different reasons that are shown.
@@ -41,11 +43,12 @@ impl Report {
             write!(f, " ({})", statuses.join(", "))?;
         }
         writeln!(f, ", {} blows", self.blows)?;
-        if self.percussions.keys().any(|percussion| percussion != "periodic") {
+        if self.percussions.keys().any(|percussion| percussion != Percussion::Periodic.text()) {
             let kinds: Vec<String> = self.percussions.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
             writeln!(
                 f,
-                "  percussion (of a row's least sound hammer, column `least_percussion`): {}",
+                "  percussion (of a row's least sound hammer, column `{}`): {}",
+                Aggregates::least_percussion.name,
                 kinds.join(", ")
             )?;
         }

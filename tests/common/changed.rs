@@ -1,6 +1,6 @@
 //! The coupled system with a change of what an integrator sees of it: a planted error, an event that is hidden.
 
-use decore::integrate::{GuardSample, Settings, Switching, System};
+use decore::integrate::{GuardSample, Rebasing, Settings, Switching, System};
 use decore::system::Coupled;
 
 /// What is changed; what is left as it is here is as the system within has it.
@@ -45,6 +45,16 @@ impl<C: Change> System for Changed<C> {
     }
 }
 
+impl<C: Change> Rebasing for Changed<C> {
+    fn horizon(&self) -> f64 {
+        self.inner.horizon()
+    }
+
+    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
+        self.inner.rebase(t, y, rate);
+    }
+}
+
 impl<C: Change> Switching for Changed<C> {
     fn guard_count(&self) -> usize {
         self.inner.guard_count()
@@ -61,14 +71,6 @@ impl<C: Change> Switching for Changed<C> {
     fn sample_guards(&mut self, t: f64, y: &[f64], rate: &[f64], samples: &mut [GuardSample]) {
         self.inner.sample_guards(t, y, rate, samples);
         self.change.change_samples(&self.inner, t, samples);
-    }
-
-    fn horizon(&self) -> f64 {
-        self.inner.horizon()
-    }
-
-    fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
-        self.inner.rebase(t, y, rate);
     }
 
     fn switch(&mut self, guard: usize, t: f64, y: &mut [f64]) {

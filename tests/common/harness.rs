@@ -1,7 +1,7 @@
 //! Piecewise smooth problems as the integrator sees them, logs of a run, observed orders.
 
 use decore::integrate::{
-    Counters, GuardSample, Integrator, Observer, Settings, Step, Stepper, Stopped, Switching, System, Tsit5,
+    Counters, GuardSample, Integrator, Observer, Rebasing, Settings, Step, Stepper, Stopped, Switching, System, Tsit5,
 };
 use decore::system::Coupled;
 
@@ -108,6 +108,8 @@ impl<P: Piecewise> Switching for Harness<P> {
     }
 }
 
+impl<P: Piecewise> Rebasing for Harness<P> {}
+
 /// A smooth system: it never switches.
 pub struct Smooth<S>(pub S);
 
@@ -149,8 +151,10 @@ impl<S: System> Switching for Smooth<S> {
     fn pass_stop(&mut self) {}
 }
 
+impl<S: System> Rebasing for Smooth<S> {}
+
 /// A system with the method that it is integrated by: the default one.
-pub trait Solved: Switching + Sized {
+pub trait Solved: Rebasing + Sized {
     type Method: Stepper<Self>;
 }
 

@@ -4,7 +4,7 @@ use crate::common::harness::{self, EventLog, Harness, Samples, Smooth, assert_cl
 use crate::common::impact::Bouncer;
 use crate::common::smooth::{Cliff, Kepler, Manufactured, Oscillator, Polyline};
 use decore::integrate::{
-    Counters, FixedStep, Integrator, Observer, Rk4, Settings, Stepper, Stopped, Switching, System, Trapezoid,
+    Counters, FixedStep, Integrator, Observer, Rebasing, Rk4, Settings, Stepper, Stopped, System, Trapezoid,
 };
 
 fn settings(step_s: f64, located: bool) -> Settings {
@@ -24,14 +24,14 @@ struct Run {
     counters: Counters,
 }
 
-fn run<S: Switching, O: Observer<S>>(rule: Rule, system: S, y0: &[f64], settings: Settings, at: (f64, &mut O)) -> Run {
+fn run<S: Rebasing, O: Observer<S>>(rule: Rule, system: S, y0: &[f64], settings: Settings, at: (f64, &mut O)) -> Run {
     match rule {
         Rule::Rk4 => by::<FixedStep<Rk4>, S, O>(system, y0, settings, at),
         Rule::Trapezoid => by::<FixedStep<Trapezoid>, S, O>(system, y0, settings, at),
     }
 }
 
-fn by<P: Stepper<S>, S: Switching, O: Observer<S>>(
+fn by<P: Stepper<S>, S: Rebasing, O: Observer<S>>(
     mut system: S,
     y0: &[f64],
     settings: Settings,

@@ -12,7 +12,7 @@ use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use super::name::identifier;
 use crate::integrate::Counters;
-use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, Instant, RunMetrics, RunTotals, Scatter, ScatterOf};
 use crate::quantity::{Cell, Kind, Quantity, Value};
 use crate::run::RowOutcome;
 
@@ -402,7 +402,7 @@ fn signal_columns(info: &DatasetInfo) -> Vec<Column> {
         description,
         get: Box::new(move |source| source.instant?.get(place).copied().map(Value::Real)),
     };
-    let time = about.describe("time_s", Kind::Real, "s", "Instant.");
+    let time = about.describe(Instant::time_s.name, Kind::Real, Instant::time_s.unit, "Instant.");
     let signals =
         info.signals.iter().map(|signal| about.describe(&signal.name, Kind::Real, &signal.unit, &signal.description));
     row_column().into_iter().chain([time].into_iter().chain(signals).enumerate().map(column)).collect()

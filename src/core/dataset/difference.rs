@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::info::DatasetInfo;
+use super::info::{DatasetInfo, RETRIES};
 
 /// Most differences that are listed one by one.
 const LISTED: usize = 12;
@@ -17,7 +17,7 @@ pub fn is_same_study(one: &DatasetInfo, other: &DatasetInfo) -> bool {
 }
 
 /// Settings outside the study that are budgets of a row.
-const BUDGETS: [&str; 1] = ["retries"];
+const BUDGETS: [&str; 1] = [RETRIES];
 
 /// Whether two studies are the same but for the budgets of a row.
 pub fn is_same_but_budgets(one: &DatasetInfo, other: &DatasetInfo) -> bool {
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(differences(&before, &now), ["values in a hammer file that the study names"]);
         now.study_hash.clone_from(&before.study_hash);
         now.inputs.insert("structure.mass_file (M.mtx)".to_owned(), "00ff".to_owned());
-        now.settings.insert("retries".to_owned(), "2".to_owned());
+        now.settings.insert(RETRIES.to_owned(), "2".to_owned());
         now.overrides = vec!["duration_s=2".to_owned()];
         let expected = [
             "--set: none -> duration_s=2",

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use arrow_schema::ArrowError;
 use parquet::errors::ParquetError;
 
-use crate::words::nearest;
+use crate::words::{did_you_mean, nearest};
 
 /// Why a dataset could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -245,7 +245,7 @@ pub enum DatasetError {
 
 /// The known name that was most likely meant, as a hint.
 fn hint(known: &[String], name: &str) -> String {
-    nearest(name, known.iter().map(String::as_str)).map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+    did_you_mean(nearest(name, known.iter().map(String::as_str)))
 }
 
 impl DatasetError {

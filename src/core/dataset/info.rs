@@ -8,7 +8,7 @@ use super::name::identifier;
 use crate::design::GroupSpan;
 use crate::metrics::Signal;
 use crate::quantity::{Kind, Value, quantities};
-use crate::run::RowOutcome;
+use crate::run::{DEFAULT_RETRIES, RowOutcome};
 
 /// One factor of the design.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -100,6 +100,16 @@ pub struct DatasetInfo {
     /// Columns of the table of signals behind row and time; empty: there is no such table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub signals: Vec<SignalColumn>,
+}
+
+/// Name among [`DatasetInfo::settings`] of how many times a row that diverges is run again.
+pub const RETRIES: &str = "retries";
+
+impl DatasetInfo {
+    /// How many times a row that diverges is run again.
+    pub fn retries(&self) -> u32 {
+        self.settings.get(RETRIES).and_then(|times| times.parse().ok()).unwrap_or(DEFAULT_RETRIES)
+    }
 }
 
 #[cfg(test)]

@@ -77,10 +77,10 @@ pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, Table
 pub use difference::differences;
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
-pub use info::{DatasetInfo, Factor, RowRecord, SignalColumn, rows_per_part};
+pub use info::{DatasetInfo, Factor, RETRIES, RowRecord, SignalColumn, rows_per_part};
 pub use key::ValuesKey;
 pub use lock::{Place, host_name};
-pub use manifest::{Manifest, Part, Rerun, RowSpan, TimingsManifest};
+pub use manifest::{MANIFEST_NAME, Manifest, Part, Rerun, RowSpan, TimingsManifest};
 pub use merge::{Merged, merge};
 pub use reader::DatasetReader;
 pub use record::StoredRow;

@@ -12,7 +12,7 @@ use super::info::dataset_info;
 use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
 use super::signals::KeptSignals;
-use crate::dataset::{DatasetError, DatasetInfo};
+use crate::dataset::{DatasetError, DatasetInfo, RETRIES};
 use crate::design::Level;
 use crate::metrics::{MeanRecorder, MeanSettings, Signal, SignalRecorder};
 use crate::run::{
@@ -243,7 +243,7 @@ impl Rows for Engine {
     }
 
     fn info(&self) -> DatasetInfo {
-        let settings = BTreeMap::from([("retries".to_owned(), self.retries.to_string())]);
+        let settings = BTreeMap::from([(RETRIES.to_owned(), self.retries.to_string())]);
         dataset_info(&self.checked, self.inputs.clone(), settings, self.signals.as_ref())
     }
 

@@ -6,7 +6,7 @@ use super::error::EngineError;
 use crate::dataset::SignalColumn;
 use crate::metrics::{MeanSettings, signal_list};
 use crate::study::Study;
-use crate::words::nearest;
+use crate::words::{did_you_mean, nearest};
 
 /// Interval in s of the signals unless the study states another.
 const DEFAULT_INTERVAL_S: f64 = 1e-3;
@@ -56,8 +56,7 @@ impl KeptSignals {
             let place = known.iter().position(|column| column.name == *name).filter(|place| *place > 0);
             let Some(place) = place.filter(|place| !signals.contains(place)) else {
                 let names = known.iter().skip(1).map(|column| column.name.as_str());
-                let hint = nearest(name, names).filter(|meant| meant != name);
-                let hint = hint.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
+                let hint = did_you_mean(nearest(name, names).filter(|meant| meant != name));
                 let message = format!("`{name}` is no signal of the study, is the time, or stands there twice{hint}");
                 return wrong("signals", message);
             };

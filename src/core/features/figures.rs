@@ -2,8 +2,10 @@
 
 use super::column::Role;
 use super::struck::Struck;
+use crate::dataset::Aggregates;
 use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::Kind;
+use crate::run::RowOutcome;
 
 /// How the values of several hammers become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -301,7 +303,12 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
     )
     .scattering(Mean)
     .erring(HammerMetrics::periodic_peak_force_mean_error_n.name),
-    target("least_percussion", "", Run("least_percussion"), "The least sound percussion of all hammers of the run."),
+    target(
+        "least_percussion",
+        "",
+        Run(Aggregates::least_percussion.name),
+        "The least sound percussion of all hammers of the run.",
+    ),
     target(
         "peak_velocity_m_s",
         "m/s",
@@ -343,7 +350,7 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
         "Machine: the same from the first to the last periodic blow of each stroke.",
     )
     .scattering(Largest),
-    target("modes", "1", Run("modes"), "Machine: modes of the structure that were kept."),
+    target("modes", "1", Run(RowOutcome::modes.name), "Machine: modes of the structure that were kept."),
     target(
         "air_used_nl",
         "NL",

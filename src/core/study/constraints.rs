@@ -11,7 +11,6 @@ use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
 use crate::design::{Constraints, Design, DesignError, Level};
 use crate::expression::{Role, Scope, Value, Word};
-use crate::hammer::choked_flow;
 use crate::quantity;
 use crate::scene::{HammerUnit, Scene};
 use crate::words::nearest;
@@ -197,7 +196,7 @@ impl Scope for RowScope<'_> {
             ("strike_x", [hammer]) => Ok(hammer.strike_point_m[0]),
             ("strike_y", [hammer]) => Ok(hammer.strike_point_m[1]),
             ("strike_margin", [hammer]) => self.margin(hammer),
-            ("air_flow", [hammer]) => self.air_flow(hammer),
+            ("air_flow", [hammer]) => Ok(hammer.largest_air_flow_kg_s(&self.scene()?.environment)),
             _ => Err(format!(
                 "`{function}` takes no {} hammers: `distance` takes two, the others ({}) one",
                 arguments.len(),
@@ -230,29 +229,15 @@ impl RowScope<'_> {
 
     /// Position of a hammer's mount in m.
     fn mount(&self, hammer: &HammerUnit) -> [f64; 3] {
-        let mut position = [0.0; 3];
-        for (point, weight) in &hammer.mount.points {
-            let place = self.points.position(point).unwrap_or_default();
-            position.iter_mut().zip(place).for_each(|(sum, value)| *sum += weight * value);
-        }
-        position
+        // A scene names points of the table only.
+        hammer.mount.position_m(|point| self.points.position(point)).unwrap_or_default()
     }
 
     /// Distance of the strike point from the casting's nearest edge in m, negative outside.
     fn margin(&self, hammer: &HammerUnit) -> Result<f64, String> {
-        let size = self.scene()?.castings.get(hammer.casting).and_then(|casting| casting.size_m);
-        let size = size.ok_or_else(|| format!("the casting of hammer `{}` has no `size_m`", hammer.name))?;
-        let margin = |axis: usize| 0.5 * size[axis] - hammer.strike_point_m[axis].abs();
-        Ok(margin(0).min(margin(1)))
-    }
-
-    /// Choked flow through the larger feed of the hammer's valve at supply pressure, in kg/s: no hammer takes more.
-    fn air_flow(&self, hammer: &HammerUnit) -> Result<f64, String> {
-        let gas = &self.scene()?.environment;
-        let valve = &hammer.parameters.valve;
-        let area_m2 = valve.rear_feed_area_m2.max(valve.front_feed_area_m2);
-        let energy_j_per_kg = gas.gas_constant_j_per_kg_k * gas.temperature_k;
-        Ok(choked_flow(gas.isentropic_exponent, energy_j_per_kg, hammer.supply_pressure_pa, area_m2))
+        let casting = self.scene()?.castings.get(hammer.casting);
+        let margin = casting.and_then(|casting| casting.margin_m(hammer.strike_point_m));
+        margin.ok_or_else(|| format!("the casting of hammer `{}` has no `size_m`", hammer.name))
     }
 }
 

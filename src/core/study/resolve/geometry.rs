@@ -17,8 +17,9 @@ pub(in crate::study) fn check(hammers: &[HammerUnit], castings: &[Casting], poin
     let mut fault = |path: String, message: String| {
         issues.push(Issue { row_only: true, ..Issue::new(path, message) });
     };
+    let place = |hammer: &HammerUnit| hammer.mount.position_m(|name| points.position(name));
     for (h, hammer) in hammers.iter().enumerate() {
-        let (Some(mount), Some(casting)) = (place(hammer, points), castings.get(hammer.casting)) else { continue };
+        let (Some(mount), Some(casting)) = (place(hammer), castings.get(hammer.casting)) else { continue };
         let strike = [0, 1].map(|axis| casting.centre_m[axis] + hammer.strike_point_m[axis]);
         if apart(strike, [mount[0], mount[1]]) > AGREEMENT_M {
             let message = format!(
@@ -31,7 +32,7 @@ pub(in crate::study) fn check(hammers: &[HammerUnit], castings: &[Casting], poin
             fault(format!("hammer.{}.strike_point_m", hammer.name), message);
         }
         for other in &hammers[..h] {
-            let Some(taken) = place(other, points) else { continue };
+            let Some(taken) = place(other) else { continue };
             let between = mount.iter().zip(taken).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
             if between <= AGREEMENT_M {
                 let message = format!(
@@ -62,17 +63,6 @@ pub(in crate::study) fn check(hammers: &[HammerUnit], castings: &[Casting], poin
         }
     }
     issues
-}
-
-/// Where a hammer's mount is, x, y and z in m.
-fn place(hammer: &HammerUnit, points: &PointTable) -> Option<[f64; 3]> {
-    let mut place = [0.0; 3];
-    for (name, weight) in &hammer.mount.points {
-        for (sum, value) in place.iter_mut().zip(points.position(name)?) {
-            *sum += weight * value;
-        }
-    }
-    Some(place)
 }
 
 fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {

@@ -19,6 +19,7 @@ pub enum Axial {
 
 /// Hands the keys to a macro: one list for `[design]`, for the parts of a union or product, and for [`DesignOptions`]. A key has a
 /// text, a name, a type and a value to show (TOML).
+#[macro_export]
 macro_rules! design_keys {
     ($then:ident) => {
         $then! {
@@ -53,7 +54,7 @@ macro_rules! design_keys {
         }
     };
 }
-pub(crate) use design_keys;
+pub use design_keys;
 
 macro_rules! design_options {
     ($($(#[doc = $text:tt])+ $name:ident: $kind:ty = $shown:literal,)*) => {

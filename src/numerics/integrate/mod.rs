@@ -41,5 +41,5 @@ pub use observer::Observer;
 pub use rk4::Rk4;
 pub use step::{Dense, Step};
 pub use stepper::{Plan, Settings, Stepper, Trial};
-pub use system::{GuardSample, InLanes, Switching, System};
+pub use system::{GuardSample, InLanes, Rebasing, Switching, System};
 pub use trapezoid::Trapezoid;

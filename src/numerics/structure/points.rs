@@ -127,22 +127,22 @@ impl InterfacePoints {
     /// used.
     pub fn to_csv(&self) -> String {
         let by_node = matches!(self.points.first().map(|point| point.place), Some(PointPlace::Node { .. }));
-        let mut text = String::from("name,role,x_m,y_m,z_m");
-        text += if by_node { ",node,rotation_node\n" } else { ",first_row_0based,dofs\n" };
-        for point in &self.points {
-            let [x, y, z] = point.position_m;
+        let place = if by_node { ["node", "rotation_node"] } else { ["first_row_0based", "dofs"] };
+        let head = ["name", "role", "x_m", "y_m", "z_m"].into_iter().chain(place).map(str::to_owned);
+        let rows = self.points.iter().map(|point| {
             let place = match point.place {
-                PointPlace::None => ",".to_owned(),
-                PointPlace::Rows { first, dofs } => {
-                    format!("{first},{}", dofs.map(|dofs| dofs.to_string()).unwrap_or_default())
-                }
-                PointPlace::Node { node, rotation_node } => {
-                    format!("{node},{}", rotation_node.map(|node| node.to_string()).unwrap_or_default())
-                }
+                PointPlace::None => [String::new(), String::new()],
+                PointPlace::Rows { first, dofs } => [first.to_string(), text(dofs)],
+                PointPlace::Node { node, rotation_node } => [node.to_string(), text(rotation_node)],
             };
-            text += &format!("{},{},{x:e},{y:e},{z:e},{place}\n", point.name, point.role);
-        }
-        text
+            let [x, y, z] = point.position_m.map(|x| format!("{x:e}"));
+            let [first, second] = place;
+            vec![point.name.clone(), point.role.clone(), x, y, z, first, second]
+        });
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        // Memory takes all that is written.
+        let _ = std::iter::once(head.collect()).chain(rows).try_for_each(|row| writer.write_record(&row));
+        String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
     }
 
     /// Says for every point that names its first row how many belong to it, where `rows` has three or six.
@@ -333,6 +333,11 @@ pub(super) fn require_weights(points: &[(String, f64)]) -> Result<(), StructureE
         Some((point, weight)) => Err(StructureError::argument(format!("weight of {point}"), "a finite number", weight)),
         None => Ok(()),
     }
+}
+
+/// A number as a cell, which is empty without one.
+fn text(number: Option<impl ToString>) -> String {
+    number.map(|number| number.to_string()).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What is integrated, by what a method asks of it: every system, one that switches, rows side by side.
+//! What is integrated, by what a method asks of it: every system, one that switches, one with a part outside its state, rows side by side.
 
 use std::ops::Range;
 
@@ -32,8 +32,7 @@ pub trait System {
 /// A system that is smooth between switches of a discrete state of its own.
 ///
 /// Its guards are functions of the state that are negative while the present discrete state is right; times known
-/// beforehand (a valve that opens) are scheduled stops. It may also carry a part of itself outside `y`, as functions of time
-/// that hold up to a horizon.
+/// beforehand (a valve that opens) are scheduled stops.
 pub trait Switching: System {
     /// Number of guards.
     fn guard_count(&self) -> usize;
@@ -74,13 +73,17 @@ pub trait Switching: System {
     fn follow_state(&mut self, _follow: bool) -> bool {
         false
     }
+}
 
-    /// Time that no step may pass before [`Switching::rebase`] is called. Default: infinity.
+/// A system that may carry a part of itself outside `y`, as functions of time that hold up to a horizon: what is linear in it and
+/// known ahead. Default: it has no such part.
+pub trait Rebasing: Switching {
+    /// Time that no step may pass before [`Rebasing::rebase`] is called. Default: infinity.
     fn horizon(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// Components of the state and of its rate that [`Switching::rebase`] reads and changes; the others are not valid there. Default: all.
+    /// Components of the state and of its rate that [`Rebasing::rebase`] reads and changes; the others are not valid there. Default: all.
     fn rebased_components(&self) -> Range<usize> {
         0..self.dimension()
     }
@@ -95,7 +98,7 @@ pub trait Switching: System {
 /// depends on another.
 pub trait InLanes<R: Number> {
     /// A row by itself.
-    type Row: Switching;
+    type Row: Rebasing;
 
     /// The row in a lane.
     fn row(&self, lane: usize) -> &Self::Row;
@@ -117,7 +120,7 @@ pub trait InLanes<R: Number> {
 }
 
 /// A row alone.
-impl<S: Switching> InLanes<f64> for S {
+impl<S: Rebasing> InLanes<f64> for S {
     type Row = S;
 
     fn row(&self, _: usize) -> &S {

@@ -14,7 +14,7 @@ use crate::integrate::locate::{Ends, Place, first_events};
 use crate::integrate::observer::Observer;
 use crate::integrate::step::{Ingredients, Step};
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
-use crate::integrate::system::{GuardSample, InLanes, Switching, System};
+use crate::integrate::system::{GuardSample, InLanes, Rebasing, Switching, System};
 use crate::number::{Mask, Number};
 
 /// Steps between two looks at the clock.
@@ -55,7 +55,7 @@ pub struct Start<'a> {
 }
 
 /// One row alone.
-impl<S: Switching, P: Stepper<S>> Integrator<S, P> {
+impl<S: Rebasing, P: Stepper<S>> Integrator<S, P> {
     /// Prepares an integration of `system` from `(t0, y0)`.
     pub fn new(system: &S, t0: f64, y0: &[f64], settings: &Settings) -> Self {
         let mut integrator = Self::idle(system);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::hammer::chamber;
-use crate::integrate::{GuardSample, Switching, System};
+use crate::integrate::{GuardSample, Rebasing, Switching, System};
 use crate::system::coupled::Coupled;
 
 impl System for Coupled {
@@ -101,7 +101,9 @@ impl Switching for Coupled {
         self.rates.follow(follow);
         follow
     }
+}
 
+impl Rebasing for Coupled {
     fn horizon(&self) -> f64 {
         match (&self.base, &self.model.condensation) {
             (Some(base), Some(condensation)) => base.time_s + condensation.horizon_s,

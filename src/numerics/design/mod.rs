@@ -45,8 +45,7 @@ pub use error::{DesignError, MOST_ROWS};
 pub use factor::Factor;
 pub use group::{GroupKind, GroupSpan};
 pub use kind::*;
-pub(crate) use options::design_keys;
-pub use options::{Axial, DesignKey, DesignOptions, Needs};
+pub use options::{Axial, DesignKey, DesignOptions, Needs, design_keys};
 pub use quality::{
     MAX_MEASURED_ROWS, PHI_EXPONENT, Quality, centred_discrepancy, l2_star_discrepancy, mixture_discrepancy,
     wrap_around_discrepancy,

@@ -11,7 +11,7 @@
 
 use crate::integrate::step::Dense;
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
-use crate::integrate::system::{Switching, System};
+use crate::integrate::system::{Rebasing, System};
 
 /// Share of a step by which a stop may lie beyond its end and still be passed there: times on a grid carry rounding.
 const ROUNDING: f64 = 1e-6;
@@ -49,7 +49,7 @@ impl<R> FixedStep<R> {
     }
 }
 
-impl<S: Switching, R: Rule> Stepper<S> for FixedStep<R> {
+impl<S: Rebasing, R: Rule> Stepper<S> for FixedStep<R> {
     const DENSE: Dense = Dense::Hermite;
 
     fn new(system: &S) -> Self {

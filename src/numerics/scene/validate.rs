@@ -3,7 +3,6 @@
 use crate::hammer::HammerParameters;
 use std::f64::consts::TAU;
 
-use crate::integrate::Method;
 use crate::parameter::{Fault, Parameters};
 use crate::workpiece::{Casting, Fixture, OFFSET_TOLERANCE_M, WorkpieceError};
 
@@ -142,7 +141,7 @@ impl Scene {
         let frequency_hz = (stiffness / mass_kg).sqrt() / TAU;
         let span_s = self.duration_s.min(LONGEST_JUDGED_S);
         let most_steps = self.solver.max_steps.max(SolverSettings::default().max_steps);
-        let slow = self.solver.method == Method::Trapezoid || frequency_hz * span_s <= most_steps as f64;
+        let slow = self.solver.method.is_implicit() || frequency_hz * span_s <= most_steps as f64;
         if slow || !frequency_hz.is_finite() || span_s <= 0.0 {
             return None;
         }
@@ -167,8 +166,7 @@ impl Scene {
 
 /// Whether the strike point lies outside the casting's extent.
 fn misses(hammer: &HammerUnit, casting: &Casting) -> bool {
-    let outside = |(offset, length): (f64, f64)| offset.abs() > 0.5 * length + OFFSET_TOLERANCE_M;
-    casting.size_m.is_some_and(|size| hammer.strike_point_m.into_iter().zip(size).any(outside))
+    casting.margin_m(hammer.strike_point_m).is_some_and(|margin| margin < -OFFSET_TOLERANCE_M)
 }
 
 fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting: &Casting) {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::solver::{Guide, SolverSettings};
-use crate::hammer::HammerParameters;
+use crate::hammer::{HammerParameters, choked_flow};
 use crate::parameter::parameters;
 use crate::workpiece::Casting;
 
@@ -37,6 +37,29 @@ parameters! { file
 pub struct Mount {
     /// Interface points and their weights; the weights sum to 1.
     pub points: Vec<(String, f64)>,
+}
+
+impl Mount {
+    /// Its position x, y, z in m: the weighted mean of those of its points; `None` if `position_of` does not know one.
+    pub fn position_m(&self, position_of: impl Fn(&str) -> Option<[f64; 3]>) -> Option<[f64; 3]> {
+        let mut mean = [0.0; 3];
+        for (name, weight) in &self.points {
+            for (sum, value) in mean.iter_mut().zip(position_of(name)?) {
+                *sum += weight * value;
+            }
+        }
+        Some(mean)
+    }
+}
+
+impl HammerUnit {
+    /// Choked flow of `gas` through the larger feed of its valve at supply pressure, in kg/s: it takes no more.
+    pub fn largest_air_flow_kg_s(&self, gas: &Environment) -> f64 {
+        let valve = &self.parameters.valve;
+        let area_m2 = valve.rear_feed_area_m2.max(valve.front_feed_area_m2);
+        let energy_j_per_kg = gas.gas_constant_j_per_kg_k * gas.temperature_k;
+        choked_flow(gas.isentropic_exponent, energy_j_per_kg, self.supply_pressure_pa, area_m2)
+    }
 }
 
 parameters! {

@@ -11,12 +11,13 @@ use crate::integrate::lane::Stopped;
 use crate::integrate::observer::Observer;
 use crate::integrate::rk4::Rk4;
 use crate::integrate::stepper::{Settings, Stepper};
-use crate::integrate::system::Switching;
+use crate::integrate::system::Rebasing;
 use crate::integrate::trapezoid::Trapezoid;
 
-/// Declares the methods: documentation, name in a study, whether its steps have a fixed length, stepper.
+/// Declares the methods: documentation, name in a study, whether its steps have a fixed length and whether they are implicit, so
+/// that no motion bounds them, stepper.
 macro_rules! methods {
-    ($($(#[$attribute:meta])* $method:ident($name:tt, fixed: $fixed:literal, $stepper:ty),)+) => {
+    ($($(#[$attribute:meta])* $method:ident($name:tt, fixed: $fixed:literal, implicit: $implicit:literal, $stepper:ty),)+) => {
         /// Method of integration.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
         pub enum Method {
@@ -34,10 +35,15 @@ macro_rules! methods {
                 match self { $(Self::$method => $fixed,)+ }
             }
 
+            /// Whether steps are implicit: stable, however fast a motion is.
+            pub fn is_implicit(self) -> bool {
+                match self { $(Self::$method => $implicit,)+ }
+            }
+
             /// Integrates `system` from rest at time 0 over `span`; shows every step and switch to `observer`.
             pub fn integrate<S, O>(self, system: &mut S, observer: &mut O, settings: &Settings, span: &Span<'_>) -> End
             where
-                S: Switching,
+                S: Rebasing,
                 O: Observer<S>,
             {
                 match self { $(Self::$method => run::<$stepper, S, O>(system, observer, settings, span),)+ }
@@ -49,11 +55,11 @@ macro_rules! methods {
 methods! {
     /// Explicit Runge-Kutta pair of order 5(4) under error control, contacts located.
     #[default]
-    Tsit5("tsit5", fixed: false, Tsit5),
+    Tsit5("tsit5", fixed: false, implicit: false, Tsit5),
     /// Classical Runge-Kutta rule of order 4 at a fixed step, for comparison.
-    Rk4("rk4", fixed: true, FixedStep<Rk4>),
+    Rk4("rk4", fixed: true, implicit: false, FixedStep<Rk4>),
     /// Implicit trapezoid at a fixed step (the published program's way), for comparison.
-    Trapezoid("trapezoid", fixed: true, FixedStep<Trapezoid>),
+    Trapezoid("trapezoid", fixed: true, implicit: true, FixedStep<Trapezoid>),
 }
 
 /// From where to where is integrated.
@@ -81,7 +87,7 @@ pub struct End {
 fn run<P, S, O>(system: &mut S, observer: &mut O, settings: &Settings, span: &Span<'_>) -> End
 where
     P: Stepper<S>,
-    S: Switching,
+    S: Rebasing,
     O: Observer<S>,
 {
     let mut integrator = Integrator::<_, P>::new(system, 0.0, span.y0, settings);

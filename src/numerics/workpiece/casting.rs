@@ -47,3 +47,12 @@ parameters! {
         pub measuring_point_m: Option<[f64; 2]>, "m", [finite] usual [-10, 10], "default: at the centre only";
     }
 }
+
+impl Casting {
+    /// Distance in m of a point (x, y from the centre) from the nearest edge, negative outside; `None` without an extent.
+    pub fn margin_m(&self, point_m: [f64; 2]) -> Option<f64> {
+        let size = self.size_m?;
+        let margin = |axis: usize| 0.5 * size[axis] - point_m[axis].abs();
+        Some(margin(0).min(margin(1)))
+    }
+}
