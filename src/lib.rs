@@ -54,7 +54,7 @@
 //!
 //! ```text
 //! decore-numerics
-//! analysis    : random
+//! analysis    : quantity random
 //! design      : random
 //! files       :
 //! linalg      : number
@@ -71,7 +71,7 @@
 //! hammer      : contact number parameter
 //! integrate   : number quantity
 //! structure   : files linalg parameter plot words
-//! scene       : hammer integrate parameter structure workpiece
+//! scene       : hammer integrate parameter quantity structure workpiece
 //! system      : contact hammer integrate number scene workpiece
 //! metrics     : hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system

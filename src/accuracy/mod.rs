@@ -57,7 +57,11 @@ pub fn ladder(scene: &Scene) -> Vec<Setting> {
                 |preset: &&Preset| preset.tolerance == tolerance && scene.ties(preset.guide) == scene.ties(guide);
             let preset = PRESETS.iter().find(same).filter(|_| modes == ModeTreatment::Automatic);
             let solver = SolverSettings { tolerance, guide, modes, method: Method::Tsit5, ..scene.solver };
-            settings.push(Setting { family: family.to_owned(), preset: preset.map(|preset| preset.name), solver });
+            settings.push(Setting {
+                family: family.to_owned(),
+                preset: preset.map(|preset| preset.fidelity.name()),
+                solver,
+            });
         }
     }
     settings

@@ -21,7 +21,6 @@ use crate::integrate::Counters;
 use crate::metrics::RunTotals;
 use crate::quantity::quantities;
 use crate::run::RowStatus;
-use crate::scene::{Guide, ModeTreatment};
 use crate::study::StructureSource;
 use crate::system::PlacedModes;
 
@@ -233,8 +232,8 @@ impl TableRow {
             setting: setting.family.clone(),
             preset: setting.preset.map(str::to_owned),
             method: Some(method(setting)),
-            guide: Some(guide(solver.guide).to_owned()),
-            modes_treatment: Some(treatment(solver.modes).to_owned()),
+            guide: Some(solver.guide.name().to_owned()),
+            modes_treatment: Some(solver.modes.name().to_owned()),
             status: Some(measurement.status),
             tolerance: (!fixed(setting)).then_some(solver.tolerance),
             step_s: fixed(setting).then_some(solver.step_s),
@@ -284,20 +283,4 @@ fn method(setting: &Setting) -> String {
     let solver = setting.solver;
     let located = if solver.method.is_fixed() && solver.located { ", contacts located" } else { "" };
     format!("{}{located}", solver.method.name())
-}
-
-fn guide(guide: Guide) -> &'static str {
-    match guide {
-        Guide::Automatic => "automatic",
-        Guide::Spring => "spring",
-        Guide::Tied => "tied",
-    }
-}
-
-fn treatment(modes: ModeTreatment) -> &'static str {
-    match modes {
-        ModeTreatment::Automatic => "automatic",
-        ModeTreatment::Integrated => "integrated",
-        ModeTreatment::Condensed => "condensed",
-    }
 }

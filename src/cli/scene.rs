@@ -175,7 +175,7 @@ fn page(
 /// The outcome as text; writing to a string cannot fail.
 fn readable(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     let study = engine.study();
-    let mut text = format!("{}, row {row}: {}\n", study.title(), outcome.status.text());
+    let mut text = format!("{}, row {row}: {}\n", study.title(), outcome.status.name());
     if !outcome.reason.is_empty() {
         let _ = writeln!(text, "  {}; time reached: {} s", outcome.reason, six_digits(outcome.time_reached_s));
     }
@@ -263,7 +263,7 @@ fn blows(text: &mut String, hammers: &[&str], metrics: &RunMetrics) {
         let _ = write!(text, " {heading:>0$}", width(heading));
     }
     for blow in &metrics.blows {
-        let (hammer, kind) = (hammers.get(blow.hammer).copied().unwrap_or(""), blow.kind.text().replace('_', " "));
+        let (hammer, kind) = (hammers.get(blow.hammer).copied().unwrap_or(""), blow.kind.name().replace('_', " "));
         let _ = write!(text, "\n  {hammer:<14} {:>4} {:>6} {kind:<13}", blow.number, blow.stroke);
         for (figure, heading) in &figures {
             let value = (figure.value)(blow).and_then(|value| value.number()).unwrap_or(f64::NAN);

@@ -74,7 +74,7 @@ impl<'r> Matching<'r> {
         let columns = same_factors([a, b])?;
         let mut statuses = Texts::default();
         // So that its number is known.
-        let done = statuses.number(RowStatus::Done.text());
+        let done = statuses.number(RowStatus::Done.name());
         let rows = [
             Rows::read(a, columns.iter().map(|[in_a, _]| *in_a), &mut statuses)?,
             Rows::read(b, columns.iter().map(|[_, in_b]| *in_b), &mut statuses)?,

@@ -240,7 +240,7 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
         inputs: info.inputs.iter().collect(),
         study_text: &info.study_text,
         factors: factors(view),
-        status: outcome.status.text(),
+        status: outcome.status.name(),
         reason: &outcome.reason,
         duration_s: scene.duration_s,
         ambient_pa: scene.environment.ambient_pressure_pa,
@@ -322,7 +322,7 @@ fn struck(blow: &Blow) -> Struck {
     Struck {
         hammer: blow.hammer,
         number: blow.number,
-        kind: blow.kind.text(),
+        kind: blow.kind.name(),
         start_s: blow.start_time_s,
         figures: headed.map(|quantity| (quantity.value)(blow).and_then(|value| value.number())).collect(),
     }

@@ -31,7 +31,7 @@ impl Row {
     pub fn new(py: Python<'_>, simulated: Simulated) -> PyResult<Self> {
         let Simulated { outcome, tables: [runs, blows, _], signals } = simulated;
         Ok(Self {
-            status: outcome.status.text(),
+            status: outcome.status.name(),
             reason: outcome.reason,
             wall_time_s: outcome.wall_time_s,
             runs: Py::new(py, Table::new(TableName::Runs.folder(), runs))?,

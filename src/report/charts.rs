@@ -149,7 +149,7 @@ impl Columns<'_> {
     fn done<'c>(&self, cells: &'c [Cell<'c>]) -> Option<Done<'c>> {
         let [Some(Value::Text(status)), rank, others @ ..] = cells else { return None };
         let (factors, outputs) = others.split_at(self.factors.len().min(others.len()));
-        let done = *status == RowStatus::Done.text();
+        let done = *status == RowStatus::Done.name();
         done.then(|| Done { rank: number(rank).unwrap_or(f64::NAN), factors, outputs })
     }
 }

@@ -269,7 +269,7 @@ impl<'a> Gatherer<'a> {
         if let Some(Value::Real(residual)) = residual {
             self.judge_residual(*row, *residual);
         }
-        if *status != RowStatus::Done.text() {
+        if *status != RowStatus::Done.name() {
             return;
         }
         if let Some(Value::Text(percussion)) = percussion {

@@ -43,7 +43,7 @@ impl Report {
             write!(f, " ({})", statuses.join(", "))?;
         }
         writeln!(f, ", {} blows", self.blows)?;
-        if self.percussions.keys().any(|percussion| percussion != Percussion::Periodic.text()) {
+        if self.percussions.keys().any(|percussion| percussion != Percussion::Periodic.name()) {
             let kinds: Vec<String> = self.percussions.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
             writeln!(
                 f,

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::Estimator;
+use crate::quantity::named;
 
 /// Sensitivity of the outputs of a dataset to its factors.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -129,36 +130,37 @@ pub struct Index {
     pub interval: Option<[f64; 2]>,
 }
 
-/// The indices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum IndexName {
-    /// Share of the variance that a factor has alone.
-    S1,
-    /// Share of the variance that a factor has alone or together with others.
-    St,
-    /// Share of the variance that a pair of factors has beyond what each has alone.
-    S2,
-    /// Mean size of the elementary effects, per range of the factor; in the output's unit.
-    MuStar,
-    /// Mean elementary effect, per range of the factor; in the output's unit.
-    Mu,
-    /// Standard deviation of the elementary effects; in the output's unit.
-    Sigma,
-    /// Shapley effect: share of the variance; those of all factors add up to 1, also where factors depend on each other.
-    Shapley,
-    /// First-order Sobol' index by ranks.
-    Rank,
-    /// Correlation ratio of classes of the factor.
-    CorrelationRatio,
-    /// PAWN: median distance of the output's distributions in slices of the factor from that of all rows.
-    Pawn,
-    /// The largest of these distances.
-    PawnMaximum,
-    /// Normalised Hilbert-Schmidt independence criterion.
-    HsicR2,
-    /// Probability of a larger criterion were factor and output independent.
-    HsicPValue,
+named! {
+    /// The indices.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+    pub enum IndexName {
+        /// Share of the variance that a factor has alone.
+        S1 = "s1",
+        /// Share of the variance that a factor has alone or together with others.
+        St = "st",
+        /// Share of the variance that a pair of factors has beyond what each has alone.
+        S2 = "s2",
+        /// Mean size of the elementary effects, per range of the factor; in the output's unit.
+        MuStar = "mu_star",
+        /// Mean elementary effect, per range of the factor; in the output's unit.
+        Mu = "mu",
+        /// Standard deviation of the elementary effects; in the output's unit.
+        Sigma = "sigma",
+        /// Shapley effect: share of the variance; those of all factors add up to 1, also where factors depend on each other.
+        Shapley = "shapley",
+        /// First-order Sobol' index by ranks.
+        Rank = "rank",
+        /// Correlation ratio of classes of the factor.
+        CorrelationRatio = "correlation_ratio",
+        /// PAWN: median distance of the output's distributions in slices of the factor from that of all rows.
+        Pawn = "pawn",
+        /// The largest of these distances.
+        PawnMaximum = "pawn_maximum",
+        /// Normalised Hilbert-Schmidt independence criterion.
+        HsicR2 = "hsic_r2",
+        /// Probability of a larger criterion were factor and output independent.
+        HsicPValue = "hsic_p_value",
+    }
 }
 
 impl Sensitivity {
@@ -201,25 +203,6 @@ impl IndexName {
             Self::PawnMaximum => "largest",
             Self::HsicR2 => "R2-HSIC",
             Self::HsicPValue => "p",
-        }
-    }
-
-    /// Its name in tables, as in JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::S1 => "s1",
-            Self::St => "st",
-            Self::S2 => "s2",
-            Self::MuStar => "mu_star",
-            Self::Mu => "mu",
-            Self::Sigma => "sigma",
-            Self::Shapley => "shapley",
-            Self::Rank => "rank",
-            Self::CorrelationRatio => "correlation_ratio",
-            Self::Pawn => "pawn",
-            Self::PawnMaximum => "pawn_maximum",
-            Self::HsicR2 => "hsic_r2",
-            Self::HsicPValue => "hsic_p_value",
         }
     }
 }

@@ -112,7 +112,7 @@ impl Table {
     fn add(&mut self, cells: &[Cell<'_>], codes: &mut [Codes]) {
         let [Some(Value::Count(row)), Some(Value::Text(status)), reason, others @ ..] = cells else { return };
         self.rows.push(*row);
-        let fault = (*status != RowStatus::Done.text()).then(|| match reason {
+        let fault = (*status != RowStatus::Done.name()).then(|| match reason {
             Some(Value::Text(reason)) if !reason.is_empty() => format!("{status}: {reason}"),
             _ => (*status).to_owned(),
         });

@@ -182,7 +182,7 @@ fn study(folder: &Path, text: &str, points: &PointTable) -> bool {
 
 fn studies() -> Target {
     let names = ["paper_rig", "placement", "pressure_grid", "three_hammers"].map(|name| format!("studies/{name}.toml"));
-    let further = ["tests/data/fuzz/design.toml", "tests/data/fuzz/kinds.toml", "src/core/study/template.toml"];
+    let further = ["tests/data/fuzz/design.toml", "tests/data/fuzz/kinds.toml", "src/assets/study_template.toml"];
     let names: Vec<&str> = names.iter().map(String::as_str).chain(further).collect();
     let points = station_points();
     let read = move |folder: &Path, bytes: &[u8]| match std::str::from_utf8(bytes) {

@@ -450,6 +450,6 @@ mod tests {
             "{names:?}"
         );
         let text = RowOutcome::status.description();
-        assert!(RowStatus::ALL.iter().all(|status| text.contains(status.text())), "{text}");
+        assert!(RowStatus::ALL.iter().all(|status| text.contains(status.name())), "{text}");
     }
 }

@@ -165,7 +165,7 @@ impl RowWriter {
 /// Whether the cells of a row of `runs` with these columns say that the row is not done.
 pub fn cells_say_failed(names: &[&str], cells: &[Cell<'_>]) -> bool {
     let status = names.iter().zip(cells).find(|(name, _)| **name == RowOutcome::status.name);
-    status.is_none_or(|(_, cell)| *cell != Some(Value::Text(RowStatus::Done.text())))
+    status.is_none_or(|(_, cell)| *cell != Some(Value::Text(RowStatus::Done.name())))
 }
 
 /// Holds a record to the shape that the columns were made for: a value without column would be lost silently.

@@ -65,7 +65,7 @@ impl<'a> Monitor<'a> {
             if tally.last_errors.len() == LAST_ERRORS {
                 tally.last_errors.pop_front();
             }
-            let status = outcome.status.text().to_owned();
+            let status = outcome.status.name().to_owned();
             tally.last_errors.push_back(RowError { row, status, reason: outcome.reason.clone() });
         }
         self.beginning.recovered.1 + tally.failed

@@ -95,13 +95,13 @@ fn outcomes(manifest: &Manifest, features: &Features) -> String {
     let status = features.columns.iter().find(|column| column.name == "status");
     let ended = |wanted: RowStatus| {
         let rows = status.map_or(0, |column| column.values.len());
-        let is_so = |row: &usize| status.is_some_and(|column| column.values.text(*row) == wanted.text());
+        let is_so = |row: &usize| status.is_some_and(|column| column.values.text(*row) == wanted.name());
         (0..rows).filter(is_so).count() / castings
     };
     let mut text = format!("## Runs\n\nThe design has {} runs, {} are there:\n\n", manifest.study.rows, features.runs);
     text += "| status | runs |\n|---|---|\n";
     for status in RowStatus::ALL {
-        _ = writeln!(text, "| `{}` | {} |", status.text(), ended(status));
+        _ = writeln!(text, "| `{}` | {} |", status.name(), ended(status));
     }
     text
 }
@@ -112,7 +112,7 @@ fn columns(columns: &[Column]) -> String {
         let names: Vec<String> =
             columns.iter().filter(|column| column.role == role).map(|column| format!("`{}`", column.name)).collect();
         if !names.is_empty() {
-            _ = writeln!(text, "| {} | {} |", role.text(), names.join(", "));
+            _ = writeln!(text, "| {} | {} |", role.name(), names.join(", "));
         }
     }
     let derived = columns.iter().filter(|column| !column.derived_from.is_empty());

@@ -8,44 +8,26 @@ use arrow_array::{ArrayRef, DictionaryArray, Float64Array, Int64Array, StringArr
 use arrow_schema::Field;
 use serde::Serialize;
 
-use crate::quantity::{Cell, Kind, Value};
+use crate::quantity::{Cell, Kind, Value, named};
 
-/// What a column is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Role {
-    /// Names the row of the table.
-    Key,
-    /// Says which rows belong together.
-    Group,
-    /// Says which part of the splits the row is for.
-    Split,
-    /// A factor of the design: what a predictor may know.
-    Factor,
-    /// A result: what a predictor is to tell.
-    Target,
-    /// How far a target is sure: its scatter over twins, its standard error.
-    Scatter,
-    /// How the run ended and how well its books balance.
-    Status,
-}
-
-impl Role {
-    /// All of them, in the order in which a reader meets them.
-    pub const ALL: [Self; 7] =
-        [Self::Key, Self::Status, Self::Group, Self::Split, Self::Factor, Self::Target, Self::Scatter];
-
-    /// The role in dictionaries.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Key => "key",
-            Self::Group => "group",
-            Self::Split => "split",
-            Self::Factor => "factor",
-            Self::Target => "target",
-            Self::Scatter => "scatter",
-            Self::Status => "status",
-        }
+named! {
+    /// What a column is for.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+    pub enum Role {
+        /// Names the row of the table.
+        Key = "key",
+        /// How the run ended and how well its books balance.
+        Status = "status",
+        /// Says which rows belong together.
+        Group = "group",
+        /// Says which part of the splits the row is for.
+        Split = "split",
+        /// A factor of the design: what a predictor may know.
+        Factor = "factor",
+        /// A result: what a predictor is to tell.
+        Target = "target",
+        /// How far a target is sure: its scatter over twins, its standard error.
+        Scatter = "scatter",
     }
 }
 
@@ -183,7 +165,7 @@ impl Column {
             [
                 ("unit", self.unit.clone()),
                 ("description", self.description.clone()),
-                ("role", self.role.text().to_owned()),
+                ("role", self.role.name().to_owned()),
                 ("formula", self.formula.clone()),
                 ("valid_range", self.valid_text()),
                 ("derived_from", self.derived_from.join(" ")),

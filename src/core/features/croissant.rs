@@ -83,7 +83,7 @@ fn field(table: &str, column: &Column) -> Value {
         "@type": "cr:Field",
         "@id": format!("features/{}", column.name),
         "name": column.name,
-        "description": format!("{}{unit} Role: {}. Formula: {}.", column.description, column.role.text(), column.formula),
+        "description": format!("{}{unit} Role: {}. Formula: {}.", column.description, column.role.name(), column.formula),
         "dataType": match column.values.kind() {
             Kind::Real => "sc:Float",
             Kind::Count | Kind::Integer => "sc:Integer",

@@ -92,7 +92,7 @@ impl<'a> Dictionary<'a> {
             "derived_from",
         ];
         let entries = self.columns.iter().map(|entry| {
-            let texts = [entry.name, kind(entry.kind), entry.unit, entry.role.text(), entry.description, entry.formula];
+            let texts = [entry.name, kind(entry.kind), entry.unit, entry.role.name(), entry.description, entry.formula];
             let further = [end(entry.valid_minimum), end(entry.valid_maximum), entry.derived_from.join(" ")];
             texts.map(str::to_owned).into_iter().chain(further).collect()
         });

@@ -4,30 +4,21 @@ use serde::Serialize;
 
 use super::groups::GroupBy;
 use super::splits::Splits;
+use crate::quantity::named;
 
-/// Format of the table's file.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Format {
-    /// Parquet, with the dictionary in the metadata of its fields.
-    #[default]
-    Parquet,
-    /// Text with a comma between cells; nulls are empty.
-    Csv,
+named! {
+    /// Format of the table's file.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+    pub enum Format {
+        /// Parquet, with the dictionary in the metadata of its fields.
+        #[default]
+        Parquet = "parquet",
+        /// Text with a comma between cells; nulls are empty.
+        Csv = "csv",
+    }
 }
 
 impl Format {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Parquet, Self::Csv];
-
-    /// Its name, which is the ending of the file too.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Parquet => "parquet",
-            Self::Csv => "csv",
-        }
-    }
-
     /// Name of the table's file.
     pub fn file(self) -> &'static str {
         match self {

@@ -129,7 +129,7 @@ impl StruckRows {
             let struck = rows.entry(*row).or_insert_with(|| vec![Struck::default(); castings.len()]);
             let place = castings.iter().position(|name| name == casting);
             if let Some(struck) = place.and_then(|place| struck.get_mut(place)) {
-                struck.add(&blow, *kind == BlowKind::Blank.text(), thresholds);
+                struck.add(&blow, *kind == BlowKind::Blank.name(), thresholds);
             }
         })?;
         Ok(Self(rows))

@@ -63,7 +63,7 @@ pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Fe
             Err(error) => fault = fault.take().or(Some(error)),
         }
         runs += 1;
-        done += u64::from(cell(status) == Some(Value::Text(RowStatus::Done.text())));
+        done += u64::from(cell(status) == Some(Value::Text(RowStatus::Done.name())));
     })?;
     match fault {
         Some(error) => Err(error),

@@ -17,7 +17,7 @@ use crate::scene::{
 use crate::workpiece::Fixture;
 
 /// The part by hand. A line `#! key` stands for the parameters of the table with that key.
-const BY_HAND: &str = include_str!("template.toml");
+const BY_HAND: &str = include_str!("../../assets/study_template.toml");
 
 /// A commented study that shows every key.
 ///

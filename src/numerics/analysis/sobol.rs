@@ -5,38 +5,26 @@ use serde::Serialize;
 
 use super::error::{AnalysisError, check_values};
 use super::estimate::{Bootstrap, Estimate};
+use crate::quantity::named;
 
-/// The estimators; on one table they differ by what the number of base points leaves open (1e-2 at some hundreds).
-///
-/// With `A`, `B` the outputs at the two base points of a block, `E_i` at A with factor i of B, `C_i` at B with factor i of A, `n`
-/// blocks, means over the blocks:
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Estimator {
-    /// As SALib computes them (Saltelli et al., Comput. Phys. Commun. 181, 2010; Sobol' et al., 2007):
-    /// `S1_i = mean((B - mu) (E_i - A)) / V`, `ST_i = mean((A - E_i)^2) / (2 V)`,
-    /// `S2_ij = mean((C_i - mu) (E_j - mu) - (A - mu) (B - mu)) / V - S1_i - S1_j`, V the variance of A and B together, mu the mean
-    /// of the whole table.
-    #[default]
-    Salib,
-    /// Jansen (Comput. Phys. Commun. 117, 1999) as OpenTURNS computes it: `S1_i = 1 - sum((E_i - B)^2) / ((2 n - 1) V)`,
-    /// `ST_i = sum((E_i - A)^2) / ((2 n - 1) V)`, V the unbiased variance of A.
-    Jansen,
-    /// Martinez (2011) as OpenTURNS computes it: `S1_i` the correlation of `E_i` and B, `ST_i` 1 less that of `E_i` and A.
-    Martinez,
-}
-
-impl Estimator {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Salib, Self::Jansen, Self::Martinez];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Salib => "salib",
-            Self::Jansen => "jansen",
-            Self::Martinez => "martinez",
-        }
+named! {
+    /// The estimators; on one table they differ by what the number of base points leaves open (1e-2 at some hundreds).
+    ///
+    /// With `A`, `B` the outputs at the two base points of a block, `E_i` at A with factor i of B, `C_i` at B with factor i of A, `n`
+    /// blocks, means over the blocks:
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+    pub enum Estimator {
+        /// As SALib computes them (Saltelli et al., Comput. Phys. Commun. 181, 2010; Sobol' et al., 2007):
+        /// `S1_i = mean((B - mu) (E_i - A)) / V`, `ST_i = mean((A - E_i)^2) / (2 V)`,
+        /// `S2_ij = mean((C_i - mu) (E_j - mu) - (A - mu) (B - mu)) / V - S1_i - S1_j`, V the variance of A and B together, mu the mean
+        /// of the whole table.
+        #[default]
+        Salib = "salib",
+        /// Jansen (Comput. Phys. Commun. 117, 1999) as OpenTURNS computes it: `S1_i = 1 - sum((E_i - B)^2) / ((2 n - 1) V)`,
+        /// `ST_i = sum((E_i - A)^2) / ((2 n - 1) V)`, V the unbiased variance of A.
+        Jansen = "jansen",
+        /// Martinez (2011) as OpenTURNS computes it: `S1_i` the correlation of `E_i` and B, `ST_i` 1 less that of `E_i` and A.
+        Martinez = "martinez",
     }
 }
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::quantity::{Cell, Kind, QuantityField, Value, quantities};
+use crate::quantity::{named, quantities};
 
 quantities! {
     /// What one blow did.
@@ -36,45 +36,28 @@ quantities! {
     }
 }
 
-/// Kind of a blow.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BlowKind {
-    /// The cylinder's single impact of the first stroke.
-    #[default]
-    FirstImpact,
-    /// The same of a later stroke.
-    StrokeImpact,
-    /// One of the first struck blows of a stroke's percussion.
-    Settling,
-    /// One of the struck blows after these.
-    Periodic,
-    /// A blow of the percussion that does not reach the casting.
-    Blank,
+named! {
+    /// Kind of a blow.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
+    pub enum BlowKind {
+        /// The cylinder's single impact of the first stroke.
+        #[default]
+        FirstImpact = "first_impact",
+        /// The same of a later stroke.
+        StrokeImpact = "stroke_impact",
+        /// One of the first struck blows of a stroke's percussion.
+        Settling = "settling",
+        /// One of the struck blows after these.
+        Periodic = "periodic",
+        /// A blow of the percussion that does not reach the casting.
+        Blank = "blank",
+    }
 }
 
 impl BlowKind {
-    /// The kind in tables, texts and JSON.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::FirstImpact => "first_impact",
-            Self::StrokeImpact => "stroke_impact",
-            Self::Settling => "settling",
-            Self::Periodic => "periodic",
-            Self::Blank => "blank",
-        }
-    }
-
     /// Whether it is a blow of the percussion.
     pub fn is_percussion(self) -> bool {
         !matches!(self, Self::FirstImpact | Self::StrokeImpact)
-    }
-}
-
-impl QuantityField for BlowKind {
-    const KIND: Kind = Kind::Category;
-    fn value(&self) -> Cell<'_> {
-        Some(Value::Text(self.text()))
     }
 }
 

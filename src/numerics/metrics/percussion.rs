@@ -4,27 +4,28 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::blow::{BlowKind, Recorded};
-use crate::quantity::{Cell, Kind, QuantityField, Value};
+use crate::quantity::named;
 use crate::scene::OutputSettings;
 
-/// Kind of motion of a hammer's percussion, the least sound first.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Percussion {
-    /// No blow of the percussion at all.
-    #[default]
-    None,
-    /// Blows, but none that reaches the casting.
-    Blank,
-    /// In the last third of the time with the gate open, blows come at less than half the rate of the rest (the share is
-    /// `outputs.stall_rate_share`).
-    Stalled,
-    /// Energies or intervals still follow a trend, or there are fewer than four periodic blows to tell.
-    Unsettled,
-    /// No period up to `outputs.longest_period_blows` fits.
-    Aperiodic,
-    /// Energies and intervals repeat after some blows.
-    Periodic,
+named! {
+    /// Kind of motion of a hammer's percussion, the least sound first.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+    pub enum Percussion {
+        /// No blow of the percussion at all.
+        #[default]
+        None = "none",
+        /// Blows, but none that reaches the casting.
+        Blank = "blank",
+        /// In the last third of the time with the gate open, blows come at less than half the rate of the rest (the share is
+        /// `outputs.stall_rate_share`).
+        Stalled = "stalled",
+        /// Energies or intervals still follow a trend, or there are fewer than four periodic blows to tell.
+        Unsettled = "unsettled",
+        /// No period up to `outputs.longest_period_blows` fits.
+        Aperiodic = "aperiodic",
+        /// Energies and intervals repeat after some blows.
+        Periodic = "periodic",
+    }
 }
 
 /// Fewest periodic blows whose kind of motion is judged.
@@ -35,28 +36,9 @@ const SIGNIFICANT: f64 = 3.0;
 const DUE_INTERVALS: f64 = 2.0;
 
 impl Percussion {
-    /// The kind in tables, texts and JSON.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Blank => "blank",
-            Self::Stalled => "stalled",
-            Self::Unsettled => "unsettled",
-            Self::Aperiodic => "aperiodic",
-            Self::Periodic => "periodic",
-        }
-    }
-
     /// Whether the hammer strikes its casting to the end of the run.
     pub fn strikes(self) -> bool {
         self >= Self::Unsettled
-    }
-}
-
-impl QuantityField for Percussion {
-    const KIND: Kind = Kind::Category;
-    fn value(&self) -> Cell<'_> {
-        Some(Value::Text(self.text()))
     }
 }
 

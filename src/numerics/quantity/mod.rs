@@ -2,10 +2,13 @@
 //!
 //! - [`Value`], [`Kind`]: a value from the study to the report, and its type; [`Cell`]: one where there may be none
 //! - [`Quantity`]: name, unit, description and getter of an output, made by `quantities!` from the field that holds it
+//! - `named!`: closed sets of names, such as kinds and states
 
 mod declare;
+mod named;
 mod value;
 
 pub use declare::{Quantity, QuantityField};
 pub use declare::{first, quantities};
+pub use named::named;
 pub use value::{Cell, Kind, Value};

@@ -7,44 +7,22 @@ use serde::Serialize;
 
 use crate::integrate::Counters;
 use crate::metrics::RunMetrics;
-use crate::quantity::{Cell, Kind, QuantityField, Value, quantities};
+use crate::quantity::{named, quantities};
 
-/// How a row ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RowStatus {
-    /// Simulated to its end, and the audits hold.
-    Done,
-    /// Simulated to its end, but the audit of energies or of chambers fails: the outputs are there, and doubtful.
-    AuditFailed,
-    /// The row's parameters describe no scene that can be simulated.
-    Invalid,
-    /// The integration failed.
-    Diverged,
-    /// The budget of steps or wall time was used up.
-    BudgetExhausted,
-}
-
-impl RowStatus {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Done, Self::AuditFailed, Self::Invalid, Self::Diverged, Self::BudgetExhausted];
-
-    /// The status in tables, texts and JSON.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Done => "done",
-            Self::AuditFailed => "audit_failed",
-            Self::Invalid => "invalid",
-            Self::Diverged => "diverged",
-            Self::BudgetExhausted => "budget_exhausted",
-        }
-    }
-}
-
-impl QuantityField for RowStatus {
-    const KIND: Kind = Kind::Category;
-    fn value(&self) -> Cell<'_> {
-        Some(Value::Text(self.text()))
+named! {
+    /// How a row ended.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
+    pub enum RowStatus {
+        /// Simulated to its end, and the audits hold.
+        Done = "done",
+        /// Simulated to its end, but the audit of energies or of chambers fails: the outputs are there, and doubtful.
+        AuditFailed = "audit_failed",
+        /// The row's parameters describe no scene that can be simulated.
+        Invalid = "invalid",
+        /// The integration failed.
+        Diverged = "diverged",
+        /// The budget of steps or wall time was used up.
+        BudgetExhausted = "budget_exhausted",
     }
 }
 

@@ -5,56 +5,60 @@ use serde::{Deserialize, Serialize};
 
 use crate::integrate::Method;
 use crate::parameter::{Choice, parameters};
+use crate::quantity::named;
 
-/// How the housing guide is modelled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Guide {
-    /// Tied if each hammer's guide is rigid beside its contacts (`HammerParameters::guide_is_rigid`), else on springs.
-    #[default]
-    Automatic,
-    /// A body of its own on its stiff spring (the model as published).
-    Spring,
-    /// Tied rigidly to the mount: its mass moves with the mount's own motion.
-    Tied,
+named! {
+    /// How the housing guide is modelled.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+    pub enum Guide {
+        /// Tied if each hammer's guide is rigid beside its contacts (`HammerParameters::guide_is_rigid`), else on springs.
+        #[default]
+        Automatic = "automatic",
+        /// A body of its own on its stiff spring (the model as published).
+        Spring = "spring",
+        /// Tied rigidly to the mount: its mass moves with the mount's own motion.
+        Tied = "tied",
+    }
 }
 
 impl Choice for Guide {}
 impl Choice for Method {}
 impl Choice for ModeTreatment {}
 
-/// How the structure's modes take part in the integration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ModeTreatment {
-    /// Condensed or integrated, whichever costs less in the scene.
-    #[default]
-    Automatic,
-    /// Two states per mode, integrated with all others.
-    Integrated,
-    /// Propagated exactly, seen by the others through the interface points only: no states per mode.
-    Condensed,
+named! {
+    /// How the structure's modes take part in the integration.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+    pub enum ModeTreatment {
+        /// Condensed or integrated, whichever costs less in the scene.
+        #[default]
+        Automatic = "automatic",
+        /// Two states per mode, integrated with all others.
+        Integrated = "integrated",
+        /// Propagated exactly, seen by the others through the interface points only: no states per mode.
+        Condensed = "condensed",
+    }
 }
 
-/// Preset of accuracy: sets `guide`, `tolerance` and how modes are selected. On the paper's rig `draft` keeps energies and frequency
-/// within 1e-4, `standard` within 1e-5, `reference` within 1e-6 of the whole structure's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Fidelity {
-    /// Fast, for a first look.
-    Draft,
-    /// For studies.
-    #[default]
-    Standard,
-    /// For reference figures.
-    Reference,
+named! {
+    /// Preset of accuracy: sets `guide`, `tolerance` and how modes are selected. On the paper's rig `draft` keeps energies and frequency
+    /// within 1e-4, `standard` within 1e-5, `reference` within 1e-6 of the whole structure's.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+    pub enum Fidelity {
+        /// Fast, for a first look.
+        Draft = "draft",
+        /// For studies.
+        #[default]
+        Standard = "standard",
+        /// For reference figures.
+        Reference = "reference",
+    }
 }
 
 /// What a preset sets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preset {
-    /// Its name in a study.
-    pub name: &'static str,
+    /// Which one.
+    pub fidelity: Fidelity,
     /// Tolerance of the integration.
     pub tolerance: f64,
     /// Model of the housing guide.
@@ -66,18 +70,23 @@ pub struct Preset {
     pub station_basis_hz: f64,
 }
 
-const DRAFT: Preset =
-    Preset { name: "draft", tolerance: 1e-4, guide: Guide::Automatic, mode_tolerance: 1e-2, station_basis_hz: 6000.0 };
+const DRAFT: Preset = Preset {
+    fidelity: Fidelity::Draft,
+    tolerance: 1e-4,
+    guide: Guide::Automatic,
+    mode_tolerance: 1e-2,
+    station_basis_hz: 6000.0,
+};
 /// The preset of a study that names none.
 pub const STANDARD: Preset = Preset {
-    name: "standard",
+    fidelity: Fidelity::Standard,
     tolerance: 1e-5,
     guide: Guide::Automatic,
     mode_tolerance: 1e-3,
     station_basis_hz: 20_000.0,
 };
 const REFERENCE: Preset = Preset {
-    name: "reference",
+    fidelity: Fidelity::Reference,
     tolerance: 1e-7,
     guide: Guide::Spring,
     mode_tolerance: 1e-4,
