@@ -16,6 +16,7 @@ use super::stored::Stored;
 use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
+use crate::integrate::Counters;
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder};
 use crate::page::{MeasuredCurve, SceneView, scene_page};
 use crate::quantity::{Quantity, Value};
@@ -196,18 +197,12 @@ fn readable(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     if outcome.states == 0 {
         return text;
     }
-    let work = &outcome.counters;
-    let _ = writeln!(
-        text,
-        "{} modes, {} states, {} steps ({} rejected), {} right-hand sides, {} contact switches, {:.2} s",
-        outcome.modes,
-        outcome.states,
-        work.steps,
-        work.rejected_steps,
-        work.rhs_evaluations,
-        work.located_events,
-        outcome.wall_time_s
-    );
+    let counted = Counters::QUANTITIES.iter().filter_map(|counter| match (counter.value)(&outcome.counters)? {
+        Value::Count(0) => None,
+        count => Some(format!("{count} {}, ", counter.name.replace('_', " "))),
+    });
+    let (modes, states, wall_time_s) = (outcome.modes, outcome.states, outcome.wall_time_s);
+    let _ = writeln!(text, "{modes} modes, {states} states, {}{wall_time_s:.2} s", counted.collect::<String>());
     text
 }
 

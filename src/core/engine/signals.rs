@@ -8,8 +8,6 @@ use crate::metrics::{MeanSettings, signal_list};
 use crate::study::Study;
 use crate::words::{did_you_mean, nearest};
 
-/// Interval in s of the signals unless the study states another.
-const DEFAULT_INTERVAL_S: f64 = 1e-3;
 /// Bytes that the signals of a part of the tables may take, and those of the rows that wait for their turn; a single row may exceed it.
 const MOST_BYTES: u64 = 1 << 26;
 /// Bytes of a value in the journal.
@@ -32,17 +30,14 @@ impl KeptSignals {
     /// What a study asks for, of rows that take `duration_s` and are `rows` in number; `None` where it keeps no signals.
     ///
     /// # Errors
-    /// [`EngineError::Outputs`]: a signal that there is not, or twice; a row beyond the last; an interval that is none.
+    /// [`EngineError::Outputs`]: a signal that there is not, or twice; a row beyond the last.
     pub fn of(study: &Study, duration_s: f64, rows: u64) -> Result<Option<Self>, EngineError> {
         let outputs = study.outputs();
         if outputs.signals.is_empty() {
             return Ok(None);
         }
         let wrong = |key, message| Err(EngineError::Outputs { key, message });
-        let interval_s = outputs.signal_interval_s.unwrap_or(DEFAULT_INTERVAL_S);
-        if !(interval_s > 0.0 && interval_s.is_finite()) {
-            return wrong("signal_interval_s", format!("is {interval_s}, expected a positive number of seconds"));
-        }
+        let interval_s = outputs.signal_interval_s;
         if let Some(row) = outputs.signal_rows.iter().find(|row| **row >= rows) {
             return wrong("signal_rows", format!("names row {row}, but the study has the rows 0 to {}", rows - 1));
         }

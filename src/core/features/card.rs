@@ -7,7 +7,7 @@ use super::croissant::Described;
 use super::settings::FeatureSettings;
 use super::table::Features;
 use crate::dataset::Manifest;
-use crate::run::RowStatus;
+use crate::run::{RowOutcome, RowStatus};
 
 /// The card as Markdown.
 pub(super) fn card(
@@ -92,7 +92,7 @@ fn provenance(manifest: &Manifest, settings: &FeatureSettings) -> String {
 
 fn outcomes(manifest: &Manifest, features: &Features) -> String {
     let castings = manifest.study.castings.len().max(1);
-    let status = features.columns.iter().find(|column| column.name == "status");
+    let status = features.columns.iter().find(|column| column.name == RowOutcome::status.name);
     let ended = |wanted: RowStatus| {
         let rows = status.map_or(0, |column| column.values.len());
         let is_so = |row: &usize| status.is_some_and(|column| column.values.text(*row) == wanted.name());

@@ -133,11 +133,10 @@ parameters! { file
             /// Rows whose signals are kept. Default: all rows.
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub signal_rows: Vec<u64>,
-            /// Interval in s of the signals that are kept, over which they are averaged: a filter without phase whose gain at the
-            /// frequency f is |sinc(f interval)|, 0.64 at half the sampling rate. Default 0.001.
-            #[serde(skip_serializing_if = "Option::is_none")]
-            pub signal_interval_s: Option<f64>,
         }
+        /// Interval of the signals that are kept, over which they are averaged: a filter without phase whose gain at the frequency f is
+        /// |sinc(f interval)|, 0.64 at half the sampling rate.
+        pub signal_interval_s: f64 = 0.001, "s", [> 0] usual [1e-6, 0.1], "resolves 500 Hz";
         /// Length of a blow's window, from its start.
         pub blow_window_s: f64 = 0.005, "s", [> 0] usual [1e-4, 0.1], "definition";
         /// Least closing speed of piston and chisel that counts as a blow.
