@@ -13,7 +13,7 @@ use std::process::Command;
 
 use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, hypercube, median, q2, sobol};
 use decore::random::{hash, uniform};
-use decore::refinement::{CAUTIOUS, Learned, SHARP_NOISE, Side, highest_peak, improving, learning};
+use decore::refinement::{CAUTIOUS, Learned, SHARP_NOISE, Seeking, Side, highest_peak, improving, learning};
 use decore::regression::{GaussianProcess, Points, RegressionError};
 use rayon::prelude::*;
 use scenes::scenes;
@@ -82,7 +82,11 @@ struct Sought<'a> {
 
 impl Sought<'_> {
     fn merits(&self, places: &Points) -> Vec<f64> {
-        improving((self.model, Side::Least), (&[], Some(self.best)), self.share, places).expect("merits")
+        improving(
+            &Seeking { process: self.model, side: Side::Least, limits: &[], best: Some(self.best), share: self.share },
+            places,
+        )
+        .expect("merits")
     }
 
     /// The highest of the peaks near the best candidates.

@@ -6,7 +6,9 @@ use serde::Serialize;
 use super::error::MeasurementError;
 use super::read::Measured;
 use crate::metrics::Spectrum;
-use crate::signal::{Butterworth, dominant_frequency_hz, offset, peak, relative_difference, resampled, rms, spikes};
+use crate::signal::{
+    Butterworth, Grid, dominant_frequency_hz, offset, peak, relative_difference, resampled, rms, spikes,
+};
 
 /// Cut-off frequency of the low-pass in Hz: the paper's.
 pub const LOW_PASS_HZ: f64 = 4000.0;
@@ -84,8 +86,10 @@ pub fn beside(
         return Err(MeasurementError::Long { from_s: first_s, to_s: last_s, interval_s, most: MOST_SAMPLES });
     }
     let count = intervals.floor() as usize + 1;
-    let grid: Vec<f64> =
-        resampled(times_s, values, (first_s, interval_s, count)).into_iter().map_while(|at| at).collect();
+    let grid: Vec<f64> = resampled(times_s, values, Grid { from_s: first_s, interval_s, count })
+        .into_iter()
+        .map_while(|at| at)
+        .collect();
     let (calculated, grid) = match treatment.low_pass_hz {
         None => (calculated.to_vec(), grid),
         Some(cutoff_hz) => {
@@ -101,7 +105,7 @@ pub fn beside(
         }
     };
     let places: Vec<f64> = (0..grid.len()).map(|place| first_s - offset_s + interval_s * place as f64).collect();
-    let common = resampled(&places, &grid, (0.0, interval_s, calculated.len()));
+    let common = resampled(&places, &grid, Grid { from_s: 0.0, interval_s, count: calculated.len() });
     let begin = common.iter().position(Option::is_some).unwrap_or(0);
     let shown: Vec<f64> = common.into_iter().skip(begin).map_while(|at| at).collect();
     let ours = &calculated[begin..begin + shown.len()];

@@ -90,7 +90,9 @@ impl Unknown<'_> {
         let total: f64 = weights.iter().zip(&variances).map(|(weight, variance)| weight * variance).sum();
         if total > 0.0 {
             for (place, (gain, success)) in gains.iter_mut().zip(&self.of.success).enumerate() {
-                *gain += success * reduction(&self.covariances, place, (&weights, self.noise, least)) / total;
+                *gain += success
+                    * reduction(&self.covariances, place, &Weighing { weights: &weights, noise: self.noise, least })
+                    / total;
             }
         }
     }
@@ -101,8 +103,18 @@ fn density(off: f64, variance: f64) -> f64 {
     (-0.5 * off * off / variance).exp() / variance.sqrt()
 }
 
+/// How variances are weighed.
+struct Weighing<'a> {
+    /// A weight per place.
+    weights: &'a [f64],
+    /// Variance of the noise of a run.
+    noise: f64,
+    /// The largest variance at which nothing is unknown.
+    least: f64,
+}
+
 /// What a run takes off the weighted sum of the variances; nothing where what is unknown is at most `least`.
-fn reduction(of: &DMatrix<f64>, place: usize, (weights, noise, least): (&[f64], f64, f64)) -> f64 {
+fn reduction(of: &DMatrix<f64>, place: usize, &Weighing { weights, noise, least }: &Weighing<'_>) -> f64 {
     let own = of[(place, place)];
     if own <= least {
         return 0.0;
@@ -172,18 +184,29 @@ impl Limited<'_> {
     }
 }
 
-/// Logarithm of the expected improvement of an output over `best` times the probability of each place to be within the limits;
-/// without a best, of that probability alone (Schonlau, Welch and Jones, 1998). `share`: which part of the standard deviation counts:
-/// 1 for the expected improvement, less for one that trusts what is expected the more.
+/// What a place is judged by.
+#[derive(Clone, Copy)]
+pub struct Seeking<'a> {
+    /// The output's process.
+    pub process: &'a GaussianProcess,
+    /// Whether it is to be small or large.
+    pub side: Side,
+    /// Limits of other outputs.
+    pub limits: &'a [Limited<'a>],
+    /// What is to be improved on.
+    pub best: Option<f64>,
+    /// Part of the standard deviation that counts: 1 for the expected improvement, less for one that trusts what is expected the
+    /// more.
+    pub share: f64,
+}
+
+/// Logarithm of the expected improvement of an output over the best times the probability of each place to be within the limits;
+/// without a best, of that probability alone (Schonlau, Welch and Jones, 1998).
 ///
 /// # Errors
 /// Those of [`GaussianProcess::predict`].
-pub fn improving(
-    (process, side): (&GaussianProcess, Side),
-    (limits, best): (&[Limited<'_>], Option<f64>),
-    share: f64,
-    places: &Points,
-) -> Result<Vec<f64>, RegressionError> {
+pub fn improving(seeking: &Seeking<'_>, places: &Points) -> Result<Vec<f64>, RegressionError> {
+    let &Seeking { process, side, limits, best, share } = seeking;
     let mut merits = vec![0.0; places.rows()];
     if let Some(best) = best {
         let noise = process.noise_std_dev().powi(2);
@@ -230,8 +253,8 @@ mod tests {
     #[test]
     fn a_known_place_leaves_no_variance_there() {
         let mut of = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 3.0]);
-        assert!((reduction(&of, 0, (&[1.0, 1.0], 0.0, 0.0)) - 2.5).abs() < 1e-15);
-        assert!((reduction(&of, 0, (&[0.5, 2.0], 2.0, 0.0)) - 1.0).abs() < 1e-15);
+        assert!((reduction(&of, 0, &Weighing { weights: &[1.0, 1.0], noise: 0.0, least: 0.0 }) - 2.5).abs() < 1e-15);
+        assert!((reduction(&of, 0, &Weighing { weights: &[0.5, 2.0], noise: 2.0, least: 0.0 }) - 1.0).abs() < 1e-15);
         know(&mut of, 0, 0.0);
         assert_eq!(of, DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 2.5]));
     }

@@ -26,6 +26,15 @@ pub(super) struct Collector<'a> {
     pub shares: Vec<Vec<f64>>,
 }
 
+/// Candidates around a place.
+#[derive(Debug, Clone, Copy)]
+pub struct Around {
+    /// How many.
+    pub count: usize,
+    /// How far away, as a share of each factor's range.
+    pub reach: f64,
+}
+
 impl<'a> Collector<'a> {
     pub fn new(study: &'a CheckedStudy) -> Self {
         let row = |row: usize| cells(&study.row_values(row));
@@ -50,9 +59,10 @@ impl<'a> Collector<'a> {
         }
     }
 
-    /// Points around a place, up to a share `reach` of each factor's range away.
-    pub fn near(&mut self, place: &[Level], (count, reach): (usize, f64), seed: u64) -> Result<(), RefinementError> {
+    /// So many points around a place, up to a share `reach` of each factor's range away.
+    pub fn near(&mut self, place: &[Level], around: Around, seed: u64) -> Result<(), RefinementError> {
         let factors = self.study.design().factors().to_vec();
+        let Around { count, reach } = around;
         for index in 0..count {
             let stream = hash(seed, NEAR, index as u64);
             let moved = |(factor, (level, Factor { distribution, .. })): (usize, (&Level, &Factor))| {

@@ -16,7 +16,7 @@ mod progress;
 mod propose;
 mod separate;
 
-pub use acquisition::{Beside, Learned, Limited, Side, improving, learning};
+pub use acquisition::{Beside, Learned, Limited, Seeking, Side, improving, learning};
 pub use climb::{Merits, Peak, highest_peak};
 pub use error::RefinementError;
 pub use goal::{Aim, Goal, Limit, Target};

@@ -1,7 +1,7 @@
 //! From a dataset to the rows of the next batch.
 
-use super::acquisition::{Learned, Limited, Side, improving, learning};
-use super::candidates::Collector;
+use super::acquisition::{Learned, Limited, Seeking, Side, improving, learning};
+use super::candidates::{Around, Collector};
 use super::climb::highest_peak;
 use super::error::RefinementError;
 use super::goal::{Aim, Goal, Limit, Target};
@@ -123,18 +123,6 @@ struct Wanted<'a> {
     gain: Option<f64>,
 }
 
-/// What a place is judged by.
-#[derive(Clone, Copy)]
-struct Seeking<'a> {
-    process: &'a GaussianProcess,
-    side: Side,
-    limits: &'a [Limited<'a>],
-    /// What is to be improved on.
-    best: Option<f64>,
-    /// Part of the standard deviation that counts.
-    share: f64,
-}
-
 /// A row to be run, as cells of a table, and its merit.
 struct Chosen {
     row: Vec<String>,
@@ -203,7 +191,7 @@ impl<'a> Task<'a> {
         progress.best = self.best(wanted)?;
         if let Some(levels) = progress.best.as_ref().and_then(|best| self.study.design().row(best.row as usize)) {
             for (stage, reach) in REACHES.into_iter().enumerate() {
-                collector.near(&levels, (NEAR_BEST, reach), hash(self.seed, 1, stage as u64))?;
+                collector.near(&levels, Around { count: NEAR_BEST, reach }, hash(self.seed, 1, stage as u64))?;
             }
         }
         let mut believed: Vec<GaussianProcess> = self.outputs.iter().map(|of| of.process.process.clone()).collect();
@@ -265,8 +253,7 @@ impl<'a> Task<'a> {
     /// Merits of candidates, and how likely runs there have all outputs.
     fn merits(&self, seeking: &Seeking<'_>, candidates: &[Vec<String>]) -> Result<Vec<f64>, RefinementError> {
         let places = self.places(candidates)?;
-        let of = (seeking.limits, seeking.best);
-        let mut merits = improving((seeking.process, seeking.side), of, seeking.share, &places)?;
+        let mut merits = improving(seeking, &places)?;
         merits.iter_mut().zip(self.success_of_all(&places)?).for_each(|(merit, success)| *merit += success);
         Ok(merits)
     }

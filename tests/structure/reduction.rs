@@ -7,14 +7,19 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use decore::structure::{
-    Damping, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions, ModalTable, ModelFiles,
-    ModelMatrices, PointPlace, ReducedStructure, ReductionSettings, RigidMass, StructureError, StructureModes, Units,
-    reduce,
+    Damping, Directed, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions, ModalTable,
+    ModelFiles, ModelMatrices, PointPlace, ReducedStructure, ReductionSettings, RigidMass, StructureError,
+    StructureModes, Units, reduce,
 };
 use serde_json::Value;
 use sprs::{CsMat, TriMat};
 
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Points that move along [`Z`].
+fn upwards(points: &[(String, f64)]) -> Directed<'_> {
+    Directed { points, direction: Z }
+}
 
 /// Rounding of scipy's dense solver in the lowest frequencies, relative (found with extended precision).
 const SCIPY_ROUNDING: f64 = 2e-9;
@@ -184,7 +189,7 @@ fn static_interface_stiffness_equals_scipys() {
     let modes = reduced.modes(&[], &options(250.0)).expect("modes");
     for (i, first) in points.iter().enumerate() {
         for (j, second) in points.iter().enumerate() {
-            let residual = modes.residual_flexibility((first, Z), (second, Z)).expect("known").expect("stands");
+            let residual = modes.residual_flexibility(upwards(first), upwards(second)).expect("known").expect("stands");
             let (p, q) = (modes.row(first, Z).expect("kept"), modes.row(second, Z).expect("kept"));
             let kept: f64 = p.iter().zip(&q).zip(&modes.omega_rad_s).map(|((p, q), w)| p * q / (w * w)).sum();
             assert_close(&[residual + kept], &[flexibility[i][j].as_f64().expect("a number")], 1e-9);
@@ -314,7 +319,7 @@ fn floating_structure_has_rigid_modes_and_no_static_flexibility() {
     let modes = reduced.modes(&[housing(&[("N3", 1.0)])], &options(5.0)).expect("modes");
     assert_eq!(modes.omega_rad_s[..6], [0.0; 6]);
     let point = weights(&[("N3", 1.0)]);
-    assert_eq!(modes.residual_flexibility((&point, Z), (&point, Z)), Ok(None));
+    assert_eq!(modes.residual_flexibility(upwards(&point), upwards(&point)), Ok(None));
     // Along z the centre of mass lies below the mount, so z is a pure translation of 20 + 27 kg.
     let row = modes.row(&point, Z).expect("kept");
     let rigid: f64 = row[..6].iter().map(|value| value * value).sum();

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use super::document::error::{Problem, StudyError};
 use super::document::path;
+use super::document::tree::Part;
 use super::loaded::Study;
 use super::plan::design::{Constraint, Plan, design_problem};
 use super::plan::factor::{FactorInfo, Factors, Source};
@@ -77,7 +78,7 @@ pub(super) fn unknown_names(study: &Study) -> Vec<Problem> {
         let at = ["design", "constraints", &index.to_string()].map(str::to_string);
         for word in expression.words() {
             let Some(Unknown { message, nearest }) = unknown(study, word) else { continue };
-            let place = document.locate_part(&at, (text, word.column), &word.text);
+            let place = document.locate_part(&at, text, &Part { text: &word.text, column: word.column });
             problems.push(Problem::new(place, path::join(&at), message).nearest(nearest));
         }
     }

@@ -6,7 +6,7 @@ use super::mirrored::{self, Mirrored};
 use super::optimise::{CentredDiscrepancy, Criterion, Crowding, Freedom, Schedule, Swap, anneal};
 use super::ranks::Ranks;
 use super::strata::HypercubeKind;
-use super::table::{Builder, Table};
+use super::table::{Builder, Candidate, Table};
 use crate::random::Stream;
 
 /// Rank correlations are refined until none is farther than this from the one asked for.
@@ -30,6 +30,12 @@ struct Attempt<'t> {
     table: &'t Table,
     frozen: usize,
     schedule: Schedule,
+}
+
+/// What attempts improve, and their random numbers.
+struct Sought<'s> {
+    best: &'s mut Best,
+    stream: &'s mut Stream,
 }
 
 impl Builder<'_, '_> {
@@ -63,7 +69,8 @@ impl Builder<'_, '_> {
         };
         let [mut row_a, mut row_b] = [table.strata(a), table.strata(b)];
         std::mem::swap(&mut row_a[column], &mut row_b[column]);
-        Ok(self.meets(table, (a, &row_a), &all)? && self.meets(table, (b, &row_b), &all)?)
+        Ok(self.meets(table, Candidate { row: a, strata: &row_a }, &all)?
+            && self.meets(table, Candidate { row: b, strata: &row_b }, &all)?)
     }
 
     /// Anneals for what the hypercube is chosen for.
@@ -77,7 +84,7 @@ impl Builder<'_, '_> {
                 let points = self.points(table, (frozen, 1.0));
                 let mut best = Best::default();
                 let make = || CentredDiscrepancy::new(points.clone());
-                self.attempt(Attempt { table, frozen, schedule }, make, (&mut best, stream))?;
+                self.attempt(Attempt { table, frozen, schedule }, make, &mut Sought { best: &mut best, stream })?;
                 best
             }
             _ => Best::default(),
@@ -112,7 +119,7 @@ impl Builder<'_, '_> {
         let mut best = Best::default();
         for _ in 0..restarts {
             let make = || Crowding::<SHARP>::new(points.clone());
-            self.attempt(Attempt { table, frozen, schedule }, make, (&mut best, stream))?;
+            self.attempt(Attempt { table, frozen, schedule }, make, &mut Sought { best: &mut best, stream })?;
         }
         Ok(best)
     }
@@ -141,9 +148,17 @@ impl Builder<'_, '_> {
         for _ in 0..plain.0 {
             let attempt = Attempt { table, frozen: 0, schedule: plain.1 };
             if volume < 1000 {
-                self.attempt(attempt, || Crowding::<BLUNT>::new(points.clone()), (&mut best, stream))?;
+                self.attempt(
+                    attempt,
+                    || Crowding::<BLUNT>::new(points.clone()),
+                    &mut Sought { best: &mut best, stream },
+                )?;
             } else {
-                self.attempt(attempt, || Crowding::<SHARP>::new(points.clone()), (&mut best, stream))?;
+                self.attempt(
+                    attempt,
+                    || Crowding::<SHARP>::new(points.clone()),
+                    &mut Sought { best: &mut best, stream },
+                )?;
             }
         }
         for _ in 0..images.0 {
@@ -173,21 +188,21 @@ impl Builder<'_, '_> {
         &mut self,
         Attempt { table, frozen, schedule }: Attempt<'_>,
         make: impl Fn() -> C,
-        (best, stream): (&mut Best, &mut Stream),
+        sought: &mut Sought<'_>,
     ) -> Result<(), DesignError> {
         let ranks = self.correlation.map(|correlation| Ranks::new(correlation, &table.columns, frozen));
         let strayed = ranks.as_ref().map_or(0.0, Ranks::worst).max(STRAYED);
         let mut guard = Guard { builder: self, table: table.clone(), ranks, strayed, applied: 0, error: None };
         let mut allowed = |taken: &[Swap], swap: Swap| guard.allows(taken, swap);
         let freedom = Freedom { columns: table.columns.len(), frozen, rows: table.rows(), allowed: &mut allowed };
-        let swaps = anneal(&mut make(), schedule, freedom, stream);
+        let swaps = anneal(&mut make(), schedule, freedom, sought.stream);
         if let Some(error) = guard.error {
             return Err(error);
         }
         let mut result = make();
         result.refresh();
         swaps.iter().for_each(|swap| result.swap(*swap));
-        keep(best, result.badness(), || {
+        keep(sought.best, result.badness(), || {
             let mut columns = table.columns.clone();
             swaps.iter().for_each(|Swap { column, a, b }| columns[*column].swap(*a, *b));
             columns

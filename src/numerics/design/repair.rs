@@ -8,7 +8,7 @@
 use super::constraint::Conditions;
 use super::error::DesignError;
 use super::strata::Placement;
-use super::table::{Builder, Table};
+use super::table::{Builder, Candidate, Table};
 use crate::random::Stream;
 
 /// Evaluations of rows that the search by matchings may take, per square of the number of rows, and bounds of their number.
@@ -150,7 +150,7 @@ impl Search<'_, '_, '_> {
         for (column, holder) in entries {
             strata[*column] = self.table.columns[*column][self.frozen + holder];
         }
-        self.builder.meets(self.table, (self.frozen + row, &strata), among)
+        self.builder.meets(self.table, Candidate { row: self.frozen + row, strata: &strata }, among)
     }
 
     fn swap(&mut self, column: usize, [a, b]: [usize; 2]) {

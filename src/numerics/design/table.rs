@@ -35,6 +35,22 @@ impl Table {
     }
 }
 
+/// An entry of a table.
+#[derive(Clone, Copy)]
+struct Entry {
+    row: usize,
+    column: usize,
+}
+
+/// What a row may become.
+#[derive(Clone, Copy)]
+pub(super) struct Candidate<'a> {
+    /// The row.
+    pub row: usize,
+    /// Its stratum in each column.
+    pub strata: &'a [u32],
+}
+
 /// Makes the table of a Latin hypercube.
 pub(super) struct Builder<'a, 'b> {
     pub latin: &'a OpenHypercube,
@@ -77,7 +93,7 @@ impl Builder<'_, '_> {
         for column in 0..self.latin.columns() {
             let mut hit = vec![false; rows];
             for row in 0..frozen {
-                if let Some(hit) = hit.get_mut(self.stratum_among(table, (row, column), rows)) {
+                if let Some(hit) = hit.get_mut(self.stratum_among(table, Entry { row, column }, rows)) {
                     *hit = true;
                 }
             }
@@ -92,7 +108,7 @@ impl Builder<'_, '_> {
     }
 
     /// Stratum of an earlier row when the range is cut into `strata` ones.
-    fn stratum_among(&self, table: &Table, (row, column): (usize, usize), strata: usize) -> usize {
+    fn stratum_among(&self, table: &Table, Entry { row, column }: Entry, strata: usize) -> usize {
         let before = table.strata_of(row);
         let stratum = table.columns[column][row] as usize;
         // In whole numbers as far as possible: exact where the new number is a multiple of the old.
@@ -115,10 +131,10 @@ impl Builder<'_, '_> {
     pub fn meets(
         &mut self,
         table: &Table,
-        (row, entries): (usize, &[u32]),
+        Candidate { row, strata }: Candidate<'_>,
         among: &[usize],
     ) -> Result<bool, DesignError> {
-        let coordinates = self.coordinates(table, row, entries);
+        let coordinates = self.coordinates(table, row, strata);
         let met = self.conditions.as_mut().map(|conditions| (conditions.met)(&coordinates, among));
         Ok(met.transpose()?.is_none_or(|met| met == among.len()))
     }
@@ -126,6 +142,6 @@ impl Builder<'_, '_> {
     /// Whether a row meets all constraints.
     pub fn accepts(&mut self, table: &Table, row: usize) -> Result<bool, DesignError> {
         let all = self.conditions.as_ref().map_or(Vec::new(), Conditions::all);
-        self.meets(table, (row, &table.strata(row)), &all)
+        self.meets(table, Candidate { row, strata: &table.strata(row) }, &all)
     }
 }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::integrate::blend::{blend, blend_samples, suspects};
 use crate::integrate::counters::Counters;
 use crate::integrate::lane::{Lane, Stopped, Work};
-use crate::integrate::locate::{Ends, Place, first_events};
+use crate::integrate::locate::{Ends, Memory, Place, first_events};
 use crate::integrate::observer::Observer;
 use crate::integrate::step::{Ingredients, Step};
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
@@ -323,9 +323,9 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             let mut theta = 1.0;
             if suspects.lane(at) {
                 if self.stepper.locates() {
-                    let place = Place { lane: at, fresh: &lane.fresh };
-                    let memory = (&mut lane.hits, &mut self.state[..]);
-                    theta = first_events(system.row(at), &step, (&ends, &place), memory);
+                    let place = Place { ends: &ends, lane: at, fresh: &lane.fresh };
+                    let memory = Memory { hits: &mut lane.hits, y: &mut self.state };
+                    theta = first_events(system.row(at), &step, &place, memory);
                 } else {
                     // What has happened in the step is noticed at its end.
                     let hits = self.samples_new.iter().enumerate().filter(|(_, end)| end.value.lane(at) > 0.0);

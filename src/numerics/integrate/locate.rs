@@ -24,8 +24,15 @@ struct Watch {
     guard: usize,
     /// Its value at the start of this step; unknown if it switched there.
     at_start: Option<f64>,
-    /// A fraction at which it is positive, and its value there.
-    positive: (f64, f64),
+    /// Where it is positive.
+    positive: Reading,
+}
+
+/// A function's value at a place.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    at: f64,
+    value: f64,
 }
 
 /// Guards at both ends of a step in each lane.
@@ -56,37 +63,46 @@ impl<R: Number> Ends<'_, R> {
 }
 
 /// One lane of a step, and its guards that have just switched.
-pub(super) struct Place<'a> {
+pub(super) struct Place<'a, R> {
+    /// The guards of all lanes.
+    pub ends: &'a Ends<'a, R>,
     /// The lane.
     pub lane: usize,
     /// Guards that switched at the start.
     pub fresh: &'a [bool],
 }
 
-/// Finds the first events of a lane's step, whose dense output is `step` (complete, not yet cut), with `y` as scratch of the state's
-/// length. `hits` gets the guards that cross zero at the first event, all those of the same instant.
+/// What a search for events writes to.
+pub(super) struct Memory<'m> {
+    /// Gets the guards that cross zero at the first event, all those of the same instant.
+    pub hits: &'m mut Vec<usize>,
+    /// Scratch of the state's length.
+    pub y: &'m mut [f64],
+}
+
+/// Finds the first events of a lane's step, whose dense output is `step` (complete, not yet cut).
 ///
 /// Returns the fraction of the step at which they are; 1 with no hits if there are none.
 pub(super) fn first_events<S: Switching, R: Number>(
     system: &S,
     step: &Step<'_>,
-    (ends, place): (&Ends<'_, R>, &Place<'_>),
-    (hits, y): (&mut Vec<usize>, &mut [f64]),
+    place: &Place<'_, R>,
+    Memory { hits, y }: Memory<'_>,
 ) -> f64 {
     hits.clear();
     let mut first = 1.0;
-    for (guard, (start, end)) in ends.start.iter().zip(ends.end).enumerate() {
+    for (guard, (start, end)) in place.ends.start.iter().zip(place.ends.end).enumerate() {
         let (start, end) = (start.lane(place.lane), end.lane(place.lane));
         // Strictly: a guard that rests at zero (bodies that just touch, without force or motion) must not switch for ever.
         let positive = if end.value > 0.0 {
-            (1.0, end.value)
+            Reading { at: 1.0, value: end.value }
         } else {
             let Some(theta) = cubic_maximum(&start, &end, step.h) else { continue };
             let value = Along::new(system, step, guard, y).value(theta);
             if value <= 0.0 {
                 continue;
             }
-            (theta, value)
+            Reading { at: theta, value }
         };
         let at_start = (!place.fresh[guard]).then_some(start.value);
         let theta = upward_zero(system, step, &Watch { guard, at_start, positive }, y);
@@ -151,42 +167,46 @@ impl<'a, S: Switching> Along<'a, S> {
 /// `y` is scratch of the state's length.
 fn upward_zero<S: Switching>(system: &S, step: &Step<'_>, watch: &Watch, y: &mut [f64]) -> f64 {
     let mut guard = Along::new(system, step, watch.guard, y);
-    let (low, at_low) = match watch.at_start {
-        Some(at_start) => (0.0, at_start),
+    let low = match watch.at_start {
+        Some(value) => Reading { at: 0.0, value },
         None => {
-            let low = INTERIOR.min(watch.positive.0);
-            (low, guard.value(low))
+            let at = INTERIOR.min(watch.positive.at);
+            Reading { at, value: guard.value(at) }
         }
     };
-    if at_low >= 0.0 { low } else { zero_between((low, at_low), watch.positive, |theta| guard.value(theta)) }
+    if low.value >= 0.0 { low.at } else { zero_between(low, watch.positive, |theta| guard.value(theta)) }
 }
 
 /// Zero of `value` between a place where it is negative and one where it is not, as the latter end of a bracket of width
 /// [`BRACKET`]: inverse quadratic interpolation where three points allow it, bisection elsewhere (Chandrupatla 1997).
-fn zero_between(negative: (f64, f64), positive: (f64, f64), mut value: impl FnMut(f64) -> f64) -> f64 {
+fn zero_between(negative: Reading, positive: Reading, mut value: impl FnMut(f64) -> f64) -> f64 {
     // The newest point, and the last one on the other side.
     let (mut newest, mut opposite) = (negative, positive);
-    let mut part = newest.1 / (newest.1 - opposite.1);
+    let mut part = newest.value / (newest.value - opposite.value);
     for trial in 0..MOST_TRIALS {
-        let width = opposite.0 - newest.0;
+        let width = opposite.at - newest.at;
         let least = 0.5 * BRACKET / width.abs();
-        if least > 0.5 || newest.1 == 0.0 {
+        if least > 0.5 || newest.value == 0.0 {
             break;
         }
         // Half a final bracket from either end at least: close to the zero, the next point lies beyond it. A NaN becomes
         // `least`.
-        let theta = newest.0 + part.max(least).min(1.0 - least) * width;
-        let found = (theta, value(theta));
-        let former =
-            if (found.1 >= 0.0) == (newest.1 >= 0.0) { newest } else { std::mem::replace(&mut opposite, newest) };
+        let theta = newest.at + part.max(least).min(1.0 - least) * width;
+        let found = Reading { at: theta, value: value(theta) };
+        let former = if (found.value >= 0.0) == (newest.value >= 0.0) {
+            newest
+        } else {
+            std::mem::replace(&mut opposite, newest)
+        };
         newest = found;
         part = if trial < INTERPOLATED_TRIALS { interpolated(newest, opposite, former) } else { None }.unwrap_or(0.5);
     }
-    if newest.1 >= 0.0 { newest.0 } else { opposite.0 }
+    if newest.value >= 0.0 { newest.at } else { opposite.at }
 }
 
 /// Part of the way from `a` to `b` at which the inverse parabola through three points vanishes, where it is monotone.
-fn interpolated((a, at_a): (f64, f64), (b, at_b): (f64, f64), (c, at_c): (f64, f64)) -> Option<f64> {
+fn interpolated(a: Reading, b: Reading, c: Reading) -> Option<f64> {
+    let (Reading { at: a, value: at_a }, Reading { at: b, value: at_b }, Reading { at: c, value: at_c }) = (a, b, c);
     let (place, height) = ((a - b) / (c - b), (at_a - at_b) / (at_c - at_b));
     let monotone = height * height < place && (1.0 - height) * (1.0 - height) < 1.0 - place;
     monotone.then(|| {
@@ -233,10 +253,11 @@ mod tests {
         ];
         for (case, (guard, zero, most)) in guards.into_iter().enumerate() {
             let mut trials = 0;
-            let found = zero_between((0.0, guard(0.0)), (1.0, guard(1.0)), |x| {
-                trials += 1;
-                guard(x)
-            });
+            let found =
+                zero_between(Reading { at: 0.0, value: guard(0.0) }, Reading { at: 1.0, value: guard(1.0) }, |x| {
+                    trials += 1;
+                    guard(x)
+                });
             assert!(found >= zero && found <= zero + BRACKET, "case {case}: {found}");
             assert!(trials <= most, "case {case}: {trials} trials");
         }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::at::At;
 use crate::hammer::chamber;
 use crate::integrate::Step;
 use crate::system::{Coupled, CoupledModel};
@@ -48,11 +49,11 @@ impl Audit {
 
     /// Follows a step.
     pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
-        self.follow(system, step, (step.t1(), scratch));
+        self.follow(system, step, step.t1(), scratch);
     }
 
     /// Follows a step up to `time_s`.
-    pub fn follow(&mut self, system: &Coupled, step: &Step<'_>, (time_s, scratch): (f64, &mut [f64])) {
+    pub fn follow(&mut self, system: &Coupled, step: &Step<'_>, time_s: f64, scratch: &mut [f64]) {
         let Some(interval_s) = self.interval_s else { return };
         loop {
             let t = (self.next as f64 + 0.5) * interval_s;
@@ -66,13 +67,13 @@ impl Audit {
     }
 
     /// Energy dissipated up to a state that has been followed to, J; between two nodes at the power of that state.
-    pub fn dissipated_energy(&self, system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
+    pub fn dissipated_energy(&self, system: &Coupled, At { t, y }: At<'_>) -> f64 {
         let since_node_s = self.interval_s.map_or(0.0, |interval_s| t - self.next as f64 * interval_s);
         system.dissipated_energy(y) + self.dissipated_j + since_node_s * system.condensed_dissipation_w(t, y)
     }
 
     /// `(work put in - stored - dissipated) / (work put in)`, stored energy relative to rest.
-    pub fn energy_residual(&self, system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
+    pub fn energy_residual(&self, system: &Coupled, At { t, y }: At<'_>) -> f64 {
         let model = system.model();
         let put_in = y[model.layout().work_in()];
         let at_rest = system.at_rest().stored_energy(0.0, model.initial_state());
@@ -84,13 +85,13 @@ impl Audit {
 
 /// Largest over the chambers of `|D(P V) - int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt) dt|` over `int |P dV|`; NaN if one
 /// of them is.
-pub(super) fn chamber_residual(system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
+pub(super) fn chamber_residual(system: &Coupled, At { t, y }: At<'_>) -> f64 {
     let model = system.model();
     let at_rest = system.at_rest();
     let mut largest = 0.0_f64;
     for hammer in 0..model.layout().hammers {
-        let begin = chamber_energies(&at_rest, hammer, (0.0, model.initial_state()));
-        let end = chamber_energies(system, hammer, (t, y));
+        let begin = chamber_energies(&at_rest, hammer, At { t: 0.0, y: model.initial_state() });
+        let end = chamber_energies(system, hammer, At { t, y });
         let supplied = &y[model.layout().chambers_supplied(hammer)];
         let expansion = &y[model.layout().chambers_expansion(hammer)];
         for chamber in 0..chamber::COUNT {
@@ -104,7 +105,7 @@ pub(super) fn chamber_residual(system: &Coupled, (t, y): (f64, &[f64])) -> f64 {
 }
 
 /// `P V` of a hammer's chambers in J.
-fn chamber_energies(system: &Coupled, hammer: usize, (t, y): (f64, &[f64])) -> [f64; chamber::COUNT] {
+fn chamber_energies(system: &Coupled, hammer: usize, At { t, y }: At<'_>) -> [f64; chamber::COUNT] {
     let state = system.hammer_state(hammer, t, y);
     let volumes = system.model().hammers()[hammer].model.volumes(&state.position);
     std::array::from_fn(|chamber| state.pressure[chamber] * volumes[chamber])

@@ -1,5 +1,6 @@
 //! What is kept of one hammer while it works, and the outputs that follow from it.
 
+use super::at::At;
 use super::blow::{Blow, BlowKind, Recorded};
 use super::outputs::HammerMetrics;
 use super::peak::{Probe, peak, reach};
@@ -66,7 +67,7 @@ impl HammerTrack {
             // The chisel rests on the casting where the supply is switched on.
             if system.strokes(self.hammer) > self.impact_of {
                 step.write_start(scratch);
-                self.impact(system, (step.t0, scratch));
+                self.impact(system, At { t: step.t0, y: scratch });
             }
         }
         if system.gate_open(self.hammer) {
@@ -81,33 +82,33 @@ impl HammerTrack {
     }
 
     /// A contact of the chisel with the casting began.
-    pub fn contact(&mut self, system: &Coupled, (t, y): (f64, &[f64])) {
+    pub fn contact(&mut self, system: &Coupled, At { t, y }: At<'_>) {
         self.contacts += 1;
-        self.impact(system, (t, y));
+        self.impact(system, At { t, y });
     }
 
     /// The chisel touches the casting: in each stroke the first contact starts the stroke's impact.
-    fn impact(&mut self, system: &Coupled, (t, y): (f64, &[f64])) {
+    fn impact(&mut self, system: &Coupled, At { t, y }: At<'_>) {
         let stroke = system.strokes(self.hammer);
         if stroke > self.impact_of {
             self.impact_of = stroke;
             let arm = system.model().layout().quadrature(self.hammer, HammerQuadrature::ArmVelocitySquared);
             self.first_impact.get_or_insert((t, y[arm]));
             let kind = if stroke == 1 { BlowKind::FirstImpact } else { BlowKind::StrokeImpact };
-            self.start(kind, system, (t, y));
+            self.start(kind, system, At { t, y });
         }
     }
 
     /// The piston met the chisel with the gate open: a blow of the percussion, if it is fast and late enough.
-    pub fn percussion(&mut self, closing_m_s: f64, system: &Coupled, (t, y): (f64, &[f64])) {
+    pub fn percussion(&mut self, closing_m_s: f64, system: &Coupled, At { t, y }: At<'_>) {
         let separate = t - self.last_blow_s >= self.settings.blow_separation_s;
         if separate && closing_m_s >= self.settings.blow_closing_speed_m_s {
             // Whether it is blank or settling is known when its window closes.
-            self.start(BlowKind::Periodic, system, (t, y));
+            self.start(BlowKind::Periodic, system, At { t, y });
         }
     }
 
-    fn start(&mut self, kind: BlowKind, system: &Coupled, (t, y): (f64, &[f64])) {
+    fn start(&mut self, kind: BlowKind, system: &Coupled, At { t, y }: At<'_>) {
         self.close(system, |index| y[index]);
         let model = system.model();
         let slot = &model.hammers()[self.hammer];
@@ -160,7 +161,7 @@ impl HammerTrack {
     }
 
     /// The blows and the outputs at the end of the simulation, at time `t` and state `y`.
-    pub fn finish(self, system: &Coupled, (t, y): (f64, &[f64])) -> (HammerMetrics, Vec<Blow>) {
+    pub fn finish(self, system: &Coupled, At { t, y }: At<'_>) -> (HammerMetrics, Vec<Blow>) {
         let quadrature = |q| y[system.model().layout().quadrature(self.hammer, q)];
         let rms = |integral: f64, duration: f64| (duration > 0.0).then(|| (integral.max(0.0) / duration).sqrt());
         let arm_total = quadrature(HammerQuadrature::ArmVelocitySquared);

@@ -8,6 +8,7 @@
 //! - [`SignalRecorder`], [`MeanRecorder`]: time signals, and means of chosen ones
 //! - [`Spectrum`]: amplitudes of a signal's frequencies
 
+mod at;
 mod audit;
 mod blow;
 mod casting;

@@ -1,5 +1,6 @@
 //! Watches an integration and computes the outputs as it goes; no trajectory is stored.
 
+use super::at::At;
 use super::audit::{Audit, chamber_residual};
 use super::casting::CastingTrack;
 use super::hammer::HammerTrack;
@@ -30,7 +31,7 @@ impl Recorder {
 
     /// The outputs, once the end of the simulation is reached at state `y` and time `t`.
     pub fn finish(self, system: &Coupled, t: f64, y: &[f64]) -> RunMetrics {
-        let end = (t, y);
+        let end = At { t, y };
         let (hammers, blows): (Vec<_>, Vec<_>) =
             self.hammers.into_iter().map(|track| track.finish(system, end)).unzip();
         let mut blows: Vec<_> = blows.into_iter().flatten().collect();
@@ -69,10 +70,10 @@ impl Observer<Coupled> for Recorder {
         let contact = &system.model().elements().contacts()[guard];
         let track = &mut self.hammers[contact.hammer];
         match contact.kind {
-            ContactKind::ChiselCasting => track.contact(system, (t, y)),
+            ContactKind::ChiselCasting => track.contact(system, At { t, y }),
             ContactKind::PistonChisel if system.gate_open(contact.hammer) => {
                 let (_, closing) = system.penetration(guard, t, y);
-                track.percussion(closing, system, (t, y));
+                track.percussion(closing, system, At { t, y });
             }
             _ => {}
         }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::at::At;
 use super::audit::Audit;
 use crate::hammer::body;
 use crate::integrate::{Observer, Step};
@@ -447,7 +448,7 @@ impl SignalRecorder {
         let rest_energy_j = *self.rest_energy_j.get_or_insert_with(at_rest);
         let work_put_in_j = y[model.layout().work_in()];
         let stored_energy_j = system.stored_energy(t, y) - rest_energy_j;
-        let dissipated_energy_j = audit.dissipated_energy(system, (t, y));
+        let dissipated_energy_j = audit.dissipated_energy(system, At { t, y });
         Some(EnergySignals {
             work_put_in_j,
             stored_energy_j,
@@ -548,7 +549,7 @@ impl Observer<Coupled> for SignalRecorder {
         loop {
             let time_s = self.next as f64 * self.interval_s;
             let followed_s = time_s.min(step.t1());
-            self.audit.iter_mut().for_each(|audit| audit.follow(system, step, (followed_s, &mut scratch)));
+            self.audit.iter_mut().for_each(|audit| audit.follow(system, step, followed_s, &mut scratch));
             if time_s > step.t1() {
                 break;
             }

@@ -68,6 +68,13 @@ pub struct Prediction {
     pub std_dev: f64,
 }
 
+/// A kernel with its lengths and noise, and what follows from a table with them.
+struct Fit {
+    kernel: Kernel,
+    of: Hyperparameters,
+    solved: Solved,
+}
+
 impl GaussianProcess {
     /// Fits each kernel, and keeps the one under which rows that were left out are the more probable.
     ///
@@ -139,7 +146,7 @@ impl GaussianProcess {
         let found = found.map(|found| Hyperparameters::from_logarithms(&found.at, least_noise));
         let of = found.unwrap_or_else(|| self.hyperparameters.clone());
         let solved = Likelihood { values, ..likelihood }.solve(&of)?;
-        Ok(Self { least_noise, ..Self::of(points, values, (self.kernel, of, solved)) })
+        Ok(Self { least_noise, ..Self::of(points, values, Fit { kernel: self.kernel, of, solved }) })
     }
 
     /// Fits lengths and noise of one kernel, the noise above a least one.
@@ -155,7 +162,7 @@ impl GaussianProcess {
         let found = minimum.map_or_else(|| Hyperparameters::start(points.factors(), STARTS[1]), |found| found.at);
         let of = Hyperparameters::from_logarithms(&found, least_noise).rounded();
         let solved = Likelihood { kernel, pairs: &pairs, values, least_noise }.solve(&of)?;
-        Ok(Self { least_noise, ..Self::of(points, values, (kernel, of, solved)) })
+        Ok(Self { least_noise, ..Self::of(points, values, Fit { kernel, of, solved }) })
     }
 
     /// The model for lengths and noise that are given.
@@ -181,10 +188,10 @@ impl GaussianProcess {
         }
         let pairs = Pairs::new(points);
         let solved = Likelihood { kernel, pairs: &pairs, values, least_noise: LEAST_NOISE }.solve(&of)?;
-        Ok(Self::of(points, values, (kernel, of, solved)))
+        Ok(Self::of(points, values, Fit { kernel, of, solved }))
     }
 
-    fn of(points: &Points, values: &[f64], (kernel, of, solved): (Kernel, Hyperparameters, Solved)) -> Self {
+    fn of(points: &Points, values: &[f64], Fit { kernel, of, solved }: Fit) -> Self {
         // Without row i the prediction of its value is off by a_i / Q_ii, and its variance there is variance / Q_ii.
         let own = solved.inverse.diagonal();
         let errors = solved.alpha.iter().zip(own.iter()).map(|(alpha, own)| alpha / own).collect();

@@ -71,10 +71,21 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     if size > 0.0 { product(&a, &b) / size } else { 0.0 }
 }
 
-/// Values at `count` instants from `from_s` on, one every `interval_s`, linear between the samples of a signal whose times
-/// ascend; `None` before its first and after its last.
-pub fn resampled(times_s: &[f64], values: &[f64], grid: (f64, f64, usize)) -> Vec<Option<f64>> {
-    let (from_s, interval_s, count) = grid;
+/// Instants at equal distances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// The first, s.
+    pub from_s: f64,
+    /// From one to the next, s.
+    pub interval_s: f64,
+    /// How many.
+    pub count: usize,
+}
+
+/// Values at the instants of a grid, linear between the samples of a signal whose times ascend; `None` before its first and after
+/// its last.
+pub fn resampled(times_s: &[f64], values: &[f64], grid: Grid) -> Vec<Option<f64>> {
+    let Grid { from_s, interval_s, count } = grid;
     let mut k = 0;
     let at = |index: usize| {
         let time_s = from_s + interval_s * index as f64;
@@ -111,9 +122,9 @@ mod tests {
     #[test]
     fn lines_between_samples_are_straight() {
         let (times, values) = ([0.0, 0.1, 0.4], [1.0, 3.0, 0.0]);
-        let at = |from_s| resampled(&times, &values, (from_s, 0.05, 1))[0];
+        let at = |from_s| resampled(&times, &values, Grid { from_s, interval_s: 0.05, count: 1 })[0];
         assert_eq!((at(-0.01), at(0.0), at(0.41)), (None, Some(1.0), None));
-        assert_eq!(resampled(&times, &values, (0.0, 0.1, 2)), [Some(1.0), Some(3.0)]);
+        assert_eq!(resampled(&times, &values, Grid { from_s: 0.0, interval_s: 0.1, count: 2 }), [Some(1.0), Some(3.0)]);
         assert!((at(0.05).expect("within") - 2.0).abs() < 1e-15 && (at(0.25).expect("within") - 1.5).abs() < 1e-15);
     }
 }

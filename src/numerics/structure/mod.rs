@@ -46,7 +46,7 @@ pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, writ
 pub use label::{DofLabel, SCALAR};
 pub use modal_table::ModalTable;
 pub use model::{FeModel, ModelMatrices};
-pub use modes::{DirectedPoints, ModesAt, StructureModes};
+pub use modes::{Directed, DirectedPoints, ModesAt, StructureModes};
 pub use observe::{Observer, StepRecord, peak_memory_bytes};
 pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};
 pub use quality::{

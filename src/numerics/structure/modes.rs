@@ -37,6 +37,15 @@ pub struct StructureModes {
     pub(super) static_flexibility: Option<Arc<DMatrix<f64>>>,
 }
 
+/// A weighted mean of interface points, and a direction in which it moves.
+#[derive(Debug, Clone, Copy)]
+pub struct Directed<'a> {
+    /// The points and their weights.
+    pub points: &'a [(String, f64)],
+    /// The direction, a unit vector.
+    pub direction: [f64; 3],
+}
+
 impl StructureModes {
     /// Number of modes.
     pub fn len(&self) -> usize {
@@ -95,13 +104,16 @@ impl StructureModes {
     /// As for [`StructureModes::row`].
     pub fn residual_flexibility(
         &self,
-        first: (&[(String, f64)], [f64; 3]),
-        second: (&[(String, f64)], [f64; 3]),
+        first: Directed<'_>,
+        second: Directed<'_>,
     ) -> Result<Option<f64>, StructureError> {
-        let (n, m) = (self.interface.translation(first.0, first.1)?, self.interface.translation(second.0, second.1)?);
+        let (n, m) = (
+            self.interface.translation(first.points, first.direction)?,
+            self.interface.translation(second.points, second.direction)?,
+        );
         let Some(flexibility) = &self.static_flexibility else { return Ok(None) };
         let full: f64 = n.iter().flat_map(|&(i, p)| m.iter().map(move |&(j, q)| p * flexibility[(i, j)] * q)).sum();
-        let (phi_n, phi_m) = (self.row(first.0, first.1)?, self.row(second.0, second.1)?);
+        let (phi_n, phi_m) = (self.row(first.points, first.direction)?, self.row(second.points, second.direction)?);
         let kept: f64 =
             phi_n.iter().zip(&phi_m).zip(&self.omega_rad_s).map(|((p, q), omega)| p * q / (omega * omega)).sum();
         Ok(Some(full - kept))

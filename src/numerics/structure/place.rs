@@ -30,7 +30,7 @@ pub(super) fn place(labels: &[DofLabel], order: usize, points: &InterfacePoints)
             "column first_row_0based or node is missing: point {} has no place in the matrices",
             point.name
         )),
-        PointPlace::Rows { first, dofs } => rows_from(&point.name, (first, dofs), labels, order),
+        PointPlace::Rows { first, dofs } => rows_from(&point.name, first, dofs, &Rows { labels, order }),
         PointPlace::Node { node, rotation_node } => {
             if labels.is_empty() {
                 return Err(format!(
@@ -65,12 +65,18 @@ fn rows_of_node(
     Ok(rows)
 }
 
+/// The rows of the matrices: their labels, none where there are no labels, and their number.
+struct Rows<'a> {
+    labels: &'a [DofLabel],
+    order: usize,
+}
+
 /// Consecutive rows from `first` on: as many as were asked for, all of one node; or all that the node has.
 fn rows_from(
     name: &str,
-    (first, dofs): (usize, Option<usize>),
-    labels: &[DofLabel],
-    order: usize,
+    first: usize,
+    dofs: Option<usize>,
+    Rows { labels, order }: &Rows<'_>,
 ) -> Result<PointRows, String> {
     let Some(asked) = dofs.or((!labels.is_empty()).then_some(1)) else {
         return Err(format!(
@@ -78,7 +84,7 @@ fn rows_from(
         ));
     };
     let last = first.saturating_add(asked.saturating_sub(1));
-    if last >= order {
+    if last >= *order {
         return Err(format!("point {name}: rows {first} to {last} exceed the matrices' {order}"));
     }
     let mut rows = [None; 6];

@@ -365,8 +365,8 @@ fn mobilities(
             let omega = TAU * hz;
             let rest = residual.static_part[(i, j)] + omega * omega * residual.dynamic_part[(i, j)];
             (
-                receptance(full, (i, j), omega, damping_ratio, rest),
-                receptance(reduced, (i, j), omega, damping_ratio, 0.0),
+                receptance(full, i, j, &Excitation { omega, damping_ratio, rest }),
+                receptance(reduced, i, j, &Excitation { omega, damping_ratio, rest: 0.0 }),
             )
         };
         let values: Vec<FullAndReduced> = frequency_hz.iter().map(at).collect();
@@ -388,8 +388,17 @@ fn mobilities(
     pairs.map(curve).collect()
 }
 
+/// A harmonic force on modes that are damped alike.
+struct Excitation {
+    omega: f64,
+    damping_ratio: f64,
+    /// Receptance of what the modes leave out.
+    rest: f64,
+}
+
 /// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega) + rest`, real and imaginary part.
-fn receptance(shapes: &Shapes, (i, j): (usize, usize), omega: f64, xi: f64, rest: f64) -> [f64; 2] {
+fn receptance(shapes: &Shapes, i: usize, j: usize, at: &Excitation) -> [f64; 2] {
+    let Excitation { omega, damping_ratio: xi, rest } = *at;
     let mut sum = [rest, 0.0];
     for (mode, &omega_squared) in shapes.omega_squared.iter().enumerate() {
         let own = TAU * hz(omega_squared);

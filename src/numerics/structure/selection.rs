@@ -60,6 +60,12 @@ pub struct SelectionSettings {
     pub band_hz: f64,
 }
 
+/// Rows of interface points: of the modes, and the share of each mode in their flexibility.
+struct Rows<'a> {
+    phi: &'a [Vec<f64>],
+    shares: &'a [Vec<f64>],
+}
+
 impl ModesAt {
     /// Selects the modes that matter to these points.
     ///
@@ -86,7 +92,7 @@ impl ModesAt {
         loop {
             let (kept, dropped) = self.split(&order, &shares, allowance);
             let residual = self.residual(&phi, &dropped);
-            let bound = self.bound(&phi, &shares, (&dropped, &residual), TAU * band_hz);
+            let bound = self.bound(&Rows { phi: &phi, shares: &shares }, &dropped, &residual, TAU * band_hz);
             if bound <= tolerance || dropped.is_empty() {
                 let rows = DMatrix::from_fn(phi.len(), kept.len(), |row, column| phi[row][kept[column]]);
                 return Ok(ModeSelection { rows, available: modes, kept, residual, bound });
@@ -110,13 +116,7 @@ impl ModesAt {
     }
 
     /// Largest share of a row that dropped and residual modes err by together.
-    fn bound(
-        &self,
-        phi: &[Vec<f64>],
-        shares: &[Vec<f64>],
-        (dropped, residual): (&[usize], &ResidualModes),
-        band: f64,
-    ) -> f64 {
+    fn bound(&self, Rows { phi, shares }: &Rows<'_>, dropped: &[usize], residual: &ResidualModes, band: f64) -> f64 {
         let of_row = |row: usize| {
             let of_dropped: f64 = dropped.iter().map(|&mode| shares[row][mode]).sum();
             let parameters = residual.omega_rad_s.iter().zip(&residual.damping_ratio);

@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 use crate::number::{Number, OverArrays, in_widest, load, store};
 use crate::system::impulse_response::{Block, Condensation, Lanes};
 use crate::system::kernel::{Free, GAMMAS, Kernel, ORDER, TERMS, for_points};
-use crate::system::octave::{Falling, Integrals, Octave, Parts, Terms, WIDTH, scaled_powers, splat};
+use crate::system::octave::{Falling, Integrals, Octave, Parts, Passed, Terms, WIDTH, scaled_powers, splat};
 
 /// Some registers of a block's modes, whose sums hide each other's latency.
 type Pair<W> = [W; 2];
@@ -119,6 +119,22 @@ impl<'m> Mover<'m> {
 /// The first of some modes of a block, shapes of the block at the points, and integrals of one order of the forces on these.
 type Forces<'f> = (usize, &'f [Lanes], &'f [f64]);
 
+/// A time after the base, and the integrals there.
+#[derive(Clone, Copy)]
+pub struct Since<'z> {
+    /// The time, s.
+    pub tau: f64,
+    /// The integrals of the forces.
+    pub z: &'z [f64],
+}
+
+/// Where coefficients of the free motion begin.
+#[derive(Clone, Copy)]
+struct First {
+    point: usize,
+    power: usize,
+}
+
 impl Base {
     /// The structure at rest at time 0.
     pub fn at_rest(condensation: &Condensation) -> Self {
@@ -135,7 +151,7 @@ impl Base {
 
     /// Displacement, velocity and acceleration (without its direct part) of point `n` at `tau` after the base; `z` are the
     /// integrals.
-    pub fn point(&self, condensation: &Condensation, (tau, z): (f64, &[f64]), n: usize) -> [f64; 3] {
+    pub fn point(&self, condensation: &Condensation, Since { tau, z }: Since<'_>, n: usize) -> [f64; 3] {
         f64::dispatch(Point { kernel: condensation.kernel(), free: &self.free, tau, z, n })
     }
 
@@ -162,7 +178,7 @@ impl Base {
         &self,
         condensation: &Condensation,
         modes: Range<usize>,
-        (point, power): (usize, usize),
+        First { point, power }: First,
     ) -> [Parts<Q>; P] {
         let (displacement, velocity) = (self.displacement.as_flattened(), self.velocity.as_flattened());
         let points = condensation.points();
@@ -213,7 +229,8 @@ impl Base {
     #[inline(always)]
     fn sum_some<Q: Number, const P: usize>(&mut self, condensation: &Condensation, at: usize, first: usize) {
         for power in (0..=ORDER).step_by(3 * Q::LANES) {
-            let sums = self.summed::<Q, P>(condensation, condensation.groups[at].modes.clone(), (first, power));
+            let sums =
+                self.summed::<Q, P>(condensation, condensation.groups[at].modes.clone(), First { point: first, power });
             for (derivatives, sums) in self.octaves[at].derivatives[first..].iter_mut().zip(sums) {
                 for (part, sum) in sums.into_iter().enumerate() {
                     store(sum, derivatives, power + part * Q::LANES);
@@ -247,7 +264,8 @@ impl Base {
         }
         for (at, group) in condensation.groups.iter().enumerate() {
             if self.octaves[at].age_s(tau) < group.patience_s {
-                self.octaves[at].pass::<W, Q, P>(&group.kernel, (tau, &terms), (z, &self.falling));
+                self.octaves[at]
+                    .pass::<W, Q, P>(&group.kernel, &Passed { terms: &terms, tau, z, falling: &self.falling });
                 continue;
             }
             let own_terms = scaled_powers(self.octaves[at].age_s(tau));
@@ -464,7 +482,7 @@ mod tests {
                     assert!((found - exact).abs() <= bounds[what] * size, "{words}: {found} and {exact} of {size}");
                 };
                 for n in 0..points {
-                    let [w, v, a] = base.point(&condensation, (tau, &z), n);
+                    let [w, v, a] = base.point(&condensation, Since { tau, z: &z }, n);
                     let direct: f64 = (0..points).map(|m| condensation.kernel().direct(n, m) * force[m]).sum();
                     for (what, found) in [w, v, a + direct].into_iter().enumerate() {
                         let [exact, size] = forced.point(&state, n, what);
@@ -543,7 +561,7 @@ mod tests {
         assert_eq!(floating.horizon_s, f64::INFINITY);
         // A force of 8 N for 3 s on 1 / 0.25 kg: 9 m at 6 m/s.
         let z: Vec<f64> = scaled_powers(3.0)[1..].iter().map(|power| 8.0 * power).collect();
-        let [w, v, a] = Base::at_rest(&floating).point(&floating, (3.0, &z), 0);
+        let [w, v, a] = Base::at_rest(&floating).point(&floating, Since { tau: 3.0, z: &z }, 0);
         assert!((w - 9.0).abs() < 1e-12 && (v - 6.0).abs() < 1e-12 && a == 0.0, "{w}, {v}, {a}");
     }
 }

@@ -1,6 +1,7 @@
 //! Motion of points and elements, forces and energies at a state.
 
 use crate::hammer::{HammerState, body};
+use crate::system::base::Since;
 use crate::system::coupled::Coupled;
 
 impl Coupled {
@@ -9,8 +10,11 @@ impl Coupled {
         let model = &self.model;
         match (&self.base, &model.condensation) {
             (Some(base), Some(condensation)) => {
-                let [w, v, _] =
-                    base.point(condensation, (t - base.time_s, &y[model.layout.structure_displacements()]), node);
+                let [w, v, _] = base.point(
+                    condensation,
+                    Since { tau: t - base.time_s, z: &y[model.layout.structure_displacements()] },
+                    node,
+                );
                 (w, v)
             }
             _ => {

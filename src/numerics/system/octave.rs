@@ -121,6 +121,18 @@ pub(super) struct Octave {
     pub derivatives: Vec<ByOrder>,
 }
 
+/// What has passed from one base of all to the next.
+pub(super) struct Passed<'p> {
+    /// The time between them, s.
+    pub tau: f64,
+    /// Its scaled powers.
+    pub terms: &'p Terms,
+    /// The integrals of the forces.
+    pub z: &'p [f64],
+    /// The same for series whose order falls.
+    pub falling: &'p Falling,
+}
+
 impl Octave {
     /// Modes at rest.
     pub fn at_rest(points: usize) -> Self {
@@ -163,14 +175,12 @@ impl Octave {
         self.since_s = 0.0;
     }
 
-    /// Writes the free motion anew from the next base of all on, `tau` with its `terms` after the last; `kernel` is the group's own and
-    /// `z` the integrals of the forces from base to base.
+    /// Writes the free motion anew from the next base of all on; `kernel` is the group's own.
     #[inline(always)]
     pub fn pass<W: Number, Q: Number, const P: usize>(
         &mut self,
         kernel: &[f64],
-        (tau, terms): (f64, &Terms),
-        (z, falling): (&[f64], &Falling),
+        &Passed { tau, terms, z, falling }: &Passed<'_>,
     ) {
         let points = if P > 0 { P } else { self.derivatives.len() };
         for first in (0..=ORDER).step_by(3 * Q::LANES) {

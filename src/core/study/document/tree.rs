@@ -35,6 +35,14 @@ pub(in crate::study) enum Content {
     Leaf(toml::Value),
 }
 
+/// A part of a text.
+pub(in crate::study) struct Part<'a> {
+    /// The part.
+    pub text: &'a str,
+    /// The character of the whole at which it begins, counted from 1.
+    pub column: usize,
+}
+
 impl Document {
     /// Parses `text`; syntax errors become problems, all that the parser can tell apart at once.
     pub fn parse(name: &str, text: &str) -> Result<Self, Vec<Problem>> {
@@ -132,15 +140,14 @@ impl Document {
         (node, path.len())
     }
 
-    /// Place of a part of the text at a path, by the character of the text at which it begins, counted from 1; of the whole value
-    /// where the file spells the text in another way.
-    pub fn locate_part(&self, path: &[String], (text, column): (&str, usize), part: &str) -> Place {
+    /// Place of a part of the text at a path; of the whole value where the file spells the text in another way.
+    pub fn locate_part(&self, path: &[String], text: &str, part: &Part<'_>) -> Place {
         let (node, depth) = self.nearest(path);
         let written = self.text.get(node.span.clone()).filter(|_| depth == path.len());
         let start = written.and_then(|written| written.find(text)).map(|begin| node.span.start + begin);
-        let before = text.char_indices().nth(column.saturating_sub(1)).map(|(before, _)| before);
+        let before = text.char_indices().nth(part.column.saturating_sub(1)).map(|(before, _)| before);
         match (start, before) {
-            (Some(start), Some(before)) => self.place(start + before..start + before + part.len()),
+            (Some(start), Some(before)) => self.place(start + before..start + before + part.text.len()),
             _ => self.locate(path),
         }
     }

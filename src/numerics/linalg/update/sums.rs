@@ -57,10 +57,18 @@ impl Poles {
         in_widest(Sum { poles: self, at, factors, out: out.as_mut_slice() });
     }
 
-    /// The unit vector along `u_i' q / (at - nu_i)`, for the poles that were left out along `near`.
-    pub fn vector(&mut self, at: f64, q: &[f64], (left_out, near): (Range<usize>, &[f64]), out: &mut [f64]) {
-        in_widest(Vector { poles: self, at, q, left_out, near, out });
+    /// The unit vector along `u_i' q / (at - nu_i)`, for the poles that were left out as they are given.
+    pub fn vector(&mut self, at: f64, q: &[f64], left_out: LeftOut<'_>, out: &mut [f64]) {
+        in_widest(Vector { poles: self, at, q, left_out, out });
     }
+}
+
+/// Poles that a sum leaves out, and what takes their place in a vector.
+pub struct LeftOut<'a> {
+    /// Which.
+    pub poles: Range<usize>,
+    /// The vector's entries there.
+    pub near: &'a [f64],
 }
 
 struct Sum<'a> {
@@ -77,17 +85,18 @@ impl OverArrays for Sum<'_> {
     fn compute<W: Number, Q: Number>(self) {
         let Poles { values, columns, rank, weights, .. } = self.poles;
         let rank = *rank;
+        let mut square = Square { entries: self.out, rank };
         for first in (0..values.len()).step_by(W::LANES) {
             let weight = load::<W>(self.factors, first) / (W::splat(self.at) - load(values, first));
             store(weight, weights, first);
         }
         for (k, l) in (0..rank).step_by(TILE).flat_map(|k| (0..=k).step_by(TILE).map(move |l| (k, l))) {
             if k + TILE <= rank {
-                put(&tile::<W, TILE>(columns, weights, (k, l)), (k, l), (self.out, rank));
+                put(&tile::<W, TILE>(columns, weights, (k, l)), (k, l), &mut square);
             } else {
                 for k in k..rank {
                     for l in l..(l + TILE).min(rank) {
-                        put(&tile::<W, 1>(columns, weights, (k, l)), (k, l), (self.out, rank));
+                        put(&tile::<W, 1>(columns, weights, (k, l)), (k, l), &mut square);
                     }
                 }
             }
@@ -95,12 +104,18 @@ impl OverArrays for Sum<'_> {
     }
 }
 
+/// A symmetric matrix.
+struct Square<'a> {
+    entries: &'a mut [f64],
+    rank: usize,
+}
+
 /// Puts a tile into a symmetric matrix, at its place and at the mirrored one.
-fn put<const N: usize>(tile: &[[f64; N]; N], (k, l): (usize, usize), (out, rank): (&mut [f64], usize)) {
+fn put<const N: usize>(tile: &[[f64; N]; N], (k, l): (usize, usize), square: &mut Square<'_>) {
     for (k, row) in (k..).zip(tile) {
         for (l, value) in (l..).zip(row) {
-            out[k * rank + l] = *value;
-            out[l * rank + k] = *value;
+            square.entries[k * square.rank + l] = *value;
+            square.entries[l * square.rank + k] = *value;
         }
     }
 }
@@ -142,8 +157,7 @@ struct Vector<'a> {
     poles: &'a mut Poles,
     at: f64,
     q: &'a [f64],
-    left_out: Range<usize>,
-    near: &'a [f64],
+    left_out: LeftOut<'a>,
     out: &'a mut [f64],
 }
 
@@ -160,7 +174,7 @@ impl OverArrays for Vector<'_> {
             }
             store(sum / (W::splat(self.at) - load(values, first)), scaled, first);
         }
-        scaled[self.left_out].copy_from_slice(self.near);
+        scaled[self.left_out.poles].copy_from_slice(self.left_out.near);
         let norm = square::<W>(scaled).sqrt();
         for (out, entry) in self.out.iter_mut().zip(scaled.iter()) {
             *out = entry / norm;

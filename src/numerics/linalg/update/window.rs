@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 
 use super::small::solve as solve_small;
-use super::sums::Poles;
+use super::sums::{LeftOut, Poles};
 use crate::linalg::{SymmetricEigen, cholesky, solve_lower, symmetric_eigen};
 
 /// Poles whose rows of the matrix are kept as they are.
@@ -105,7 +105,7 @@ impl Window {
         let raised = SLOPE * h.diagonal().abs().mean() / centre;
         (0..r).for_each(|k| slope[(k, k)] += raised);
         factors.iter_mut().for_each(|factor| *factor *= *factor);
-        let (eigen, l) = solve(&values[kept.clone()], &columns.rows(kept.start, kept.len()), (centre, h, slope))?;
+        let (eigen, l) = solve(&values[kept.clone()], &columns.rows(kept.start, kept.len()), Far { centre, h, slope })?;
         let size = kept.len();
         let mut order: Vec<usize> = (0..eigen.values.len()).collect();
         order.reverse();
@@ -221,7 +221,7 @@ impl Window {
 
     /// Writes the unit vector of a pair over all poles; `poles` leaves out the window's.
     pub fn vector(&self, pair: &Pair, poles: &mut Poles, out: &mut [f64]) {
-        poles.vector(pair.value, &pair.q, (self.poles.clone(), &pair.near), out);
+        poles.vector(pair.value, &pair.q, LeftOut { poles: self.poles.clone(), near: &pair.near }, out);
     }
 }
 
@@ -229,11 +229,18 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// What the poles beyond a window add: a matrix and its slope at the window's centre.
+struct Far {
+    centre: f64,
+    h: DMatrix<f64>,
+    slope: DMatrix<f64>,
+}
+
 /// The pencil's eigenvalues less the centre, rising, its vectors, and the factor of its slope.
 fn solve(
     values: &[f64],
     columns: &nalgebra::DMatrixView<'_, f64>,
-    (centre, h, slope): (f64, DMatrix<f64>, DMatrix<f64>),
+    Far { centre, h, slope }: Far,
 ) -> Option<(SymmetricEigen, DMatrix<f64>)> {
     let (size, r) = columns.shape();
     let l = cholesky(slope).ok()?;

@@ -1,6 +1,7 @@
 //! Harwell-Boeing text, as ANSYS writes it (`HBMAT`): real symmetric assembled matrices, one triangle by columns.
 
 use std::io::Write;
+use std::ops::RangeInclusive;
 
 use crate::structure::error::StructureError;
 use crate::structure::import::entry::{Form, Format, Given, Imported, Named, RowLabels};
@@ -66,11 +67,12 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
     let [pointers_as, indices_as, values_as, ..] = layouts[..] else {
         return Err(lines.fault_at(4, format!("expected three formats as (1I14)(1I14)(1D25.15), found \"{formats}\"")));
     };
-    let pointers = integers(&mut lines, (pointers_as, columns + 1), (1, count + 1), "column pointer")?;
-    let indices = integers(&mut lines, (indices_as, count), (1, rows), "row index")?;
+    let pointers =
+        integers(&mut lines, Section { layout: pointers_as, count: columns + 1 }, 1..=count + 1, "column pointer")?;
+    let indices = integers(&mut lines, Section { layout: indices_as, count }, 1..=rows, "row index")?;
     let mut entries = Triplets::default();
     let (mut column, mut at) = (0, 0);
-    numbers(&mut lines, (values_as, count), "value", |lines, text| {
+    numbers(&mut lines, Section { layout: values_as, count }, "value", |lines, text| {
         while pointers.get(column + 1).is_some_and(|end| *end <= at + 1) {
             column += 1;
         }
@@ -102,9 +104,15 @@ fn layout(text: &str) -> Option<Layout> {
     (sound(&count) && sound(&width)).then_some(Layout { count, width })
 }
 
+/// A section of a file: so many numbers, in this layout.
+struct Section {
+    layout: Layout,
+    count: usize,
+}
+
 fn numbers(
     lines: &mut Lines,
-    (layout, count): (Layout, usize),
+    Section { layout, count }: Section,
     what: &str,
     mut take: impl FnMut(&Lines, &str) -> Result<(), StructureError>,
 ) -> Result<(), StructureError> {
@@ -128,17 +136,22 @@ fn numbers(
 
 fn integers(
     lines: &mut Lines,
-    wanted: (Layout, usize),
-    (least, most): (usize, usize),
+    section: Section,
+    sound: RangeInclusive<usize>,
     what: &str,
 ) -> Result<Vec<usize>, StructureError> {
     let mut out = Vec::new();
-    numbers(lines, wanted, what, |lines, text| match text.trim().parse::<usize>() {
-        Ok(number) if (least..=most).contains(&number) => {
+    numbers(lines, section, what, |lines, text| match text.trim().parse::<usize>() {
+        Ok(number) if sound.contains(&number) => {
             out.push(number);
             Ok(())
         }
-        _ => Err(lines.fault(format!("{what}: expected {least} to {most}, found \"{}\"", text.trim()))),
+        _ => Err(lines.fault(format!(
+            "{what}: expected {} to {}, found \"{}\"",
+            sound.start(),
+            sound.end(),
+            text.trim()
+        ))),
     })?;
     Ok(out)
 }

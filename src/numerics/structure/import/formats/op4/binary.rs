@@ -145,7 +145,7 @@ fn read_columns(records: &mut Records, header: &Header, wanted: bool) -> Result<
                     records.fault(format!("column {} announces {words} words, but has {found} bytes", column + 1))
                 );
             }
-            run(records, header, (row, column), body, &mut entries)?;
+            run(records, header, Begin { row, column }, body, &mut entries)?;
             continue;
         }
         let mut rest = body;
@@ -153,17 +153,23 @@ fn read_columns(records: &mut Records, header: &Header, wanted: bool) -> Result<
             let StringHead { first, length, own_length } = string_head(records, header, rest)?;
             let values = rest.get(own_length..).and_then(|rest| rest.get(..length));
             let values = values.ok_or_else(|| records.fault("a string is cut short"))?;
-            run(records, header, (first, column), values, &mut entries)?;
+            run(records, header, Begin { row: first, column }, values, &mut entries)?;
             rest = &rest[own_length + length..];
         }
     }
+}
+
+/// Where values of a column begin.
+struct Begin {
+    row: i64,
+    column: u32,
 }
 
 /// Values of a column from a row on.
 fn run(
     records: &Records,
     header: &Header,
-    (first, column): (i64, u32),
+    Begin { row: first, column }: Begin,
     values: &[u8],
     entries: &mut Triplets,
 ) -> Result<(), StructureError> {
