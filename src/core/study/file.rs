@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::design::{Axial, DesignKind, DesignOptions, HypercubeKind, design_keys};
 use crate::parameter::describe;
 use crate::quantity::Value;
-use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverEntry, StructureEntry, Supply};
-use crate::workpiece::{Casting, Fixture};
+use crate::scene::{Environment, HammerEntry, OutputSettings, Scene, SolverEntry, StructureEntry};
+use crate::workpiece::CastingEntry;
 
 /// A study: a machine, hammers over castings, and the design of the runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -76,112 +76,6 @@ fn is_checked(geometry: &Geometry) -> bool {
 pub struct StructureFile {
     /// The machine.
     pub structure: StructureEntry,
-}
-
-/// One hammer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(transform = describe::<HammerUnit>, transform = describe::<Supply>)]
-pub struct HammerEntry {
-    /// Hammer file (TOML), relative to the study. Default: the built-in hammer.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Interface point that carries the hammer; or give `rail` and `rail_position_m`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mount: Option<String>,
-    /// Rail that carries the hammer.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rail: Option<String>,
-    /// Position along the rail in m: arc length from the rail's middle, positive towards its last point.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rail_position_m: Option<f64>,
-    /// Casting that the hammer strikes. Default: the only one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub casting: Option<String>,
-    /// As in [`Supply`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub supply_bar: Option<f64>,
-    /// As in [`HammerUnit`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub standoff_m: Option<f64>,
-    /// As in [`HammerUnit`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub start_time_s: Option<f64>,
-    /// As in [`HammerUnit`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub supply_switch_times_s: Option<Vec<f64>>,
-    /// As in [`HammerUnit`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gate_delay_s: Option<f64>,
-    /// As in [`HammerUnit`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub strike_point_m: Option<[f64; 2]>,
-    /// Values that differ from the hammer file's, in the same layout.
-    #[serde(default, skip_serializing_if = "ParameterOverrides::is_empty")]
-    pub parameters: ParameterOverrides,
-}
-
-/// Part of a hammer file: a tree of values laid over it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct ParameterOverrides(pub toml::Table);
-
-impl ParameterOverrides {
-    /// Whether nothing is overridden.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
-impl JsonSchema for ParameterOverrides {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        crate::hammer::HammerParameters::schema_name()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        crate::hammer::HammerParameters::json_schema(generator)
-    }
-}
-
-/// One rigid casting.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(transform = describe::<Casting>)]
-pub struct CastingEntry {
-    /// As in [`Casting`].
-    pub mass_kg: f64,
-    /// As in [`Casting`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub centre_m: Option<[f64; 2]>,
-    /// As in [`Casting`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub size_m: Option<[f64; 2]>,
-    /// As in [`Casting`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inertia_kg_m2: Option<[f64; 2]>,
-    /// As in [`Casting`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub measuring_point_m: Option<[f64; 2]>,
-    /// Fixtures by name; at least one.
-    pub fixture: IndexMap<String, FixtureEntry>,
-}
-
-/// Spring and damper between a casting and the machine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(transform = describe::<Fixture>)]
-pub struct FixtureEntry {
-    /// Interface point that carries it.
-    pub point: String,
-    /// As in [`Fixture`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at_m: Option<[f64; 2]>,
-    /// As in [`Fixture`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness_n_per_m: Option<f64>,
-    /// As in [`Fixture`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping_n_s_per_m: Option<f64>,
 }
 
 /// The sections that have the keys of designs.

@@ -29,10 +29,7 @@ mod template;
 pub use checked::CheckedStudy;
 pub use demand::InterfaceDemand;
 pub use document::error::{InvalidRow, Place, Problem, StudyError};
-pub use file::{
-    CastingEntry, CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FixtureEntry, HammerEntry, LinkEntry,
-    ParameterOverrides, PartEntry, Scale, StudyFile,
-};
+pub use file::{CorrelationEntry, DesignEntry, DistributionName, FactorEntry, LinkEntry, PartEntry, Scale, StudyFile};
 pub use loaded::Study;
 pub use outline::{DesignOutline, FactorOutline};
 pub use plan::factor::FactorInfo;

@@ -10,10 +10,7 @@ use super::schema::study_schema;
 use crate::contact::ContactLawName;
 use crate::design::DesignOptions;
 use crate::parameter::{Kind, Parameter, Parameters, lines};
-use crate::scene::{
-    Environment, HammerUnit, OutputSettings, Scene, SolverEntry, SolverSettings, StructureEntry, StructureParameters,
-    Supply,
-};
+use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverSettings, StructureParameters, Supply};
 use crate::workpiece::Fixture;
 
 /// The part by hand. A line `#! key` stands for the parameters of the table with that key.
@@ -29,16 +26,11 @@ pub fn template() -> Result<String, Error> {
     let mut text = BY_HAND.replace("{laws}", &laws.join(", "));
     let duration = Table::from_iter([("duration_s".to_owned(), Scene::default().duration_s.into())]);
     complete::<Scene>(&mut text, "study", duration, &shape)?;
-    complete::<StructureParameters>(
-        &mut text,
-        "structure",
-        StructureEntry::from(StructureParameters::default()),
-        &shape,
-    )?;
+    complete::<StructureParameters>(&mut text, "structure", StructureParameters::default(), &shape)?;
     complete::<Supply>(&mut text, "supply", Supply::default(), &shape)?;
     complete::<HammerUnit>(&mut text, "hammer", HammerUnit::default(), &shape)?;
     complete::<Fixture>(&mut text, "fixture", Fixture::default(), &shape)?;
-    complete::<SolverSettings>(&mut text, "solver", SolverEntry::from(SolverSettings::default()), &shape)?;
+    complete::<SolverSettings>(&mut text, "solver", SolverSettings::default(), &shape)?;
     complete::<OutputSettings>(&mut text, "outputs", OutputSettings::default(), &shape)?;
     complete::<Environment>(&mut text, "environment", Environment::default(), &shape)?;
     let (kind, keys) = design(&shape)?;

@@ -9,8 +9,8 @@
 ///
 /// A group that begins with `file` is a table of a file and read as it is. Data of a scene may begin with `own { .. }`, fields that
 /// are no parameters (names, places, lists). `pub struct Data from Table` also declares the table of a study that states the data:
-/// each entry is optional there, and `typed { .. }` are further keys of the table; what the data derive beyond `Debug`, `Clone` and
-/// `PartialEq` stands before them.
+/// each entry is optional there but the one in `required { .. }`, and `typed { .. }` are further keys of the table, those of a group
+/// of their own among them (`with Group`); what the data derive beyond `Debug`, `Clone` and `PartialEq` stands before them.
 macro_rules! parameters {
     (file $(#[$about:meta])+ pub struct $name:ident { $($entries:tt)+ }) => {
         $crate::parameter::parameters! {
@@ -72,39 +72,47 @@ macro_rules! parameters {
             }
         }
     };
-    ($(#[doc = $about:tt])+ $(#[derive($($derived:ident),+)])? pub struct $name:ident from $table:ident {
+    ($(#[doc = $about:tt])+ $(#[derive($($derived:ident),+)])?
+    pub struct $name:ident from $table:ident $(with $group:ident)? {
+        $( own { $($own:tt)+ } )?
         typed { $($typed:tt)+ }
+        $( required {
+            $(#[doc = $text_1:tt])+
+            pub $field_1:ident: $type_1:ty, $unit_1:tt, $range_1:tt $(usual $usual_1:tt)?, $source_1:tt;
+        } )?
         $(
             $(#[doc = $text:tt])+
-            pub $field:ident: $type:ty = $default:expr, $unit:tt, $range:tt $(usual $usual:tt)?, $source:tt;
+            pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt $(usual $usual:tt)?, $source:tt;
         )+
     }) => {
         $crate::parameter::parameters! {
             $(#[doc = $about])+
             #[derive(Debug, Clone, PartialEq $($(, $derived)+)?)]
-            pub struct $name { $( $(#[doc = $text])+ pub $field: $type = $default, $unit, $range $(usual $usual)?, $source; )+ }
+            pub struct $name {
+                $( own { $($own)+ } )?
+                $( $(#[doc = $text_1])+ pub $field_1: $type_1, $unit_1, $range_1 $(usual $usual_1)?, $source_1; )?
+                $( $(#[doc = $text])+ pub $field: $type $(= $default)?, $unit, $range $(usual $usual)?, $source; )+
+            }
         }
 
         $(#[doc = $about])+
         #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         #[schemars(transform = $crate::parameter::describe::<$name>)]
+        $( #[schemars(transform = $crate::parameter::describe::<$group>)] )?
         pub struct $table {
             $($typed)+
+            $( $(#[doc = $text_1])+ pub $field_1: $type_1, )?
             $( $(#[doc = $text])+ #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<$type>, )+
-        }
-
-        impl From<$name> for $table {
-            fn from(all: $name) -> Self {
-                Self { $($field: Some(all.$field),)+ ..Self::default() }
-            }
         }
 
         impl $table {
             /// What the table states, the rest from `base`.
             pub fn over(&self, base: $name) -> $name {
-                let typed = self.clone();
-                $name { $($field: typed.$field.unwrap_or(base.$field)),+ }
+                let (typed, mut all) = (self.clone(), base);
+                $( all.$field_1 = typed.$field_1; )?
+                $( if let Some(value) = typed.$field { all.$field = value; } )+
+                all
             }
         }
     };

@@ -11,6 +11,7 @@ use crate::structure::{MatrixFormat, Units};
 
 parameters! {
     /// Where the machine comes from and how it is reduced.
+    #[derive(Serialize)]
     pub struct StructureParameters from StructureEntry {
         typed {
             /// Source of the machine. Default `station`, the built-in one.

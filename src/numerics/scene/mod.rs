@@ -3,12 +3,14 @@
 
 mod machine;
 mod model;
+mod overrides;
 mod sense;
 mod solver;
 mod validate;
 
 pub use crate::integrate::Method;
 pub use machine::{Housings, SourceName, StructureEntry, StructureParameters};
-pub use model::{Environment, HammerUnit, Mount, OutputSettings, Scene, Supply};
+pub use model::{Environment, HammerEntry, HammerUnit, Mount, OutputSettings, Scene, Supply};
+pub use overrides::ParameterOverrides;
 pub use solver::{Fidelity, Guide, ModeTreatment, PRESETS, Preset, STANDARD, SolverEntry, SolverSettings};
 pub use validate::{SceneProblem, SceneProblemKind};

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::overrides::ParameterOverrides;
 use super::solver::{Guide, SolverSettings};
 use crate::hammer::{HammerParameters, choked_flow};
 use crate::parameter::parameters;
@@ -87,9 +88,9 @@ impl Supply {
 }
 
 parameters! {
-    /// One hammer of a scene.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
-    pub struct HammerUnit {
+    /// One hammer.
+    #[derive(Serialize)]
+    pub struct HammerUnit from HammerEntry with Supply {
         own {
             /// Name as in the study.
             pub name: String,
@@ -101,6 +102,29 @@ parameters! {
             pub mount: Mount,
             /// Index of the casting that it strikes.
             pub casting: usize,
+        }
+        typed {
+            /// Hammer file (TOML), relative to the study. Default: the built-in hammer.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub file: Option<String>,
+            /// Interface point that carries the hammer; or give `rail` and `rail_position_m`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub mount: Option<String>,
+            /// Rail that carries the hammer.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub rail: Option<String>,
+            /// Position along the rail in m: arc length from the rail's middle, positive towards its last point.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub rail_position_m: Option<f64>,
+            /// Casting that the hammer strikes. Default: the only one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub casting: Option<String>,
+            /// As in [`Supply`].
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub supply_bar: Option<f64>,
+            /// Values that differ from the hammer file's, in the same layout.
+            #[serde(default, skip_serializing_if = "ParameterOverrides::is_empty")]
+            pub parameters: ParameterOverrides,
         }
         /// Distance of the chisel's tip from the casting at rest.
         pub standoff_m: f64 = 0.085, "m", [>= 0] usual [0, 0.5], "the paper's rig";

@@ -109,7 +109,7 @@ impl Preset {
 
 parameters! {
     /// Accuracy and effort of one run.
-    #[derive(Copy)]
+    #[derive(Copy, Serialize)]
     pub struct SolverSettings from SolverEntry {
         typed {
             /// Preset that the other keys override, those of `[structure]` for modes too, which all rows share. Default `standard`.

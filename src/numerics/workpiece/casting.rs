@@ -1,17 +1,22 @@
 //! Castings and fixtures as data.
 
+use indexmap::IndexMap;
 use serde::Serialize;
 
 use crate::parameter::parameters;
 
 parameters! {
     /// Spring and damper between a point of a casting and a node of the structure.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
-    pub struct Fixture {
+    #[derive(Serialize)]
+    pub struct Fixture from FixtureEntry {
         own {
             /// Name as in the study.
             pub name: String,
             /// Interface point of the structure that carries it.
+            pub point: String,
+        }
+        typed {
+            /// Interface point that carries it.
             pub point: String,
         }
         /// Where it holds the casting, x and y from the casting's centre of mass.
@@ -27,16 +32,21 @@ parameters! {
     /// A rigid casting with the fixtures that carry it.
     ///
     /// The point (x, y) moves by `z + y tx - x ty`.
-    #[derive(Debug, Clone, PartialEq)]
-    pub struct Casting {
+    pub struct Casting from CastingEntry {
         own {
             /// Name as in the study.
             pub name: String,
             /// Its fixtures; at least one.
             pub fixtures: Vec<Fixture>,
         }
-        /// Mass.
-        pub mass_kg: f64, "kg", [> 0] usual [0.05, 1000], "no default";
+        typed {
+            /// Fixtures by name; at least one.
+            pub fixture: IndexMap<String, FixtureEntry>,
+        }
+        required {
+            /// Mass.
+            pub mass_kg: f64, "kg", [> 0] usual [0.05, 1000], "no default";
+        }
         /// Centre of mass in the machine's plane, x and y.
         pub centre_m: [f64; 2], "m", [finite] usual [-20, 20], "default: the mean of its fixtures' points";
         /// Extent in x and y, centred.

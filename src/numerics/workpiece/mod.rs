@@ -3,5 +3,5 @@
 mod casting;
 mod restraint;
 
-pub use casting::{Casting, Fixture};
+pub use casting::{Casting, CastingEntry, Fixture, FixtureEntry};
 pub use restraint::{OFFSET_TOLERANCE_M, WorkpieceError};

@@ -5,11 +5,12 @@ use super::issue::Issue;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use crate::scene::{
-    Guide, HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry, SolverSettings, Supply,
+    Guide, HammerEntry, HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry,
+    SolverSettings, Supply,
 };
-use crate::study::file::{CastingEntry, FixtureEntry, Geometry, HammerEntry, StudyFile};
+use crate::study::file::{Geometry, StudyFile};
 use crate::words::nearest;
-use crate::workpiece::{Casting, Fixture};
+use crate::workpiece::{Casting, CastingEntry, Fixture, FixtureEntry};
 
 /// What rows share.
 pub(in crate::study) struct Context<'a> {
@@ -106,26 +107,13 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     let known = entry.fixture.iter().filter(|(_, fixture)| points.position(&fixture.point).is_some());
     let fixtures =
         known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
-    Casting {
-        name: name.to_string(),
-        mass_kg: entry.mass_kg,
-        inertia_kg_m2: entry.inertia_kg_m2,
-        centre_m: centre,
-        size_m: entry.size_m,
-        measuring_point_m: entry.measuring_point_m,
-        fixtures: fixtures.collect(),
-    }
+    let fixtures = fixtures.collect();
+    entry.over(Casting { name: name.to_string(), fixtures, centre_m: centre, ..Casting::default() })
 }
 
 fn fixture_of(name: &str, entry: &FixtureEntry, place: [f64; 2], centre: [f64; 2]) -> Fixture {
-    let default = Fixture::default();
-    Fixture {
-        name: name.to_string(),
-        point: entry.point.clone(),
-        at_m: entry.at_m.unwrap_or([place[0] - centre[0], place[1] - centre[1]]),
-        stiffness_n_per_m: entry.stiffness_n_per_m.unwrap_or(default.stiffness_n_per_m),
-        damping_n_s_per_m: entry.damping_n_s_per_m.unwrap_or(default.damping_n_s_per_m),
-    }
+    let above = [place[0] - centre[0], place[1] - centre[1]];
+    entry.over(Fixture { name: name.to_string(), point: entry.point.clone(), at_m: above, ..Fixture::default() })
 }
 
 fn mean(places: &[[f64; 2]]) -> [f64; 2] {
@@ -163,19 +151,15 @@ impl HammerResolver<'_> {
         let centre = self.castings.get(casting).map_or([0.0; 2], |casting| casting.centre_m);
         let below = [placed.position[0] - centre[0], placed.position[1] - centre[1]];
         let supply = entry.supply_bar.map_or_else(Supply::default, |supply_bar| Supply { supply_bar });
-        let default = HammerUnit::default();
-        Some(HammerUnit {
+        Some(entry.over(HammerUnit {
             name: self.name.to_string(),
             parameters,
             supply_pressure_pa: supply.pressure_pa(&self.file.environment),
-            start_time_s: entry.start_time_s.unwrap_or(default.start_time_s),
-            supply_switch_times_s: entry.supply_switch_times_s.clone().unwrap_or(default.supply_switch_times_s),
-            gate_delay_s: entry.gate_delay_s.unwrap_or(default.gate_delay_s),
-            standoff_m: entry.standoff_m.unwrap_or(default.standoff_m),
             mount: placed.mount,
             casting,
-            strike_point_m: entry.strike_point_m.unwrap_or(below),
-        })
+            strike_point_m: below,
+            ..HammerUnit::default()
+        }))
     }
 
     fn place(&self) -> Result<Placed, Issue> {
