@@ -8,6 +8,8 @@ use crate::metrics::{MeanSettings, signal_list};
 use crate::study::Study;
 use crate::words::{did_you_mean, nearest};
 
+/// Interval in s of the signals unless the study states another.
+const DEFAULT_INTERVAL_S: f64 = 1e-3;
 /// Bytes that the signals of a part of the tables may take, and those of the rows that wait for their turn; a single row may exceed it.
 const MOST_BYTES: u64 = 1 << 26;
 /// Bytes of a value in the journal.
@@ -37,7 +39,7 @@ impl KeptSignals {
             return Ok(None);
         }
         let wrong = |key, message| Err(EngineError::Outputs { key, message });
-        let interval_s = outputs.signal_interval_s;
+        let interval_s = outputs.signal_interval_s.unwrap_or(DEFAULT_INTERVAL_S);
         if let Some(row) = outputs.signal_rows.iter().find(|row| **row >= rows) {
             return wrong("signal_rows", format!("names row {row}, but the study has the rows 0 to {}", rows - 1));
         }

@@ -9,8 +9,9 @@
 ///
 /// A group that begins with `file` is a table of a file and read as it is. Data of a scene may begin with `own { .. }`, fields that
 /// are no parameters (names, places, lists). `pub struct Data from Table` also declares the table of a study that states the data:
-/// each entry is optional there but the one in `required { .. }`, and `typed { .. }` are further keys of the table, those of a group
-/// of their own among them (`with Group`); what the data derive beyond `Debug`, `Clone` and `PartialEq` stands before them.
+/// each entry is optional there but the one in `required { .. }`; `typed { .. }` and `typed_last { .. }` are further keys of the table
+/// before and behind them, those of a group of their own among them (`with Group`). The order of keys is part of a study's hash. What
+/// the data derive beyond `Debug`, `Clone` and `PartialEq` stands before them.
 macro_rules! parameters {
     (file $(#[$about:meta])+ pub struct $name:ident { $($entries:tt)+ }) => {
         $crate::parameter::parameters! {
@@ -75,7 +76,7 @@ macro_rules! parameters {
     ($(#[doc = $about:tt])+ $(#[derive($($derived:ident),+)])?
     pub struct $name:ident from $table:ident $(with $group:ident)? {
         $( own { $($own:tt)+ } )?
-        typed { $($typed:tt)+ }
+        $( typed { $($typed:tt)+ } )?
         $( required {
             $(#[doc = $text_1:tt])+
             pub $field_1:ident: $type_1:ty, $unit_1:tt, $range_1:tt $(usual $usual_1:tt)?, $source_1:tt;
@@ -84,6 +85,7 @@ macro_rules! parameters {
             $(#[doc = $text:tt])+
             pub $field:ident: $type:ty $(= $default:expr)?, $unit:tt, $range:tt $(usual $usual:tt)?, $source:tt;
         )+
+        $( typed_last { $($typed_last:tt)+ } )?
     }) => {
         $crate::parameter::parameters! {
             $(#[doc = $about])+
@@ -101,9 +103,10 @@ macro_rules! parameters {
         #[schemars(transform = $crate::parameter::describe::<$name>)]
         $( #[schemars(transform = $crate::parameter::describe::<$group>)] )?
         pub struct $table {
-            $($typed)+
+            $( $($typed)+ )?
             $( $(#[doc = $text_1])+ pub $field_1: $type_1, )?
             $( $(#[doc = $text])+ #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<$type>, )+
+            $( $($typed_last)+ )?
         }
 
         impl $table {

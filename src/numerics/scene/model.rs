@@ -122,9 +122,6 @@ parameters! {
             /// As in [`Supply`].
             #[serde(skip_serializing_if = "Option::is_none")]
             pub supply_bar: Option<f64>,
-            /// Values that differ from the hammer file's, in the same layout.
-            #[serde(default, skip_serializing_if = "ParameterOverrides::is_empty")]
-            pub parameters: ParameterOverrides,
         }
         /// Distance of the chisel's tip from the casting at rest.
         pub standoff_m: f64 = 0.085, "m", [>= 0] usual [0, 0.5], "the paper's rig";
@@ -138,6 +135,11 @@ parameters! {
         pub gate_delay_s: f64 = 0.020, "s", [>= 0] usual [0, 1], "the paper's rig";
         /// Strike point, x and y from the casting's centre of mass.
         pub strike_point_m: [f64; 2], "m", [finite] usual [-10, 10], "default: below the mount";
+        typed_last {
+            /// Values that differ from the hammer file's, in the same layout.
+            #[serde(default, skip_serializing_if = "ParameterOverrides::is_empty")]
+            pub parameters: ParameterOverrides,
+        }
     }
 }
 
@@ -160,7 +162,8 @@ parameters! { file
         }
         /// Interval of the signals that are kept, over which they are averaged: a filter without phase whose gain at the frequency f is
         /// |sinc(f interval)|, 0.64 at half the sampling rate.
-        pub signal_interval_s: f64 = 0.001, "s", [> 0] usual [1e-6, 0.1], "resolves 500 Hz";
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub signal_interval_s: Option<f64>, "s", [> 0] usual [1e-6, 0.1], "default 0.001";
         /// Length of a blow's window, from its start.
         pub blow_window_s: f64 = 0.005, "s", [> 0] usual [1e-4, 0.1], "definition";
         /// Least closing speed of piston and chisel that counts as a blow.

@@ -39,10 +39,6 @@ parameters! {
             /// Its fixtures; at least one.
             pub fixtures: Vec<Fixture>,
         }
-        typed {
-            /// Fixtures by name; at least one.
-            pub fixture: IndexMap<String, FixtureEntry>,
-        }
         required {
             /// Mass.
             pub mass_kg: f64, "kg", [> 0] usual [0.05, 1000], "no default";
@@ -55,6 +51,10 @@ parameters! {
         pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0] usual [1e-6, 1e4], "needed only where it can rotate (struck, held or measured off its centre)";
         /// Where its velocity is also reported, x and y from the centre of mass.
         pub measuring_point_m: Option<[f64; 2]>, "m", [finite] usual [-10, 10], "default: at the centre only";
+        typed_last {
+            /// Fixtures by name; at least one.
+            pub fixture: IndexMap<String, FixtureEntry>,
+        }
     }
 }
 
