@@ -7,14 +7,11 @@ use super::outputs::StudyArguments;
 use super::run::run_rows;
 use super::text::tell;
 use crate::dataset::{Chosen, DatasetReader, SweepState};
-use crate::design::Kind;
 use crate::engine::{Engine, Rows};
 use crate::sensitivity::{Sensitivity, SensitivityError};
 
 /// Times a failed row is run again, each time with a hundredth of the tolerance before.
 const REPAIR_RETRIES: u32 = 3;
-/// Growth at a time, least and most: what narrow intervals need is known to the square root of few rows only.
-const GROWTH: [f64; 2] = [1.25, 4.0];
 
 /// The study of a dataset, from which its rows can be run.
 pub(super) struct Source<'a> {
@@ -77,21 +74,21 @@ impl Source<'_> {
                 return Ok(Exit::Done);
             }
             let engine = self.engine(&[])?;
-            let Some(size) = Size::of(engine.checked().design().kind()) else {
+            let Some(growth) = engine.checked().design().kind().growth() else {
                 return Err(Failure::Argument(
                     "--grow-until: only saltelli, morris, sobol, halton and random designs grow by themselves".into(),
                 ));
             };
-            let next = size.grown((width / goal.width).powi(2));
-            let rows = found.rows / size.count as u64 * next as u64;
+            let next = growth.next((width / goal.width).powi(2));
+            let rows = found.rows / growth.count as u64 * next as u64;
             if rows > goal.most_rows {
                 tell(&format_args!(
-                    "the widest interval is {width:.3}, not {}: {} = {next} ({rows} rows) would be more than --most-rows {}",
-                    goal.width, size.key, goal.most_rows
+                    "the widest interval is {width:.3}, not {}: design.{} = {next} ({rows} rows) would be more than --most-rows {}",
+                    goal.width, growth.key, goal.most_rows
                 ));
                 return Ok(Exit::Done);
             }
-            let setting = format!("{}={next}", size.key);
+            let setting = format!("design.{}={next}", growth.key);
             tell(&format_args!("the widest interval is {width:.3}, not {}: going on with --set {setting}", goal.width));
             let status = run_rows(&self.engine(&[setting])?, self.folder, None)?;
             if status.state != SweepState::Complete {
@@ -101,49 +98,6 @@ impl Source<'_> {
     }
 }
 
-/// The number by which a design grows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Size {
-    key: &'static str,
-    count: usize,
-    /// Whether powers of two are best.
-    doubles: bool,
-}
-
-impl Size {
-    fn of(kind: &Kind) -> Option<Self> {
-        let (key, count, doubles) = match kind {
-            Kind::Saltelli(saltelli) => ("design.base_points", saltelli.base, true),
-            Kind::Morris(morris) => ("design.trajectories", morris.trajectories, false),
-            Kind::Sobol(sobol) => ("design.rows", sobol.rows, true),
-            Kind::Halton(halton) => ("design.rows", halton.rows, false),
-            Kind::Random(random) => ("design.rows", random.rows, false),
-            _ => return None,
-        };
-        Some(Self { key, count, doubles })
-    }
-
-    /// The number for `wanted` times as many rows, as far as is gone at a time.
-    fn grown(self, wanted: f64) -> usize {
-        let [least, most] = GROWTH;
-        let next = (self.count as f64 * wanted.clamp(least, most)).ceil() as usize;
-        if self.doubles { next.next_power_of_two() } else { next }
-    }
-}
-
 fn ending(state: SweepState) -> Exit {
     if state == SweepState::Complete { Exit::Done } else { Exit::Interrupted }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Size;
-
-    #[test]
-    fn designs_grow_by_what_the_width_asks_for() {
-        let saltelli = Size { key: "design.base_points", count: 64, doubles: true };
-        assert_eq!([1.01, 1.9, 2.1, 100.0].map(|wanted| saltelli.grown(wanted)), [128, 128, 256, 256]);
-        let morris = Size { doubles: false, count: 10, ..saltelli };
-        assert_eq!([1.01, 1.9, 100.0].map(|wanted| morris.grown(wanted)), [13, 19, 40]);
-    }
 }

@@ -51,7 +51,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     let paper = Paper { columns: terminal_columns(), blocks: shows_blocks() };
-    let charts = Charts::of(&reader, &settings)?.text(paper);
+    let charts = Charts::of(&reader, &summary)?.text(paper);
     let summary = match paper.columns {
         None => summary.to_string(),
         Some(columns) => fit(&format!("{summary:columns$}"), columns),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::summary::{Ranged, ReportSettings, ranged};
+use super::summary::{Ranged, Report, Span, number, ranged};
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
@@ -45,29 +45,20 @@ impl Paper {
 struct Axis {
     title: String,
     unit: String,
-    low: f64,
-    high: f64,
+    span: Span,
 }
 
 impl Axis {
-    fn new(title: String, unit: String) -> Self {
-        Self { title, unit, low: f64::INFINITY, high: f64::NEG_INFINITY }
-    }
-
-    fn widen(&mut self, value: f64) {
-        self.low = self.low.min(value);
-        self.high = self.high.max(value);
-    }
-
     /// Cell of a value out of `cells`; the first where all values are the same.
     fn cell(&self, value: f64, cells: usize) -> usize {
-        let share = (value - self.low) / (self.high - self.low);
+        let Span { low, high } = self.span;
+        let share = (value - low) / (high - low);
         if share.is_finite() { ((share * cells as f64) as usize).min(cells - 1) } else { 0 }
     }
 
     fn words(&self) -> String {
         let unit = if self.unit == "1" || self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
-        format!("{} to {}{unit}", super::text::significant(self.low), super::text::significant(self.high))
+        format!("{} to {}{unit}", super::text::significant(self.span.low), super::text::significant(self.span.high))
     }
 }
 
@@ -154,57 +145,44 @@ impl Columns<'_> {
     }
 }
 
-fn number(cell: &Cell<'_>) -> Option<f64> {
-    cell.as_ref().and_then(Value::number).filter(|number| number.is_finite())
-}
-
 impl Charts {
-    /// Reads a dataset twice: once for the ranges, once to count. Memory is bounded, whatever the number of rows.
+    /// Reads a dataset to count, within the ranges that its summary has found. Memory is bounded, whatever the number of rows.
     ///
     /// # Errors
-    /// Those of reading, and an unknown ranking.
-    pub fn of(reader: &DatasetReader, settings: &ReportSettings) -> Result<Self, DatasetError> {
+    /// Those of reading.
+    pub fn of(reader: &DatasetReader, summary: &Report) -> Result<Self, DatasetError> {
         let all = reader.columns(TableName::Runs);
         let Ranged { titles, columns: outputs } = ranged(all);
         let factors: Vec<_> =
             all.iter().filter(|column| column.group == ColumnGroup::Factor && !column.unit.is_empty()).collect();
-        let columns = Columns { ranked: reader.column(TableName::Runs, &settings.rank_by)?, factors, outputs };
-        let ranked = columns.ranked;
+        let ranked = &summary.ranking;
+        let span = |title: &str| {
+            let range = summary.ranges.iter().find(|range| range.title == title);
+            range.map_or(Span::default(), |range| Span { low: range.min, high: range.max })
+        };
+        let axis = |(title, unit): (String, String)| Axis { span: span(&title), title, unit };
         let mut charts = Self {
-            histograms: titles
-                .into_iter()
-                .map(|(title, unit)| Histogram { axis: Axis::new(title, unit), counts: [0; CELLS] })
-                .collect(),
-            ranking: Axis::new(ranked.name.clone(), ranked.unit.clone()),
+            histograms: titles.into_iter().map(|title| Histogram { axis: axis(title), counts: [0; CELLS] }).collect(),
+            ranking: Axis { title: ranked.name.clone(), unit: ranked.unit.clone(), span: summary.spans.ranking },
             scatter: None,
         };
         let factor = |column: &&ColumnDescription| Scatter {
-            factor: Axis::new(column.subject.clone().unwrap_or_else(|| column.name.clone()), column.unit.clone()),
+            factor: Axis {
+                title: column.subject.clone().unwrap_or_else(|| column.name.clone()),
+                unit: column.unit.clone(),
+                span: summary.spans.factors.get(&column.name).copied().unwrap_or_default(),
+            },
             counts: vec![[0; ACROSS]; LINES],
             moments: Moments::default(),
         };
-        let mut scatters: Vec<Scatter> = columns.factors.iter().map(factor).collect();
-        let names = columns.names();
-        reader.visit(TableName::Runs, &names, |cells| charts.widen(&columns, &mut scatters, cells))?;
-        reader.visit(TableName::Runs, &names, |cells| charts.count(&columns, &mut scatters, cells))?;
+        let mut scatters: Vec<Scatter> = factors.iter().map(factor).collect();
+        let columns = Columns { ranked, factors, outputs };
+        reader.visit(TableName::Runs, &columns.names(), |cells| charts.count(&columns, &mut scatters, cells))?;
         charts.histograms.retain(|histogram| histogram.counts.iter().any(|count| *count > 0));
         let strength = |scatter: &Scatter| scatter.moments.correlation().abs();
-        scatters.retain(|scatter| scatter.factor.high > scatter.factor.low);
+        scatters.retain(|scatter| scatter.factor.span.high > scatter.factor.span.low);
         charts.scatter = scatters.into_iter().max_by(|a, b| strength(a).total_cmp(&strength(b)));
         Ok(charts)
-    }
-
-    fn widen(&mut self, columns: &Columns<'_>, scatters: &mut [Scatter], cells: &[Cell<'_>]) {
-        let Some(Done { rank, factors, outputs }) = columns.done(cells) else { return };
-        if rank.is_finite() {
-            self.ranking.widen(rank);
-        }
-        for (scatter, cell) in scatters.iter_mut().zip(factors) {
-            number(cell).into_iter().for_each(|value| scatter.factor.widen(value));
-        }
-        for ((place, _), cell) in columns.outputs.iter().zip(outputs) {
-            number(cell).into_iter().for_each(|value| self.histograms[*place].axis.widen(value));
-        }
     }
 
     fn count(&mut self, columns: &Columns<'_>, scatters: &mut [Scatter], cells: &[Cell<'_>]) {
@@ -255,7 +233,8 @@ impl Charts {
             "\n`{}` over factor `{}` (correlation {correlation:.2})",
             self.ranking.title, scatter.factor.title
         );
-        let (high, low) = (super::text::significant(self.ranking.high), super::text::significant(self.ranking.low));
+        let (high, low) =
+            (super::text::significant(self.ranking.span.high), super::text::significant(self.ranking.span.low));
         let margin = high.chars().count().max(low.chars().count());
         // Cells are joined where the terminal is narrow.
         let joined = ACROSS.div_ceil(columns.saturating_sub(margin + 3).clamp(1, ACROSS));
@@ -308,10 +287,10 @@ mod tests {
 
     #[test]
     fn values_fall_into_cells() {
-        let axis = Axis { title: String::new(), unit: "J".to_owned(), low: 2.0, high: 4.0 };
+        let axis = Axis { title: String::new(), unit: "J".to_owned(), span: Span { low: 2.0, high: 4.0 } };
         assert_eq!([2.0, 2.99, 3.0, 4.0].map(|value| axis.cell(value, 2)), [0, 0, 1, 1]);
         assert_eq!(axis.words(), "2.000 to 4.000 J");
-        let same = Axis { high: 2.0, ..axis };
+        let same = Axis { span: Span { low: 2.0, high: 2.0 }, ..axis };
         assert_eq!(same.cell(2.0, 24), 0);
     }
 

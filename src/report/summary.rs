@@ -123,6 +123,36 @@ pub struct WorstResidual {
     pub energy_residual: f64,
 }
 
+/// Least and largest of some values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Default for Span {
+    /// Of no values.
+    fn default() -> Self {
+        Self { low: f64::INFINITY, high: f64::NEG_INFINITY }
+    }
+}
+
+impl Span {
+    fn widen(&mut self, value: f64) {
+        self.low = self.low.min(value);
+        self.high = self.high.max(value);
+    }
+}
+
+/// Spans over the rows that are done, for charts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Spans {
+    /// Of the ranking.
+    pub ranking: Span,
+    /// Of factors that are numbers, by column.
+    pub factors: BTreeMap<String, Span>,
+}
+
 /// Summary of a dataset; its `Display` is the text.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Report {
@@ -158,6 +188,8 @@ pub struct Report {
     pub worst_residual: Option<WorstResidual>,
     /// Files that are no parts of the dataset, in words, and damaged ones if checksums were asked for.
     pub damage: Vec<String>,
+    #[serde(skip)]
+    pub(super) spans: Spans,
 }
 
 /// Reads a dataset and summarises it. Memory is bounded, whatever the number of rows.
@@ -188,6 +220,7 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         ranges: Vec::new(),
         worst_residual: None,
         damage: Vec::new(),
+        spans: Spans::default(),
     };
     let damage = if settings.checksums { reader.damage() } else { reader.strays() };
     report.damage = damage.iter().map(ToString::to_string).collect();
@@ -232,6 +265,8 @@ struct Gatherer<'a> {
     factors: Vec<&'a ColumnDescription>,
     /// Columns that go into ranges, each with its range's place.
     ranged: Vec<(usize, &'a ColumnDescription)>,
+    /// One per factor.
+    factor_spans: Vec<Span>,
 }
 
 impl<'a> Gatherer<'a> {
@@ -239,9 +274,11 @@ impl<'a> Gatherer<'a> {
         let named = |name: &str| columns.iter().find(|column| column.name == name);
         let Ranged { titles, columns: ranged } = ranged(columns);
         report.ranges.extend(titles.into_iter().map(|(title, unit)| Range::empty(title, unit)));
+        let factors: Vec<_> = columns.iter().filter(|column| column.group == ColumnGroup::Factor).collect();
         Self {
             outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
-            factors: columns.iter().filter(|column| column.group == ColumnGroup::Factor).collect(),
+            factor_spans: vec![Span::default(); factors.len()],
+            factors,
             settings,
             report,
             ranged,
@@ -279,6 +316,7 @@ impl<'a> Gatherer<'a> {
         if let Some(rank) = rank.and_then(|rank| rank.number()).filter(|rank| !rank.is_nan()) {
             self.rank(*row, rank, beside);
         }
+        self.widen(rank, beside);
         for ((place, _), cell) in self.ranged.iter().zip(ranged) {
             if let (Some(range), Some(value)) =
                 (self.report.ranges.get_mut(*place), cell.and_then(|cell| cell.number()))
@@ -304,6 +342,15 @@ impl<'a> Gatherer<'a> {
         }
     }
 
+    /// Spans of the ranking and the factors; infinite values have no place in a chart.
+    fn widen(&mut self, rank: &Cell<'_>, beside: &[Cell<'_>]) {
+        number(rank).into_iter().for_each(|rank| self.report.spans.ranking.widen(rank));
+        let factors = beside.iter().skip(self.outputs.len());
+        for (span, cell) in self.factor_spans.iter_mut().zip(factors) {
+            number(cell).into_iter().for_each(|value| span.widen(value));
+        }
+    }
+
     fn rank(&mut self, row: u64, rank: f64, beside: &[Cell<'_>]) {
         let best = &mut self.report.best;
         // Rows come in order: behind its equals, a later row stays behind.
@@ -319,8 +366,15 @@ impl<'a> Gatherer<'a> {
     /// The report; outputs without any value have no range.
     fn finish(mut self) -> Report {
         self.report.ranges.retain(|range| range.count > 0);
+        let names = self.factors.iter().map(|column| column.name.clone());
+        self.report.spans.factors = names.zip(self.factor_spans).collect();
         self.report
     }
+}
+
+/// A finite number.
+pub(super) fn number(cell: &Cell<'_>) -> Option<f64> {
+    cell.as_ref().and_then(Value::number).filter(|number| number.is_finite())
 }
 
 fn figures(columns: &[&ColumnDescription], cells: &[Cell<'_>]) -> Vec<Figure> {

@@ -6,3 +6,4 @@ mod op4_files;
 mod outside;
 mod quality;
 mod reduction;
+mod selection;

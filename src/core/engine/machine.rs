@@ -35,16 +35,9 @@ pub struct Machine {
     /// Where modes are selected per scene.
     selection: Option<SelectionSettings>,
     housings: Housings,
-    cache: Mutex<HashMap<PlacementKey, Arc<Placement>>>,
+    /// The modes that rows run on: all of them, or what the study's tolerance selects.
+    cache: Mutex<HashMap<PlacementKey, Arc<PlacedModes>>>,
     note: Option<String>,
-}
-
-/// What is found once for a placement of the hammers.
-#[derive(Debug)]
-struct Placement {
-    modes: ModesAt,
-    /// Those that rows run on: all of them, or what the study's tolerance selects.
-    chosen: Arc<PlacedModes>,
 }
 
 /// Modes that rows run on.
@@ -121,8 +114,7 @@ impl Machine {
         let selection = settings.mode_tolerance;
         Ok(Self {
             reduced,
-            // What is selected from is all that the basis has.
-            options: ModalOptions { cutoff_hz: selection.map_or(settings.cutoff_hz, |_| f64::MAX), damping },
+            options: ModalOptions { cutoff_hz: settings.cutoff_hz, damping },
             selection: selection.map(|tolerance| SelectionSettings { tolerance, band_hz: settings.mode_band_hz }),
             housings: settings.housings,
             cache: Mutex::default(),
@@ -141,7 +133,24 @@ impl Machine {
     /// # Errors
     /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
     pub fn modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, StructureError> {
-        Ok(Arc::clone(&self.placed(scene)?.chosen))
+        let (housings, rows) = (self.attached(scene), interface_rows(scene));
+        let key = key(&housings, &rows, scene);
+        // A panic elsewhere leaves the map whole: entries are inserted in one go.
+        let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(placed) = cached {
+            return Ok(placed);
+        }
+        // A pure function of the scene: the cache only saves time.
+        let modes = match self.selection {
+            Some(settings) => self.select(scene, settings)?.1,
+            None => ChosenModes::all(&self.reduced.modes_at(&housings, &self.options, &rows)?).of(scene),
+        };
+        let placed = Arc::new(modes.into());
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        if cache.len() < CACHED_PLACEMENTS {
+            cache.insert(key, Arc::clone(&placed));
+        }
+        Ok(placed)
     }
 
     /// What was selected for a scene; `None` where the study sets no tolerance.
@@ -161,36 +170,19 @@ impl Machine {
         scene: &Scene,
         settings: SelectionSettings,
     ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
-        let placement = self.placed(scene)?;
-        let selection = placement.modes.select(settings)?;
-        let interface = ChosenModes::selected(&placement.modes, &selection).of(scene);
+        let (housings, rows) = (self.attached(scene), interface_rows(scene));
+        let modes = self.reduced.modes_to_select(&housings, &self.options.damping, &rows, settings)?;
+        let selection = modes.select(settings)?;
+        let interface = ChosenModes::selected(&modes, &selection).of(scene);
         Ok((selection, interface))
     }
 
-    /// A placement, from the cache where it is there. A pure function of the scene: the cache only saves time.
-    fn placed(&self, scene: &Scene) -> Result<Arc<Placement>, StructureError> {
-        let housings = match self.housings {
+    /// The bodies that the structure carries.
+    fn attached(&self, scene: &Scene) -> Vec<RigidMass> {
+        match self.housings {
             Housings::Add => housings(scene),
             Housings::Included => Vec::new(),
-        };
-        let rows = interface_rows(scene);
-        let key = key(&housings, &rows, scene);
-        // A panic elsewhere leaves the map whole: entries are inserted in one go.
-        let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(placement) = cached {
-            return Ok(placement);
         }
-        let modes = self.reduced.modes_at(&housings, &self.options, &rows)?;
-        let chosen = match self.selection {
-            Some(settings) => ChosenModes::selected(&modes, &modes.select(settings)?),
-            None => ChosenModes::all(&modes),
-        };
-        let placement = Arc::new(Placement { modes, chosen: Arc::new(chosen.of(scene).into()) });
-        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
-        if cache.len() < CACHED_PLACEMENTS {
-            cache.insert(key, Arc::clone(&placement));
-        }
-        Ok(placement)
     }
 }
 

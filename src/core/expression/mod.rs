@@ -12,7 +12,7 @@ const MAX_DEPTH: usize = 64;
 
 /// What an expression gives.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Value {
+pub enum Outcome {
     /// A number.
     Number(f64),
     /// A text.
@@ -21,7 +21,7 @@ pub enum Value {
     Truth(bool),
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for Outcome {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) => write!(formatter, "the number {number}"),
@@ -34,7 +34,7 @@ impl fmt::Display for Value {
 /// Where names get their values.
 pub trait Scope {
     /// Value of a name; the error says why there is none.
-    fn value(&self, name: &str) -> Result<Value, String>;
+    fn value(&self, name: &str) -> Result<Outcome, String>;
     /// Value of a function that is not built in; its arguments are names or texts.
     fn call(&self, function: &str, arguments: &[&str]) -> Result<f64, String>;
 }
@@ -82,7 +82,7 @@ pub struct Expression {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Node {
-    Constant(Value),
+    Constant(Outcome),
     Name(String),
     Call(String, Vec<Node>),
     Minus(Box<Node>),
@@ -116,7 +116,7 @@ impl Expression {
 
     /// The expression that is a number.
     pub fn constant(number: f64) -> Self {
-        Self { root: Node::Constant(Value::Number(number)), words: Vec::new() }
+        Self { root: Node::Constant(Outcome::Number(number)), words: Vec::new() }
     }
 
     /// Its names and texts, functions that are built in apart, in order.
@@ -140,7 +140,7 @@ impl Expression {
     ///
     /// # Errors
     /// The scope's; values that do not fit an operator; results that are no numbers.
-    pub fn evaluate(&self, scope: &dyn Scope) -> Result<Value, String> {
+    pub fn evaluate(&self, scope: &dyn Scope) -> Result<Outcome, String> {
         evaluate(&self.root, scope)
     }
 }
@@ -324,10 +324,10 @@ impl Parser {
         }
         let token = self.tokens.get(self.next).cloned();
         let node = match token {
-            Some((_, Token::Number(number))) => Node::Constant(Value::Number(number)),
+            Some((_, Token::Number(number))) => Node::Constant(Outcome::Number(number)),
             Some((column, Token::Text(text))) => {
                 self.words.push(Word { column, text: text.clone(), role: Role::Text });
-                Node::Constant(Value::Text(text))
+                Node::Constant(Outcome::Text(text))
             }
             Some((column, Token::Name(name))) => {
                 self.next += 1;
@@ -384,32 +384,32 @@ fn builtin(function: &str) -> bool {
     ONE_ARGUMENT.contains(&function) || MORE_ARGUMENTS.contains(&function)
 }
 
-fn evaluate(node: &Node, scope: &dyn Scope) -> Result<Value, String> {
+fn evaluate(node: &Node, scope: &dyn Scope) -> Result<Outcome, String> {
     Ok(match node {
         Node::Constant(value) => value.clone(),
         Node::Name(name) => scope.value(name)?,
-        Node::Minus(inner) => Value::Number(-number(inner, scope)?),
-        Node::Not(inner) => Value::Truth(!truth(inner, scope)?),
-        Node::Call(function, arguments) => Value::Number(call(function, arguments, scope)?),
-        Node::Binary("or" | "||", left, right) => Value::Truth(truth(left, scope)? || truth(right, scope)?),
-        Node::Binary("and" | "&&", left, right) => Value::Truth(truth(left, scope)? && truth(right, scope)?),
+        Node::Minus(inner) => Outcome::Number(-number(inner, scope)?),
+        Node::Not(inner) => Outcome::Truth(!truth(inner, scope)?),
+        Node::Call(function, arguments) => Outcome::Number(call(function, arguments, scope)?),
+        Node::Binary("or" | "||", left, right) => Outcome::Truth(truth(left, scope)? || truth(right, scope)?),
+        Node::Binary("and" | "&&", left, right) => Outcome::Truth(truth(left, scope)? && truth(right, scope)?),
         Node::Binary(symbol @ ("==" | "!="), left, right) => {
             let (left, right) = (evaluate(left, scope)?, evaluate(right, scope)?);
             if std::mem::discriminant(&left) != std::mem::discriminant(&right) {
                 return Err(format!("`{symbol}` compares {left} with {right}"));
             }
-            Value::Truth((left == right) == (*symbol == "=="))
+            Outcome::Truth((left == right) == (*symbol == "=="))
         }
         Node::Binary(symbol, left, right) => binary(symbol, number(left, scope)?, number(right, scope)?)?,
     })
 }
 
-fn binary(symbol: &str, left: f64, right: f64) -> Result<Value, String> {
+fn binary(symbol: &str, left: f64, right: f64) -> Result<Outcome, String> {
     let result = match symbol {
-        "<" => return Ok(Value::Truth(left < right)),
-        "<=" => return Ok(Value::Truth(left <= right)),
-        ">" => return Ok(Value::Truth(left > right)),
-        ">=" => return Ok(Value::Truth(left >= right)),
+        "<" => return Ok(Outcome::Truth(left < right)),
+        "<=" => return Ok(Outcome::Truth(left <= right)),
+        ">" => return Ok(Outcome::Truth(left > right)),
+        ">=" => return Ok(Outcome::Truth(left >= right)),
         "+" => left + right,
         "-" => left - right,
         "*" => left * right,
@@ -417,7 +417,7 @@ fn binary(symbol: &str, left: f64, right: f64) -> Result<Value, String> {
         "%" => left.rem_euclid(right),
         _ => libm::pow(left, right),
     };
-    finite(result, || format!("{left} {symbol} {right}")).map(Value::Number)
+    finite(result, || format!("{left} {symbol} {right}")).map(Outcome::Number)
 }
 
 fn finite(result: f64, what: impl Fn() -> String) -> Result<f64, String> {
@@ -426,14 +426,14 @@ fn finite(result: f64, what: impl Fn() -> String) -> Result<f64, String> {
 
 fn number(node: &Node, scope: &dyn Scope) -> Result<f64, String> {
     match evaluate(node, scope)? {
-        Value::Number(number) => Ok(number),
+        Outcome::Number(number) => Ok(number),
         other => Err(format!("expected a number, found {other}")),
     }
 }
 
 fn truth(node: &Node, scope: &dyn Scope) -> Result<bool, String> {
     match evaluate(node, scope)? {
-        Value::Truth(truth) => Ok(truth),
+        Outcome::Truth(truth) => Ok(truth),
         other => Err(format!("expected a comparison, found {other}")),
     }
 }
@@ -441,7 +441,7 @@ fn truth(node: &Node, scope: &dyn Scope) -> Result<bool, String> {
 fn call(function: &str, arguments: &[Node], scope: &dyn Scope) -> Result<f64, String> {
     if !builtin(function) {
         let name = |argument: &'_ Node| match argument {
-            Node::Name(name) | Node::Constant(Value::Text(name)) => Ok(name.clone()),
+            Node::Name(name) | Node::Constant(Outcome::Text(name)) => Ok(name.clone()),
             _ => Err(format!("the arguments of `{function}` are names")),
         };
         let names = arguments.iter().map(name).collect::<Result<Vec<String>, _>>()?;
@@ -475,11 +475,11 @@ mod tests {
     struct Fixed;
 
     impl Scope for Fixed {
-        fn value(&self, name: &str) -> Result<Value, String> {
+        fn value(&self, name: &str) -> Result<Outcome, String> {
             match name {
-                "a" => Ok(Value::Number(2.0)),
-                "b.c" | "x-y" => Ok(Value::Number(3.0)),
-                "mount" => Ok(Value::Text("R3".into())),
+                "a" => Ok(Outcome::Number(2.0)),
+                "b.c" | "x-y" => Ok(Outcome::Number(3.0)),
+                "mount" => Ok(Outcome::Text("R3".into())),
                 _ => Err(format!("no `{name}`")),
             }
         }
@@ -489,7 +489,7 @@ mod tests {
         }
     }
 
-    fn value(text: &str) -> Result<Value, String> {
+    fn value(text: &str) -> Result<Outcome, String> {
         Expression::parse(text).map_err(|error| error.to_string())?.evaluate(&Fixed)
     }
 
@@ -509,7 +509,7 @@ mod tests {
             ("1.5e-1 * 10", 1.5),
             ("distance(left, 'right one')", 2.0),
         ] {
-            assert_eq!(value(text), Ok(Value::Number(expected)), "{text}");
+            assert_eq!(value(text), Ok(Outcome::Number(expected)), "{text}");
         }
     }
 
@@ -543,7 +543,7 @@ mod tests {
             ("mount == 'R3' && mount != \"R4\"", true),
             ("! (a > 1)", false),
         ] {
-            assert_eq!(value(text), Ok(Value::Truth(expected)), "{text}");
+            assert_eq!(value(text), Ok(Outcome::Truth(expected)), "{text}");
         }
         assert_eq!(value("unknown > 1"), Err("no `unknown`".into()));
     }

@@ -95,6 +95,8 @@ pub(super) struct Figure<'a> {
     pub scatter: Option<Combine>,
     /// Name of the hammers' standard errors, where the figure is their mean.
     pub error: Option<&'static str>,
+    /// Columns that it follows from where every blow that reaches the casting is in the dose.
+    pub without_threshold: &'static [&'static str],
 }
 
 /// A target that cannot be negative, without scatter.
@@ -104,13 +106,23 @@ const fn target(
     origin: Origin<'static>,
     description: &'static str,
 ) -> Figure<'static> {
-    Figure { name, unit, description, origin, role: Role::Target, least: Some(0.0), scatter: None, error: None }
+    Figure {
+        name,
+        unit,
+        description,
+        origin,
+        role: Role::Target,
+        least: Some(0.0),
+        scatter: None,
+        error: None,
+        without_threshold: &[],
+    }
 }
 
 impl<'a> Figure<'a> {
     /// How far it is sure, made from something else.
     pub fn sureness(self, origin: Origin<'a>) -> Self {
-        Self { origin, role: Role::Scatter, least: Some(0.0), ..self }
+        Self { origin, role: Role::Scatter, least: Some(0.0), without_threshold: &[], ..self }
     }
 
     /// With a scatter.
@@ -121,6 +133,11 @@ impl<'a> Figure<'a> {
     /// With a standard error.
     const fn erring(self, error: &'static str) -> Self {
         Self { error: Some(error), ..self }
+    }
+
+    /// A part of the dose, which without a threshold follows from other columns.
+    const fn of_dose(self, without_threshold: &'static [&'static str]) -> Self {
+        Self { without_threshold, ..self }
     }
 
     /// A target that may be negative.
@@ -183,7 +200,7 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
     )
     .signed(),
     target(
-        "struck_blows",
+        STRUCK_BLOWS,
         "1",
         BlowCount(|struck| struck.blows, "number of blows whose kind is not blank"),
         "Number of blows that reached the casting, impacts of strokes and settling ones included.",
@@ -195,7 +212,7 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
         "Number of blows that did not reach the casting.",
     ),
     target(
-        "blow_energy_mean_j",
+        BLOW_ENERGY_MEAN,
         "J",
         Blows(|struck| struck.energy.mean(), "mean of blows.energy_j, blank ones left out"),
         "Mean energy of the blows that reached the casting.",
@@ -238,7 +255,8 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
             "sum of blows.energy_j where it is at least the threshold, blank ones left out",
         ),
         "Dose: energy of the blows that reached the casting with at least the threshold's energy.",
-    ),
+    )
+    .of_dose(&[BLOW_ENERGY_MEAN, STRUCK_BLOWS]),
     target(
         "dose_blows",
         "1",
@@ -247,7 +265,8 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
             "number of blows whose energy_j is at least the threshold, blank ones left out",
         ),
         "Number of blows that reached the casting with at least the threshold's energy.",
-    ),
+    )
+    .of_dose(&[STRUCK_BLOWS]),
     target(
         TIME_TO_WORK,
         "s",
@@ -374,5 +393,7 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
     .status(),
 ];
 
+const STRUCK_BLOWS: &str = "struck_blows";
+const BLOW_ENERGY_MEAN: &str = "blow_energy_mean_j";
 /// Name of the column that is there only where a work is asked for.
 pub(super) const TIME_TO_WORK: &str = "time_to_work_s";

@@ -3,29 +3,21 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
+use serde::Serialize;
+
 use super::column::{Column, Role, Values};
 use crate::dataset::ValuesKey;
 use crate::design::{GroupKind, GroupSpan};
+use crate::quantity::named;
 
-/// A reason for which rows are kept together only where that is asked for: such groups are few and large.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GroupBy {
-    /// Rows on one machine.
-    Machine,
-    /// Rows that a Latin hypercube got at once when it grew.
-    GrownPart,
-}
-
-impl GroupBy {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Machine, Self::GrownPart];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Machine => "machine",
-            Self::GrownPart => "grown_part",
-        }
+named! {
+    /// A reason for which rows are kept together only where that is asked for: such groups are few and large.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+    pub enum GroupBy {
+        /// Rows on one machine.
+        Machine = "machine",
+        /// Rows that a Latin hypercube got at once when it grew.
+        GrownPart = "grown_part",
     }
 }
 

@@ -111,12 +111,15 @@ pub(super) struct Planned<'a> {
     plans: Vec<Plan>,
     /// Place of a cell that every run with outputs has.
     outputs: usize,
+    /// Whether blows may be too weak for the dose.
+    has_threshold: bool,
 }
 
 impl<'a> Planned<'a> {
     /// A table without columns.
-    pub fn new(reader: &'a DatasetReader, reads: &mut Reads<'a>) -> Self {
-        Self { reader, plans: Vec::new(), outputs: reads.place(RunTotals::energy_residual.name) }
+    pub fn new(reader: &'a DatasetReader, reads: &mut Reads<'a>, settings: &FeatureSettings) -> Self {
+        let outputs = reads.place(RunTotals::energy_residual.name);
+        Self { reader, plans: Vec::new(), outputs, has_threshold: settings.dose_threshold_j > 0.0 }
     }
 
     /// Adds a row.
@@ -210,21 +213,6 @@ impl<'a> Planned<'a> {
         self.plans.extend(plans);
     }
 
-    /// Notes what follows from other columns under these settings.
-    pub fn derive(&mut self, settings: &FeatureSettings) {
-        // Every blow that reaches the casting is in the dose then.
-        if settings.dose_threshold_j > 0.0 {
-            return;
-        }
-        for (name, from) in [("dose_j", &["blow_energy_mean_j", "struck_blows"][..]), ("dose_blows", &["struck_blows"])]
-        {
-            let plan = self.plans.iter_mut().find(|plan| plan.column.name == name);
-            if let Some(Plan { column, .. }) = plan {
-                column.derived_from = from.iter().map(|name| (*name).to_owned()).collect();
-            }
-        }
-    }
-
     fn add(&mut self, reads: &mut Reads<'a>, figure: &Figure<'_>, shown: Shown) {
         let source = match figure.origin {
             Origin::Run(name) => {
@@ -239,6 +227,7 @@ impl<'a> Planned<'a> {
             Origin::Blows(figure, _) => Source::Blows(figure),
             Origin::BlowCount(figure, _) => Source::BlowCount(figure),
         };
+        let derived_from = if self.has_threshold { &[] } else { figure.without_threshold };
         let column = Column {
             name: shown.name,
             unit: figure.unit.to_owned(),
@@ -246,7 +235,7 @@ impl<'a> Planned<'a> {
             description: shown.description,
             formula: figure.formula(),
             valid: [figure.least, None],
-            derived_from: Vec::new(),
+            derived_from: derived_from.iter().map(|name| (*name).to_owned()).collect(),
             values: Values::none(shown.kind),
         };
         self.plans.push(Plan { column, source });

@@ -140,7 +140,7 @@ fn plan<'a>(
     settings: &FeatureSettings,
     reads: &mut Reads<'a>,
 ) -> Planned<'a> {
-    let mut planned = Planned::new(reader, reads);
+    let mut planned = Planned::new(reader, reads, settings);
     planned.add_run(reads, RowRecord::row.name, Role::Key);
     planned.add_casting();
     for name in [RowOutcome::status.name, RowOutcome::reason.name, RowOutcome::time_reached_s.name] {
@@ -150,7 +150,6 @@ fn plan<'a>(
     for figure in FIGURES.iter().filter(|figure| figure.name != TIME_TO_WORK || settings.work_j.is_some()) {
         planned.add_figure(reads, figure);
     }
-    planned.derive(settings);
     planned
 }
 

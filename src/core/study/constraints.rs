@@ -11,8 +11,8 @@ use super::plan::factor::{FactorInfo, Factors, Source};
 use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
 use crate::design::{Constraints, Design, DesignError, Level};
-use crate::expression::{Role, Scope, Value, Word};
-use crate::quantity;
+use crate::expression::{Outcome, Role, Scope, Word};
+use crate::quantity::Value;
 use crate::scene::{HammerUnit, Scene};
 use crate::words::nearest;
 
@@ -57,8 +57,8 @@ fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]
             return Ok(met);
         }
         match value {
-            Ok(Value::Truth(true)) => {}
-            Ok(Value::Truth(false)) => return Ok(met),
+            Ok(Outcome::Truth(true)) => {}
+            Ok(Outcome::Truth(false)) => return Ok(met),
             Ok(other) => return Err(format!("`{text}`: expected a comparison, found {other}")),
             Err(message) => return Err(format!("`{text}`: {message}")),
         }
@@ -162,14 +162,14 @@ impl Plan {
 /// What an expression sees of a row.
 struct RowScope<'a> {
     study: &'a Study,
-    values: &'a [quantity::Value],
+    values: &'a [Value],
     points: &'a PointTable,
     /// Worked out when first asked for.
     scene: OnceCell<Result<Scene, Vec<Issue>>>,
 }
 
 impl Scope for RowScope<'_> {
-    fn value(&self, name: &str) -> Result<Value, String> {
+    fn value(&self, name: &str) -> Result<Outcome, String> {
         let factors = Factors { names: &self.study.plan.factors, values: self.values };
         if let Some(value) = factors.get(name) {
             return Ok(value);
@@ -242,12 +242,12 @@ impl RowScope<'_> {
     }
 }
 
-fn as_value(value: &toml::Value, name: &str) -> Result<Value, String> {
+fn as_value(value: &toml::Value, name: &str) -> Result<Outcome, String> {
     match value {
-        toml::Value::Float(number) => Ok(Value::Number(*number)),
-        toml::Value::Integer(number) => Ok(Value::Number(*number as f64)),
-        toml::Value::Boolean(truth) => Ok(Value::Truth(*truth)),
-        toml::Value::String(text) => Ok(Value::Text(text.clone())),
+        toml::Value::Float(number) => Ok(Outcome::Number(*number)),
+        toml::Value::Integer(number) => Ok(Outcome::Number(*number as f64)),
+        toml::Value::Boolean(truth) => Ok(Outcome::Truth(*truth)),
+        toml::Value::String(text) => Ok(Outcome::Text(text.clone())),
         _ => Err(format!("`{name}` is no single value")),
     }
 }

@@ -112,9 +112,9 @@ macro_rules! parameters {
         impl $table {
             /// What the table states, the rest from `base`.
             pub fn over(&self, base: $name) -> $name {
-                let (typed, mut all) = (self.clone(), base);
-                $( all.$field_1 = typed.$field_1; )?
-                $( if let Some(value) = typed.$field { all.$field = value; } )+
+                let mut all = base;
+                $( all.$field_1.clone_from(&self.$field_1); )?
+                $( if let Some(value) = &self.$field { all.$field.clone_from(value); } )+
                 all
             }
         }

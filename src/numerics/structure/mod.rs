@@ -35,8 +35,10 @@ mod quality;
 mod quality_page;
 mod reduced;
 mod reduction;
+mod rest;
 mod selection;
 mod sense;
+mod standing;
 mod symmetric;
 
 pub use attached::RigidMass;
@@ -46,7 +48,7 @@ pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, writ
 pub use label::{DofLabel, SCALAR};
 pub use modal_table::ModalTable;
 pub use model::{FeModel, ModelMatrices};
-pub use modes::{Directed, DirectedPoints, ModesAt, StructureModes};
+pub use modes::{Directed, DirectedPoints, ModesAt, Rest, StructureModes};
 pub use observe::{Observer, StepRecord, peak_memory_bytes};
 pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};
 pub use quality::{

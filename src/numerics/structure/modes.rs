@@ -20,6 +20,19 @@ pub struct ModesAt {
     pub damping_ratio: Vec<f64>,
     /// The points' translations along their directions (points x modes) in 1/sqrt(kg), see [`StructureModes::row`].
     pub rows: DMatrix<f64>,
+    /// Modes that are only known together; `None`: all modes are there.
+    pub rest: Option<Rest>,
+}
+
+/// Modes above an edge, of which only is known what they are to the rows together: the last modes stand for them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rest {
+    /// The first mode that stands for them.
+    pub first: usize,
+    /// Circular frequency in rad/s above which they are.
+    pub edge_rad_s: f64,
+    /// How many they are.
+    pub count: usize,
 }
 
 /// Mass-normalised modes of the machine with its housings, in the order of rising frequency.
@@ -91,7 +104,12 @@ impl StructureModes {
         for (index, (points, direction)) in points.iter().enumerate() {
             rows.row_mut(index).copy_from_slice(&self.row(points, *direction)?);
         }
-        Ok(ModesAt { omega_rad_s: self.omega_rad_s.clone(), damping_ratio: self.damping_ratio.clone(), rows })
+        Ok(ModesAt {
+            omega_rad_s: self.omega_rad_s.clone(),
+            damping_ratio: self.damping_ratio.clone(),
+            rows,
+            rest: None,
+        })
     }
 
     /// Static flexibility that the dropped modes leave between two rows,

@@ -35,6 +35,9 @@ pub(super) const RIGID_BODY_HZ: f64 = 0.01;
 /// The same as a squared circular frequency in 1/s2.
 const RIGID_BODY: f64 = (TAU * RIGID_BODY_HZ) * (TAU * RIGID_BODY_HZ);
 
+/// Share of the largest `nu` below which a mode counts as one without mass.
+const LEAST_MASS: f64 = 1e-11;
+
 pub(super) const CHECK_INPUT: &str = "check signs and units of mass and stiffness";
 
 /// Own modes of a structure.
@@ -157,19 +160,55 @@ impl OwnModes {
         Ok(LoadedModes { omega_rad_s, elastic, rigid })
     }
 
+    /// `nu = 1/omega^2` of the own elastic modes in s2, falling.
+    pub fn nu(&self) -> &[f64] {
+        &self.nu
+    }
+
+    /// Shapes of the own elastic modes, scaled by stiffness, at some combinations of interface rows (combinations x modes).
+    pub fn elastic_at(&self, rows: &[Vec<(usize, f64)>]) -> DMatrix<f64> {
+        combined(&self.elastic, rows)
+    }
+
+    /// `sum phi phi'` over all modes with bodies of that mass factor, at some combinations of interface rows: `S (N + U U')^-1 S'`. With
+    /// `N^-1/2 U = Q T` it is `Y Y' + Z (I + T T')^-1 Z'`, `Z = S N^-1/2 Q`, `Y = S N^-1/2 - Z Q'`. `None` where the structure floats or
+    /// a mode has no mass.
+    ///
+    /// # Errors
+    /// No convergence.
+    pub fn mass_at(
+        &self,
+        rows: &[Vec<(usize, f64)>],
+        factor: &DMatrix<f64>,
+    ) -> Result<Option<DMatrix<f64>>, StructureError> {
+        const STEP: &str = "mass of all modes";
+        let coupling = multiply_transposed(&self.elastic, factor).step(STEP, CHECK_INPUT)?;
+        let largest = self.nu.first().map_or(0.0, |nu| nu + coupling.norm_squared());
+        if self.floats() || self.nu.last().is_none_or(|least| *least < LEAST_MASS * largest) {
+            return Ok(None);
+        }
+        let light = |mut shapes: DMatrix<f64>| {
+            shapes.column_iter_mut().zip(&self.nu).for_each(|(mut column, nu)| column.unscale_mut(nu.sqrt()));
+            shapes
+        };
+        let (q, t) = light(coupling.transpose()).transpose().qr().unpack();
+        let shapes = light(self.elastic_at(rows));
+        let held = &shapes * &q;
+        let free = shapes - &held * q.transpose();
+        let l = cholesky(with_unit(&t * t.transpose())).step(STEP, CHECK_INPUT)?;
+        let mut held = held.transpose();
+        solve_lower(&l, &mut held).step(STEP, CHECK_INPUT)?;
+        Ok(Some(&free * free.transpose() + held.tr_mul(&held)))
+    }
+
     /// Shapes of modes at some combinations of interface rows (combinations x modes): those of the own modes there, combined.
     ///
     /// # Errors
     /// None that a caller could bring about.
     pub fn shapes(&self, modes: &LoadedModes, rows: &[Vec<(usize, f64)>]) -> Result<DMatrix<f64>, StructureError> {
         const STEP: &str = "shapes of the modes";
-        let at = |own: &DMatrix<f64>| {
-            DMatrix::from_fn(rows.len(), own.ncols(), |row, mode| {
-                rows[row].iter().map(|&(index, weight)| weight * own[(index, mode)]).sum()
-            })
-        };
-        let elastic = multiply(&at(&self.elastic), &modes.elastic).step(STEP, CHECK_INPUT)?;
-        let rigid = multiply(&at(&self.rigid), &modes.rigid).step(STEP, CHECK_INPUT)?;
+        let elastic = multiply(&combined(&self.elastic, rows), &modes.elastic).step(STEP, CHECK_INPUT)?;
+        let rigid = multiply(&combined(&self.rigid, rows), &modes.rigid).step(STEP, CHECK_INPUT)?;
         Ok(elastic + rigid)
     }
 
@@ -196,6 +235,13 @@ impl OwnModes {
         let modes = self.with_bodies(factor, f64::INFINITY)?;
         Ok(modes.omega_rad_s.first().copied().unwrap_or(0.0) / TAU)
     }
+}
+
+/// Combinations of the rows of a matrix.
+fn combined(own: &DMatrix<f64>, rows: &[Vec<(usize, f64)>]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), own.ncols(), |row, mode| {
+        rows[row].iter().map(|&(index, weight)| weight * own[(index, mode)]).sum()
+    })
 }
 
 /// `I + A`.

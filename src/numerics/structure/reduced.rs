@@ -13,6 +13,8 @@ use super::modal_table::ModalTable;
 use super::modes::{DirectedPoints, ModesAt, StructureModes};
 use super::own::{CHECK_INPUT, OwnModes, SHIFT, ScaledMatrices};
 use super::points::{Interface, InterfacePoints};
+use super::rest::Asked;
+use super::selection::SelectionSettings;
 use super::symmetric::congruence;
 use crate::linalg::{cholesky, multiply_transposed, solve_lower};
 use crate::parameter::Numbers;
@@ -190,10 +192,39 @@ impl ReducedStructure {
         options: &ModalOptions,
         rows: &[DirectedPoints],
     ) -> Result<ModesAt, StructureError> {
-        let of = |(points, direction): &DirectedPoints| self.interface.translation(points, *direction);
-        let rows: Vec<_> = rows.iter().map(of).collect::<Result<_, _>>()?;
-        let (solution, damping_ratio) = self.solve(attached, options, &rows)?;
-        Ok(ModesAt { omega_rad_s: solution.omega_rad_s, damping_ratio, rows: solution.shapes })
+        let (solution, damping_ratio) = self.solve(attached, options, &self.combinations(rows)?)?;
+        Ok(ModesAt { omega_rad_s: solution.omega_rad_s, damping_ratio, rows: solution.shapes, rest: None })
+    }
+
+    /// The modes of which [`ModesAt::select`] with these settings chooses at a scene's points: all, or those below a frequency above which
+    /// none is needed one by one, and what the rest is together.
+    ///
+    /// # Errors
+    /// As for [`ReducedStructure::modes_at`].
+    pub fn modes_to_select(
+        &self,
+        attached: &[RigidMass],
+        damping: &Damping,
+        rows: &[DirectedPoints],
+        settings: SelectionSettings,
+    ) -> Result<ModesAt, StructureError> {
+        if let (Damping::Ratio(damping_ratio), None, false) = (damping, &self.table, self.own.are_damped()) {
+            let damping_ratio = damping_ratios(damping, 1)?.first().copied().unwrap_or(*damping_ratio);
+            let factor = mass_factor(&self.interface, attached)?;
+            let asked = Asked { rows: &self.combinations(rows)?, damping_ratio, settings };
+            if let Some(edge) = asked.edge(&self.own)
+                && let Some(modes) = asked.modes(&self.own, &factor, edge)?
+            {
+                return Ok(modes);
+            }
+        }
+        // What is selected from is all that the basis has.
+        self.modes_at(attached, &ModalOptions { cutoff_hz: f64::MAX, damping: damping.clone() }, rows)
+    }
+
+    /// Points and directions as combinations of interface rows.
+    fn combinations(&self, rows: &[DirectedPoints]) -> Result<Vec<Vec<(usize, f64)>>, StructureError> {
+        rows.iter().map(|(points, direction)| self.interface.translation(points, *direction)).collect()
     }
 
     /// Modes over some combinations of interface rows, with their damping.

@@ -5,23 +5,24 @@
 //! `x = (1 + sqrt(1 + 2 a)) / 2`, just above the resonance. `g_s` is the largest error per `phi phi'` up to the band edge.
 //!
 //! The static part of all dropped modes together, `R = sum phi phi' / omega_s^2`, must carry mass to be integrated in time.
-//! It is given the mass of the same modes, `A = sum phi phi'`: the eigenproblem `R u = lambda A u` has one residual mode
-//! `psi = A u`, `omega = 1 / sqrt(lambda)` per independent row, with `sum psi psi' = A` and `sum psi psi' / omega^2 = R`. The
-//! rows so keep their static flexibility and their response to a jump of force, exactly, whatever is dropped.
+//! It is given the mass of the same modes, `A = sum phi phi'`, by residual modes ([`super::standing`]). The rows so keep their static
+//! flexibility and their response to a jump of force, exactly, whatever is dropped.
 //!
 //! Modes are dropped as long as for every row n the sum `sum phi_ns^2 g_s` over dropped and residual modes stays within
 //! `tolerance * F_nn`, F the static flexibility of the modes. By Cauchy and Schwarz the error of every receptance between two
 //! rows n, m is then within `tolerance * sqrt(F_nn F_mm)` at all frequencies of the band.
+//!
+//! Modes above an edge that are only known together ([`Rest`]) are dropped. With `phi^2 g = (phi / omega)^2 h(omega)`, where h falls
+//! with the frequency above the band, theirs is at most `h(edge) R_nn`, R their static flexibility.
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use super::error::StructureError;
-use super::modes::ModesAt;
+use super::modes::{ModesAt, Rest};
+use super::standing::{Standing, Together};
 
-/// Share of the largest eigenvalue of `A` below which a combination of rows counts as one that no dropped mode moves.
-const RANK: f64 = 1e-12;
 /// Smallest part of the tolerance that is tried for the dropped modes before none is dropped.
 const LEAST_PART: f64 = 1e-6;
 
@@ -82,9 +83,8 @@ impl ModesAt {
             return Err(StructureError::argument("band edge", "a positive frequency in Hz", band_hz));
         }
         let phi: Vec<Vec<f64>> = self.rows.row_iter().map(|row| row.iter().copied().collect()).collect();
-        let modes = self.omega_rad_s.len();
         let shares = self.shares(&phi, TAU * band_hz);
-        let mut order: Vec<usize> = (0..modes).filter(|mode| self.omega_rad_s[*mode] > 0.0).collect();
+        let mut order: Vec<usize> = (0..self.known()).filter(|mode| self.omega_rad_s[*mode] > 0.0).collect();
         let largest = |mode: usize| shares.iter().map(|row| row[mode]).fold(0.0, f64::max);
         order.sort_by(|a, b| largest(*a).total_cmp(&largest(*b)));
         // The residual modes take their part of the tolerance: less is left to the dropped ones until both fit.
@@ -93,18 +93,32 @@ impl ModesAt {
             let (kept, dropped) = self.split(&order, &shares, allowance);
             let residual = self.residual(&phi, &dropped);
             let bound = self.bound(&Rows { phi: &phi, shares: &shares }, &dropped, &residual, TAU * band_hz);
-            if bound <= tolerance || dropped.is_empty() {
+            if bound <= tolerance || dropped.len() + self.known() == self.omega_rad_s.len() {
                 let rows = DMatrix::from_fn(phi.len(), kept.len(), |row, column| phi[row][kept[column]]);
-                return Ok(ModeSelection { rows, available: modes, kept, residual, bound });
+                let available = self.known() + self.rest.map_or(0, |rest| rest.count);
+                return Ok(ModeSelection { rows, available, kept, residual, bound });
             }
             allowance = if allowance > LEAST_PART * tolerance { 0.5 * allowance } else { 0.0 };
         }
     }
 
+    /// Modes that are known one by one; behind them are those that stand for the rest.
+    fn known(&self) -> usize {
+        self.rest.map_or(self.omega_rad_s.len(), |rest| rest.first)
+    }
+
+    /// The largest share of a row that the rest errs by.
+    pub(super) fn rest_share(&self, settings: SelectionSettings) -> f64 {
+        let phi: Vec<Vec<f64>> = self.rows.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let of_row = |row: &Vec<f64>| row.iter().skip(self.known()).sum::<f64>();
+        self.shares(&phi, TAU * settings.band_hz).iter().map(of_row).fold(0.0, f64::max)
+    }
+
     /// Kept and dropped modes, both rising, if the shares of the dropped ones may sum up to `allowance` in every row.
     fn split(&self, order: &[usize], shares: &[Vec<f64>], allowance: f64) -> (Vec<usize>, Vec<usize>) {
         let mut is_kept = vec![true; self.omega_rad_s.len()];
-        let mut sums = vec![0.0; shares.len()];
+        is_kept[self.known()..].fill(false);
+        let mut sums: Vec<f64> = shares.iter().map(|row| row[self.known()..].iter().sum()).collect();
         for &mode in order {
             sums.iter_mut().zip(shares).for_each(|(sum, row)| *sum += row[mode]);
             if sums.iter().any(|sum| *sum > allowance) {
@@ -137,16 +151,20 @@ impl ModesAt {
 
     /// `phi_ns^2 g_s / F_nn` per row and mode; 0 for rigid-body motions.
     fn shares(&self, phi: &[Vec<f64>], band: f64) -> Vec<Vec<f64>> {
+        let of_mode = |(mode, (&omega, &xi)): (usize, (&f64, &f64))| match self.rest {
+            _ if omega == 0.0 => 0.0,
+            Some(Rest { first, edge_rad_s, .. }) if mode >= first => {
+                dynamic_part(edge_rad_s, xi, band) / (omega * omega)
+            }
+            _ => static_error(omega, xi, band),
+        };
+        let errors: Vec<f64> = self.omega_rad_s.iter().zip(&self.damping_ratio).enumerate().map(of_mode).collect();
         let share = |row: &Vec<f64>| {
             let flexibility = self.flexibility(row);
-            let of_mode = |((value, &omega), &xi): ((&f64, &f64), &f64)| {
-                if omega > 0.0 && *value != 0.0 {
-                    value * value * static_error(omega, xi, band) / flexibility
-                } else {
-                    0.0
-                }
-            };
-            row.iter().zip(&self.omega_rad_s).zip(&self.damping_ratio).map(of_mode).collect()
+            // A mode that does not move the row has no share, however large its error.
+            let of_mode =
+                |(value, error): (&f64, &f64)| if *value == 0.0 { 0.0 } else { value * value * error / flexibility };
+            row.iter().zip(&errors).map(of_mode).collect()
         };
         phi.iter().map(share).collect()
     }
@@ -161,43 +179,29 @@ impl ModesAt {
             }
             scaled * shapes.transpose()
         };
-        let mass = SymmetricEigen::new(weighted(&|_| 1.0));
-        let least = RANK * mass.eigenvalues.max().max(0.0);
-        let seen: Vec<usize> = (0..phi.len()).filter(|&i| mass.eigenvalues[i] > least).collect();
-        if seen.is_empty() {
-            let rows = DMatrix::zeros(phi.len(), 0);
-            return ResidualModes { omega_rad_s: Vec::new(), damping_ratio: Vec::new(), rows };
-        }
-        let axes = mass.eigenvectors.select_columns(&seen);
-        // `axes / sqrt(D)` and `axes sqrt(D)`: both ways between the rows and coordinates in which A is 1.
-        let scaled = |factor: fn(f64) -> f64| {
-            let mut axes = axes.clone();
-            for (mut axis, &i) in axes.column_iter_mut().zip(&seen) {
-                axis.scale_mut(factor(mass.eigenvalues[i].sqrt()));
-            }
-            axes
-        };
-        let into = scaled(f64::recip);
-        let seen_by = |matrix: DMatrix<f64>| into.tr_mul(&(matrix * &into));
-        let flexibility = SymmetricEigen::new(seen_by(weighted(&|mode| self.omega_rad_s[mode].powi(-2))));
-        let rate = seen_by(weighted(&|mode| 2.0 * self.damping_ratio[mode] * self.omega_rad_s[mode]));
-        let turned = flexibility.eigenvectors.tr_mul(&(rate * &flexibility.eigenvectors));
-        let omega_rad_s: Vec<f64> = flexibility.eigenvalues.iter().map(|lambda| lambda.sqrt().recip()).collect();
-        ResidualModes {
-            damping_ratio: omega_rad_s.iter().zip(turned.diagonal().iter()).map(|(w, rate)| 0.5 * rate / w).collect(),
-            rows: scaled(|root| root) * &flexibility.eigenvectors,
-            omega_rad_s,
-        }
+        let flexibility = weighted(&|mode| self.omega_rad_s[mode].powi(-2));
+        let least = dropped.iter().map(|mode| self.omega_rad_s[*mode]).fold(f64::INFINITY, f64::min);
+        let Standing { omega_rad_s, rows, inverse } =
+            Together { mass: weighted(&|_| 1.0), flexibility }.standing(least);
+        let rate = weighted(&|mode| 2.0 * self.damping_ratio[mode] * self.omega_rad_s[mode]);
+        let rate = inverse.tr_mul(&(rate * &inverse));
+        let damping_ratio = omega_rad_s.iter().zip(rate.diagonal().iter()).map(|(w, rate)| 0.5 * rate / w).collect();
+        ResidualModes { omega_rad_s, damping_ratio, rows }
     }
 }
 
 /// `g_s`: the largest error in s2 that the static part of a mode makes up to the band edge; infinite for an undamped mode
 /// within the band.
 fn static_error(omega: f64, xi: f64, band: f64) -> f64 {
+    dynamic_part(omega, xi, band) / (omega * omega)
+}
+
+/// `h`: the same over `1 / omega_s^2`; of modes with one damping ratio it falls with the frequency.
+pub(super) fn dynamic_part(omega: f64, xi: f64, band: f64) -> f64 {
     let a = 4.0 * xi * xi;
     let peak = 0.5 * (1.0 + (1.0 + 2.0 * a).sqrt());
     let x = (band / omega).powi(2).min(peak);
-    ((x * x + a * x) / ((1.0 - x).powi(2) + a * x)).sqrt() / (omega * omega)
+    ((x * x + a * x) / ((1.0 - x).powi(2) + a * x)).sqrt()
 }
 
 #[cfg(test)]

@@ -67,14 +67,24 @@ impl<R: Number> ModalRates<R> {
     /// Writes the accelerations that modes have without forces, `-omega^2 x - 2 xi omega v`; returns the power dissipated, W.
     #[inline(always)]
     pub fn free_accelerations(&self, x: &[R], v: &[R], acceleration: &mut [R]) -> R {
-        let mut loss = R::splat(0.0);
-        let constants = self.omega_squared.iter().zip(&self.damping);
-        for (((acceleration, (omega_squared, damping)), x), v) in acceleration.iter_mut().zip(constants).zip(x).zip(v) {
-            let resistance = *damping * *v;
-            *acceleration = (-*omega_squared).mul_add(*x, -resistance);
-            loss = resistance.mul_add(*v, loss);
+        let mut losses = [R::splat(0.0); LANES];
+        let (blocks, rest) = acceleration.as_chunks_mut::<LANES>();
+        let given = [&self.omega_squared[..], &self.damping, x, v].map(|values| values.as_chunks::<LANES>());
+        for (at, acceleration) in blocks.iter_mut().enumerate() {
+            let [omega_squared, damping, x, v] = given.map(|(blocks, _)| blocks[at]);
+            for lane in 0..LANES {
+                let resistance = damping[lane] * v[lane];
+                acceleration[lane] = (-omega_squared[lane]).mul_add(x[lane], -resistance);
+                losses[lane] = resistance.mul_add(v[lane], losses[lane]);
+            }
         }
-        loss
+        for (at, acceleration) in rest.iter_mut().enumerate() {
+            let [omega_squared, damping, x, v] = given.map(|(_, rest)| rest[at]);
+            let resistance = damping * v;
+            *acceleration = (-omega_squared).mul_add(x, -resistance);
+            losses[at] = resistance.mul_add(v, losses[at]);
+        }
+        (losses[0] + losses[1]) + (losses[2] + losses[3])
     }
 
     /// Motion of all points from the modes' displacements, velocities and free accelerations.

@@ -21,6 +21,19 @@ pub(super) fn sum<R: Number>(a: &[R], b: &[R]) -> R {
     sum
 }
 
+/// `sum a b` of long vectors, in several sums: one alone would wait for itself.
+#[inline(always)]
+pub(super) fn long_sum<R: Number>(a: &[R], b: &[R]) -> R {
+    let mut sums = [R::splat(NONE); LANES];
+    let ((a, a_left), (b, b_left)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            sums[lane] = a[lane].mul_add(b[lane], sums[lane]);
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + sum(a_left, b_left)
+}
+
 /// Sets a lane of numbers that stand one after the other.
 pub(super) fn put_all<'v, R: Number>(own: &mut [R], lane: usize, values: impl IntoIterator<Item = &'v f64>) {
     for (own, value) in own.iter_mut().zip(values) {

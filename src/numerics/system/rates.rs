@@ -14,7 +14,7 @@ use crate::system::kernel::{Free, Kernel, TERMS};
 use crate::system::layout::{HammerQuadrature, Layout};
 use crate::system::modal::{GuideShares, ModalRates, Motion};
 use crate::system::model::CoupledModel;
-use crate::system::products::{put_all, sum};
+use crate::system::products::{long_sum, put_all};
 
 /// Sums over one right-hand side.
 struct Power<R> {
@@ -445,7 +445,7 @@ impl<R: Number> Rates<R> {
                 acceleration
             }
             Structure::Integrated { modes, .. } => {
-                sum(modes.shapes_at(node), &rate[self.layout.structure_velocities()])
+                long_sum(modes.shapes_at(node), &rate[self.layout.structure_velocities()])
             }
         }
     }

@@ -169,7 +169,7 @@ impl Plan {
                 Source::Derived { expression, .. } => {
                     let scope = Factors { names: &self.factors, values: &values };
                     let number = match expression.evaluate(&scope) {
-                        Ok(expression::Value::Number(number)) => Ok(number),
+                        Ok(expression::Outcome::Number(number)) => Ok(number),
                         Ok(other) => Err(format!("expected a number, found {other}")),
                         Err(message) => Err(message),
                     };

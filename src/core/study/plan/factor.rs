@@ -166,15 +166,15 @@ pub(in crate::study) struct Factors<'a> {
 }
 
 impl Factors<'_> {
-    pub fn get(&self, name: &str) -> Option<expression::Value> {
+    pub fn get(&self, name: &str) -> Option<expression::Outcome> {
         let pair = self.names.iter().zip(self.values).find(|(info, _)| info.name == name);
-        let text = |value: &Value| expression::Value::Text(value.to_string());
-        pair.map(|(_, value)| value.number().map_or_else(|| text(value), expression::Value::Number))
+        let text = |value: &Value| expression::Outcome::Text(value.to_string());
+        pair.map(|(_, value)| value.number().map_or_else(|| text(value), expression::Outcome::Number))
     }
 }
 
 impl Scope for Factors<'_> {
-    fn value(&self, name: &str) -> Result<expression::Value, String> {
+    fn value(&self, name: &str) -> Result<expression::Outcome, String> {
         self.get(name).ok_or_else(|| format!("there is no factor `{name}`"))
     }
 

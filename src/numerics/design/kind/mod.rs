@@ -3,6 +3,7 @@
 mod factorial;
 mod fraction;
 mod grid;
+mod growth;
 mod halton;
 mod hypercube;
 mod points;
@@ -26,6 +27,7 @@ use crate::random::hash;
 pub use factorial::{BoxBehnken, CentralComposite, FractionalFactorial, PlackettBurman};
 pub use fraction::Aliases;
 pub use grid::{FullFactorial, OneAtATime, Single};
+pub use growth::Growth;
 use points::Specification;
 pub(super) use points::{Points, Request};
 pub use sampled::{Halton, Random, Sobol};
@@ -75,6 +77,14 @@ macro_rules! kinds {
         }
 
         impl Kind {
+            /// The number by which it grows; `None` where more rows are other rows.
+            pub fn growth(&self) -> Option<Growth> {
+                match self {
+                    Self::$first_kind(kind) => kind.growth(),
+                    $(Self::$kind(kind) => kind.growth(),)*
+                }
+            }
+
             fn prepared(&self, request: Request<'_>) -> Result<Arc<dyn Points>, DesignError> {
                 match self {
                     Self::$first_kind(kind) => kind.points(request),

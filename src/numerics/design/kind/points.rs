@@ -12,6 +12,7 @@ use super::super::factor::Factor;
 use super::super::group::GroupSpan;
 use super::super::options::{DesignOptions, Needs};
 use super::fraction::Aliases;
+use super::growth::Growth;
 
 /// Most rows that a number in the study alone puts into memory.
 const MOST_STATED_ROWS: usize = 1_000_000;
@@ -23,6 +24,11 @@ pub(in crate::design) trait Specification: Sized {
 
     /// Makes it ready to give rows.
     fn points(&self, request: Request<'_>) -> Result<Arc<dyn Points>, DesignError>;
+
+    /// The number by which it grows; `None` where more rows are other rows.
+    fn growth(&self) -> Option<Growth> {
+        None
+    }
 }
 
 /// What points are made for; at least one factor but for a single row.

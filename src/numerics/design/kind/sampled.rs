@@ -6,6 +6,7 @@ use super::super::coordinate::Coordinate;
 use super::super::error::DesignError;
 use super::super::options::{DesignOptions, Needs};
 use super::super::sobol::{MAX_DIMENSIONS, SobolSequence};
+use super::growth::Growth;
 use super::halton::HaltonSequence;
 use super::points::{Points, Request, Specification};
 use crate::random::uniform;
@@ -45,6 +46,10 @@ impl Specification for Sobol {
         let probability = move |row, factor| sequence.at(row, factor);
         Ok(Sampled { rows: self.rows, factors: request.factors.len(), probability }.shared())
     }
+
+    fn growth(&self) -> Option<Growth> {
+        Some(Growth { key: "rows", count: self.rows, doubles: true })
+    }
 }
 
 impl Specification for Halton {
@@ -57,6 +62,10 @@ impl Specification for Halton {
         let probability = move |row, factor| sequence.at(row, factor);
         Ok(Sampled { rows: self.rows, factors: request.factors.len(), probability }.shared())
     }
+
+    fn growth(&self) -> Option<Growth> {
+        Some(Growth { key: "rows", count: self.rows, doubles: false })
+    }
 }
 
 impl Specification for Random {
@@ -68,6 +77,10 @@ impl Specification for Random {
         let seed = request.seed;
         let probability = move |row, factor: usize| uniform(seed, factor as u64, row);
         Ok(Sampled { rows: self.rows, factors: request.factors.len(), probability }.shared())
+    }
+
+    fn growth(&self) -> Option<Growth> {
+        Some(Growth { key: "rows", count: self.rows, doubles: false })
     }
 }
 

@@ -9,6 +9,7 @@ use super::super::group::{GroupKind, GroupSpan};
 use super::super::options::{DesignOptions, Needs, count};
 use super::super::permutation::Permutation;
 use super::super::sobol::SobolSequence;
+use super::growth::Growth;
 use super::points::{Points, Request, Specification, blocks};
 use super::sampled::sobol;
 use crate::random::{below, hash};
@@ -46,6 +47,10 @@ impl Specification for Morris {
         }
         let rows = blocks(self.trajectories, factors.len() + 1)?;
         Ok(Arc::new(Trajectories { factors: factors.len() as u64, levels, seed, rows }))
+    }
+
+    fn growth(&self) -> Option<Growth> {
+        Some(Growth { key: "trajectories", count: self.trajectories, doubles: false })
     }
 }
 
@@ -112,6 +117,10 @@ impl Specification for Saltelli {
         let points = sobol(2 * factors, Some(request.seed))?;
         let block = if self.second_order { 2 * factors + 2 } else { factors + 2 };
         Ok(Arc::new(Blocks { factors, block, points, rows: blocks(self.base, block)? }))
+    }
+
+    fn growth(&self) -> Option<Growth> {
+        Some(Growth { key: "base_points", count: self.base, doubles: true })
     }
 }
 

@@ -1,0 +1,62 @@
+//! Modes that stand for many: as few as there are rows, with the same static flexibility and the same mass there.
+//!
+//! With `R = sum phi phi' / omega^2` and `A = sum phi phi'` over the many, the eigenproblem `R u = lambda A u` has one mode
+//! `psi = A u`, `omega = 1 / sqrt(lambda)` per independent row, with `sum psi psi' = A` and `sum psi psi' / omega^2 = R`.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// Share of the largest eigenvalue of A below which a combination of rows counts as one that none of the many moves.
+const RANK: f64 = 1e-12;
+
+/// What modes are to some rows, all together.
+#[derive(Debug, Clone)]
+pub(super) struct Together {
+    /// `A = sum phi phi'` (rows x rows), 1/kg.
+    pub mass: DMatrix<f64>,
+    /// `R = sum phi phi' / omega^2` (rows x rows), m/N.
+    pub flexibility: DMatrix<f64>,
+}
+
+/// The few.
+#[derive(Debug, Clone)]
+pub(super) struct Standing {
+    /// Circular frequencies in rad/s.
+    pub omega_rad_s: Vec<f64>,
+    /// `psi` (rows x modes), 1/sqrt(kg).
+    pub rows: DMatrix<f64>,
+    /// `G` with `psi' G = 1`: `G' B G` is a matrix B over the rows as the modes see it.
+    pub inverse: DMatrix<f64>,
+}
+
+impl Together {
+    /// The modes that stand for these; none where nothing moves. All of these have circular frequencies of `least_rad_s` at least,
+    /// so that rounding of what is hardly moved cannot lead below.
+    pub fn standing(self, least_rad_s: f64) -> Standing {
+        let rows = self.mass.nrows();
+        let mass = SymmetricEigen::new(self.mass);
+        let least = RANK * mass.eigenvalues.max().max(0.0);
+        let seen: Vec<usize> = (0..rows).filter(|&i| mass.eigenvalues[i] > least).collect();
+        if seen.is_empty() {
+            let none = DMatrix::zeros(rows, 0);
+            return Standing { omega_rad_s: Vec::new(), rows: none.clone(), inverse: none };
+        }
+        let axes = mass.eigenvectors.select_columns(&seen);
+        // `axes / sqrt(D)` and `axes sqrt(D)`: both ways between the rows and coordinates in which A is 1.
+        let scaled = |factor: fn(f64) -> f64| {
+            let mut axes = axes.clone();
+            for (mut axis, &i) in axes.column_iter_mut().zip(&seen) {
+                axis.scale_mut(factor(mass.eigenvalues[i].sqrt()));
+            }
+            axes
+        };
+        let into = scaled(f64::recip);
+        let flexibility = SymmetricEigen::new(into.tr_mul(&(self.flexibility * &into)));
+        let most = least_rad_s.powi(-2);
+        let omega = |lambda: &f64| lambda.clamp(f64::MIN_POSITIVE, most).sqrt().recip();
+        Standing {
+            omega_rad_s: flexibility.eigenvalues.iter().map(omega).collect(),
+            rows: scaled(|root| root) * &flexibility.eigenvectors,
+            inverse: into * flexibility.eigenvectors,
+        }
+    }
+}
