@@ -28,8 +28,6 @@ const BATCH: usize = 4;
 const MOST: usize = 100;
 /// Places among which rows are chosen, as in `decore refine`: to learn, to optimise, near the best for each reach.
 const PLACES: [usize; 3] = [512, 2048, 512];
-/// Candidates of a row that is chosen by what nobody knows.
-const INFORMED: usize = 64;
 /// How far the latter lie from the best row.
 const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
 /// Share of a hypercube's rows that is the goal on two of three.
@@ -50,71 +48,29 @@ fn of_function(function: Function) -> Truth<'static> {
     Truth { name: function.name.to_owned(), factors: function.factors, at: Box::new(at) }
 }
 
-/// How rows are chosen after the first.
-#[derive(Clone, Copy, PartialEq)]
-enum Choice {
-    /// All anew, as a maximin hypercube.
-    Spread,
-    /// By the criterion of `decore refine --learn`.
-    Refined,
-    /// By what nobody knows: which row makes the model's predictions of the new rows best, lengths and noise as they are.
-    Informed,
-}
-
 /// Rows at which Q2 of new rows is at least [`TARGET`] for the first time; [`MOST`] where it is not.
-fn rows_needed(truth: &Truth<'_>, seed: u64, choice: Choice) -> usize {
+fn rows_needed(truth: &Truth<'_>, seed: u64, refined: bool) -> usize {
     let new = sobol(1000, truth.factors, 5000 + seed);
     let expected = (truth.at)(&new);
     let start = 3 * truth.factors.max(4);
     let mut points = hypercube(start, truth.factors, seed);
     while points.rows() < MOST {
         let model = GaussianProcess::fit(&points, &(truth.at)(&points)).expect("a model");
-        if predicted(&model, &new, &expected) >= TARGET {
+        let means: Vec<f64> = model.predict(&new).expect("predictions").iter().map(|at| at.mean).collect();
+        if q2(&expected, &means) >= TARGET {
             break;
         }
         let rows = points.rows() + BATCH;
-        let candidates = sobol(PLACES[0], truth.factors, hash(seed, rows as u64, 0));
-        points = match choice {
-            Choice::Spread => hypercube(rows, truth.factors, seed),
-            Choice::Refined => {
-                let learned = Learned { process: &model, success: vec![1.0; candidates.rows()], boundary: None };
-                let chosen = learning(&[learned], &candidates, BATCH).expect("rows");
-                points.with(&candidates.select(&chosen)).expect("rows")
-            }
-            Choice::Informed => {
-                let mut more = points;
-                while more.rows() < rows {
-                    more = informed(truth, (&model, more), &candidates, (&new, &expected));
-                }
-                more
-            }
-        };
+        if refined {
+            let candidates = sobol(PLACES[0], truth.factors, hash(seed, rows as u64, 0));
+            let learned = Learned { process: &model, success: vec![1.0; candidates.rows()], boundary: None };
+            let chosen = learning(&[learned], &candidates, BATCH).expect("rows");
+            points = points.with(&candidates.select(&chosen)).expect("rows");
+        } else {
+            points = hypercube(rows, truth.factors, seed);
+        }
     }
     points.rows()
-}
-
-/// Share of the variance of values at places that a model predicts.
-fn predicted(model: &GaussianProcess, places: &Points, expected: &[f64]) -> f64 {
-    let means: Vec<f64> = model.predict(places).expect("predictions").iter().map(|at| at.mean).collect();
-    q2(expected, &means)
-}
-
-/// These rows and the candidate, of some, with which the model predicts the new rows best.
-fn informed(
-    truth: &Truth<'_>,
-    (model, points): (&GaussianProcess, Points),
-    candidates: &Points,
-    (new, expected): (&Points, &[f64]),
-) -> Points {
-    let with = |place: usize| {
-        let more = points.with(&candidates.select(&[place])).expect("rows");
-        let of = (model.kernel(), model.hyperparameters().clone());
-        let merit = GaussianProcess::with(&more, &(truth.at)(&more), of)
-            .map_or(f64::NEG_INFINITY, |model| predicted(&model, new, expected));
-        (merit, more)
-    };
-    let tried = (0..INFORMED).map(|number| with(number * candidates.rows() / INFORMED));
-    tried.reduce(|best, other| if other.0 > best.0 { other } else { best }).expect("candidates").1
 }
 
 /// What rows gave, and where the next one may lie: the criterion of `decore refine --minimise`.
@@ -221,24 +177,22 @@ fn egor(python: &str, function: &Function, (start, rows): (usize, usize)) -> Vec
 fn learnt(truths: &[Truth<'_>]) -> String {
     let mut text = String::new();
     for truth in truths {
-        let needed = |choice: Choice| -> Vec<usize> {
-            (0..SEEDS).into_par_iter().map(|seed| rows_needed(truth, seed, choice)).collect()
+        let needed = |refined: bool| -> Vec<usize> {
+            (0..SEEDS).into_par_iter().map(|seed| rows_needed(truth, seed, refined)).collect()
         };
-        let [spread, refined, informed] = [Choice::Spread, Choice::Refined, Choice::Informed].map(needed);
+        let [spread, refined] = [false, true].map(needed);
         let middle = |rows: &[usize]| median(rows.iter().map(|rows| *rows as f64).collect());
         let ends = |rows: &[usize]| [rows.iter().min(), rows.iter().max()].map(|end| end.copied().unwrap_or_default());
         let share = middle(&refined) / middle(&spread);
         let ([low, high], [least, most]) = (ends(&spread), ends(&refined));
         let line = format!(
-            "| {} | {} | {} ({low} to {high}) | {} ({least} to {most}) | {:.0} %{} | {}, {:.0} % |\n",
+            "| {} | {} | {} ({low} to {high}) | {} ({least} to {most}) | {:.0} % |{}\n",
             truth.name,
             truth.factors,
             middle(&spread),
             middle(&refined),
             100.0 * share,
-            if share <= GOAL { ", reached" } else { "" },
-            middle(&informed),
-            100.0 * middle(&informed) / middle(&spread),
+            if share <= GOAL { " reached |" } else { " |" }
         );
         eprint!("{line}");
         text += &line;
@@ -265,9 +219,8 @@ fn main() {
          Rows until a model predicts {TARGET} of the variance of 1000 new Sobol' points (median, least and most): maximin Latin \
          hypercubes of 3 rows for each factor (at least 12) and {BATCH} more each, and the same first rows with batches of {BATCH} by the \
          criterion of `decore refine --learn`. For the scenes, the truth is the expected value of a model of their 1100 rows, so that it \
-         has no noise. The goal is {:.0} % on two of three. At most {MOST} rows. `informed`: rows chosen by what nobody knows, as the \
-         one of {INFORMED} with which the model predicts the new rows best.\n\n\
-         | what | factors | hypercube | refined | share | informed |\n|---|---|---|---|---|---|\n",
+         has no noise. The goal is {:.0} % on two of three. At most {MOST} rows.\n\n\
+         | what | factors | hypercube | refined | share | |\n|---|---|---|---|---|---|\n",
         100.0 * GOAL
     );
     text += &learnt(&truths);

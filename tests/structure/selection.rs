@@ -117,7 +117,7 @@ fn modes_are_all_solved_for_where_the_rest_is_not_known_together() {
     assert!(
         station
             .modes_to_select(
-                &[body.clone()],
+                std::slice::from_ref(&body),
                 &Damping::Ratio(-1.0),
                 &rows,
                 SelectionSettings { tolerance: 1e-3, band_hz: 1000.0 }
