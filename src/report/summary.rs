@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::dataset::{Aggregates, ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
-use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
+use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
+use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
 

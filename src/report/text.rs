@@ -4,8 +4,7 @@ use std::cmp::Reverse;
 use std::fmt;
 
 use super::summary::{BestRow, Figure, Range, Report, WorstResidual};
-use crate::dataset::Aggregates;
-use crate::metrics::Percussion;
+use crate::metrics::{Aggregates, Percussion};
 use crate::quantity::Value;
 
 /// Number of different reasons that are shown.

@@ -10,9 +10,9 @@ use crate::analysis::{
     AnalysisError, Bootstrap, Effects, Estimate, Estimator, FactorValues, SaltelliBlocks, SobolIndices, Trajectories,
     given, morris, rank_correlation, shapley, sobol,
 };
-use crate::dataset::{Aggregates, DatasetReader, TableName};
+use crate::dataset::{DatasetReader, TableName};
 use crate::design::{Kind, Morris, Saltelli};
-use crate::metrics::RunTotals;
+use crate::metrics::{Aggregates, RunTotals};
 use crate::study::DesignOutline;
 
 /// Outputs that are analysed unless others are asked for.

@@ -7,12 +7,13 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::aggregates::Aggregates;
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use super::name::identifier;
 use crate::integrate::Counters;
-use crate::metrics::{Blow, CastingMetrics, HammerMetrics, Instant, RunMetrics, RunTotals, Scatter, ScatterOf};
+use crate::metrics::{
+    Aggregates, Blow, CastingMetrics, HammerMetrics, Instant, RunMetrics, RunTotals, Scatter, ScatterOf,
+};
 use crate::quantity::{Cell, Kind, Quantity, Value};
 use crate::run::RowOutcome;
 

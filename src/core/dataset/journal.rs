@@ -164,11 +164,9 @@ impl BlockFile {
             self.span = map_zeros(&self.file, (room, length.max(SPAN)))?;
             self.taken = 0;
         }
-        for part in frame {
-            let (_, rest) = self.span.split_at_mut(self.taken);
-            rest.iter_mut().zip(part).for_each(|(to, from)| *to = *from);
-            self.taken += part.len();
-        }
+        let mut rest = self.span.get_mut(self.taken..).unwrap_or_default();
+        frame.iter().try_for_each(|part| rest.write_all(part))?;
+        self.taken += length;
         Ok(())
     }
 
@@ -189,17 +187,15 @@ fn map_zeros(mut file: &File, (left, more): (usize, usize)) -> io::Result<MmapMu
 }
 
 fn frame_head(payload: &[u8]) -> [u8; HEAD] {
-    let mut head = [0; HEAD];
     // A row of 4 GiB does not exist: its metrics would not fit into memory; a wrong length would be seen by the checksum.
-    let fields = (payload.len() as u32).to_le_bytes().into_iter().chain(checksum(payload));
-    head.iter_mut().zip(fields).for_each(|(to, from)| *to = from);
-    head
+    let [l0, l1, l2, l3] = (payload.len() as u32).to_le_bytes();
+    let [c0, c1, c2, c3, c4, c5, c6, c7] = checksum(payload);
+    [l0, l1, l2, l3, c0, c1, c2, c3, c4, c5, c6, c7]
 }
 
 fn checksum(payload: &[u8]) -> [u8; 8] {
-    let mut short = [0; 8];
-    short.iter_mut().zip(blake3::hash(payload).as_bytes()).for_each(|(to, from)| *to = *from);
-    short
+    let [c0, c1, c2, c3, c4, c5, c6, c7, ..] = *blake3::hash(payload).as_bytes();
+    [c0, c1, c2, c3, c4, c5, c6, c7]
 }
 
 /// Calls `take` for every whole row of the journal, then cuts what is behind the last one of each file. Returns what was no

@@ -41,7 +41,6 @@
 //! every file (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`), all but the last
 //! entries of the Arrow schema too. Texts of which there are few (status, kind, names) are dictionaries of Arrow.
 
-mod aggregates;
 mod batches;
 mod columns;
 mod difference;
@@ -71,7 +70,6 @@ mod trace;
 mod verify;
 mod writer;
 
-pub use aggregates::Aggregates;
 pub use batches::{Batches, record_batches};
 pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, TableName};
 pub use difference::differences;

@@ -6,11 +6,11 @@
 use super::columns::{Column, Columns, Source, TableName};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
-use crate::quantity::{Cell, Value};
+use crate::quantity::{Cell, FREE_TAG, Value, put_cell, take_cell};
 use crate::run::{RowOutcome, RowStatus};
 
-/// What stands before the cells of an instant of `signals`; no cell begins with it.
-const INSTANT: u8 = 5;
+/// What stands before the cells of an instant of `signals`.
+const INSTANT: u8 = FREE_TAG;
 
 /// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, those of its blows, and of the instants of its signals.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,7 +67,7 @@ impl StoredRow {
         let mut rest = self.bytes.get(9..)?;
         for (table, count) in [(TableName::Runs, columns.runs), (TableName::Timings, columns.timings)] {
             for index in 0..count {
-                take(table, index, read_cell(&mut rest)?);
+                take(table, index, take_cell(&mut rest)?);
             }
         }
         while let Some(first) = rest.first() {
@@ -76,14 +76,14 @@ impl StoredRow {
                 _ => (TableName::Blows, columns.blows),
             };
             if table == TableName::Signals {
-                take_bytes(&mut rest, 1)?;
+                rest = rest.get(1..)?;
             }
             // Bytes that no column takes are no row.
             if count == 0 {
                 return None;
             }
             for index in 0..count {
-                take(table, index, read_cell(&mut rest)?);
+                take(table, index, take_cell(&mut rest)?);
             }
         }
         Some(())
@@ -126,7 +126,7 @@ impl RowWriter {
     /// Begins a row.
     pub fn new(row: u64, failed: bool) -> Self {
         let mut bytes = Vec::with_capacity(1024);
-        bytes.extend(row.to_le_bytes());
+        bytes.extend_from_slice(&row.to_le_bytes());
         bytes.push(u8::from(failed));
         Self { row, failed, bytes }
     }
@@ -142,18 +142,7 @@ impl RowWriter {
 
     /// Adds a cell; they come in the order runs, timings, blow by blow, instant by instant.
     pub fn cell(&mut self, cell: Cell<'_>) {
-        let (tag, number) = match cell {
-            None => return self.bytes.push(0),
-            Some(Value::Real(value)) => (1, value.to_bits()),
-            Some(Value::Count(value)) => (2, value),
-            Some(Value::Integer(value)) => (3, value.cast_unsigned()),
-            Some(Value::Text(text)) => (4, text.len() as u64),
-        };
-        self.bytes.push(tag);
-        self.bytes.extend(number.to_le_bytes());
-        if let Some(Value::Text(text)) = cell {
-            self.bytes.extend(text.as_bytes());
-        }
+        put_cell(&mut self.bytes, cell);
     }
 
     /// The row.
@@ -201,27 +190,6 @@ pub fn check_record(info: &DatasetInfo, record: &RowRecord) -> Result<(), Datase
         return misfit("index of a blow's casting", blow.casting.to_string(), format!("below {}", info.castings.len()));
     }
     Ok(())
-}
-
-fn read_cell<'a>(rest: &mut &'a [u8]) -> Option<Cell<'a>> {
-    let tag = take_bytes(rest, 1)?.first().copied()?;
-    if tag == 0 {
-        return Some(None);
-    }
-    let number = u64::from_le_bytes(take_bytes(rest, 8)?.try_into().ok()?);
-    Some(Some(match tag {
-        1 => Value::Real(f64::from_bits(number)),
-        2 => Value::Count(number),
-        3 => Value::Integer(number.cast_signed()),
-        4 => Value::Text(std::str::from_utf8(take_bytes(rest, usize::try_from(number).ok()?)?).ok()?),
-        _ => return None,
-    }))
-}
-
-fn take_bytes<'a>(rest: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
-    let (taken, left) = rest.split_at_checked(count)?;
-    *rest = left;
-    Some(taken)
 }
 
 #[cfg(test)]

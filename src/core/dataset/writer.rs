@@ -76,10 +76,8 @@ impl RowRecorder {
     /// Puts a row into the journal. It must be handed to [`DatasetWriter::accept`] too, to get into a part.
     ///
     /// # Errors
-    /// [`DatasetError::Record`] if the row has not the shape of the study; [`DatasetError::Gone`] if the folder is another one;
-    /// the system's, such as a full disk.
+    /// [`DatasetError::Record`] if the row has not the shape of the study; the system's, such as a full disk.
     pub fn record(&self, record: &RowRecord) -> Result<StoredRow, DatasetError> {
-        self.place.check()?;
         check_record(&self.info, record)?;
         let row = StoredRow::new(&self.info, &self.columns, record);
         self.journal.append(&row)?;
@@ -268,9 +266,11 @@ impl DatasetWriter {
     /// Takes a stored row; hands its block over to be written when all rows of it are there.
     ///
     /// # Errors
-    /// [`DatasetError::UnexpectedRow`]; what went wrong with an earlier block (its rows are in the journal still).
+    /// [`DatasetError::UnexpectedRow`]; [`DatasetError::Gone`] if the folder is another one: asked here, for the threads that run
+    /// rows have better to do; what went wrong with an earlier block (its rows are in the journal still).
     pub fn accept(&mut self, row: StoredRow) -> Result<(), DatasetError> {
         self.expect(row.row())?;
+        self.recorder.place.check()?;
         self.take_off(row.row());
         let block = row.row() / self.recorder.info.rows_per_part;
         supersede(self.pending.entry(block).or_default(), row);

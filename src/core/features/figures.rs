@@ -2,8 +2,7 @@
 
 use super::column::Role;
 use super::struck::Struck;
-use crate::dataset::Aggregates;
-use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
+use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::Kind;
 use crate::run::RowOutcome;
 

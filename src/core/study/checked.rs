@@ -11,7 +11,7 @@ use super::resolve::issue::Issue;
 use super::resolve::placement::PointTable;
 use crate::design::{Acceptance, Design, Level};
 use crate::parameter::Fault;
-use crate::quantity::Value;
+use crate::quantity::{Kind, Value};
 use crate::scene::Scene;
 
 /// Rows compared of designs that compute each row alone: those of one kind and seed do not start to differ later.
@@ -26,6 +26,8 @@ pub struct CheckedStudy {
     points: PointTable,
     design: Design,
     warnings: Vec<Problem>,
+    /// For each factor the value that it has in every row, where overrides give it one.
+    overridden: Vec<Option<Value>>,
 }
 
 impl CheckedStudy {
@@ -42,7 +44,8 @@ impl CheckedStudy {
         let Findings { faults, warnings } = look_at(&study, &points);
         StudyError::from_problems(faults)?;
         let design = constrained(&study, &points)?;
-        Ok(Self { study, points, design, warnings })
+        let overridden = study.factors().iter().map(|factor| overridden(&study, factor)).collect();
+        Ok(Self { study, points, design, warnings, overridden })
     }
 
     /// What about the values is possible but unlikely, for instance a pressure in another unit: those of the first row, and of
@@ -86,19 +89,13 @@ impl CheckedStudy {
     /// Values of the factors, derived ones included, where those that the design draws have these levels: as
     /// [`CheckedStudy::row_values`].
     pub fn values_at(&self, levels: &[Level]) -> Vec<Value> {
-        let values = self.study.plan.values(levels).0.into_iter().zip(self.study.factors());
+        let (mut values, _) = self.study.plan.values(levels);
+        for (value, overridden) in values.iter_mut().zip(&self.overridden) {
+            if let Some(overridden) = overridden {
+                value.clone_from(overridden);
+            }
+        }
         values
-            .map(|(value, factor)| {
-                let overridden: Option<Vec<Value>> =
-                    factor.drives.iter().map(|driven| self.study.overridden(&driven.path)).collect();
-                let first = overridden.and_then(|values| values.into_iter().next());
-                match (first, &value) {
-                    (Some(Value::Integer(whole)), Value::Real(_)) => Value::Real(whole as f64),
-                    (Some(value), _) => value,
-                    (None, _) => value,
-                }
-            })
-            .collect()
     }
 
     /// Whether all constraints hold where the drawn factors have these levels.
@@ -177,6 +174,15 @@ impl CheckedStudy {
             }
         }
         hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// The value that a factor has in every row because overrides give all its paths one; the first path's.
+fn overridden(study: &Study, factor: &FactorInfo) -> Option<Value> {
+    let values: Option<Vec<Value>> = factor.drives.iter().map(|driven| study.overridden(&driven.path)).collect();
+    match values?.into_iter().next()? {
+        Value::Integer(whole) if factor.kind == Kind::Real => Some(Value::Real(whole as f64)),
+        value => Some(value),
     }
 }
 

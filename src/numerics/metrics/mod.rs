@@ -2,12 +2,14 @@
 //!
 //! - [`Recorder`]: watches an integration and computes them as it goes
 //! - `hammer`, `casting`, `audit`: what it keeps of each hammer, of each casting, and of the energies
+//! - [`Aggregates`]: what follows from them over all hammers and castings
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
 //! - [`Phase`]: the parts of a hammer's work
 //! - [`SignalRecorder`], [`MeanRecorder`]: time signals, and means of chosen ones
 //! - [`Spectrum`]: amplitudes of a signal's frequencies
 
+mod aggregates;
 mod at;
 mod audit;
 mod blow;
@@ -24,6 +26,7 @@ mod signals;
 mod spectrum;
 mod statistics;
 
+pub use aggregates::Aggregates;
 pub use blow::{Blow, BlowKind};
 pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 pub use percussion::Percussion;

@@ -1,6 +1,7 @@
 //! Outputs over all hammers and castings of a run: what a placement is judged by.
 
-use crate::metrics::{HammerMetrics, Percussion, RunMetrics};
+use super::outputs::{HammerMetrics, RunMetrics};
+use super::percussion::Percussion;
 use crate::quantity::quantities;
 
 quantities! {
