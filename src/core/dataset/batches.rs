@@ -31,7 +31,7 @@ pub fn record_batches(
 ) -> Result<[RecordBatch; 3], DatasetError> {
     records.iter().try_for_each(|record| check_record(info, record))?;
     let [mut runs, mut blows, mut timings] =
-        TableName::ALL.map(|table| TableBuilder::new(table, columns.describe(table)));
+        TableName::ALL.map(|table| TableBuilder::new(schema(info, &columns.describe(table))));
     for record in records {
         let mut source = Source::new(info, record);
         for (builder, table) in [(&mut runs, TableName::Runs), (&mut timings, TableName::Timings)] {
@@ -44,7 +44,7 @@ pub fn record_batches(
             cells.enumerate().for_each(|(place, cell)| blows.append(place, cell));
         }
     }
-    Ok([runs.batch(info)?, blows.batch(info)?, timings.batch(info)?])
+    Ok([runs.batch()?, blows.batch()?, timings.batch()?])
 }
 
 /// Batches of a table of a dataset, part by part; memory is bounded by one of them.

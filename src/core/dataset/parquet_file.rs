@@ -5,25 +5,27 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::builder::{Float64Builder, Int64Builder, StringBuilder, StringDictionaryBuilder, UInt64Builder};
+use arrow_array::builder::{StringBuilder, StringDictionaryBuilder};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
-use arrow_array::{Array, ArrayRef, RecordBatch};
+use arrow_array::{Array, ArrayRef, Float64Array, Int64Array, RecordBatch, UInt64Array};
+use arrow_buffer::{BooleanBuffer, Buffer, NullBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::arrow::{ArrowWriter, ProjectionMask};
+use parquet::arrow::arrow_writer::ArrowWriterOptions;
+use parquet::arrow::{ArrowSchemaConverter, ArrowWriter, ProjectionMask, add_encoded_arrow_schema_to_metadata};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
-use parquet::schema::types::ColumnPath;
+use parquet::schema::types::{ColumnPath, SchemaDescriptor};
 use serde_json::json;
 
 use super::columns::{ColumnDescription, TableName};
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use crate::quantity::{Cell, Kind, Value};
+use crate::quantity::{Cell, Kind, NumberColumn, Numbers, Value};
 
 /// Level of zstd: about the size of higher levels on such tables at a fraction of their time.
 const ZSTD_LEVEL: i32 = 3;
@@ -44,6 +46,17 @@ fn data_type(kind: Kind) -> DataType {
         Kind::Integer => DataType::Int64,
         Kind::Text => DataType::Utf8,
         Kind::Category => DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8)),
+    }
+}
+
+/// The kind whose [`data_type`] it is.
+fn kind_of(data_type: &DataType) -> Kind {
+    match data_type {
+        DataType::Float64 => Kind::Real,
+        DataType::UInt64 => Kind::Count,
+        DataType::Int64 => Kind::Integer,
+        DataType::Utf8 => Kind::Text,
+        _ => Kind::Category,
     }
 }
 
@@ -86,64 +99,104 @@ fn entries(info: &DatasetInfo, dictionary: String) -> Vec<KeyValue> {
     all.map(|(key, value)| KeyValue::new(key.to_owned(), value)).collect()
 }
 
-/// Settings of the writer: nothing of the machine or the clock enters the file.
-///
-/// # Errors
-/// The Parquet library's.
-pub fn properties(info: &DatasetInfo, dictionary: String) -> Result<WriterProperties, ParquetError> {
-    Ok(WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::try_new(ZSTD_LEVEL)?))
-        .set_created_by(format!("decore version {}", info.program_version))
-        .set_max_row_group_row_count(Some(ROW_GROUP_ROWS))
-        .set_key_value_metadata(Some(entries(info, dictionary)))
-        .build())
+/// What all files of a table have in common, made once: the schema and the settings of the writer. Nothing of the machine or the clock
+/// enters a file.
+pub struct FileFormat {
+    schema: Arc<Schema>,
+    parquet_schema: SchemaDescriptor,
+    properties: WriterProperties,
+}
+
+impl FileFormat {
+    /// The format of a study's tables with a schema; `dictionary`: what files say of their columns.
+    ///
+    /// # Errors
+    /// The Parquet library's.
+    pub fn new(schema: Arc<Schema>, info: &DatasetInfo, dictionary: String) -> Result<Self, ParquetError> {
+        let mut builder = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::try_new(ZSTD_LEVEL)?))
+            .set_created_by(format!("decore version {}", info.program_version))
+            .set_max_row_group_row_count(Some(ROW_GROUP_ROWS))
+            .set_key_value_metadata(Some(entries(info, dictionary)))
+            .set_dictionary_enabled(false);
+        // A number seldom stands twice in a column of outputs: a dictionary of them costs more than all else of a row's writing.
+        for field in schema.fields().iter().filter(|field| !field.data_type().is_numeric()) {
+            builder = builder.set_column_dictionary_enabled(ColumnPath::from(field.name().as_str()), true);
+        }
+        let mut properties = builder.build();
+        add_encoded_arrow_schema_to_metadata(&schema, &mut properties);
+        let parquet_schema = ArrowSchemaConverter::new().convert(&schema)?;
+        Ok(Self { schema, parquet_schema, properties })
+    }
+
+    /// The format of a table of a dataset.
+    ///
+    /// # Errors
+    /// The Parquet library's.
+    pub fn of_table(info: &DatasetInfo, table: TableName, columns: &[ColumnDescription]) -> Result<Self, ParquetError> {
+        Self::new(schema(info, columns), info, dictionary_json(table, columns))
+    }
+
+    /// An empty table of this format.
+    pub fn builder(&self) -> TableBuilder {
+        TableBuilder::new(Arc::clone(&self.schema))
+    }
+
+    /// The Parquet file of one batch; `block`: what the file is to say of its block, see [`read_block_text`].
+    ///
+    /// # Errors
+    /// The Parquet library's, such as a batch of another schema.
+    pub fn encode(&self, batch: &RecordBatch, block: Option<String>) -> Result<Vec<u8>, ParquetError> {
+        let mut properties = self.properties.clone();
+        if let Some(block) = block {
+            let mut entries = properties.key_value_metadata().cloned().unwrap_or_default();
+            // The schema stays the last, where the Arrow library puts it.
+            entries.insert(entries.len().saturating_sub(1), KeyValue::new(BLOCK_KEY.to_owned(), block));
+            properties = properties.into_builder().set_key_value_metadata(Some(entries)).build();
+        }
+        let options = ArrowWriterOptions::new()
+            .with_properties(properties)
+            .with_parquet_schema(self.parquet_schema.clone())
+            .with_skip_arrow_metadata(true);
+        let mut bytes = Vec::new();
+        let mut writer = ArrowWriter::try_new_with_options(&mut bytes, Arc::clone(&self.schema), options)?;
+        writer.write(batch)?;
+        writer.close()?;
+        Ok(bytes)
+    }
 }
 
 /// The rows of a part, column by column.
 pub struct TableBuilder {
-    table: TableName,
+    schema: Arc<Schema>,
     columns: Vec<ColumnBuilder>,
-    descriptions: Vec<ColumnDescription>,
 }
 
 enum ColumnBuilder {
-    Real(Float64Builder),
-    Count(UInt64Builder),
-    Integer(Int64Builder),
+    Number(NumberColumn),
     Text(StringBuilder),
     Category(StringDictionaryBuilder<Int32Type>),
 }
 
 impl TableBuilder {
-    /// An empty table.
-    pub fn new(table: TableName, descriptions: Vec<ColumnDescription>) -> Self {
-        let builder = |column: &ColumnDescription| match column.kind {
-            Kind::Real => ColumnBuilder::Real(Float64Builder::new()),
-            Kind::Count => ColumnBuilder::Count(UInt64Builder::new()),
-            Kind::Integer => ColumnBuilder::Integer(Int64Builder::new()),
+    /// An empty table with a schema of [`schema`].
+    pub fn new(schema: Arc<Schema>) -> Self {
+        let builder = |field: &Arc<Field>| match kind_of(field.data_type()) {
             Kind::Text => ColumnBuilder::Text(StringBuilder::new()),
-            Kind::Category => ColumnBuilder::Category(StringDictionaryBuilder::new()),
+            kind => NumberColumn::new(kind)
+                .map_or_else(|| ColumnBuilder::Category(StringDictionaryBuilder::new()), ColumnBuilder::Number),
         };
-        Self { table, columns: descriptions.iter().map(builder).collect(), descriptions }
-    }
-
-    /// Which table it is.
-    pub fn table(&self) -> TableName {
-        self.table
+        let columns = schema.fields().iter().map(builder).collect();
+        Self { schema, columns }
     }
 
     /// Appends a cell to a column; a cell of another type than its column's becomes null.
     pub fn append(&mut self, index: usize, cell: Cell<'_>) {
         match (self.columns.get_mut(index), cell) {
-            (Some(ColumnBuilder::Real(builder)), Some(Value::Real(value))) => builder.append_value(value),
-            (Some(ColumnBuilder::Count(builder)), Some(Value::Count(value))) => builder.append_value(value),
-            (Some(ColumnBuilder::Integer(builder)), Some(Value::Integer(value))) => builder.append_value(value),
+            (Some(ColumnBuilder::Number(numbers)), cell) => numbers.push(cell),
             (Some(ColumnBuilder::Text(builder)), Some(Value::Text(value))) => builder.append_value(value),
             // A part has far fewer rows than a dictionary can have entries.
             (Some(ColumnBuilder::Category(builder)), Some(Value::Text(value))) => builder.append_value(value),
-            (Some(ColumnBuilder::Real(builder)), _) => builder.append_null(),
-            (Some(ColumnBuilder::Count(builder)), _) => builder.append_null(),
-            (Some(ColumnBuilder::Integer(builder)), _) => builder.append_null(),
             (Some(ColumnBuilder::Text(builder)), _) => builder.append_null(),
             (Some(ColumnBuilder::Category(builder)), _) => builder.append_null(),
             (None, _) => {}
@@ -154,51 +207,37 @@ impl TableBuilder {
     ///
     /// # Errors
     /// The Arrow library's.
-    pub fn batch(self, info: &DatasetInfo) -> Result<RecordBatch, ArrowError> {
-        let finish = |column: ColumnBuilder| -> ArrayRef {
-            match column {
-                ColumnBuilder::Real(mut builder) => Arc::new(builder.finish()),
-                ColumnBuilder::Count(mut builder) => Arc::new(builder.finish()),
-                ColumnBuilder::Integer(mut builder) => Arc::new(builder.finish()),
+    pub fn batch(self) -> Result<RecordBatch, ArrowError> {
+        let finish = |column: ColumnBuilder| -> Result<ArrayRef, ArrowError> {
+            Ok(match column {
+                ColumnBuilder::Number(numbers) => number_array(numbers)?,
                 ColumnBuilder::Text(mut builder) => Arc::new(builder.finish()),
                 ColumnBuilder::Category(mut builder) => Arc::new(builder.finish()),
-            }
+            })
         };
-        let arrays = self.columns.into_iter().map(finish).collect();
-        RecordBatch::try_new(schema(info, &self.descriptions), arrays)
-    }
-
-    /// The Parquet file of the rows and their number; `block`: what the file is to say of its block, see [`read_block_text`].
-    ///
-    /// # Errors
-    /// The Parquet library's.
-    pub fn encode(self, info: &DatasetInfo, block: Option<String>) -> Result<(Vec<u8>, u64), ParquetError> {
-        let mut properties = properties(info, dictionary_json(self.table, &self.descriptions))?;
-        let batch = self.batch(info)?;
-        if let Some(block) = block {
-            let mut entries = properties.key_value_metadata().cloned().unwrap_or_default();
-            entries.push(KeyValue::new(BLOCK_KEY.to_owned(), block));
-            properties = properties.into_builder().set_key_value_metadata(Some(entries)).build();
-        }
-        Ok((encode_batch(&batch, properties)?, batch.num_rows() as u64))
+        let arrays: Result<Vec<ArrayRef>, ArrowError> = self.columns.into_iter().map(finish).collect();
+        RecordBatch::try_new(self.schema, arrays?)
     }
 }
 
-/// The Parquet file of one batch.
-///
-/// # Errors
-/// The Parquet library's.
-pub fn encode_batch(batch: &RecordBatch, properties: WriterProperties) -> Result<Vec<u8>, ParquetError> {
-    let mut builder = properties.into_builder().set_dictionary_enabled(false);
-    // A number seldom stands twice in a column of outputs: a dictionary of them costs more than all else of a row's writing.
-    for field in batch.schema().fields().iter().filter(|field| !field.data_type().is_numeric()) {
-        builder = builder.set_column_dictionary_enabled(ColumnPath::from(field.name().as_str()), true);
-    }
-    let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(builder.build()))?;
-    writer.write(batch)?;
-    writer.close()?;
-    Ok(bytes)
+/// Numbers as an array of Arrow, without a copy.
+fn number_array(column: NumberColumn) -> Result<ArrayRef, ArrowError> {
+    let NumberColumn { values, present, missing } = column;
+    let nulls = |count| (missing > 0).then(|| NullBuffer::new(BooleanBuffer::new(Buffer::from_vec(present), 0, count)));
+    Ok(match values {
+        Numbers::Real(values) => {
+            let nulls = nulls(values.len());
+            Arc::new(Float64Array::try_new(values.into(), nulls)?)
+        }
+        Numbers::Count(values) => {
+            let nulls = nulls(values.len());
+            Arc::new(UInt64Array::try_new(values.into(), nulls)?)
+        }
+        Numbers::Integer(values) => {
+            let nulls = nulls(values.len());
+            Arc::new(Int64Array::try_new(values.into(), nulls)?)
+        }
+    })
 }
 
 /// What a file says of its block; `None` if it says nothing or cannot be read.

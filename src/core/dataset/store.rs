@@ -14,7 +14,7 @@ use super::lock::Place;
 use super::manifest::{
     BlockFiles, MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_sealed_json,
 };
-use super::parquet_file::TableBuilder;
+use super::parquet_file::{FileFormat, TableBuilder};
 use super::rebuild::BlockDescription;
 use super::record::{ColumnCounts, StoredRow};
 use crate::quantity::Value;
@@ -32,12 +32,53 @@ pub const REPLACED: &str = ".replaced";
 /// Rows of one block, by index.
 pub type Block = BTreeMap<u64, StoredRow>;
 
+/// The format of a table's parts.
+struct TableFormat {
+    table: TableName,
+    file: FileFormat,
+}
+
+/// Those of all tables.
+struct Formats {
+    runs: TableFormat,
+    blows: TableFormat,
+    timings: TableFormat,
+    signals: Option<TableFormat>,
+}
+
+impl Formats {
+    fn new(info: &DatasetInfo, columns: &Columns, folder: &Path) -> Result<Self, DatasetError> {
+        let format = |table: TableName| match FileFormat::of_table(info, table, &columns.describe(table)) {
+            Ok(file) => Ok(TableFormat { table, file }),
+            Err(source) => Err(DatasetError::Parquet { path: folder.join(table.folder()), source }),
+        };
+        Ok(Self {
+            runs: format(TableName::Runs)?,
+            blows: format(TableName::Blows)?,
+            timings: format(TableName::Timings)?,
+            signals: (!columns.signals.is_empty()).then(|| format(TableName::Signals)).transpose()?,
+        })
+    }
+}
+
+/// A table that rows are put into.
+struct OpenTable<'f> {
+    format: &'f TableFormat,
+    rows: TableBuilder,
+}
+
+impl<'f> OpenTable<'f> {
+    fn new(format: &'f TableFormat) -> Self {
+        Self { format, rows: format.file.builder() }
+    }
+}
+
 /// The tables of a block.
-struct Tables {
-    runs: TableBuilder,
-    blows: TableBuilder,
-    timings: TableBuilder,
-    signals: Option<TableBuilder>,
+struct Tables<'f> {
+    runs: OpenTable<'f>,
+    blows: OpenTable<'f>,
+    timings: OpenTable<'f>,
+    signals: Option<OpenTable<'f>>,
 }
 
 /// The parts and manifests of a dataset.
@@ -45,6 +86,7 @@ pub struct Store {
     folder: PathBuf,
     place: Place,
     columns: Arc<Columns>,
+    formats: Formats,
     manifest: Manifest,
     timings: TimingsManifest,
 }
@@ -80,7 +122,8 @@ impl Store {
             let path = folder.join(name);
             make_folder(&path)?;
         }
-        let store = Self { folder, place, columns, manifest, timings };
+        let formats = Formats::new(&manifest.study, &columns, &folder)?;
+        let store = Self { folder, place, columns, formats, manifest, timings };
         store.put_manifests_in_place(&store.manifest, &store.timings)?;
         Ok(store)
     }
@@ -148,34 +191,31 @@ impl Store {
         let Some(files) = manifest.files(first_row) else {
             return Ok(());
         };
-        let mut builder = self.builder(TableName::Timings);
+        let mut timings = OpenTable::new(&self.formats.timings);
         for row in manifest.rows_of(first_row).into_iter().flat_map(|span| span.first..span.end) {
-            builder.append(0, Some(Value::Count(row)));
-            (1..self.columns.timings.len()).for_each(|index| builder.append(index, None));
+            timings.rows.append(0, Some(Value::Count(row)));
+            (1..self.columns.timings.len()).for_each(|index| timings.rows.append(index, None));
         }
         let rows = Rows { first_row, failed: files.runs.failed };
         let description = BlockDescription::new(manifest, files).to_text()?;
-        let staged = self.stage_part(builder, rows, Some(description))?;
+        let staged = self.stage_part(timings, rows, Some(description))?;
         let part = staged.part.clone();
         self.put_part_in_place(staged)?;
         self.timings.put(part);
         self.put_manifests_in_place(&self.manifest, &self.timings)
     }
 
-    fn builder(&self, table: TableName) -> TableBuilder {
-        TableBuilder::new(table, self.columns.describe(table))
-    }
-
-    fn tables(&self, block: &Block) -> Result<Tables, DatasetError> {
-        let [mut runs, mut blows, mut timings] = TableName::ALL.map(|table| self.builder(table));
-        let mut signals = (!self.columns.signals.is_empty()).then(|| self.builder(TableName::Signals));
+    fn tables(&self, block: &Block) -> Result<Tables<'_>, DatasetError> {
+        let formats = &self.formats;
+        let [mut runs, mut blows, mut timings] = [&formats.runs, &formats.blows, &formats.timings].map(OpenTable::new);
+        let mut signals = formats.signals.as_ref().map(OpenTable::new);
         let counts = ColumnCounts::of(&self.columns);
         for row in block.values() {
             let whole = row.visit(&counts, &mut |table, index, cell| match table {
-                TableName::Runs => runs.append(index, cell),
-                TableName::Blows => blows.append(index, cell),
-                TableName::Timings => timings.append(index, cell),
-                TableName::Signals => signals.iter_mut().for_each(|signals| signals.append(index, cell)),
+                TableName::Runs => runs.rows.append(index, cell),
+                TableName::Blows => blows.rows.append(index, cell),
+                TableName::Timings => timings.rows.append(index, cell),
+                TableName::Signals => signals.iter_mut().for_each(|signals| signals.rows.append(index, cell)),
             });
             whole.ok_or_else(|| DatasetError::Record {
                 row: row.row(),
@@ -189,17 +229,19 @@ impl Store {
 
     fn stage_part(
         &self,
-        builder: TableBuilder,
+        table: OpenTable<'_>,
         rows: Rows,
         description: Option<String>,
     ) -> Result<StagedPart, DatasetError> {
         let Rows { first_row, failed } = rows;
-        let table = builder.table();
-        let file = part_file(table, first_row);
+        let OpenTable { format: TableFormat { table, file: format }, rows } = table;
+        let (table, file) = (*table, part_file(*table, first_row));
         let target = self.folder.join(&file);
-        let (bytes, records) = builder
-            .encode(&self.manifest.study, description)
-            .map_err(|source| DatasetError::Parquet { path: target.clone(), source })?;
+        let encoded = rows
+            .batch()
+            .map_err(Into::into)
+            .and_then(|batch| Ok((format.encode(&batch, description)?, batch.num_rows() as u64)));
+        let (bytes, records) = encoded.map_err(|source| DatasetError::Parquet { path: target.clone(), source })?;
         let blake3 = blake3::hash(&bytes).to_hex().to_string();
         let part = Part { file, first_row, records, failed, bytes: bytes.len() as u64, blake3 };
         Ok(StagedPart { table, part, file: StagedFile::write(&self.folder.join(STAGING), &target, &bytes)? })

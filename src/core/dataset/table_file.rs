@@ -12,7 +12,7 @@ use super::durable::StagedFile;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::name::identifier;
-use super::parquet_file::{encode_batch, properties, schema, study_metadata};
+use super::parquet_file::{FileFormat, schema, study_metadata};
 use crate::metrics::Signal;
 use crate::quantity::{Kind, Quantity};
 
@@ -93,7 +93,7 @@ pub fn write_table(path: &Path, info: &DatasetInfo, table: &str, columns: &[Tabl
     let dictionary = serde_json::json!({ "table": table, "columns": descriptions }).to_string();
     let bytes = batch(info, &descriptions, columns)
         .map_err(Into::into)
-        .and_then(|batch| encode_batch(&batch, properties(info, dictionary)?))
+        .and_then(|batch| FileFormat::new(batch.schema(), info, dictionary)?.encode(&batch, None))
         .map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     StagedFile::write(folder, path, &bytes)?.put_in_place()
@@ -111,7 +111,8 @@ pub fn table_bytes(
 ) -> Result<Vec<u8>, ParquetError> {
     let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns.into_iter().unzip();
     let schema = Arc::new(Schema::new_with_metadata(fields, study_metadata(info)));
-    encode_batch(&RecordBatch::try_new(schema, arrays)?, properties(info, dictionary)?)
+    let format = FileFormat::new(Arc::clone(&schema), info, dictionary)?;
+    format.encode(&RecordBatch::try_new(schema, arrays)?, None)
 }
 
 /// A table in memory, as [`write_table`] writes it.
