@@ -40,6 +40,14 @@ pub struct Machine {
     note: Option<String>,
 }
 
+/// What a scene puts on the machine.
+struct Placement {
+    /// The bodies that the structure carries.
+    bodies: Vec<RigidMass>,
+    /// Its [`interface_rows`].
+    rows: Vec<DirectedPoints>,
+}
+
 /// Modes that rows run on.
 struct ChosenModes {
     omega_rad_s: Vec<f64>,
@@ -133,19 +141,19 @@ impl Machine {
     /// # Errors
     /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
     pub fn modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, StructureError> {
-        let (housings, rows) = (self.attached(scene), interface_rows(scene));
-        let key = key(&housings, &rows, scene);
+        let placement = self.placement(scene);
+        let key = key(&placement, scene);
         // A panic elsewhere leaves the map whole: entries are inserted in one go.
         let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(placed) = cached {
             return Ok(placed);
         }
         // A pure function of the scene: the cache only saves time.
-        let modes = match self.selection {
-            Some(settings) => self.select(scene, settings)?.1,
-            None => ChosenModes::all(&self.reduced.modes_at(&housings, &self.options, &rows)?).of(scene),
+        let chosen = match self.selection {
+            Some(settings) => self.select_at(&placement, settings)?.1,
+            None => ChosenModes::all(&self.reduced.modes_at(&placement.bodies, &self.options, &placement.rows)?),
         };
-        let placed = Arc::new(modes.into());
+        let placed = Arc::new(chosen.of(scene).into());
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.len() < CACHED_PLACEMENTS {
             cache.insert(key, Arc::clone(&placed));
@@ -158,7 +166,8 @@ impl Machine {
     /// # Errors
     /// As for [`Machine::modes`].
     pub fn selection(&self, scene: &Scene) -> Result<Option<ModeSelection>, StructureError> {
-        self.selection.map(|settings| self.select(scene, settings).map(|(selection, _)| selection)).transpose()
+        let select = |settings| Ok(self.select_at(&self.placement(scene), settings)?.0);
+        self.selection.map(select).transpose()
     }
 
     /// Selects the modes that matter to a scene's mounts (first), fixtures and points to be seen: what was selected, and the modes to run on.
@@ -170,19 +179,28 @@ impl Machine {
         scene: &Scene,
         settings: SelectionSettings,
     ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
-        let (housings, rows) = (self.attached(scene), interface_rows(scene));
-        let modes = self.reduced.modes_to_select(&housings, &self.options.damping, &rows, settings)?;
-        let selection = modes.select(settings)?;
-        let interface = ChosenModes::selected(&modes, &selection).of(scene);
-        Ok((selection, interface))
+        let (selection, chosen) = self.select_at(&self.placement(scene), settings)?;
+        Ok((selection, chosen.of(scene)))
     }
 
-    /// The bodies that the structure carries.
-    fn attached(&self, scene: &Scene) -> Vec<RigidMass> {
-        match self.housings {
+    fn select_at(
+        &self,
+        placement: &Placement,
+        settings: SelectionSettings,
+    ) -> Result<(ModeSelection, ChosenModes), StructureError> {
+        let Placement { bodies, rows } = placement;
+        let modes = self.reduced.modes_to_select(bodies, &self.options.damping, rows, settings)?;
+        let selection = modes.select(settings)?;
+        let chosen = ChosenModes::selected(&modes, &selection);
+        Ok((selection, chosen))
+    }
+
+    fn placement(&self, scene: &Scene) -> Placement {
+        let bodies = match self.housings {
             Housings::Add => housings(scene),
             Housings::Included => Vec::new(),
-        }
+        };
+        Placement { bodies, rows: interface_rows(scene) }
     }
 }
 
@@ -257,7 +275,8 @@ fn housings(scene: &Scene) -> Vec<RigidMass> {
         .collect()
 }
 
-fn key(housings: &[RigidMass], rows: &[DirectedPoints], scene: &Scene) -> PlacementKey {
+fn key(placement: &Placement, scene: &Scene) -> PlacementKey {
+    let Placement { bodies, rows } = placement;
     let bits = |points: &[(String, f64)]| -> PointsKey {
         points.iter().map(|(name, weight)| (name.clone(), weight.to_bits())).collect()
     };
@@ -266,5 +285,5 @@ fn key(housings: &[RigidMass], rows: &[DirectedPoints], scene: &Scene) -> Placem
         (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
     };
     let counts = [scene.hammers.len()].into_iter().chain(scene.castings.iter().map(|casting| casting.fixtures.len()));
-    (housings.iter().map(entry).collect(), rows.iter().map(|(points, _)| bits(points)).collect(), counts.collect())
+    (bodies.iter().map(entry).collect(), rows.iter().map(|(points, _)| bits(points)).collect(), counts.collect())
 }
