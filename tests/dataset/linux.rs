@@ -19,6 +19,9 @@ fn a_folder_made_anew_belongs_to_its_new_writer() {
     fs::remove_dir_all(&folder).expect("removed");
     let mut second = DatasetWriter::create(&folder, &info(), Existing::Refuse).expect("created anew");
     (0..70).for_each(|row| second.write(&record(row, outcome(row))).expect("taken"));
+    // The first row of a block would open a file: the second's.
+    let error = first.recorder().record(&record(64, outcome(64))).expect_err("refused");
+    assert!(matches!(error, DatasetError::Gone { .. }), "{error}");
     let error = first.write(&record(10, outcome(10))).expect_err("refused");
     assert!(matches!(error, DatasetError::Gone { .. }), "{error}");
     assert!(matches!(first.finish(), Err(DatasetError::Gone { .. })));

@@ -15,6 +15,7 @@ use memmap2::{MmapMut, MmapOptions};
 
 use super::durable::{failed_to, sync_folder};
 use super::error::DatasetError;
+use super::lock::Place;
 use super::record::StoredRow;
 #[cfg(test)]
 use super::trace::{Event, note};
@@ -34,6 +35,7 @@ const HEAD: usize = 12;
 /// Appends rows; shared by the threads that run them.
 #[derive(Debug)]
 pub struct Journal {
+    place: Place,
     folder: PathBuf,
     rows_per_part: u64,
     state: Mutex<State>,
@@ -61,15 +63,17 @@ struct BlockFile {
 }
 
 impl Journal {
-    /// The journal of the dataset in `dataset`; its folder must exist.
-    pub fn new(dataset: &Path, rows_per_part: u64) -> Self {
-        Self { folder: dataset.join(JOURNAL), rows_per_part, state: Mutex::default(), syncing: Mutex::default() }
+    /// The journal of the dataset at `place`; its folder must exist.
+    pub fn new(place: Place, rows_per_part: u64) -> Self {
+        let folder = place.path().join(JOURNAL);
+        Self { place, folder, rows_per_part, state: Mutex::default(), syncing: Mutex::default() }
     }
 
     /// Appends a row; when this returns, it outlives the process.
     ///
     /// # Errors
-    /// The system's, such as a full disk: the rows before are kept, this one and later ones are refused.
+    /// The system's, such as a full disk: the rows before are kept, this one and later ones are refused. [`DatasetError::Gone`] where a
+    /// block's file is to be opened and the folder is another one's: a file that is open stays this dataset's.
     pub fn append(&self, row: &StoredRow) -> Result<(), DatasetError> {
         let head = frame_head(row.bytes());
         let block = row.row() / self.rows_per_part;
@@ -77,6 +81,9 @@ impl Journal {
         let mut state = self.lock();
         if let Some(kind) = state.failed {
             return Err(failed_to("write", &path())(kind.into()));
+        }
+        if !state.files.contains_key(&block) {
+            self.place.check()?;
         }
         state.append(block, path, [&head, row.bytes()]).map_err(|error| {
             state.failed = Some(error.kind());
@@ -313,6 +320,7 @@ fn read_frame(bytes: &[u8]) -> Option<(StoredRow, &[u8])> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::lock::Lock;
     use super::super::record::RowWriter;
     use super::*;
     use crate::quantity::Value;
@@ -327,7 +335,8 @@ mod tests {
     fn what_is_torn_is_cut_and_the_rest_comes_back() {
         let scratch = tempfile::TempDir::new().expect("scratch folder");
         fs::create_dir(scratch.path().join(JOURNAL)).expect("folder");
-        let journal = Journal::new(scratch.path(), 4);
+        let lock = Lock::take(scratch.path()).expect("taken");
+        let journal = Journal::new(lock.place().clone(), 4);
         (0..6).for_each(|index| journal.append(&row(index)).expect("written"));
         let path = scratch.path().join(JOURNAL).join("000000000004.rows");
         let bytes = fs::read(&path).expect("journal");
@@ -339,7 +348,7 @@ mod tests {
             recover(scratch.path(), &mut |row| rows.push(row)).expect("recovered");
             assert_eq!(rows, (0..expected).map(row).collect::<Vec<_>>(), "{length} bytes");
             // What follows a cut is found again.
-            let again = Journal::new(scratch.path(), 4);
+            let again = Journal::new(lock.place().clone(), 4);
             again.append(&row(7)).expect("written");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, expected + 1);
         }

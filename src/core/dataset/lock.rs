@@ -37,7 +37,7 @@ pub struct Place {
 struct Held {
     folder: File,
     _lock: File,
-    /// The lock is looked for before every row: its identity and its path are at hand.
+    /// The lock is looked for with every row: its identity and its path are at hand.
     identity: Identity,
     path: PathBuf,
 }

@@ -76,7 +76,8 @@ impl RowRecorder {
     /// Puts a row into the journal. It must be handed to [`DatasetWriter::accept`] too, to get into a part.
     ///
     /// # Errors
-    /// [`DatasetError::Record`] if the row has not the shape of the study; the system's, such as a full disk.
+    /// [`DatasetError::Record`] if the row has not the shape of the study; [`DatasetError::Gone`] if it is the first of a block here and
+    /// the folder is another one; the system's, such as a full disk.
     pub fn record(&self, record: &RowRecord) -> Result<StoredRow, DatasetError> {
         check_record(&self.info, record)?;
         let row = StoredRow::new(&self.info, &self.columns, record);
@@ -195,12 +196,12 @@ impl DatasetWriter {
             + pending.values().flat_map(BTreeMap::values).filter(|row| row.failed() && !is_left(row.row())).count()
                 as u64;
         let info = Arc::new(manifest.study.clone());
-        let journal = Arc::new(Journal::new(folder, info.rows_per_part));
+        let place = lock.place().clone();
+        let journal = Arc::new(Journal::new(place.clone(), info.rows_per_part));
         let unjournaled = pending.values().flat_map(BTreeMap::values).filter(|row| only_in_parts.contains(&row.row()));
         unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
         journal.sync()?;
         let range = manifest.range;
-        let place = lock.place().clone();
         let mut store = Store::open(place.clone(), Arc::clone(&columns), manifest, timings)?;
         untimed.into_iter().try_for_each(|first_row| store.put_null_timings(first_row))?;
         let recorder = RowRecorder { info, columns, journal, place };
@@ -266,8 +267,8 @@ impl DatasetWriter {
     /// Takes a stored row; hands its block over to be written when all rows of it are there.
     ///
     /// # Errors
-    /// [`DatasetError::UnexpectedRow`]; [`DatasetError::Gone`] if the folder is another one: asked here, for the threads that run
-    /// rows have better to do; what went wrong with an earlier block (its rows are in the journal still).
+    /// [`DatasetError::UnexpectedRow`]; [`DatasetError::Gone`] if the folder is another one: asked for every row here, on the one
+    /// thread that takes them, and not on those that run them; what went wrong with an earlier block (its rows are in the journal still).
     pub fn accept(&mut self, row: StoredRow) -> Result<(), DatasetError> {
         self.expect(row.row())?;
         self.recorder.place.check()?;
