@@ -9,6 +9,7 @@ use super::text::say;
 use crate::guide::TOPICS;
 use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::Quantity;
+use crate::study::study_schema;
 use crate::words::{did_you_mean, nearest};
 
 #[derive(Debug, Args)]
@@ -29,7 +30,7 @@ pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Ex
         return Ok(Exit::Done);
     };
     if let Some(topic) = TOPICS.iter().find(|topic| topic.name == name) {
-        say(&topic.text.trim_end())?;
+        say(&filled(topic.text).trim_end())?;
         if name == "outputs" {
             say(&format_args!("\n{}", columns().trim_end()))?;
         }
@@ -50,6 +51,20 @@ pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Ex
         topics.join(", "),
         commands.join(", ")
     )))
+}
+
+/// A page, with the entries of a closed set in the place of a line `{Set}`: a row of a table for each, as it is declared.
+fn filled(page: &str) -> String {
+    let schema = study_schema();
+    let set = |line: &str| {
+        let name = line.strip_prefix('{')?.strip_suffix('}')?;
+        let entries = schema["$defs"][name]["oneOf"].as_array()?;
+        let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().replace('\n', " ");
+        let row =
+            |entry: &serde_json::Value| format!("| `{}` | {} |", text(&entry["const"]), text(&entry["description"]));
+        Some(entries.iter().map(row).collect::<Vec<_>>().join("\n"))
+    };
+    page.lines().map(|line| set(line).unwrap_or_else(|| line.to_owned())).collect::<Vec<_>>().join("\n")
 }
 
 /// All outputs with their units and descriptions, from where they are declared.

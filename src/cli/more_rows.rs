@@ -76,7 +76,7 @@ impl Source<'_> {
             let engine = self.engine(&[])?;
             let Some(growth) = engine.checked().design().kind().growth() else {
                 return Err(Failure::Argument(
-                    "--grow-until: only saltelli, morris, sobol, halton and random designs grow by themselves".into(),
+                    "--grow-until: a design of this kind does not grow by itself (decore help designs)".into(),
                 ));
             };
             let next = growth.next((width / goal.width).powi(2));

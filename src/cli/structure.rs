@@ -288,6 +288,7 @@ fn sense_lines(report: &QualityReport) -> Vec<String> {
     };
     let centre = match (report.centre_of_mass_m, report.nodes_without_place) {
         (Some([x, y, z]), _) => format!("{x:.4}, {y:.4}, {z:.4} m"),
+        (None, Some([0, _])) => "not known: there is no mass along x or y".to_owned(),
         (None, Some([unknown, all])) => {
             format!(
                 "not known: {unknown} of {} with mass have no coordinates (a dof_file may give them)",

@@ -7,7 +7,7 @@ pub struct Topic {
     pub name: &'static str,
     /// What it tells, in a few words.
     pub about: &'static str,
-    /// The page, as Markdown.
+    /// The page, as Markdown; a line `{DesignKind}` stands for the rows of a table of what the study's schema declares by that name.
     pub text: &'static str,
 }
 

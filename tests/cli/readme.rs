@@ -55,6 +55,29 @@ fn the_readme_s_commands_run_in_their_order() {
     }
 }
 
+/// The tables of kinds, formats and laws have a row for each that the schema declares, and no line stands for something unknown.
+#[test]
+fn the_guide_lists_what_a_study_can_name() {
+    let scratch = TempDir::new().expect("scratch");
+    let schema = decore::study::study_schema();
+    for (page, set) in [("designs", "DesignKind"), ("machine", "MatrixFormat"), ("limits", "ContactLawName")] {
+        let output = decore(&scratch).args(["help", page]).output().expect("started");
+        let text = String::from_utf8(output.stdout).expect("text");
+        let names: Vec<&str> = schema["$defs"][set]["oneOf"]
+            .as_array()
+            .expect("entries")
+            .iter()
+            .filter_map(|entry| entry["const"].as_str())
+            .collect();
+        assert!(names.len() >= 4, "{set}: {names:?}");
+        for name in names {
+            let is_row = |line: &str| line.starts_with(&format!("| `{name}` | ")) && line.len() > name.len() + 12;
+            assert!(text.lines().any(is_row), "{page}: {name}");
+        }
+        assert!(!text.lines().any(|line| line.starts_with('{')), "{page}");
+    }
+}
+
 #[test]
 fn the_guide_s_commands_are_understood() {
     let scratch = TempDir::new().expect("scratch");

@@ -52,9 +52,9 @@ fn available() -> impl Iterator<Item = Registers> + Clone {
 }
 
 /// Rows that differ in pressure, standoff and duration, the fifth with a budget of steps that it exceeds, the sixth with twins.
-fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
+fn rows(settings: &[&str], mut change: impl FnMut(&mut Scene)) -> Vec<RowJob> {
     let (first, modes) = scene("paper_rig.toml", 0, settings).unwrap();
-    let row = |i: usize| {
+    let mut row = |i: usize| {
         let mut scene = first.clone();
         let unit = &mut scene.hammers[0];
         unit.supply_pressure_pa *= 1.0 - 0.015 * i as f64;
@@ -68,7 +68,7 @@ fn rows(settings: &[&str], change: impl Fn(&mut Scene)) -> Vec<RowJob> {
         change(&mut scene);
         RowJob::new(scene, Arc::clone(&modes), 1)
     };
-    (0..11).map(row).collect()
+    (0..11).map(&mut row).collect()
 }
 
 /// Bits of every number of an outcome, as far as its text shows them: Rust writes the shortest digits that give a number back.
@@ -107,17 +107,26 @@ fn lanes_equal_rows_alone() {
     }
 }
 
-/// Every law of contacts.
+/// Every law of contacts, each row with coefficients of its own: all of them differ from the neighbours'.
 #[test]
 fn lanes_equal_rows_alone_under_every_law() {
     for &law in ContactLawName::ALL {
+        let mut share = 0.0;
         let jobs = rows(&["solver.guide=tied"], |scene| {
+            share += 0.01;
             let p = &mut scene.hammers[0].parameters;
             for contact in [&mut p.chisel.cylinder_contact, &mut p.chisel.casting_contact, &mut p.piston.chisel_contact]
             {
                 contact.law = law;
+                contact.stiffness_n_per_m *= 1.0 - share;
+                contact.restitution = Some(0.9 - share);
+                contact.exponent = Some(1.5 + share);
             }
         });
+        let law_of =
+            |job: &RowJob| format!("{:?}", job.scene().unwrap().hammers[0].parameters.chisel.casting_contact.law(1.0));
+        let [first, second] = [&jobs[0], &jobs[1]].map(law_of);
+        assert!(first.split(',').zip(second.split(',')).all(|(one, other)| one != other), "{first}, {second}");
         same_in_any_order(&jobs);
     }
 }

@@ -9,13 +9,14 @@ use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_schema::{ArrowError, SchemaRef};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
-use super::columns::{Columns, Source, TableName};
+use super::columns::{Column, Columns, Source, TableName};
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
-use super::parquet_file::{TableBuilder, schema};
+use super::parquet_file::{batch, schema};
 use super::reader::DatasetReader;
-use super::record::check_record;
+use super::record::{TableColumns, check_record};
+use crate::quantity::CellColumn;
 
 /// Rows of a batch that is read.
 const BATCH_ROWS: usize = 65_536;
@@ -30,21 +31,23 @@ pub fn record_batches(
     records: &[RowRecord],
 ) -> Result<[RecordBatch; 3], DatasetError> {
     records.iter().try_for_each(|record| check_record(info, record))?;
-    let [mut runs, mut blows, mut timings] =
-        TableName::ALL.map(|table| TableBuilder::new(schema(info, &columns.describe(table))));
+    let mut tables = TableColumns::new(columns);
     for record in records {
         let mut source = Source::new(info, record);
-        for (builder, table) in [(&mut runs, TableName::Runs), (&mut timings, TableName::Timings)] {
-            let cells = columns.of(table).iter().map(|column| column.cell(&source));
-            cells.enumerate().for_each(|(place, cell)| builder.append(place, cell));
-        }
+        push(&mut tables.runs, &columns.runs, &source);
+        push(&mut tables.timings, &columns.timings, &source);
         for blow in record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows) {
             source.blow = Some(blow);
-            let cells = columns.blows.iter().map(|column| column.cell(&source));
-            cells.enumerate().for_each(|(place, cell)| blows.append(place, cell));
+            push(&mut tables.blows, &columns.blows, &source);
         }
     }
-    Ok([runs.batch()?, blows.batch()?, timings.batch()?])
+    let batch = |table, cells| batch(schema(info, &columns.describe(table)), cells);
+    let TableColumns { runs, blows, timings, .. } = tables;
+    Ok([batch(TableName::Runs, runs)?, batch(TableName::Blows, blows)?, batch(TableName::Timings, timings)?])
+}
+
+fn push(table: &mut [CellColumn], columns: &[Column], source: &Source<'_>) {
+    table.iter_mut().zip(columns).for_each(|(cells, column)| cells.push(column.cell(source)));
 }
 
 /// Batches of a table of a dataset, part by part; memory is bounded by one of them.

@@ -5,11 +5,12 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::builder::{StringBuilder, StringDictionaryBuilder};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
-use arrow_array::{Array, ArrayRef, Float64Array, Int64Array, RecordBatch, UInt64Array};
-use arrow_buffer::{BooleanBuffer, Buffer, NullBuffer};
+use arrow_array::{
+    Array, ArrayRef, DictionaryArray, Float64Array, Int32Array, Int64Array, RecordBatch, StringArray, UInt64Array,
+};
+use arrow_buffer::{BooleanBuffer, Buffer, NullBuffer, OffsetBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::arrow::arrow_writer::ArrowWriterOptions;
@@ -25,7 +26,7 @@ use super::columns::{ColumnDescription, TableName};
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use crate::quantity::{Cell, Kind, NumberColumn, Numbers, Value};
+use crate::quantity::{Cell, CellColumn, ColumnValues, Kind, Value};
 
 /// Level of zstd: about the size of higher levels on such tables at a fraction of their time.
 const ZSTD_LEVEL: i32 = 3;
@@ -46,17 +47,6 @@ fn data_type(kind: Kind) -> DataType {
         Kind::Integer => DataType::Int64,
         Kind::Text => DataType::Utf8,
         Kind::Category => DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8)),
-    }
-}
-
-/// The kind whose [`data_type`] it is.
-fn kind_of(data_type: &DataType) -> Kind {
-    match data_type {
-        DataType::Float64 => Kind::Real,
-        DataType::UInt64 => Kind::Count,
-        DataType::Int64 => Kind::Integer,
-        DataType::Utf8 => Kind::Text,
-        _ => Kind::Category,
     }
 }
 
@@ -137,9 +127,12 @@ impl FileFormat {
         Self::new(schema(info, columns), info, dictionary_json(table, columns))
     }
 
-    /// An empty table of this format.
-    pub fn builder(&self) -> TableBuilder {
-        TableBuilder::new(Arc::clone(&self.schema))
+    /// Columns as a batch of this format.
+    ///
+    /// # Errors
+    /// The Arrow library's, such as columns of other kinds than the format's.
+    pub fn batch(&self, columns: Vec<CellColumn>) -> Result<RecordBatch, ArrowError> {
+        batch(Arc::clone(&self.schema), columns)
     }
 
     /// The Parquet file of one batch; `block`: what the file is to say of its block, see [`read_block_text`].
@@ -166,78 +159,35 @@ impl FileFormat {
     }
 }
 
-/// The rows of a part, column by column.
-pub struct TableBuilder {
-    schema: Arc<Schema>,
-    columns: Vec<ColumnBuilder>,
+/// Columns as a batch of Arrow with a schema of [`schema`].
+///
+/// # Errors
+/// The Arrow library's, such as columns of other kinds than the schema's.
+pub fn batch(schema: Arc<Schema>, columns: Vec<CellColumn>) -> Result<RecordBatch, ArrowError> {
+    let arrays: Result<Vec<ArrayRef>, ArrowError> = columns.into_iter().map(array).collect();
+    RecordBatch::try_new(schema, arrays?)
 }
 
-enum ColumnBuilder {
-    Number(NumberColumn),
-    Text(StringBuilder),
-    Category(StringDictionaryBuilder<Int32Type>),
-}
-
-impl TableBuilder {
-    /// An empty table with a schema of [`schema`].
-    pub fn new(schema: Arc<Schema>) -> Self {
-        let builder = |field: &Arc<Field>| match kind_of(field.data_type()) {
-            Kind::Text => ColumnBuilder::Text(StringBuilder::new()),
-            kind => NumberColumn::new(kind)
-                .map_or_else(|| ColumnBuilder::Category(StringDictionaryBuilder::new()), ColumnBuilder::Number),
-        };
-        let columns = schema.fields().iter().map(builder).collect();
-        Self { schema, columns }
-    }
-
-    /// Appends a cell to a column; a cell of another type than its column's becomes null.
-    pub fn append(&mut self, index: usize, cell: Cell<'_>) {
-        match (self.columns.get_mut(index), cell) {
-            (Some(ColumnBuilder::Number(numbers)), cell) => numbers.push(cell),
-            (Some(ColumnBuilder::Text(builder)), Some(Value::Text(value))) => builder.append_value(value),
-            // A part has far fewer rows than a dictionary can have entries.
-            (Some(ColumnBuilder::Category(builder)), Some(Value::Text(value))) => builder.append_value(value),
-            (Some(ColumnBuilder::Text(builder)), _) => builder.append_null(),
-            (Some(ColumnBuilder::Category(builder)), _) => builder.append_null(),
-            (None, _) => {}
-        }
-    }
-
-    /// The rows as a batch of Arrow.
-    ///
-    /// # Errors
-    /// The Arrow library's.
-    pub fn batch(self) -> Result<RecordBatch, ArrowError> {
-        let finish = |column: ColumnBuilder| -> Result<ArrayRef, ArrowError> {
-            Ok(match column {
-                ColumnBuilder::Number(numbers) => number_array(numbers)?,
-                ColumnBuilder::Text(mut builder) => Arc::new(builder.finish()),
-                ColumnBuilder::Category(mut builder) => Arc::new(builder.finish()),
-            })
-        };
-        let arrays: Result<Vec<ArrayRef>, ArrowError> = self.columns.into_iter().map(finish).collect();
-        RecordBatch::try_new(self.schema, arrays?)
-    }
-}
-
-/// Numbers as an array of Arrow, without a copy.
-fn number_array(column: NumberColumn) -> Result<ArrayRef, ArrowError> {
-    let NumberColumn { values, present, missing } = column;
-    let nulls = |count| (missing > 0).then(|| NullBuffer::new(BooleanBuffer::new(Buffer::from_vec(present), 0, count)));
+/// A column as an array of Arrow; numbers are not copied.
+fn array(column: CellColumn) -> Result<ArrayRef, ArrowError> {
+    let CellColumn { values, present, count, missing } = column;
+    let nulls = (missing > 0).then(|| NullBuffer::new(BooleanBuffer::new(Buffer::from_vec(present), 0, count)));
     Ok(match values {
-        Numbers::Real(values) => {
-            let nulls = nulls(values.len());
-            Arc::new(Float64Array::try_new(values.into(), nulls)?)
-        }
-        Numbers::Count(values) => {
-            let nulls = nulls(values.len());
-            Arc::new(UInt64Array::try_new(values.into(), nulls)?)
-        }
-        Numbers::Integer(values) => {
-            let nulls = nulls(values.len());
-            Arc::new(Int64Array::try_new(values.into(), nulls)?)
+        ColumnValues::Real(values) => Arc::new(Float64Array::try_new(values.into(), nulls)?),
+        ColumnValues::Count(values) => Arc::new(UInt64Array::try_new(values.into(), nulls)?),
+        ColumnValues::Integer(values) => Arc::new(Int64Array::try_new(values.into(), nulls)?),
+        ColumnValues::Text { text, ends } => Arc::new(texts(text, &ends, nulls)?),
+        ColumnValues::Category { keys, entries } => {
+            let keys = Int32Array::try_new(keys.into(), nulls)?;
+            Arc::new(DictionaryArray::try_new(keys, Arc::new(StringArray::from_iter_values(entries)))?)
         }
     })
+}
+
+fn texts(text: String, ends: &[usize], nulls: Option<NullBuffer>) -> Result<StringArray, ArrowError> {
+    let offsets: Result<Vec<i32>, _> = [0].iter().chain(ends).map(|end| i32::try_from(*end)).collect();
+    let offsets = offsets.map_err(|_| ArrowError::OffsetOverflowError(text.len()))?;
+    StringArray::try_new(OffsetBuffer::new(offsets.into()), Buffer::from_vec(text.into_bytes()), nulls)
 }
 
 /// What a file says of its block; `None` if it says nothing or cannot be read.
@@ -312,30 +262,57 @@ fn visit_batch<'c>(
         if *array.data_type() != data_type(column.kind) {
             return Err(column);
         }
-        views.push((column.kind, array));
+        views.push(ColumnView::new(column.kind, array));
     }
     let mut cells = Vec::with_capacity(columns.len());
     for row in 0..batch.num_rows() {
         cells.clear();
-        cells.extend(views.iter().map(|(kind, array)| cell(*kind, array, row)));
+        cells.extend(views.iter().map(|view| view.cell(row)));
         visit(&cells);
     }
     Ok(())
 }
 
-/// A value of an array whose type is the one of `kind`.
-fn cell<'a>(kind: Kind, array: &'a ArrayRef, row: usize) -> Cell<'a> {
-    if array.is_null(row) {
-        return None;
+/// A column of a batch: what its array is, is asked once and not for each cell.
+struct ColumnView<'a> {
+    nulls: Option<&'a NullBuffer>,
+    values: ViewValues<'a>,
+}
+
+enum ViewValues<'a> {
+    Real(&'a [f64]),
+    Count(&'a [u64]),
+    Integer(&'a [i64]),
+    Text(&'a StringArray),
+    Category(&'a [i32], &'a StringArray),
+}
+
+impl<'a> ColumnView<'a> {
+    /// A view of an array whose type is the one of `kind`.
+    fn new(kind: Kind, array: &'a ArrayRef) -> Self {
+        let values = match kind {
+            Kind::Real => ViewValues::Real(array.as_primitive::<Float64Type>().values()),
+            Kind::Count => ViewValues::Count(array.as_primitive::<UInt64Type>().values()),
+            Kind::Integer => ViewValues::Integer(array.as_primitive::<Int64Type>().values()),
+            Kind::Text => ViewValues::Text(array.as_string()),
+            Kind::Category => {
+                let array = array.as_dictionary::<Int32Type>();
+                ViewValues::Category(array.keys().values(), array.values().as_string())
+            }
+        };
+        Self { nulls: array.nulls(), values }
     }
-    Some(match kind {
-        Kind::Real => Value::Real(array.as_primitive::<Float64Type>().value(row)),
-        Kind::Count => Value::Count(array.as_primitive::<UInt64Type>().value(row)),
-        Kind::Integer => Value::Integer(array.as_primitive::<Int64Type>().value(row)),
-        Kind::Text => Value::Text(array.as_string::<i32>().value(row)),
-        Kind::Category => {
-            let array = array.as_dictionary::<Int32Type>();
-            Value::Text(array.values().as_string::<i32>().value(array.keys().value(row) as usize))
+
+    fn cell(&self, row: usize) -> Cell<'a> {
+        if self.nulls.is_some_and(|nulls| nulls.is_null(row)) {
+            return None;
         }
-    })
+        Some(match &self.values {
+            ViewValues::Real(values) => Value::Real(*values.get(row)?),
+            ViewValues::Count(values) => Value::Count(*values.get(row)?),
+            ViewValues::Integer(values) => Value::Integer(*values.get(row)?),
+            ViewValues::Text(texts) => Value::Text(texts.value(row)),
+            ViewValues::Category(keys, texts) => Value::Text(texts.value(*keys.get(row)? as usize)),
+        })
+    }
 }

@@ -3,10 +3,10 @@
 //! Every row goes through these bytes, whether it was just computed, comes from the journal of a killed run, or from a part
 //! that must be written anew: that is why all of them give the same files.
 
-use super::columns::{Column, Columns, Source, TableName};
+use super::columns::{Column, Columns, Source};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
-use crate::quantity::{Cell, FREE_TAG, Value, put_cell, take_cell};
+use crate::quantity::{Cell, CellColumn, FREE_TAG, Value, put_cell, take_cells};
 use crate::run::{RowOutcome, RowStatus};
 
 /// What stands before the cells of an instant of `signals`.
@@ -61,56 +61,52 @@ impl StoredRow {
         Some(Self { row, failed, bytes })
     }
 
-    /// Calls `take` with every cell and its table, in the order of the columns; `None` if the bytes do not hold whole rows
-    /// of the tables with these numbers of columns.
-    pub fn visit(&self, columns: &ColumnCounts, take: &mut dyn FnMut(TableName, usize, Cell<'_>)) -> Option<()> {
+    /// Appends the row's cells to the columns of the tables; `None` if the bytes do not hold whole rows of these.
+    pub fn append_to(&self, tables: &mut TableColumns) -> Option<()> {
         let mut rest = self.bytes.get(9..)?;
-        for (table, count) in [(TableName::Runs, columns.runs), (TableName::Timings, columns.timings)] {
-            for index in 0..count {
-                take(table, index, take_cell(&mut rest)?);
-            }
-        }
-        while let Some(first) = rest.first() {
-            let (table, count) = match *first {
-                INSTANT => (TableName::Signals, columns.signals),
-                _ => (TableName::Blows, columns.blows),
+        take_cells(&mut rest, &mut tables.runs)?;
+        take_cells(&mut rest, &mut tables.timings)?;
+        while let Some((first, behind)) = rest.split_first() {
+            let columns = match *first {
+                INSTANT => {
+                    rest = behind;
+                    &mut tables.signals
+                }
+                _ => &mut tables.blows,
             };
-            if table == TableName::Signals {
-                rest = rest.get(1..)?;
-            }
             // Bytes that no column takes are no row.
-            if count == 0 {
+            if columns.is_empty() {
                 return None;
             }
-            for index in 0..count {
-                take(table, index, take_cell(&mut rest)?);
-            }
+            take_cells(&mut rest, columns)?;
         }
         Some(())
     }
 }
 
-/// Numbers of columns of the tables.
-#[derive(Debug, Clone, Copy)]
-pub struct ColumnCounts {
+/// The columns of all tables, which rows are appended to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableColumns {
     /// Of `runs`.
-    pub runs: usize,
+    pub runs: Vec<CellColumn>,
     /// Of `blows`.
-    pub blows: usize,
+    pub blows: Vec<CellColumn>,
     /// Of `timings`.
-    pub timings: usize,
-    /// Of `signals`.
-    pub signals: usize,
+    pub timings: Vec<CellColumn>,
+    /// Of `signals`; none if none are recorded.
+    pub signals: Vec<CellColumn>,
 }
 
-impl ColumnCounts {
-    /// Counts the columns.
-    pub fn of(columns: &Columns) -> Self {
+impl TableColumns {
+    /// Empty columns.
+    pub fn new(columns: &Columns) -> Self {
+        let empty =
+            |columns: &[Column]| columns.iter().map(|column| CellColumn::new(column.description.kind)).collect();
         Self {
-            runs: columns.runs.len(),
-            blows: columns.blows.len(),
-            timings: columns.timings.len(),
-            signals: columns.signals.len(),
+            runs: empty(&columns.runs),
+            blows: empty(&columns.blows),
+            timings: empty(&columns.timings),
+            signals: empty(&columns.signals),
         }
     }
 }
@@ -195,6 +191,14 @@ pub fn check_record(info: &DatasetInfo, record: &RowRecord) -> Result<(), Datase
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantity::Kind;
+
+    /// Columns of these kinds.
+    fn tables(runs: &[Kind], timings: &[Kind], blows: &[Kind]) -> TableColumns {
+        let [runs, timings, blows] =
+            [runs, timings, blows].map(|kinds| kinds.iter().copied().map(CellColumn::new).collect());
+        TableColumns { runs, blows, timings, signals: Vec::new() }
+    }
 
     #[test]
     fn cells_come_back_bit_by_bit() {
@@ -205,13 +209,13 @@ mod tests {
         cells.iter().for_each(|cell| writer.cell(*cell));
         let stored = StoredRow::from_bytes(writer.finish().bytes().to_vec()).expect("a row");
         assert_eq!((stored.row(), stored.failed()), (7, true));
-        let mut found = Vec::new();
-        let counts = ColumnCounts { runs: 2, timings: 1, blows: 1, signals: 0 };
-        stored
-            .visit(&counts, &mut |table, index, cell| found.push(format!("{table:?} {index} {cell:?}")))
-            .expect("whole");
-        let tables = ["Runs 0", "Runs 1", "Timings 0", "Blows 0", "Blows 0"];
-        let expected: Vec<String> = tables.iter().zip(cells).map(|(table, cell)| format!("{table} {cell:?}")).collect();
+        let mut found = tables(&[Kind::Real, Kind::Real], &[Kind::Text], &[Kind::Integer]);
+        let mut expected = found.clone();
+        stored.append_to(&mut found).expect("whole");
+        expected.runs.iter_mut().zip(&cells).for_each(|(column, cell)| column.push(*cell));
+        expected.timings[0].push(cells[2]);
+        // Two blows, the second of another kind than its column.
+        cells[3..].iter().for_each(|cell| expected.blows[0].push(*cell));
         assert_eq!(found, expected);
     }
 
@@ -220,10 +224,10 @@ mod tests {
         let mut writer = RowWriter::new(1, false);
         writer.cell(Some(Value::Text("long enough")));
         let bytes = writer.finish().bytes().to_vec();
-        let counts = ColumnCounts { runs: 1, timings: 0, blows: 1, signals: 0 };
         for length in 0..bytes.len() {
             let row = StoredRow::from_bytes(bytes[..length].to_vec());
-            assert!(row.and_then(|row| row.visit(&counts, &mut |_, _, _| {})).is_none(), "{length} bytes");
+            let mut tables = tables(&[Kind::Text], &[], &[Kind::Text]);
+            assert!(row.and_then(|row| row.append_to(&mut tables)).is_none(), "{length} bytes");
         }
     }
 }

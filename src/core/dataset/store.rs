@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -14,10 +15,10 @@ use super::lock::Place;
 use super::manifest::{
     BlockFiles, MANIFEST_NAME, Manifest, Part, TIMINGS_NAME, TimingsManifest, part_file, to_sealed_json,
 };
-use super::parquet_file::{FileFormat, TableBuilder};
+use super::parquet_file::FileFormat;
 use super::rebuild::BlockDescription;
-use super::record::{ColumnCounts, StoredRow};
-use crate::quantity::Value;
+use super::record::{StoredRow, TableColumns};
+use crate::quantity::{CellColumn, Value};
 
 /// Folder for files that are not yet in place, on the same file system as the tables.
 pub const STAGING: &str = ".staging";
@@ -59,26 +60,6 @@ impl Formats {
             signals: (!columns.signals.is_empty()).then(|| format(TableName::Signals)).transpose()?,
         })
     }
-}
-
-/// A table that rows are put into.
-struct OpenTable<'f> {
-    format: &'f TableFormat,
-    rows: TableBuilder,
-}
-
-impl<'f> OpenTable<'f> {
-    fn new(format: &'f TableFormat) -> Self {
-        Self { format, rows: format.file.builder() }
-    }
-}
-
-/// The tables of a block.
-struct Tables<'f> {
-    runs: OpenTable<'f>,
-    blows: OpenTable<'f>,
-    timings: OpenTable<'f>,
-    signals: Option<OpenTable<'f>>,
 }
 
 /// The parts and manifests of a dataset.
@@ -154,10 +135,11 @@ impl Store {
         let first_row = first / per_part * per_part;
         let failed = block.values().filter(|row| row.failed()).count() as u64;
         let at = Rows { first_row, failed };
-        let Tables { runs, blows, timings: times, signals } = self.tables(block)?;
-        let runs = self.stage_part(runs, at, None)?;
-        let blows = self.stage_part(blows, at, None)?;
-        let signals = signals.map(|signals| self.stage_part(signals, at, None)).transpose()?;
+        let TableColumns { runs, blows, timings: times, signals } = self.tables(block)?;
+        let formats = &self.formats;
+        let runs = self.stage_part(&formats.runs, runs, at, None)?;
+        let blows = self.stage_part(&formats.blows, blows, at, None)?;
+        let signals = formats.signals.as_ref().map(|format| self.stage_part(format, signals, at, None)).transpose()?;
         let (mut manifest, mut timings) = (self.manifest.clone(), self.timings.clone());
         let files = BlockFiles {
             runs: runs.part.clone(),
@@ -167,7 +149,7 @@ impl Store {
         manifest.put_block(block.keys().copied(), files.clone());
         // It describes the others, so that the manifest can be made anew from it.
         let description = BlockDescription::new(&manifest, files).to_text()?;
-        let times = self.stage_part(times, at, Some(description))?;
+        let times = self.stage_part(&formats.timings, times, at, Some(description))?;
         timings.put(times.part.clone());
         // In this order: a run that a reader sees has its blows and signals.
         [times]
@@ -191,54 +173,46 @@ impl Store {
         let Some(files) = manifest.files(first_row) else {
             return Ok(());
         };
-        let mut timings = OpenTable::new(&self.formats.timings);
+        let mut timings = TableColumns::new(&self.columns).timings;
         for row in manifest.rows_of(first_row).into_iter().flat_map(|span| span.first..span.end) {
-            timings.rows.append(0, Some(Value::Count(row)));
-            (1..self.columns.timings.len()).for_each(|index| timings.rows.append(index, None));
+            let cells = iter::once(Some(Value::Count(row))).chain(iter::repeat(None));
+            timings.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
         }
         let rows = Rows { first_row, failed: files.runs.failed };
         let description = BlockDescription::new(manifest, files).to_text()?;
-        let staged = self.stage_part(timings, rows, Some(description))?;
+        let staged = self.stage_part(&self.formats.timings, timings, rows, Some(description))?;
         let part = staged.part.clone();
         self.put_part_in_place(staged)?;
         self.timings.put(part);
         self.put_manifests_in_place(&self.manifest, &self.timings)
     }
 
-    fn tables(&self, block: &Block) -> Result<Tables<'_>, DatasetError> {
-        let formats = &self.formats;
-        let [mut runs, mut blows, mut timings] = [&formats.runs, &formats.blows, &formats.timings].map(OpenTable::new);
-        let mut signals = formats.signals.as_ref().map(OpenTable::new);
-        let counts = ColumnCounts::of(&self.columns);
+    fn tables(&self, block: &Block) -> Result<TableColumns, DatasetError> {
+        let mut tables = TableColumns::new(&self.columns);
         for row in block.values() {
-            let whole = row.visit(&counts, &mut |table, index, cell| match table {
-                TableName::Runs => runs.rows.append(index, cell),
-                TableName::Blows => blows.rows.append(index, cell),
-                TableName::Timings => timings.rows.append(index, cell),
-                TableName::Signals => signals.iter_mut().for_each(|signals| signals.rows.append(index, cell)),
-            });
-            whole.ok_or_else(|| DatasetError::Record {
+            row.append_to(&mut tables).ok_or_else(|| DatasetError::Record {
                 row: row.row(),
                 what: "cells of the journal".to_owned(),
                 found: format!("{} bytes of other columns", row.bytes().len()),
                 expected: "the columns of the manifest's study".to_owned(),
             })?;
         }
-        Ok(Tables { runs, blows, timings, signals })
+        Ok(tables)
     }
 
     fn stage_part(
         &self,
-        table: OpenTable<'_>,
+        format: &TableFormat,
+        columns: Vec<CellColumn>,
         rows: Rows,
         description: Option<String>,
     ) -> Result<StagedPart, DatasetError> {
         let Rows { first_row, failed } = rows;
-        let OpenTable { format: TableFormat { table, file: format }, rows } = table;
+        let TableFormat { table, file: format } = format;
         let (table, file) = (*table, part_file(*table, first_row));
         let target = self.folder.join(&file);
-        let encoded = rows
-            .batch()
+        let encoded = format
+            .batch(columns)
             .map_err(Into::into)
             .and_then(|batch| Ok((format.encode(&batch, description)?, batch.num_rows() as u64)));
         let (bytes, records) = encoded.map_err(|source| DatasetError::Parquet { path: target.clone(), source })?;

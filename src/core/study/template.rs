@@ -7,14 +7,17 @@ use toml::ser::Error;
 
 use super::document::keys::{Shape, shape_at};
 use super::schema::study_schema;
-use crate::contact::ContactLawName;
+use crate::contact::{ContactLawName, ContactParameters};
 use crate::design::DesignOptions;
+use crate::hammer::HammerParameters;
 use crate::parameter::{Kind, Parameter, Parameters, lines};
 use crate::scene::{Environment, HammerUnit, OutputSettings, Scene, SolverSettings, StructureParameters, Supply};
 use crate::workpiece::Fixture;
 
 /// The part by hand. A line `#! key` stands for the parameters of the table with that key.
 const BY_HAND: &str = include_str!("../../assets/study_template.toml");
+/// Stands for a value that follows from others unless it is given.
+const FOLLOWS: &str = "...";
 
 /// A commented study that shows every key.
 ///
@@ -22,8 +25,7 @@ const BY_HAND: &str = include_str!("../../assets/study_template.toml");
 /// A default that TOML cannot hold.
 pub fn template() -> Result<String, Error> {
     let shape = Shape::from_schema(&study_schema());
-    let laws: Vec<String> = ContactLawName::ALL.iter().map(|law| format!("\"{}\"", law.name())).collect();
-    let mut text = BY_HAND.replace("{laws}", &laws.join(", "));
+    let mut text = BY_HAND.replace("#! contact\n", &contact()?);
     let duration = Table::from_iter([("duration_s".to_owned(), Scene::default().duration_s.into())]);
     complete::<Scene>(&mut text, "study", duration, &shape)?;
     complete::<StructureParameters>(&mut text, "structure", StructureParameters::default(), &shape)?;
@@ -35,6 +37,22 @@ pub fn template() -> Result<String, Error> {
     complete::<Environment>(&mut text, "environment", Environment::default(), &shape)?;
     let (kind, keys) = design(&shape)?;
     Ok(text.replace("#! kind\n", &kind).replace("#! design\n", &keys))
+}
+
+/// The keys of a contact, commented out, with the values of the one that strikes the casting; what follows from others there has none.
+fn contact() -> Result<String, Error> {
+    let laws: Vec<&str> = ContactLawName::ALL.iter().map(|law| law.name()).collect();
+    let mut values = Table::try_from(HammerParameters::default().chisel.casting_contact)?;
+    values.insert("law".to_owned(), ContactLawName::default().name().into());
+    for entry in ContactParameters::ENTRIES {
+        values.entry(entry.name).or_insert_with(|| FOLLOWS.into());
+    }
+    let more = |entry: &Parameter| match entry.kind {
+        Kind::Choice => Some(laws.join(", ")),
+        _ => Some(entry.source.replace('`', "")),
+    };
+    Ok(lines(ContactParameters::ENTRIES, &values, "# ", &more)
+        .replace(&format!("{FOLLOWS:?}"), &format!("{FOLLOWS}  ")))
 }
 
 /// The line with the kind of design, and the keys of designs, commented out; `rows` is written by hand, for the kind shown needs it.

@@ -59,42 +59,41 @@ fn reduced_hertz<R: Number>((stiffness, damping): (R, R), penetration: R, rate: 
     stiffness * penetration * fourth_root(penetration) + damping * rate
 }
 
-impl<R: Number> Lanes for ContactLaw<R> {
-    type Alone = ContactLaw;
+/// Puts the coefficients of all laws into lanes. A law or coefficient that is not listed does not compile: with another row's it would
+/// give plausible figures.
+macro_rules! coefficients_in_lanes {
+    ($($law:ident { $($coefficient:ident),+ })+) => {
+        impl<R: Number> Lanes for ContactLaw<R> {
+            type Alone = ContactLaw;
 
-    /// Sets the coefficients of a lane: the laws of all lanes are of one kind, another law changes nothing.
-    fn put(&mut self, lane: usize, alone: &ContactLaw) {
-        use ContactLaw::{Hertz, HuntCrossley, KelvinVoigt, KelvinVoigtSeparating};
-        match (self, alone) {
-            (
-                KelvinVoigt { stiffness_n_per_m: k, damping_n_s_per_m: c },
-                KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m },
-            )
-            | (
-                KelvinVoigtSeparating { stiffness_n_per_m: k, damping_n_s_per_m: c },
-                KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m },
-            ) => {
-                k.put(lane, stiffness_n_per_m);
-                c.put(lane, damping_n_s_per_m);
+            /// Sets the coefficients of a lane: the laws of all lanes are of one kind, another law changes nothing.
+            fn put(&mut self, lane: usize, alone: &ContactLaw) {
+                match self { $(
+                    Self::$law { $($coefficient),+ } => { $(
+                        if let ContactLaw::$law { $coefficient: value, .. } = alone {
+                            $coefficient.put(lane, value);
+                        }
+                    )+ }
+                )+ }
             }
-            (
-                HuntCrossley { stiffness_n_per_m_n: k, exponent: n, damping_s_per_m: a },
-                HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m },
-            ) => {
-                k.put(lane, stiffness_n_per_m_n);
-                n.put(lane, exponent);
-                a.put(lane, damping_s_per_m);
-            }
-            (
-                Hertz { stiffness_n_per_m_1_5: k, damping_n_s_per_m_1_25: c },
-                Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 },
-            ) => {
-                k.put(lane, stiffness_n_per_m_1_5);
-                c.put(lane, damping_n_s_per_m_1_25);
-            }
-            _ => {}
         }
-    }
+
+        impl ContactLaw {
+            /// The same law in all lanes.
+            pub fn in_lanes<R: Number>(&self) -> ContactLaw<R> {
+                match *self { $(
+                    Self::$law { $($coefficient),+ } => ContactLaw::$law { $($coefficient: R::splat($coefficient)),+ },
+                )+ }
+            }
+        }
+    };
+}
+
+coefficients_in_lanes! {
+    KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m }
+    KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m }
+    HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m }
+    Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 }
 }
 
 impl<R: Number> ContactLaw<R> {
@@ -205,29 +204,6 @@ impl<R: Number> ContactLaw<R> {
 }
 
 impl ContactLaw {
-    /// The same law in all lanes.
-    pub fn in_lanes<R: Number>(&self) -> ContactLaw<R> {
-        match *self {
-            Self::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m } => ContactLaw::KelvinVoigt {
-                stiffness_n_per_m: R::splat(stiffness_n_per_m),
-                damping_n_s_per_m: R::splat(damping_n_s_per_m),
-            },
-            Self::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => ContactLaw::KelvinVoigtSeparating {
-                stiffness_n_per_m: R::splat(stiffness_n_per_m),
-                damping_n_s_per_m: R::splat(damping_n_s_per_m),
-            },
-            Self::HuntCrossley { stiffness_n_per_m_n, exponent, damping_s_per_m } => ContactLaw::HuntCrossley {
-                stiffness_n_per_m_n: R::splat(stiffness_n_per_m_n),
-                exponent: R::splat(exponent),
-                damping_s_per_m: R::splat(damping_s_per_m),
-            },
-            Self::Hertz { stiffness_n_per_m_1_5, damping_n_s_per_m_1_25 } => ContactLaw::Hertz {
-                stiffness_n_per_m_1_5: R::splat(stiffness_n_per_m_1_5),
-                damping_n_s_per_m_1_25: R::splat(damping_n_s_per_m_1_25),
-            },
-        }
-    }
-
     /// Penetration at which the contact, helped by a linear spring of stiffness `helper_n_per_m`, carries the static
     /// `force_n`, which is not negative: the zero of `N(d, 0) + k_helper d - F`.
     pub fn static_penetration(&self, force_n: f64, helper_n_per_m: f64) -> f64 {

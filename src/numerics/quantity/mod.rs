@@ -2,19 +2,19 @@
 //!
 //! - [`Value`], [`Kind`]: a value from the study to the report, and its type; [`Cell`]: one where there may be none
 //! - [`put_cell`], [`take_cell`]: a cell as bytes
-//! - [`NumberColumn`]: the cells of a column of numbers
+//! - [`CellColumn`], [`take_cells`]: the cells of a column, and those of a row to the columns of their table
 //! - [`Quantity`]: name, unit, description and getter of an output, made by `quantities!` from the field that holds it
 //! - `named!`: closed sets of names, such as kinds and states
 
 mod bytes;
+mod column;
 mod declare;
 mod named;
-mod numbers;
 mod value;
 
 pub use bytes::{FREE_TAG, put_cell, take_cell};
+pub use column::{CellColumn, ColumnValues, take_cells};
 pub use declare::{Quantity, QuantityField};
 pub use declare::{first, quantities};
 pub use named::named;
-pub use numbers::{NumberColumn, Numbers};
 pub use value::{Cell, Kind, Value};

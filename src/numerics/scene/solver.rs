@@ -120,7 +120,7 @@ parameters! {
         pub tolerance: f64 = STANDARD.tolerance, "1", [> 0, <= 0.1], "the preset's";
         /// Model of the housing guide.
         pub guide: Guide = STANDARD.guide, "", [choice], "the preset's";
-        /// Method of integration: the error-controlled default, or a fixed step for comparison.
+        /// Method of integration.
         pub method: Method = Method::Tsit5, "", [choice], "`tsit5`";
         /// Step of methods with a fixed step.
         pub step_s: f64 = 1e-5, "s", [> 0] usual [1e-8, 1e-3], "for comparison";

@@ -115,7 +115,8 @@ pub struct QualityReport {
     pub total_mass_kg: Option<[f64; 3]>,
     /// Centre of mass in m, where every node with mass has a known place.
     pub centre_of_mass_m: Option<[f64; 3]>,
-    /// Nodes with mass whose place is not known, and all nodes with mass; none where the directions of the rows are not known.
+    /// Nodes with mass whose place is not known, and all nodes with mass, where there is no centre of mass and the directions of the
+    /// rows are known; the first is 0 where there is no mass along x or y.
     pub nodes_without_place: Option<[usize; 2]>,
     /// What looks wrong: units, matrices exchanged, directions without mass.
     pub remarks: Vec<String>,

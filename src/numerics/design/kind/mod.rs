@@ -108,23 +108,23 @@ kinds! {
     CentralComposite: CentralComposite ["axial", "centre_points"],
     /// Middles of edges and centre.
     BoxBehnken: BoxBehnken ["centre_points"],
-    /// Latin hypercube.
+    /// Latin hypercube, optimised as `optimise` says.
     LatinHypercube: LatinHypercube ["rows", "centred", "optimise", "grown_from"],
-    /// Sobol' points.
+    /// Sobol' points, scrambled unless `scramble = false`.
     Sobol: Sobol ["rows", "scramble"],
-    /// Halton points.
+    /// Halton points, scrambled unless `scramble = false`.
     Halton: Halton ["rows", "scramble"],
     /// Independent random points.
     Random: Random ["rows"],
     /// Each factor alone, the others in the middle of their ranges.
     OneAtATime: OneAtATime [],
-    /// Morris trajectories.
+    /// Morris trajectories, for elementary effects.
     Morris: Morris ["trajectories", "morris_levels"],
     /// Saltelli's design for Sobol' indices.
     Saltelli: Saltelli ["base_points", "second_order"],
-    /// Rows from a file.
+    /// Rows of a CSV or Parquet file, a column per factor, e.g. of `decore design`; ranges not given are the columns'.
     Table: Table ["file"],
-    /// The rows of several parts, one part after the other.
+    /// The rows of several parts, each a `[[design.part]]`, one part after the other.
     Union: Union [],
     /// Every row of each part with every row of the others.
     Product: Product [],

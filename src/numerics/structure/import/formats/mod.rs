@@ -37,17 +37,19 @@ macro_rules! matrix_formats {
 }
 
 matrix_formats! {
-    /// Matrix Market coordinate text (`.mtx`).
+    /// Matrix Market text (`.mtx`), coordinate or array; also from APDL Math and SciPy.
     MatrixMarket: matrix_market,
-    /// CalculiX `.sti` and `.mas` with the `.dof` file as `dof_file`.
+    /// CalculiX `.sti` and `.mas` of `*FREQUENCY, SOLVER=MATRIXSTORAGE`, with the `.dof` file as `dof_file`.
     Calculix: calculix,
-    /// Nastran DMIG entries in a punch or bulk data file (`.pch`, `.bdf`).
+    /// Nastran DMIG entries in a punch or bulk data file (`.pch`, `.bdf`), small, large and free field; its ten digits suit reduced
+    /// models only.
     Dmig: dmig,
-    /// Nastran OUTPUT4, text or binary (`.op4`).
+    /// Nastran OUTPUT4 (`.op4`), text or binary of either byte order and integer size, dense or sparse; all matrices but the named
+    /// ones are passed over.
     Op4: op4,
-    /// Harwell-Boeing text, as ANSYS writes it (`.matrix`, `.rsa`).
+    /// Harwell-Boeing text (`.matrix`, `.rsa`), as ANSYS writes it with `HBMAT`, its `.mapping` as `dof_file`.
     HarwellBoeing: harwell_boeing,
-    /// Abaqus matrix text.
+    /// Abaqus text of `*MATRIX OUTPUT`, by node and direction or by row.
     Abaqus: abaqus,
 }
 
