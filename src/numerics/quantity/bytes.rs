@@ -14,8 +14,9 @@ pub fn put_cell(bytes: &mut Vec<u8>, cell: Cell<'_>) {
         Some(Value::Integer(value)) => (3, value.cast_unsigned()),
         Some(Value::Text(text)) => (4, text.len() as u64),
     };
-    bytes.push(tag);
-    bytes.extend_from_slice(&number.to_le_bytes());
+    let mut head = [tag; 9];
+    head[1..].copy_from_slice(&number.to_le_bytes());
+    bytes.extend_from_slice(&head);
     if let Some(Value::Text(text)) = cell {
         bytes.extend_from_slice(text.as_bytes());
     }
