@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::check_result::{Check, Confused, Plan, Probe, probe, probed_rows};
+use super::check_result::{Check, Confused, Invalid, Plan, Probe, probe};
 use super::exit::{Exit, Failure, write_file};
 use super::json::say_json;
 use super::outputs::{Output, StudyArguments};
@@ -61,13 +61,8 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     if arguments.json {
         say_json(&Check { plan, probe })?;
     } else {
-        say(&match &probe {
-            Some(probe) => probe_text(probe, plan.rows),
-            None => {
-                let rows = probed_rows(engine.checked());
-                format!("note           none of the first {rows} rows describes a scene that can be simulated")
-            }
-        })?;
+        probe.iter().try_for_each(|probe| say(&probe_text(probe)))?;
+        invalid_line(&plan.invalid, plan.rows).iter().try_for_each(|line| say(line))?;
     }
     Ok(Exit::Done)
 }
@@ -151,7 +146,7 @@ fn scatter(checked: &CheckedStudy) -> Result<String, Failure> {
     Ok(scatter_matrix(study.title(), &panels)?)
 }
 
-fn probe_text(probe: &Probe, rows: usize) -> String {
+fn probe_text(probe: &Probe) -> String {
     let mut lines = vec![format!("modes          {} kept (row {})", probe.modes, probe.row)];
     lines.extend(probe.selection.iter().map(|selected| {
         format!(
@@ -162,11 +157,15 @@ fn probe_text(probe: &Probe, rows: usize) -> String {
     lines.push(format!("states         {}", probe.states));
     lines.extend(twins_line(probe));
     lines.push(time_line(probe));
-    if probe.invalid_before > 0 {
-        let invalid = probe.invalid_before.min(rows);
-        lines.push(format!("note           the first {invalid} rows describe no scene that can be simulated"));
-    }
     lines.join("\n")
+}
+
+/// How many rows describe no scene, and why the first of them does not.
+fn invalid_line(invalid: &Invalid, rows: usize) -> Option<String> {
+    let Invalid { looked_at, count, first_row, reason } = invalid;
+    let first_row = (*first_row)?;
+    let of = if *looked_at < rows { format!("of the first {looked_at}") } else { format!("of {rows}") };
+    Some(format!("note           {count} {of} rows describe no scene that can be simulated; row {first_row}: {reason}"))
 }
 
 /// What twins cost, or that the scene is known to amplify perturbations.

@@ -17,6 +17,9 @@ const PROBE_WALL_TIME_S: f64 = 10.0;
 /// Rows looked at for one that can be simulated.
 const PROBED_ROWS: usize = 100;
 
+/// Rows of a study that are looked at for scenes.
+const LOOKED_AT: usize = 10_000;
+
 /// All that is found.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Check {
@@ -25,6 +28,30 @@ pub(super) struct Check {
     pub plan: Plan,
     /// The first row that describes a scene, run for at most 10 s of wall time; null where none of the first 100 does.
     pub probe: Option<Probe>,
+}
+
+/// Rows that describe no scene, such as a hammer beside its casting.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Invalid {
+    /// How many rows were looked at, from the first on.
+    pub looked_at: usize,
+    /// How many of them describe none.
+    pub count: usize,
+    /// The first of these; null where there is none.
+    pub first_row: Option<usize>,
+    /// What is wrong with that; empty where there is none.
+    pub reason: String,
+}
+
+impl Invalid {
+    fn of(checked: &CheckedStudy) -> Self {
+        let looked_at = checked.row_count().min(LOOKED_AT);
+        let mut invalid = (0..looked_at).filter_map(|row| Some((row, checked.scene(row).err()?.reason)));
+        let first = invalid.next();
+        let count = usize::from(first.is_some()) + invalid.count();
+        let (first_row, reason) = first.map_or((None, String::new()), |(row, reason)| (Some(row), reason));
+        Self { looked_at, count, first_row, reason }
+    }
 }
 
 /// What is known of a study without running a row.
@@ -58,6 +85,8 @@ pub(super) struct Plan {
     pub columns_per_run: usize,
     /// Columns of the table of blows.
     pub columns_per_blow: usize,
+    /// Rows that describe no scene that can be simulated.
+    pub invalid: Invalid,
 }
 
 /// One factor.
@@ -101,8 +130,6 @@ pub(super) struct Generator {
 pub(super) struct Probe {
     /// The row that was run.
     pub row: usize,
-    /// Rows before it that describe no scene.
-    pub invalid_before: usize,
     /// How the run ended.
     pub status: RowStatus,
     /// Why it is not done; empty if it is.
@@ -173,6 +200,7 @@ impl Plan {
             castings: owned(study.casting_names()),
             columns_per_run: columns.describe(TableName::Runs).len(),
             columns_per_blow: columns.describe(TableName::Blows).len(),
+            invalid: Invalid::of(checked),
         })
     }
 }
@@ -194,16 +222,11 @@ impl Confused {
     }
 }
 
-/// Rows looked at by [`probe`] where none can be simulated.
-pub(super) fn probed_rows(checked: &CheckedStudy) -> usize {
-    checked.row_count().min(PROBED_ROWS)
-}
-
 /// Simulates the first row that describes a scene and tells what it took; `threads` 0: as many as the machine has.
 pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
     let rows = engine.checked().row_count();
     let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
-    let found = (0..probed_rows(engine.checked())).find_map(|row| Some((row, engine.scene(row).ok()?)));
+    let found = (0..rows.min(PROBED_ROWS)).find_map(|row| Some((row, engine.scene(row).ok()?)));
     let (row, RowScene { mut scene, modes }) = found?;
     scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
     let outcome = run_row(&scene, &modes);
@@ -216,7 +239,6 @@ pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
     let rows_one_by_one = rows as f64 / threads.min(rows.max(1)) as f64;
     Some(Probe {
         row,
-        invalid_before: row,
         status: outcome.status,
         modes: outcome.modes,
         selection: selection.map(|selection| Selected {

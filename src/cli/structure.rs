@@ -280,7 +280,9 @@ fn readable(report: &QualityReport) -> String {
 
 /// What tells at a glance whether the matrices are those that were meant.
 fn sense_lines(report: &QualityReport) -> Vec<String> {
-    let kg = |mass: f64| if mass == 0.0 || (1e-3..1e9).contains(&mass) { format!("{mass:.6}") } else { format!("{mass:.6e}") };
+    let kg = |mass: f64| {
+        if mass == 0.0 || (1e-3..1e9).contains(&mass) { format!("{mass:.6}") } else { format!("{mass:.6e}") }
+    };
     let mass = match report.total_mass_kg {
         None => "not known: name a dof_file or dofs_per_node, which tell the directions of the rows".to_owned(),
         Some([x, y, z]) if (x - y).abs().max((x - z).abs()) <= 1e-3 * x => format!("{} kg", kg(x)),

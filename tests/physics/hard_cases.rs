@@ -116,6 +116,16 @@ fn supply_that_switches_off_and_on() {
     completes(&["hammer.hammer.supply_switch_times_s=[0.0030, 0.0031, 0.1, 0.2, 7.0]"]);
 }
 
+/// Switched off here, the hammer meets its soft top stop faster than that can hold it, as the model has it; the reason says what would.
+#[test]
+fn a_hammer_that_its_top_stop_does_not_hold_says_what_would() {
+    let off = ["hammer.hammer.supply_switch_times_s=[0.8]", "duration_s=1.5"];
+    let outcome = run(&rig(&off));
+    assert_eq!(outcome.status, RowStatus::Diverged);
+    assert!(outcome.reason.contains("a larger `telescope.top_stop.stiffness_n_per_m`"), "{}", outcome.reason);
+    completes(&[off[0], off[1], "hammer.hammer.parameters.telescope.top_stop.stiffness_n_per_m=1e5"]);
+}
+
 #[test]
 fn end_of_stroke_without_a_casting_in_reach() {
     let outcome = completes(&["hammer.hammer.standoff_m=0.2"]);

@@ -419,6 +419,17 @@ fn a_cache_is_used_when_it_is_sound_and_made_anew_when_not() {
     assert_eq!(outcome, CacheOutcome::Used);
     same(&kept);
 
+    // What looks wrong about a machine is kept with it.
+    assert!(fresh.remarks().is_empty(), "{:?}", fresh.remarks());
+    let mut exchanged = files.clone();
+    std::mem::swap(&mut exchanged.stiffness, &mut exchanged.mass);
+    exchanged.damping = None;
+    for wanted in [CacheOutcome::Stored, CacheOutcome::Used] {
+        let (odd, outcome) = reduce_files(&exchanged, &settings, true).expect("reduces");
+        assert_eq!(outcome, wanted);
+        assert!(odd.remarks()[0].contains("look exchanged"), "{:?}", odd.remarks());
+    }
+
     // Other settings have a cache of their own.
     let other = ReductionSettings { fixed_interface_cutoff_hz: 500.0, ..settings.clone() };
     assert_ne!(cache_path(&files, &other), cache_path(&files, &settings));

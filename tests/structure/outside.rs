@@ -447,7 +447,7 @@ fn a_report_weighs_the_machine_and_says_what_looks_wrong() {
         "{found:?}"
     );
     says([2.5e28, 2.5e28], "a mass of 2.000e30 kg (along x): machines have 1 to 1e6 kg");
-    says([1e-3, 1e-3], "are the matrices in mm, t, s (units = \"mm_t_s\")");
+    says([1e-3, 1e-3], "is `units` that of the matrices (mm, t, s are \"mm_t_s\")");
     says([1e-9, 1.0], "stiffness and mass look exchanged");
 
     let mut case = masses(&PLACES, [1.0, 1.0]);

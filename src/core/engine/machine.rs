@@ -37,7 +37,7 @@ pub struct Machine {
     housings: Housings,
     /// The modes that rows run on: all of them, or what the study's tolerance selects.
     cache: Mutex<HashMap<PlacementKey, Arc<PlacedModes>>>,
-    note: Option<String>,
+    notes: Vec<String>,
 }
 
 /// What a scene puts on the machine.
@@ -107,17 +107,18 @@ impl Machine {
         demand: &InterfaceDemand,
     ) -> Result<Self, StructureError> {
         let settings_of = || reduction_settings(settings, demand);
-        let mut note = None;
+        let mut notes = Vec::new();
         let reduced = match model {
             SourceModel::Model(model) => reduce(&model, &settings_of())?,
             SourceModel::Files(files, _, cache) => {
                 let settings = settings_of();
                 let (reduced, outcome) = reduce_files(&files, &settings, cache)?;
-                note = outcome.note(&cache_path(&files, &settings));
+                notes.extend(outcome.note(&cache_path(&files, &settings)));
                 reduced
             }
             SourceModel::ModalTable(table, points) => ReducedStructure::from_modal_table(&table, points)?,
         };
+        notes.extend(reduced.remarks().iter().map(|remark| format!("the machine looks wrong: {remark}")));
         let damping = settings.damping_ratio.clone();
         let selection = settings.mode_tolerance;
         Ok(Self {
@@ -126,13 +127,13 @@ impl Machine {
             selection: selection.map(|tolerance| SelectionSettings { tolerance, band_hz: settings.mode_band_hz }),
             housings: settings.housings,
             cache: Mutex::default(),
-            note,
+            notes,
         })
     }
 
-    /// What became of a reduction that was kept from before, where a user should know of it.
-    pub fn note(&self) -> Option<&str> {
-        self.note.as_deref()
+    /// What a user should know of it, in lines: a kept reduction that could not be used, what looks wrong about its matrices.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Modes of the machine with the housings of a scene on their mounts, and their shapes at the scene's interface points;

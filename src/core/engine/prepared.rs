@@ -105,9 +105,9 @@ impl Engine {
         Self { retries, ..self }
     }
 
-    /// What users should know of how the machines were made ready, in lines: kept reductions that could not be used.
+    /// What users should know of the machines, in lines: kept reductions that could not be used, what looks wrong.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
-        [&self.machine].into_iter().chain(&self.further).filter_map(Machine::note)
+        [&self.machine].into_iter().chain(&self.further).flat_map(Machine::notes).map(String::as_str)
     }
 
     /// The scene of a row and the modes of its machine.

@@ -37,6 +37,13 @@ pub mod chamber {
     /// What they are called.
     pub const NAMES: [&str; COUNT] =
         ["top of the telescope", "annulus of the telescope", "rear of the piston", "front of the piston"];
+    /// Parameters of a hammer that keep each from being driven empty: the stop before it and its room.
+    pub const KEPT_BY: [&str; COUNT] = [
+        "`telescope.top_stop.stiffness_n_per_m` or `telescope.top_clearance_m`",
+        "`telescope.end_stop.stiffness_n_per_m` or `telescope.annulus_length_m`",
+        "`piston.rear_wall.stiffness_n_per_m` or `piston.rear_clearance_m`",
+        "`piston.front_clearance_m` or `piston.chamber_length_m`",
+    ];
 }
 
 /// State of one hammer as the model sees it.

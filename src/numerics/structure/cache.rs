@@ -24,7 +24,7 @@ use crate::files::{Limit, Staged, read};
 /// Folder of the caches.
 pub const CACHE_FOLDER: &str = ".decore-cache";
 /// First bytes of a cache file; the number changes with its layout.
-const MAGIC: &[u8; 16] = b"decore-reduced-3";
+const MAGIC: &[u8; 16] = b"decore-reduced-4";
 const HASH: usize = 32;
 
 /// Where a reduction came from.
@@ -137,6 +137,7 @@ struct Kept<'a> {
     transfer: Cow<'a, [f64]>,
     /// The interface DOFs with their rows.
     dofs: Vec<(InterfaceDof, usize)>,
+    remarks: Cow<'a, [String]>,
 }
 
 impl<'a> Kept<'a> {
@@ -150,6 +151,7 @@ impl<'a> Kept<'a> {
             d_zz: structure.d_zz().map(values),
             transfer: values(structure.transfer()),
             dofs: structure.interface().dofs(),
+            remarks: Cow::Borrowed(structure.remarks()),
         }
     }
 
@@ -167,7 +169,9 @@ impl<'a> Kept<'a> {
         let (m_zz, k_zz) = (matrix(n_z, self.m_zz)?, matrix(n_z, self.k_zz)?);
         let matrices = ReducedMatrices { m_zz, k_zz, d_zz, transfer: matrix(n_b, self.transfer)? };
         let known = self.dofs.iter().all(|(_, row)| *row < n_b);
-        known.then(|| ReducedStructure::new(matrices, Interface::new(points, &self.dofs)).ok())?
+        let interface = Interface::new(points, &self.dofs);
+        let structure = known.then(|| ReducedStructure::new(matrices, interface).ok())??;
+        Some(structure.with_remarks(self.remarks.into_owned()))
     }
 }
 
@@ -221,6 +225,7 @@ mod tests {
             d_zz: None,
             transfer: Cow::Owned(vec![1.0, 0.5]),
             dofs: vec![(InterfaceDof { point: "A".to_owned(), dof: 2 }, 0)],
+            remarks: Cow::Owned(vec!["odd".to_owned()]),
         }
     }
 
@@ -239,6 +244,7 @@ mod tests {
             (structure.k_zz()[(0, 0)], structure.transfer()[(0, 1)], structure.interface().len()),
             (2.0, 0.5, 1)
         );
+        assert_eq!(structure.remarks(), ["odd"]);
         let row = |row: usize| vec![(InterfaceDof { point: "A".to_owned(), dof: 2 }, row)];
         // Sizes whose product wraps round to that of no entries at all.
         let huge = 1 << (usize::BITS / 2);

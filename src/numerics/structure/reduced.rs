@@ -62,6 +62,7 @@ pub struct ReducedStructure {
     static_flexibility: Option<Arc<DMatrix<f64>>>,
     own: OwnModes,
     table: Option<TableModes>,
+    remarks: Vec<String>,
 }
 
 /// Reduced matrices and the transfer `u_b = B z` (n_b x n_z).
@@ -94,7 +95,7 @@ impl ReducedStructure {
         })?;
         let static_flexibility = if own.floats() { None } else { Some(Arc::new(flexibility(&k_zz, &transfer)?)) };
         let interface = Arc::new(interface);
-        Ok(Self { m_zz, k_zz, d_zz, transfer, interface, static_flexibility, own, table: None })
+        Ok(Self { m_zz, k_zz, d_zz, transfer, interface, static_flexibility, own, table: None, remarks: Vec::new() })
     }
 
     /// From a table of mass-normalised modes: `M_zz = I`, `K_zz = diag(omega^2)`, B the table's columns.
@@ -121,6 +122,16 @@ impl ReducedStructure {
             shapes: table.shapes.clone(),
         });
         Ok(structure)
+    }
+
+    /// The same with what looks wrong about the model that it was reduced from.
+    pub(super) fn with_remarks(self, remarks: Vec<String>) -> Self {
+        Self { remarks, ..self }
+    }
+
+    /// What looks wrong about the model that it was reduced from, one sentence each: its units, matrices exchanged.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
     }
 
     /// Reduced mass `M_zz` (n_z x n_z).

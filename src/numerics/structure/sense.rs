@@ -111,7 +111,7 @@ pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, lowest_hz: 
         let [least, most] = MASS_KG;
         if let Some((mass, axis)) = known.iter().find(|(mass, _)| !(least..=most).contains(mass)) {
             out.push(format!(
-                "a mass of {mass:.3e} kg (along {axis}): machines have {least} to {most:e} kg; are the matrices in mm, t, s (units = \"mm_t_s\"), or is it another matrix?"
+                "a mass of {mass:.3e} kg (along {axis}): machines have {least} to {most:e} kg; is `units` that of the matrices (mm, t, s are \"mm_t_s\"), or is it another matrix?"
             ));
         }
         let smallest = known.iter().map(|(mass, _)| *mass).fold(f64::INFINITY, f64::min);

@@ -28,9 +28,10 @@ impl System for Coupled {
             for (i, volume) in slot.model.volumes(&state.position).into_iter().enumerate() {
                 if volume < 1e-9 {
                     return format!(
-                        "the chamber at the {} of hammer `{}` is driven to a volume of {volume:.2e} m3 at t = {t:.6} s",
+                        "the chamber at the {} of hammer `{}` is driven to a volume of {volume:.2e} m3 at t = {t:.6} s: nothing holds it there; a larger {} would",
                         chamber::NAMES[i],
-                        slot.name
+                        slot.name,
+                        chamber::KEPT_BY[i]
                     );
                 }
             }
