@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure, write_file};
 use super::json::say_json;
-use super::outputs::StudyArguments;
+use super::outputs::{Form, Output, StudyArguments};
 use super::progress::clock;
 use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
@@ -26,6 +26,8 @@ use crate::system::PlacedModes;
 
 /// Cut-off of the modes with which truncation is judged, unless another is asked for: above all of most machines' models.
 const ALL_MODES_HZ: f64 = 1e9;
+/// What is written: the table, the text, the plot.
+const FILES: [&str; 3] = ["accuracy.parquet", "accuracy.txt", "accuracy.svg"];
 
 #[derive(Debug, Args)]
 pub(super) struct AccuracyArguments {
@@ -58,7 +60,11 @@ pub(super) struct AccuracyArguments {
 }
 
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
-    let engine = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &[] }.engine()?;
+    let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
+    let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
+    let outputs = [Output { flag: "--output", path: Some(&folder), form: Form::Folder(&FILES) }];
+    let engine =
+        StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     check_row(&engine, arguments.row)?;
     let invalid = |invalid| Failure::Argument(format!("row {} describes no scene: {invalid}", arguments.row));
     let RowScene { scene, modes } = engine.scene(arguments.row).map_err(invalid)?;
@@ -76,16 +82,17 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let result = measure(&experiment, &mut |begun| tell(&running(begun, started.elapsed())));
     let result = result
         .map_err(|error| Failure::Argument(format!("{error} (is the scene one that `decore scene` can run?)")))?;
-    let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
-    let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
     let words = text(&result);
+    // Shown before it is written: a disk that is full by now costs the files alone.
+    match arguments.json {
+        true => say_json(&AccuracyResult::of(&engine, arguments.row, &result))?,
+        false => say(&words)?,
+    }
     write(&folder, &engine, &result, &words)?;
-    if arguments.json {
-        say_json(&AccuracyResult::of(&engine, arguments.row, &result))?;
-        tell(&format_args!("Table, text and plot are in {}", folder.display()));
-    } else {
-        say(&words)?;
-        say(&format_args!("Table, text and plot are in {}", folder.display()))?;
+    let place = format!("Table, text and plot are in {}", folder.display());
+    match arguments.json {
+        true => tell(&place),
+        false => say(&place)?,
     }
     Ok(Exit::Done)
 }
@@ -119,9 +126,10 @@ fn all_modes(arguments: &AccuracyArguments, engine: &Engine) -> Result<Option<Ar
 
 fn write(folder: &Path, engine: &Engine, result: &Accuracy, words: &str) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|source| Failure::Write { path: folder.display().to_string(), source })?;
-    write_table(&folder.join("accuracy.parquet"), &engine.info(), "accuracy", &columns(result))?;
-    write_file(&folder.join("accuracy.txt"), words)?;
-    write_file(&folder.join("accuracy.svg"), plot(result)?)
+    let [table, text, picture] = FILES.map(|name| folder.join(name));
+    write_table(&table, &engine.info(), "accuracy", &columns(result))?;
+    write_file(&text, words)?;
+    write_file(&picture, plot(result)?)
 }
 
 /// Speed against error on one row.

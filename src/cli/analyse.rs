@@ -6,9 +6,10 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
-use super::inputs::{expect_dataset, expect_ending};
+use super::inputs::expect_dataset;
 use super::json::say_json;
 use super::more_rows::{Goal, Source};
+use super::outputs::{Form, Output, check_outputs};
 use super::run::stop_on_interrupt;
 use super::text::{fit, say, terminal_columns};
 use crate::analysis::{Bootstrap, Estimator};
@@ -78,12 +79,13 @@ fn width(text: &str) -> Result<f64, String> {
 
 pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
-    expect_ending("--parquet", arguments.parquet.as_ref(), "parquet")?;
+    let parquet = Output { flag: "--parquet", path: arguments.parquet.as_deref(), form: Form::File(&["parquet"]) };
+    check_outputs(std::slice::from_ref(&arguments.dataset), &[parquet])?;
     let bootstrap =
         Bootstrap { replicates: arguments.bootstrap as usize, seed: arguments.seed, level: Bootstrap::LEVEL };
     let (outputs, estimator) = (arguments.outputs.clone(), arguments.estimator);
     let settings = SensitivitySettings { outputs, estimator, given: arguments.given, bootstrap };
-    let exit = run_more(arguments, &settings)?;
+    let exit = run_more(arguments, &settings, parquet)?;
     let reader = DatasetReader::open(&arguments.dataset)?;
     let found = crate::sensitivity::analyse(&reader, &settings)?;
     if let Some(path) = &arguments.parquet {
@@ -97,9 +99,14 @@ pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
 }
 
 /// Runs the rows that are asked for before the analysis.
-fn run_more(arguments: &AnalyseArguments, settings: &SensitivitySettings) -> Result<Exit, Failure> {
+fn run_more(
+    arguments: &AnalyseArguments,
+    settings: &SensitivitySettings,
+    parquet: Output<'_>,
+) -> Result<Exit, Failure> {
     let Some(study) = &arguments.study else { return Ok(Exit::Done) };
-    let source = Source { study, folder: &arguments.dataset, overrides: &arguments.overrides };
+    let source = Source { study, folder: &arguments.dataset, overrides: &arguments.overrides, outputs: &[parquet] };
+    source.check()?;
     stop_on_interrupt();
     let exit = if arguments.repair { source.repair()? } else { Exit::Done };
     match arguments.grow_until {

@@ -7,7 +7,7 @@ use clap::Args;
 use super::check_result::{Check, Confused, Invalid, Plan, Probe, probe};
 use super::exit::{Exit, Failure, write_file};
 use super::json::say_json;
-use super::outputs::{Output, StudyArguments};
+use super::outputs::{Form, Output, StudyArguments};
 use super::text::{plural, say, tell, threads};
 use crate::design::{Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::Rows;
@@ -45,7 +45,7 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    let outputs = [Output { flag: "--scatter", path: arguments.scatter.as_ref(), ending: Some("svg") }];
+    let outputs = [Output { flag: "--scatter", path: arguments.scatter.as_deref(), form: Form::File(&["svg"]) }];
     let engine =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     let plan = Plan::of(&engine)?;

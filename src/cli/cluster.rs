@@ -13,7 +13,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::default_folder;
-use super::outputs::StudyArguments;
+use super::outputs::{Form, Output, StudyArguments};
 use super::shard::Shard;
 use super::written::Written;
 
@@ -171,7 +171,11 @@ impl Plan {
         let program = program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?;
         plain("this program", program.as_os_str())?;
         let run = run_command(&program, arguments)?;
-        let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &[] };
+        let outputs = [
+            Output { flag: "--output", path: Some(&self.output), form: Form::Dataset },
+            Output { flag: "--output", path: Some(&self.folder), form: Form::Folder(&[]) },
+        ];
+        let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
         match arguments.stub_row_ms {
             Some(_) => drop(study.study()?),
             None => drop(study.engine()?),

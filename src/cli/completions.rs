@@ -8,6 +8,7 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 
 use super::exit::{Exit, Failure};
+use super::outputs::{Form, Output, check_outputs};
 use super::text::{plural, printed};
 use super::written::Written;
 
@@ -35,6 +36,7 @@ pub(super) fn completions(mut program: Command, arguments: &CompletionsArguments
 
 pub(super) fn man(mut program: Command, arguments: &ManArguments) -> Result<Exit, Failure> {
     let folder = &arguments.output;
+    check_outputs(&[], &[Output { flag: "--output", path: Some(folder), form: Form::Folder(&[]) }])?;
     let failed = |source| Failure::Write { path: folder.display().to_string(), source };
     fs::create_dir_all(folder).map_err(failed)?;
     program.build();

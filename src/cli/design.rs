@@ -1,11 +1,11 @@
 //! `decore design`: the rows of a design as a file, which a `table` design reads back.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
-use super::exit::{Exit, Failure};
-use super::outputs::{Output, StudyArguments};
+use super::exit::{Exit, Failure, write_file};
+use super::outputs::{Form, Output, StudyArguments};
 use super::text::plural;
 use super::written::Written;
 use crate::dataset::{TableColumn, TableValues, write_table};
@@ -28,18 +28,13 @@ pub(super) struct DesignArguments {
 
 pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
     let file = &arguments.output;
-    let is = |name: &str| file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(name));
-    if !is("parquet") && !is("csv") {
-        let message = format!("--output {}: expected a file that ends in .parquet or .csv", file.display());
-        return Err(Failure::Argument(message));
-    }
-    let outputs = [Output { flag: "--output", path: Some(file), ending: None }];
+    let outputs = [Output { flag: "--output", path: Some(file), form: Form::File(&["parquet", "csv"]) }];
     let study =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.checked()?;
     let (info, columns) = design_table(&study);
-    if is("csv") {
+    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
         let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
-        write_csv(file, &columns).map_err(|error| failed(error.into()))?;
+        write_file(file, table_csv(&columns).map_err(failed)?)?;
     } else {
         write_table(file, &info, "design", &columns)?;
     }
@@ -53,8 +48,8 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
 }
 
 /// Numbers in the shortest form that reads back the same.
-fn write_csv(file: &Path, columns: &[TableColumn]) -> Result<(), csv::Error> {
-    let mut writer = csv::Writer::from_path(file)?;
+fn table_csv(columns: &[TableColumn]) -> std::io::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(columns.iter().map(|column| column.name.as_str()))?;
     let cell = |values: &TableValues, row: usize| match values {
         TableValues::Real(values) => values.get(row).map(ToString::to_string),
@@ -66,5 +61,5 @@ fn write_csv(file: &Path, columns: &[TableColumn]) -> Result<(), csv::Error> {
         writer.write_record(cells)?;
         row += 1;
     }
-    Ok(writer.flush()?)
+    writer.into_inner().map_err(csv::IntoInnerError::into_error)
 }

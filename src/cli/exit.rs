@@ -178,16 +178,19 @@ fn remedy(path: &str, source: &std::io::Error) -> String {
     }
 }
 
-/// Writes a file.
+/// Writes a file that is either whole or as it was before.
 pub(super) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
-    std::fs::write(path, content).map_err(|source| Failure::Write { path: path.display().to_string(), source })
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Staged::write(folder, path, content.as_ref())
+        .and_then(Staged::put_in_place)
+        .map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
 }
 
-/// Writes a file that is either whole or as it was before.
-pub(super) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Staged::write(folder, path, content)
-        .and_then(Staged::put_in_place)
+/// Tries whether files can be made in a folder, for the output at `path`; what was made is gone afterwards.
+pub(super) fn check_writable(folder: &Path, path: &Path) -> Result<(), Failure> {
+    // Of a name that any file system takes, whatever that of the output.
+    Staged::write(folder, Path::new("decore"), b"")
+        .map(drop)
         .map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
 }
 

@@ -7,10 +7,11 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
+use super::outputs::{Form, Output, check_outputs, place};
 use super::text::plural;
 use super::written::Written;
 use crate::dataset::DatasetReader;
-use crate::features::{Column, FeatureSettings, Format, GroupBy, Role, Splits};
+use crate::features::{Column, FeatureSettings, Format, GroupBy, Role, Splits, files};
 
 /// What the files of an export hold, in the order in which it names them.
 const KINDS: [&str; 5] = ["features", "dictionary", "dictionary", "metadata", "card"];
@@ -71,6 +72,9 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
     let ExportArguments { dataset, features: folder, format, .. } = arguments;
     expect_dataset(dataset)?;
     refuse_inside(folder, dataset)?;
+    let names = files(*format);
+    let output = Output { flag: "--features", path: Some(folder), form: Form::Folder(&names) };
+    check_outputs(std::slice::from_ref(dataset), &[output])?;
     let settings = FeatureSettings {
         dose_threshold_j: arguments.dose_threshold_j,
         work_j: arguments.work_j,
@@ -132,17 +136,13 @@ fn shares(split: &Column) -> String {
 
 /// Refuses a folder for outputs that lies in the dataset that is read.
 fn refuse_inside(folder: &Path, dataset: &Path) -> Result<(), Failure> {
-    // What is not there yet will lie where the last folder above it that is there lies.
-    let place = folder.ancestors().find_map(|above| match above.as_os_str().is_empty() {
-        true => Path::new(".").canonicalize().ok(),
-        false => above.canonicalize().ok(),
-    });
-    match (place, dataset.canonicalize()) {
-        (Some(place), Ok(dataset)) if place.starts_with(&dataset) => Err(Failure::Argument(format!(
-            "--features {}: the folder lies in the dataset {}, which is read: give a folder outside of it",
-            folder.display(),
-            dataset.display()
-        ))),
-        _ => Ok(()),
+    let inside = place(dataset);
+    if !place(folder).starts_with(&inside) {
+        return Ok(());
     }
+    Err(Failure::Argument(format!(
+        "--features {}: the folder lies in the dataset {}, which is read: give a folder outside of it",
+        folder.display(),
+        inside.display()
+    )))
 }

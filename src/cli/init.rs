@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::outputs::{Form, Output, check_outputs};
 use super::text::say;
 use super::written::Written;
 use crate::study::template;
@@ -32,6 +33,7 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
         say(&text.trim_end())?;
         return Ok(Exit::Done);
     }
+    check_outputs(&[], &[Output { flag: "FILE", path: Some(&arguments.file), form: Form::File(&[]) }])?;
     let path = arguments.file.display().to_string();
     let written = OpenOptions::new().write(true).create_new(true).open(&arguments.file).and_then(|mut file| {
         file.write_all(text.as_bytes())?;

@@ -89,22 +89,22 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a file to write whose name says that it is of another kind; `flag`: what names it.
-pub(super) fn expect_ending(flag: &str, file: Option<&PathBuf>, ending: &str) -> Result<(), Failure> {
-    let Some(file) = file else { return Ok(()) };
+/// Refuses a file to write whose name says that it is of another kind than those that end in one of `endings`; `flag`: what
+/// names it.
+pub(super) fn expect_ending(flag: &str, file: &Path, endings: &[&str]) -> Result<(), Failure> {
     let shown = file.display();
+    let dotted = endings.iter().map(|ending| format!(".{ending}")).collect::<Vec<_>>().join(" or ");
     if file.is_dir() {
         return Err(Failure::Argument(format!(
-            "{flag} {shown} is a folder: give the name of a file that ends in .{ending}"
+            "{flag} {shown} is a folder: give the name of a file that ends in {dotted}"
         )));
     }
-    match file.extension().is_some_and(|kind| kind.eq_ignore_ascii_case(ending)) {
-        true => Ok(()),
-        false => Err(Failure::Argument(format!(
-            "{flag} {shown}: what is written is {}, so the name has to end in .{ending}",
-            ending.to_uppercase()
-        ))),
+    let is = |ending: &&str| file.extension().is_some_and(|kind| kind.eq_ignore_ascii_case(ending));
+    if endings.iter().any(is) {
+        return Ok(());
     }
+    let kinds = endings.iter().map(|ending| ending.to_uppercase()).collect::<Vec<_>>().join(" or ");
+    Err(Failure::Argument(format!("{flag} {shown}: what is written is {kinds}, so the name has to end in {dotted}")))
 }
 
 /// Names of what is in a folder, in order; none where it cannot be read.

@@ -7,6 +7,7 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
 use super::json::say_json;
+use super::outputs::{Form, Output, check_outputs};
 use super::text::{say, tell};
 use crate::dataset::{DatasetReader, Existing};
 use crate::report::{ReportSettings, summarise};
@@ -30,6 +31,9 @@ pub(super) struct MergeArguments {
 pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let existing = if arguments.replace { Existing::Replace } else { Existing::Resume };
     arguments.shards.iter().try_for_each(|shard| expect_dataset(shard))?;
+    let output = Output { flag: "--output", path: Some(&arguments.output), form: Form::Dataset };
+    // That no shard is the output is the merge's own to say.
+    check_outputs(&[], &[output])?;
     let merged = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
     merged.notes.iter().for_each(|note| tell(note));
     let summary = summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?;

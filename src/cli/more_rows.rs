@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::exit::{Exit, Failure};
-use super::outputs::StudyArguments;
+use super::outputs::{Output, StudyArguments};
 use super::run::run_rows;
 use super::text::tell;
 use crate::dataset::{Chosen, DatasetReader, SweepState};
@@ -21,6 +21,8 @@ pub(super) struct Source<'a> {
     pub folder: &'a Path,
     /// Values set for rows that are run again, over those with which the dataset was made.
     pub overrides: &'a [String],
+    /// What the command writes besides.
+    pub outputs: &'a [Output<'a>],
 }
 
 /// What narrow enough is, and how far to go.
@@ -38,8 +40,17 @@ impl Source<'_> {
         let reader = DatasetReader::open(self.folder)?;
         let made = &reader.manifest().study;
         let overrides = [&made.overrides[..], further].concat();
-        let study = StudyArguments { file: self.study, overrides: &overrides, outputs: &[] };
+        let study = StudyArguments { file: self.study, overrides: &overrides, outputs: self.outputs };
         Ok(study.engine()?.with_retries(made.retries()))
+    }
+
+    /// Holds the outputs to the study's files, also where no row is to be run.
+    ///
+    /// # Errors
+    /// As for [`StudyArguments::study`].
+    pub fn check(&self) -> Result<(), Failure> {
+        let made = DatasetReader::open(self.folder)?.manifest().study.overrides.clone();
+        StudyArguments { file: self.study, overrides: &made, outputs: self.outputs }.study().map(drop)
     }
 
     /// Runs the rows again that are not done, with up to three retries; rows that are still not done stay as they were.

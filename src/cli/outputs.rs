@@ -1,10 +1,14 @@
-//! The study of a command, and its outputs: what a command reads, it does not overwrite.
+//! The study of a command, and its outputs: a command overwrites neither what it reads nor what a dataset consists of, and knows
+//! before it works that it can write.
 
+use std::fs::{self, File};
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use super::exit::Failure;
-use super::inputs::{expect_ending, expect_study};
+use super::exit::{Failure, check_writable};
+use super::inputs::{expect_ending, expect_study, is_dataset};
 use super::text::tell;
+use crate::dataset::{own_files, owner};
 use crate::engine::{Engine, Rows, checked};
 use crate::study::{CheckedStudy, Study};
 
@@ -14,9 +18,24 @@ pub(super) struct Output<'a> {
     /// What names it on the command line.
     pub flag: &'static str,
     /// Where; `None`: it was not asked for.
-    pub path: Option<&'a PathBuf>,
-    /// How the name of the file has to end; `None`: as it likes.
-    pub ending: Option<&'static str>,
+    pub path: Option<&'a Path>,
+    /// What is written there.
+    pub form: Form<'a>,
+}
+
+/// What an output is.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Form<'a> {
+    /// A file in a folder that is there. Its name ends in one of these; empty: as it likes.
+    File(&'a [&'static str]),
+    /// The same in a folder that may be made while the command works.
+    LateFile(&'a [&'static str]),
+    /// A file of this text under a name that nobody gave: it takes the place only of one that the program wrote.
+    Companion(&'a str),
+    /// A folder, made where it is not there, for files of these names; empty: for names that are not known yet.
+    Folder(&'a [&'static str]),
+    /// The folder of a dataset, whose writer has more to say about it.
+    Dataset,
 }
 
 /// The study that a command line names. Each way to take it looks at the command line before it reads, reads before it
@@ -61,7 +80,7 @@ impl StudyArguments<'_> {
     /// The study by itself.
     ///
     /// # Errors
-    /// A path that cannot be a study, a study with faults, outputs of another kind or that are a file which it reads.
+    /// A path that cannot be a study, a study with faults; outputs that [`check_outputs`] refuses.
     pub fn study(&self) -> Result<Study, Failure> {
         expect_study(self.file)?;
         self.set(Study::load(self.file)?)
@@ -69,7 +88,9 @@ impl StudyArguments<'_> {
 
     fn set(&self, study: Study) -> Result<Study, Failure> {
         let study = study.with_overrides(self.overrides)?;
-        refuse_inputs(&study.files(), self.outputs)?;
+        let mut inputs = study.files();
+        inputs.extend(is_dataset(self.file).then(|| self.file.to_owned()));
+        check_outputs(&inputs, self.outputs)?;
         Ok(study)
     }
 }
@@ -87,23 +108,149 @@ fn warn(study: &CheckedStudy) {
     study.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
 }
 
-/// Refuses outputs that are one of the inputs, by whatever path, or of another kind than their name says; a folder for outputs
-/// must not hold an input.
-pub(super) fn refuse_inputs(inputs: &[PathBuf], outputs: &[Output<'_>]) -> Result<(), Failure> {
-    let inputs: Vec<PathBuf> = inputs.iter().filter_map(|path| path.canonicalize().ok()).collect();
-    for output in outputs.iter().filter_map(|output| output.path) {
-        // What is not there yet is no input.
-        let Ok(place) = output.canonicalize() else { continue };
-        let clash = inputs.iter().find(|input| **input == place || input.parent() == Some(&place));
-        if let Some(input) = clash {
+/// Refuses what a command was asked to write where it would destroy something or could not be written. `inputs`: files that the
+/// command reads, and folders of datasets. All commands that write what the command line names call this before they work.
+///
+/// # Errors
+/// [`Failure::Argument`] for a file of another kind than its name says, for one that is an input by whatever path or link, lies
+/// where a dataset keeps its own, or stands in the place of a companion; [`Failure::Write`].
+pub(super) fn check_outputs(inputs: &[PathBuf], outputs: &[Output<'_>]) -> Result<(), Failure> {
+    let asked = || outputs.iter().filter_map(|output| Some((output.path?, output)));
+    refuse_inputs(inputs, asked().map(|(path, output)| (path, output.form)))?;
+    // What this command is about to make a dataset is none yet.
+    let coming = asked().filter(|(_, output)| matches!(output.form, Form::Dataset)).map(|(path, _)| place(path));
+    let coming: Vec<PathBuf> = coming.collect();
+    for (path, Output { flag, form, .. }) in asked() {
+        match form {
+            Form::File(endings) | Form::LateFile(endings) if !endings.is_empty() => expect_ending(flag, path, endings)?,
+            Form::Companion(text) => expect_own(flag, path, text)?,
+            _ => {}
+        }
+        if let Some(dataset) = owner(&place(path), &coming) {
             return Err(Failure::Argument(format!(
-                "the output {} would overwrite what the command reads ({}): give another name or folder",
-                output.display(),
-                input.display()
+                "{flag} {}: this is a place where the dataset {} keeps its own files: give another name or folder (directly in the \
+                 dataset's folder any other name will do)",
+                path.display(),
+                dataset.display()
             )));
         }
     }
-    outputs
-        .iter()
-        .try_for_each(|output| output.ending.map_or(Ok(()), |ending| expect_ending(output.flag, output.path, ending)))
+    asked().try_for_each(|(path, output)| match output.form {
+        Form::File(_) | Form::Companion(_) => check_writable(folder_of(path), path),
+        Form::LateFile(_) => check_writable(nearest(folder_of(path)), path),
+        Form::Folder(_) => check_writable(nearest(path), path),
+        Form::Dataset => Ok(()),
+    })
 }
+
+/// Refuses outputs that are one of the inputs. A folder must hold none under a name that is written; a dataset must not consist of
+/// any.
+fn refuse_inputs<'a>(
+    inputs: &[PathBuf],
+    outputs: impl Iterator<Item = (&'a Path, Form<'a>)> + Clone,
+) -> Result<(), Failure> {
+    let files = outputs.clone().flat_map(|(path, form)| match form {
+        Form::Folder(names) => names.iter().map(|name| path.join(name)).collect(),
+        Form::Dataset => Vec::new(),
+        _ => vec![path.to_owned()],
+    });
+    // What is not there yet is no input.
+    let written: Vec<(PathBuf, Identity)> =
+        files.filter_map(|path| identity(&path).map(|found| (path, found))).collect();
+    let folders: Vec<(&Path, PathBuf, bool)> = outputs
+        .filter_map(|(path, form)| match form {
+            Form::Folder([]) => Some((path, place(path), false)),
+            Form::Dataset => Some((path, place(path), true)),
+            _ => None,
+        })
+        .collect();
+    if written.is_empty() && folders.is_empty() {
+        return Ok(());
+    }
+    let refused = |output: &Path, input: &Path| {
+        Err(Failure::Argument(format!(
+            "the output {} would overwrite what the command reads ({}): give another name or folder",
+            output.display(),
+            input.display()
+        )))
+    };
+    let all = inputs.iter().flat_map(|input| if input.is_dir() { own_files(input) } else { vec![input.clone()] });
+    for input in all {
+        // Nor is an input that is not there.
+        let Some(found) = identity(&input) else { continue };
+        if let Some((output, _)) = written.iter().find(|(_, one)| *one == found) {
+            return refused(output, &input);
+        }
+        let input_place = place(&input);
+        let holds = |(_, folder, is_dataset): &&(&Path, PathBuf, bool)| match is_dataset {
+            true => owner(&input_place, std::slice::from_ref(folder)).is_some_and(|owner| owner == folder),
+            false => input_place.parent().is_some_and(|parent| parent == folder),
+        };
+        if let Some((output, ..)) = folders.iter().find(holds) {
+            return refused(output, &input);
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a companion whose place is taken by a file that does not begin as what the program writes there.
+fn expect_own(flag: &str, path: &Path, text: &str) -> Result<(), Failure> {
+    match fs::metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Ok(found) if found.is_file() && begins_with(path, text.lines().next().unwrap_or_default()) => return Ok(()),
+        _ => {}
+    }
+    Err(Failure::Argument(format!(
+        "{flag}: {} is to be written too, and what is there was not written by decore: rename it, or give another folder",
+        path.display()
+    )))
+}
+
+fn begins_with(path: &Path, line: &str) -> bool {
+    let mut begin = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(line.len() as u64).read_to_end(&mut begin));
+    read.is_ok() && begin == line.as_bytes()
+}
+
+/// Where a path leads: links are followed, and what is not there yet lies in the last folder above it that is.
+pub(super) fn place(path: &Path) -> PathBuf {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let found = path.ancestors().find_map(|above| Some((above, above.canonicalize().ok()?)));
+    let Some((above, mut place)) = found else { return path };
+    for part in path.strip_prefix(above).into_iter().flat_map(Path::iter) {
+        if part == ".." {
+            place.pop();
+        } else {
+            place.push(part);
+        }
+    }
+    place
+}
+
+/// The folder that a file is in.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The folder itself, or the last one above it that is there.
+fn nearest(folder: &Path) -> &Path {
+    let found = folder.ancestors().find(|above| above.exists());
+    found.unwrap_or(Path::new("."))
+}
+
+/// What tells a file from all others, whatever path or link names it; `None`: there is none.
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<Identity> {
+    use std::os::unix::fs::MetadataExt;
+    fs::metadata(path).ok().map(|found| (found.dev(), found.ino()))
+}
+#[cfg(unix)]
+type Identity = (u64, u64);
+
+/// Hard links are not seen through here.
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<Identity> {
+    path.canonicalize().ok()
+}
+#[cfg(not(unix))]
+type Identity = PathBuf;

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::json::say_json;
+use super::outputs::{Form, Output, check_outputs};
 use super::text::{fit, say, terminal_columns};
 use crate::paper::{Agreement, Evidence, Figure, Group, PaperComparison, Tolerance, compare, four_digits, paper_page};
 
@@ -27,6 +28,8 @@ pub(super) struct PaperArguments {
 }
 
 pub(super) fn paper(arguments: &PaperArguments) -> Result<Exit, Failure> {
+    let page = Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) };
+    check_outputs(&[], &[page])?;
     let comparison = compare()?;
     if let Some(path) = &arguments.html {
         write_file(path, paper_page(&comparison)?)?;

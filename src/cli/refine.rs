@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
 
-use super::exit::{Exit, Failure, write_whole};
+use super::exit::{Exit, Failure, write_file};
 use super::inputs::{default_folder, expect_ending};
 use super::json::say_json;
-use super::outputs::{Output, StudyArguments};
+use super::outputs::{Form, Output, StudyArguments};
 use super::run::{check_number, run_rows, stop_on_interrupt};
 use super::text::{plural, say, tell};
 use crate::dataset::{DatasetReader, SweepState};
@@ -130,7 +130,7 @@ impl RefineArguments {
 pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.study));
-    let outputs = [Output { flag: "--output", path: Some(&folder), ending: None }];
+    let outputs = [Output { flag: "--output", path: Some(&folder), form: Form::Dataset }];
     let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
     let settings = arguments.settings()?;
     // Before anything is run, not after.
@@ -175,7 +175,7 @@ fn row_file(study: &Study) -> Result<PathBuf, Failure> {
                 .into(),
         )
     })?;
-    expect_ending("the file of rows", Some(&file), "csv")?;
+    expect_ending("the file of rows", &file, &["csv"])?;
     Ok(file)
 }
 
@@ -205,5 +205,5 @@ fn append(file: &Path, study: &CheckedStudy, rows: &[Vec<String>]) -> Result<(),
         bytes.push(b'\n');
     }
     bytes.extend(added);
-    write_whole(file, &bytes)
+    write_file(file, bytes)
 }

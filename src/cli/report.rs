@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::exit::{Exit, Failure, write_whole};
+use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_dataset;
 use super::json::say_json;
+use super::outputs::{Form, Output, check_outputs};
 use super::text::{fit, say, terminal_columns};
 use super::written::Written;
 use crate::dataset::DatasetReader;
@@ -33,12 +34,14 @@ pub(super) struct ReportArguments {
 
 pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
+    let page = Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) };
+    check_outputs(std::slice::from_ref(&arguments.dataset), &[page])?;
     let settings =
         ReportSettings { rank_by: arguments.rank_by.clone(), best: arguments.best, ..ReportSettings::default() };
     let reader = DatasetReader::open(&arguments.dataset)?;
     if let Some(path) = &arguments.html {
         let page = dataset_page(&reader, &settings, MOST_ROWS)?;
-        write_whole(path, page.as_bytes())?;
+        write_file(path, &page)?;
         let mut written = Written::default();
         written.file("page", path)?;
         let words = format_args!("wrote {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6);

@@ -10,7 +10,7 @@ use clap::Args;
 use super::exit::{Exit, Failure};
 use super::inputs::default_folder;
 use super::json::say_json;
-use super::outputs::{Output, StudyArguments};
+use super::outputs::{Form, Output, StudyArguments};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
 use super::shard::Shard;
@@ -81,16 +81,19 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     stop_on_interrupt();
-    let outputs = [Output { flag: "--summary", path: arguments.summary.as_ref(), ending: None }];
+    let folder = arguments.output.clone().unwrap_or_else(|| {
+        let whole = default_folder(&arguments.study);
+        arguments.shard.map_or(whole.clone(), |shard| shard.folder(&whole))
+    });
+    let outputs = [
+        Output { flag: "--summary", path: arguments.summary.as_deref(), form: Form::LateFile(&["json"]) },
+        Output { flag: "--output", path: Some(&folder), form: Form::Dataset },
+    ];
     let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
     let rows: Box<dyn Rows> = match arguments.stub_row_ms {
         Some(milliseconds) => Box::new(stub_rows(study.checked()?, arguments, milliseconds)?),
         None => Box::new(study.engine()?.with_retries(arguments.retries)),
     };
-    let folder = arguments.output.clone().unwrap_or_else(|| {
-        let whole = default_folder(&arguments.study);
-        arguments.shard.map_or(whole.clone(), |shard| shard.folder(&whole))
-    });
     // Before the rows are run, not after.
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
     check_number(&rows.info(), &report.rank_by)?;

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::exit::{Exit, Failure, write_file, write_whole};
+use super::exit::{Exit, Failure, write_file};
 use super::inputs::is_dataset;
 use super::json::say_json;
 use super::measured::{Calculated, ChannelBeside, MeasuredArguments, channels_text};
-use super::outputs::{Output, StudyArguments, refuse_inputs};
+use super::outputs::{Form, Output, StudyArguments, check_outputs};
 use super::scene_plot::{Picture, scene_plot};
 use super::scene_result::SceneResult;
 use super::stored::Stored;
@@ -64,12 +64,12 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
     let outputs = [
-        Output { flag: "--signals", path: arguments.signals.as_ref(), ending: Some("parquet") },
-        Output { flag: "--plot", path: arguments.plot.as_ref(), ending: Some("svg") },
-        Output { flag: "--html", path: arguments.html.as_ref(), ending: Some("html") },
+        Output { flag: "--signals", path: arguments.signals.as_deref(), form: Form::File(&["parquet"]) },
+        Output { flag: "--plot", path: arguments.plot.as_deref(), form: Form::File(&["svg"]) },
+        Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) },
     ];
     if let Some(measured) = arguments.measured.file() {
-        refuse_inputs(std::slice::from_ref(measured), &outputs)?;
+        check_outputs(std::slice::from_ref(measured), &outputs)?;
     }
     let named = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
     let stored = is_dataset(&arguments.study).then(|| Stored::open(&arguments.study)).transpose()?;
@@ -125,7 +125,7 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<(RowOutcome, 
     if let Some(path) = &arguments.html {
         let shown = Shown { scene: &scene, signals: &signals, interval_s, channels: &channels };
         let page = page(engine, arguments.row, &outcome, shown)?;
-        write_whole(path, page.as_bytes())?;
+        write_file(path, &page)?;
         tell(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
     }
     Ok((outcome, channels))

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_study;
 use super::json::say_json;
-use super::outputs::{Output, StudyArguments, refuse_inputs};
+use super::outputs::{Form, Output, StudyArguments, check_outputs};
 use super::text::{plural, say};
 use super::written::Written;
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
@@ -46,7 +46,7 @@ pub(super) struct StructureArguments {
     // The help says: write the model's matrices in another format instead of a report.
     #[arg(long, value_name = "FORMAT", value_parser = export_format, requires = "to", help = export_help())]
     export: Option<ExportFormat>,
-    /// Folder for --export; it must exist.
+    /// Folder for --export, made where it is not there; it must not hold a file that the study reads.
     #[arg(long, value_name = "FOLDER")]
     to: Option<PathBuf>,
 }
@@ -198,15 +198,15 @@ fn selections_text(selections: &Selections) -> String {
 /// Settings of the structure, and what a study needs of it.
 fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
     let outputs = [
-        Output { flag: "--html", path: arguments.html.as_ref(), ending: None },
-        Output { flag: "--to", path: arguments.to.as_ref(), ending: None },
+        Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) },
+        Output { flag: "--to", path: arguments.to.as_deref(), form: Form::Folder(&[]) },
     ];
     if let Some(settings) = load_structure(&arguments.file)? {
         if !arguments.overrides.is_empty() {
             return Err(Failure::Argument("--set needs a study; this file has the table [structure] alone".to_owned()));
         }
         let files = settings.source.files().into_iter().map(|(_, path)| path.to_path_buf());
-        refuse_inputs(&files.chain([arguments.file.clone()]).collect::<Vec<_>>(), &outputs)?;
+        check_outputs(&files.chain([arguments.file.clone()]).collect::<Vec<_>>(), &outputs)?;
         return Ok((settings, None));
     }
     let study = StudyArguments { file: &arguments.file, overrides: &arguments.overrides, outputs: &outputs }.study()?;
@@ -226,6 +226,8 @@ fn whole_interface(model: &FeModel, settings: &StructureSettings) -> Result<Redu
 }
 
 fn export(model: &FeModel, format: ExportFormat, folder: &Path, json: bool) -> Result<Exit, Failure> {
+    let failed = |source| Failure::Write { path: folder.display().to_string(), source };
+    std::fs::create_dir_all(folder).map_err(failed)?;
     let files = write_model(model, format, folder)?;
     let named = [
         ("stiffness", Some(&files.stiffness.path)),

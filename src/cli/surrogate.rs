@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::exit::{Exit, Failure, write_whole};
-use super::inputs::{expect_dataset, expect_ending};
+use super::exit::{Exit, Failure, write_file};
+use super::inputs::expect_dataset;
 use super::json::say_json;
-use super::outputs::{Output, refuse_inputs};
+use super::outputs::{Form, Output, check_outputs};
 use super::text::{fit, say, tell, terminal_columns};
 use super::written::Written;
 use crate::dataset::{DatasetReader, write_table};
@@ -21,7 +21,8 @@ pub(super) struct SurrogateArguments {
     /// the castings, air.
     #[arg(long, num_args = 1.., value_name = "NAME")]
     outputs: Vec<String>,
-    /// Write the models to this Parquet file, and predict.py, which predicts with NumPy, beside it.
+    /// Write the models to this Parquet file, and predict.py, which predicts with NumPy, beside it (not over one that is not
+    /// decore's).
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Q2 below which a model warns at every use.
@@ -54,14 +55,19 @@ fn share(text: &str) -> Result<f64, String> {
 
 pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
-    expect_ending("--output", arguments.output.as_ref(), "parquet")?;
+    let predictor = arguments.output.as_ref().map(|path| path.with_file_name("predict.py"));
+    let outputs = [
+        Output { flag: "--output", path: arguments.output.as_deref(), form: Form::File(&["parquet"]) },
+        Output { flag: "--output", path: predictor.as_deref(), form: Form::Companion(PREDICTOR) },
+    ];
+    check_outputs(std::slice::from_ref(&arguments.dataset), &outputs)?;
     let reader = DatasetReader::open(&arguments.dataset)?;
     let (outputs, least_q2) = (arguments.outputs.clone(), arguments.least_q2);
     let settings = SurrogateSettings { outputs, least_q2, ..SurrogateSettings::default() };
     let model = crate::surrogate::fit(&reader, &settings)?;
-    if let Some(path) = &arguments.output {
+    if let (Some(path), Some(predictor)) = (&arguments.output, &predictor) {
         crate::surrogate::write(&model, path)?;
-        write_whole(&path.with_file_name("predict.py"), PREDICTOR.as_bytes())?;
+        write_file(predictor, PREDICTOR)?;
     }
     if arguments.json {
         say_json(&model.surrogate)?;
@@ -75,8 +81,8 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
 }
 
 pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
-    let output = Output { flag: "--output", path: Some(&arguments.output), ending: Some("parquet") };
-    refuse_inputs(&[arguments.model.clone(), arguments.table.clone()], &[output])?;
+    let output = Output { flag: "--output", path: Some(&arguments.output), form: Form::File(&["parquet"]) };
+    check_outputs(&[arguments.model.clone(), arguments.table.clone()], &[output])?;
     let model = crate::surrogate::read(&arguments.model)?;
     let predicted = crate::surrogate::predict(&model, &arguments.table)?;
     write_table(&arguments.output, &model.info, "predictions", &predicted.columns)?;

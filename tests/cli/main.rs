@@ -3,6 +3,7 @@
 mod commands;
 mod mistakes;
 mod options;
+mod outputs;
 mod paper;
 mod printing;
 mod readme;

@@ -54,6 +54,7 @@ mod lock;
 mod manifest;
 mod merge;
 mod name;
+mod owned;
 mod parquet_file;
 #[cfg(test)]
 mod power_cut;
@@ -80,6 +81,7 @@ pub use key::ValuesKey;
 pub use lock::{Place, host_name};
 pub use manifest::{MANIFEST_NAME, Manifest, Part, Rerun, RowSpan, TimingsManifest};
 pub use merge::{Merged, merge};
+pub use owned::{own_files, owner};
 pub use reader::DatasetReader;
 pub use record::StoredRow;
 pub use rerun::Chosen;

@@ -99,9 +99,17 @@ impl SweepStatus {
     /// # Errors
     /// The system's.
     pub fn write(&self, dataset: &Path) -> Result<(), DatasetError> {
-        let target = dataset.join(STATUS_NAME);
-        let staged = Staged::write(dataset, &target, &self.to_json(&target)?);
-        staged.and_then(Staged::put_in_place).map_err(failed_to("write", &target))
+        self.write_as(&dataset.join(STATUS_NAME))
+    }
+
+    /// Writes the status as a file, which appears whole in the place of one that is there.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn write_as(&self, target: &Path) -> Result<(), DatasetError> {
+        let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let staged = Staged::write(folder, target, &self.to_json(target)?);
+        staged.and_then(Staged::put_in_place).map_err(failed_to("write", target))
     }
 
     /// Notes that the sweep that writes the dataset is stopped at once, for a process that ends without any more words.

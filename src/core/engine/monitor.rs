@@ -1,7 +1,6 @@
 //! Counts the rows of a sweep as they end, tells the caller, and keeps the dataset's status file up to date.
 
 use std::collections::VecDeque;
-use std::fs;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -105,8 +104,7 @@ impl<'a> Monitor<'a> {
         let Some(path) = completion else {
             return;
         };
-        let written = status.to_json(path).map(|json| fs::write(path, json));
-        if !matches!(written, Ok(Ok(()))) {
+        if status.write_as(path).is_err() {
             (self.beginning.listener)(SweepEvent::SummaryNotWritten(path));
         }
     }
