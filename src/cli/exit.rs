@@ -174,6 +174,7 @@ fn remedy(path: &str, source: &std::io::Error) -> String {
     match (source.kind(), folder) {
         (ErrorKind::NotFound, Some(folder)) => format!("make the folder {} first", folder.display()),
         (ErrorKind::IsADirectory, _) => "it is a folder: give the name of a file".to_owned(),
+        (ErrorKind::NotADirectory, _) => "a folder of that name is a file: give another place".to_owned(),
         _ => "check free space and permissions".to_owned(),
     }
 }
