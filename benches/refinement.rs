@@ -13,7 +13,7 @@ use std::process::Command;
 
 use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, hypercube, median, q2, sobol};
 use decore::random::{hash, uniform};
-use decore::refinement::{CAUTIOUS, Learned, SHARP_NOISE, Seeking, Side, highest_peak, improving, learning};
+use decore::refinement::{CAUTIOUS, Learned, SHARP_NOISE, Seeking, Side, highest_peak, improving, is_apart, learning};
 use decore::regression::{GaussianProcess, Points, RegressionError};
 use rayon::prelude::*;
 use scenes::scenes;
@@ -78,15 +78,17 @@ struct Sought<'a> {
     model: &'a GaussianProcess,
     best: f64,
     share: f64,
+    rows: &'a [Vec<f64>],
 }
 
 impl Sought<'_> {
     fn merits(&self, places: &Points) -> Vec<f64> {
-        improving(
-            &Seeking { process: self.model, side: Side::Least, limits: &[], best: Some(self.best), share: self.share },
-            places,
-        )
-        .expect("merits")
+        let seeking =
+            Seeking { process: self.model, side: Side::Least, limits: &[], best: Some(self.best), share: self.share };
+        let merits = improving(&seeking, places).expect("merits").into_iter().enumerate();
+        merits
+            .map(|(place, merit)| if is_apart(places.row(place), self.rows) { merit } else { f64::NEG_INFINITY })
+            .collect()
     }
 
     /// The highest of the peaks near the best candidates.
@@ -125,7 +127,8 @@ fn least(function: &Function, seed: u64, (start, rows): (usize, usize)) -> f64 {
         }
         let expected = model.predict(&points).expect("predictions").into_iter().map(|at| at.mean);
         let share = if points.rows().is_multiple_of(2) { 1.0 } else { CAUTIOUS };
-        let sought = Sought { model: &model, best: expected.fold(f64::INFINITY, f64::min), share };
+        let rows: Vec<Vec<f64>> = (0..points.rows()).map(|row| points.row(row).to_vec()).collect();
+        let sought = Sought { model: &model, best: expected.fold(f64::INFINITY, f64::min), share, rows: &rows };
         let next = Points::new(sought.peak(&candidates), vec![false; function.factors]).expect("a place");
         points = points.with(&next).expect("a row");
     }

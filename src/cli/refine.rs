@@ -10,7 +10,7 @@ use super::json::say_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::run::{check_number, run_rows, stop_on_interrupt};
 use super::text::{plural, say, tell};
-use crate::dataset::{DatasetReader, SweepState};
+use crate::dataset::{DatasetReader, Lock, SweepState};
 use crate::engine::Rows;
 use crate::files;
 use crate::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings, Side, Target, propose};
@@ -113,6 +113,10 @@ impl RefineArguments {
     }
 
     fn targets(&self) -> Result<Vec<Target>, Failure> {
+        if let Some(place) = (1..self.learn.len()).find(|place| self.learn[..*place].contains(&self.learn[*place])) {
+            let twice = &self.learn[place];
+            return Err(Failure::Argument(format!("--learn names {twice} twice: name each column once")));
+        }
         if let Some((name, _)) = self.until_width.iter().find(|(name, _)| !self.learn.contains(name)) {
             return Err(Failure::Argument(format!(
                 "--until-width {name}: it is not learnt; name it with --learn, or one of those there: {}",
@@ -135,8 +139,11 @@ pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
     let settings = arguments.settings()?;
     // Before anything is run, not after.
     let file = row_file(&study.study()?)?;
+    // Whatever the folder: another one that adds to the table would do so from the same rows.
+    let _lock = Lock::take_beside(&file)?;
     loop {
         let engine = study.engine()?;
+        check_budget(arguments.most_rows, engine.checked().row_count() as u64, &file)?;
         settings.goal.outputs().iter().try_for_each(|name| check_number(&engine.info(), name))?;
         let status = run_rows(&engine, &folder, None)?;
         if status.state != SweepState::Complete {
@@ -144,7 +151,7 @@ pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
         }
         let rows_then = engine.checked().row_count() as u64 + arguments.batch;
         let Proposal { progress, rows } = propose(engine.checked(), &DatasetReader::open(&folder)?, &settings)?;
-        if progress.reached || rows_then > arguments.most_rows {
+        if progress.reached || progress.exhausted || rows_then > arguments.most_rows {
             return ended(&progress, arguments);
         }
         tell(&progress);
@@ -153,11 +160,26 @@ pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
     }
 }
 
+/// A budget that is spent before anything is added is a mistake.
+fn check_budget(most_rows: u64, rows: u64, file: &Path) -> Result<(), Failure> {
+    if rows <= most_rows {
+        return Ok(());
+    }
+    let file = file.display();
+    Err(Failure::Argument(format!(
+        "--most-rows {most_rows}: {file} has {rows} rows already; give at least as many as the design is to have in the end (`decore \
+         run` runs the rows that are there)"
+    )))
+}
+
 /// How it ended, with words for people or as JSON.
 fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<Exit, Failure> {
     match (arguments.json, progress.reached) {
         (true, _) => say_json(progress)?,
         (false, true) => say(&format_args!("what was asked for is reached: {progress}"))?,
+        (false, false) if progress.exhausted => {
+            say(&format_args!("all places that may be run are rows already, or next to one: {progress}"))?;
+        }
         (false, false) => {
             let most = arguments.most_rows;
             say(&format_args!("the next batch would go beyond --most-rows {most}: {progress}"))?;

@@ -16,6 +16,12 @@ const FURTHER: [f64; 2] = [1.0, 3.0];
 /// Rounds at most.
 const MOST_ROUNDS: usize = 200;
 
+/// How far a row must lie from each other one along one factor at least, as a share of its range: where a model knows nearly all, its
+/// peaks lie beside rows, and a copy of a row teaches nothing. An output that scatters shows it at this distance too.
+const LEAST_DISTANCE: f64 = 1e-3;
+/// Share of it by which rounding may make it less.
+const ROUNDING: f64 = 1e-9;
+
 /// A place by the shares of the factors' ranges, 0 to 1, and what a criterion says of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Peak {
@@ -68,6 +74,12 @@ fn starts((places, merits): (&[Vec<f64>], &[f64])) -> Vec<Peak> {
 /// How far two places lie from each other along the factor in which they differ most.
 fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+}
+
+/// Whether a row may lie at a place beside other rows, all given by their shares of the ranges: at least a thousandth of the range of one
+/// factor away from each.
+pub fn is_apart(at: &[f64], rows: &[Vec<f64>]) -> bool {
+    rows.iter().all(|row| farthest(row, at) >= (1.0 - ROUNDING) * LEAST_DISTANCE)
 }
 
 /// Climbs from a place to a peak of `merits`, which tells a criterion of several places at once: `f64::NEG_INFINITY` for one that must not
@@ -167,6 +179,13 @@ mod tests {
         let Ok(Some(peak)) = highest_peak((&places, &merits), &mut all) else { panic!("no peak") };
         assert!((peak.at[0] - 0.8).abs() < 1e-4 && (peak.merit - 2.0).abs() < 1e-6, "{peak:?}");
         assert_eq!(highest_peak((&[], &[]), &mut all), Ok(None));
+    }
+
+    #[test]
+    fn copies_of_rows_are_told_from_rows() {
+        let rows = [vec![0.5, 0.5], vec![0.0, 1.0]];
+        assert!(is_apart(&[0.5, 0.501], &rows) && is_apart(&[0.4, 0.5], &rows) && is_apart(&[0.5, 0.5], &[]));
+        assert!(!is_apart(&[0.500_9, 0.499_1], &rows) && !is_apart(&[0.0, 1.0], &rows));
     }
 
     #[test]

@@ -28,10 +28,10 @@ pub enum RefinementError {
         /// Why.
         reason: String,
     },
-    /// No place is left.
+    /// No place was found.
     #[error(
-        "no place is left for a further row: of {tried} candidates each is a row already or meets not all constraints; widen the \
-         ranges of the factors or the constraints"
+        "no place was found for a further row: none of {tried} candidates meets all constraints and describes a scene; widen the \
+         ranges of the factors or the constraints (the rows that there are have been run)"
     )]
     NoCandidates {
         /// Candidates that were looked at.

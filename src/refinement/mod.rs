@@ -10,6 +10,7 @@
 mod acquisition;
 mod candidates;
 mod climb;
+mod constant;
 mod error;
 mod goal;
 mod progress;
@@ -17,7 +18,7 @@ mod propose;
 mod separate;
 
 pub use acquisition::{Beside, Learned, Limited, Seeking, Side, improving, learning};
-pub use climb::{Merits, Peak, highest_peak};
+pub use climb::{Merits, Peak, highest_peak, is_apart};
 pub use error::RefinementError;
 pub use goal::{Aim, Goal, Limit, Target};
 pub use progress::{Best, Boundary, OutputProgress, Progress};

@@ -17,8 +17,13 @@ pub struct Progress {
     pub rows: u64,
     /// Rows of them that failed, where the boundary to those is sought; null otherwise.
     pub failed: Option<u64>,
+    /// Rows of those whose values describe no scene that can be simulated; such places are no part of the shares of `boundary`. Null
+    /// as `failed` is.
+    pub without_scene: Option<u64>,
     /// The outputs that are modelled; none where it is sought where rows fail.
     pub outputs: Vec<OutputProgress>,
+    /// Rows that are within all limits; null where no optimum is sought.
+    pub rows_within: Option<u64>,
     /// The best row within the limits; null where none is, or none is sought.
     pub best: Option<Best>,
     /// Largest expected improvement of the best row by a run, times its probability to be within the limits, in the output's unit;
@@ -28,6 +33,9 @@ pub struct Progress {
     pub boundary: Option<Boundary>,
     /// Whether all that was asked for is reached.
     pub reached: bool,
+    /// Whether it is not, and no place is left for a further row: all that meet the constraints and describe a scene are rows already,
+    /// or so near to one that they would be its copies.
+    pub exhausted: bool,
 }
 
 /// How well an output is known.
@@ -39,6 +47,9 @@ pub struct OutputProgress {
     pub unit: String,
     /// Rows that have it.
     pub used: u64,
+    /// What it is where it is the same in all of them, so that it needs no model: its Q2 is 1 and its intervals are 0 wide; null
+    /// otherwise.
+    pub constant: Option<f64>,
     /// Share of the variance that is predicted of rows left out: the smaller of that one at a time and that of a tenth at a time.
     pub q2: f64,
     /// Width of the 95 % intervals of new rows, on average over the ranges of the factors, in the output's unit.
@@ -61,16 +72,29 @@ pub struct Best {
 /// Where a limit is passed.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Boundary {
-    /// Share of the ranges of the factors that is within the limit, or where rows succeed, as the model expects.
+    /// Share of the places that may be run that is within the limit, or where rows succeed, as the model expects: of those in the ranges
+    /// of the factors that meet all constraints and describe a scene.
     pub within: f64,
-    /// Share that the model takes for the wrong side, as it expects itself.
+    /// Share of them that the model takes for the wrong side, as it expects itself.
     pub unsure: f64,
 }
 
 impl Progress {
     /// Of rows of which nothing else is said yet.
     pub(super) fn new(study: String, rows: u64) -> Self {
-        Self { study, rows, failed: None, outputs: Vec::new(), best: None, gain: None, boundary: None, reached: false }
+        Self {
+            study,
+            rows,
+            failed: None,
+            without_scene: None,
+            outputs: Vec::new(),
+            rows_within: None,
+            best: None,
+            gain: None,
+            boundary: None,
+            reached: false,
+            exhausted: false,
+        }
     }
 }
 
@@ -82,16 +106,31 @@ impl Boundary {
     }
 }
 
+impl fmt::Display for OutputProgress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = spaced(&self.unit);
+        match self.constant {
+            Some(value) => write!(f, "{}{unit} in all rows that have it", four_digits(value)),
+            None => write!(f, "Q2 {:.3}, 95 % intervals {}{unit} wide", self.q2, four_digits(self.width)),
+        }
+    }
+}
+
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} rows", self.rows)?;
         if let Some(failed) = self.failed {
             write!(f, ", {failed} of which failed")?;
         }
-        for OutputProgress { output, unit, used, q2, width } in &self.outputs {
-            let from = if *used == self.rows { String::new() } else { format!(" (from {used} rows)") };
-            let (width, unit) = (four_digits(*width), spaced(unit));
-            write!(f, "\n  {output}{from}: Q2 {q2:.3}, 95 % intervals {width}{unit} wide")?;
+        if let Some(without_scene @ 1..) = self.without_scene {
+            write!(f, " ({without_scene} describe no scene)")?;
+        }
+        for output in &self.outputs {
+            let from = if output.used == self.rows { String::new() } else { format!(" (from {} rows)", output.used) };
+            write!(f, "\n  {}{from}: {output}", output.output)?;
+        }
+        if self.rows_within == Some(0) {
+            write!(f, "\n  no row is within all limits")?;
         }
         if let (Some(best), Some(output)) = (&self.best, self.outputs.first()) {
             let [value, expected, std_dev] = [best.value, best.expected, best.std_dev].map(four_digits);
@@ -104,7 +143,10 @@ impl fmt::Display for Progress {
         if let Some(Boundary { within, unsure }) = self.boundary {
             let [within, unsure] = [within, unsure].map(|share| 100.0 * share);
             let what = if self.failed.is_some() { "rows succeed in" } else { "within the limit" };
-            write!(f, "\n  {what} {within:.1} % of the ranges, on the wrong side {unsure:.2} %")?;
+            write!(
+                f,
+                "\n  {what} {within:.1} % of the places that meet the constraints and describe a scene, on the wrong side {unsure:.2} %"
+            )?;
         }
         Ok(())
     }
@@ -112,4 +154,23 @@ impl fmt::Display for Progress {
 
 fn spaced(unit: &str) -> String {
     if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_say_what_they_count() {
+        let mut progress = Progress::new("a".to_owned(), 40);
+        (progress.failed, progress.without_scene) = (Some(7), Some(6));
+        progress.boundary = Some(Boundary { within: 0.999, unsure: 0.001 });
+        assert_eq!(
+            progress.to_string(),
+            "40 rows, 7 of which failed (6 describe no scene)\n  rows succeed in 99.9 % of the places that meet the constraints and \
+             describe a scene, on the wrong side 0.10 %"
+        );
+        (progress.failed, progress.without_scene) = (None, None);
+        assert!(progress.to_string().contains("\n  within the limit 99.9 % of the places that meet the constraints"));
+    }
 }

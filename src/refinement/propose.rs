@@ -3,6 +3,7 @@
 use super::acquisition::{Learned, Limited, Seeking, Side, improving, learning};
 use super::candidates::{Around, Collector};
 use super::climb::highest_peak;
+use super::constant::Constant;
 use super::error::RefinementError;
 use super::goal::{Aim, Goal, Limit, Target};
 use super::progress::{Best, Boundary, OutputProgress, Progress};
@@ -10,6 +11,7 @@ use super::separate::{Tried, bounding, separating, sides};
 use crate::dataset::DatasetReader;
 use crate::random::hash;
 use crate::regression::{GaussianProcess, LEAST_NOISE, Points, RegressionError};
+use crate::sensitivity::four_digits;
 use crate::study::CheckedStudy;
 use crate::surrogate::{FactorSpace, Model, OutputModel, OutputSurrogate, ProcessFigures, RowsProcess, SuccessModel};
 use crate::surrogate::{SurrogateError, SurrogateSettings, fit, fit_success, text_places};
@@ -50,7 +52,8 @@ pub struct Proposal {
 
 /// Proposes the rows of the next batch from those that the dataset of the study holds.
 ///
-/// Depends on the study, its seed and the rows alone. Every row meets the study's constraints, and is no row already.
+/// Depends on the study, its seed and the rows alone. Every row meets the study's constraints, and is no row already. None are proposed
+/// where the goal is reached, or no place is left ([`Progress::exhausted`]).
 ///
 /// # Errors
 /// Those of [`fit`]; [`RefinementError::NoModel`], [`RefinementError::NoCandidates`].
@@ -59,18 +62,28 @@ pub fn propose(
     reader: &DatasetReader,
     settings: &RefinementSettings,
 ) -> Result<Proposal, RefinementError> {
+    let mut proposal = proposed(study, reader, settings)?;
+    proposal.progress.exhausted = !proposal.progress.reached && proposal.rows.is_empty();
+    Ok(proposal)
+}
+
+fn proposed(
+    study: &CheckedStudy,
+    reader: &DatasetReader,
+    settings: &RefinementSettings,
+) -> Result<Proposal, RefinementError> {
     let outputs = settings.goal.outputs();
     let settings_of = |least_noise: f64| SurrogateSettings { outputs, least_noise, ..SurrogateSettings::default() };
     let modelled = |least_noise: f64| fit(reader, &settings_of(least_noise));
     match &settings.goal {
-        Goal::Learn { targets } => Task::new(study, &modelled(LEAST_NOISE)?)?.learn(targets, settings.batch),
+        Goal::Learn { targets } => Task::new(study, reader, &modelled(LEAST_NOISE)?)?.learn(targets, settings.batch),
         Goal::Optimise { side, limits, gain, .. } => {
             let least_noise = if study.row_count() <= SHARP_ROWS { SHARP_NOISE } else { LEAST_NOISE };
             let wanted = Wanted { side: *side, limits, gain: *gain };
-            Task::new(study, &modelled(least_noise)?)?.optimise(&wanted, settings.batch)
+            Task::new(study, reader, &modelled(least_noise)?)?.optimise(&wanted, settings.batch)
         }
         Goal::Bound { limit, unsure } => {
-            Task::new(study, &modelled(LEAST_NOISE)?)?.bound((limit, *unsure), settings.batch)
+            Task::new(study, reader, &modelled(LEAST_NOISE)?)?.bound((limit, *unsure), settings.batch)
         }
         Goal::Separate { unsure } => separate(study, reader, (*unsure, settings.batch)),
     }
@@ -110,6 +123,7 @@ impl<'a> Modelled<'a> {
             output: self.figures.output.clone(),
             unit: self.figures.unit.clone(),
             used: self.figures.used,
+            constant: None,
             q2: self.fitted.least_q2(),
             width: 2.0 * self.fitted.reach * sum / predicted.len() as f64,
         })
@@ -134,51 +148,68 @@ struct Task<'a> {
     study: &'a CheckedStudy,
     model: &'a Model,
     outputs: Vec<Modelled<'a>>,
+    /// Outputs that need no model.
+    constants: Vec<Constant>,
     seed: u64,
 }
 
 impl<'a> Task<'a> {
-    fn new(study: &'a CheckedStudy, model: &'a Model) -> Result<Self, RefinementError> {
-        let outputs = model.surrogate.outputs.iter().zip(&model.outputs).map(Modelled::new);
-        let outputs = outputs.collect::<Result<Vec<Modelled<'_>>, RefinementError>>()?;
-        Ok(Self { study, model, outputs, seed: seed_of(study) })
+    fn new(study: &'a CheckedStudy, reader: &DatasetReader, model: &'a Model) -> Result<Self, RefinementError> {
+        let (mut outputs, mut constants) = (Vec::new(), Vec::new());
+        for of in model.surrogate.outputs.iter().zip(&model.outputs) {
+            match Modelled::new(of) {
+                Ok(modelled) => outputs.push(modelled),
+                Err(error) => constants.push(Constant::read(reader, model, of.0)?.ok_or(error)?),
+            }
+        }
+        Ok(Self { study, model, outputs, constants, seed: seed_of(study) })
     }
 
     fn progress(&self, places: &Points) -> Result<Progress, RegressionError> {
         let mut progress = Progress::new(self.model.surrogate.study.clone(), self.study.row_count() as u64);
         progress.outputs = self.outputs.iter().map(|of| of.progress(places)).collect::<Result<_, _>>()?;
+        progress.outputs.extend(self.constants.iter().map(Constant::progress));
         Ok(progress)
     }
 
     fn learn(&self, targets: &[Target], batch: usize) -> Result<Proposal, RefinementError> {
         let collector = self.spread(LEARNING)?;
-        let places = self.places(&collector.found)?;
+        let places = self.places(&collector.places())?;
         let mut progress = self.progress(&places)?;
         let mut short = Vec::new();
-        for ((of, own), target) in self.outputs.iter().zip(&progress.outputs).zip(targets) {
-            let reached = match target.aim {
-                Aim::Q2(least) => own.q2 >= least,
-                Aim::Width(most) => own.width <= most,
+        for (of, own) in self.outputs.iter().zip(&progress.outputs) {
+            let aim = targets.iter().find(|target| target.output == own.output).map(|target| target.aim);
+            let reached = match aim {
+                Some(Aim::Q2(least)) => own.q2 >= least,
+                Some(Aim::Width(most)) => own.width <= most,
+                None => true,
             };
             if !reached {
                 short.push(Learned { process: &of.process.process, success: of.success(&places)?, boundary: None });
             }
         }
         progress.reached = short.is_empty();
-        let chosen = if progress.reached { Vec::new() } else { learning(&short, &places, batch)? };
+        let is_over = progress.reached || collector.found.is_empty();
+        let chosen = if is_over { Vec::new() } else { learning(&short, &places, batch)? };
         Ok(Proposal::new(progress, &collector, chosen))
     }
 
     fn bound(&self, (limit, unsure): (&Limit, f64), batch: usize) -> Result<Proposal, RefinementError> {
         let collector = self.spread(SEARCHED)?;
-        let places = self.places(&collector.found)?;
+        let places = self.places(&collector.places())?;
         let mut progress = self.progress(&places)?;
-        let process = &self.outputs[0].process.process;
+        let Some(Modelled { process, .. }) = self.outputs.first() else {
+            let within = self.constants.iter().all(|of| limit.holds(of.value));
+            progress.boundary = Some(Boundary { within: if within { 1.0 } else { 0.0 }, unsure: 0.0 });
+            progress.reached = true;
+            return Ok(Proposal { progress, rows: Vec::new() });
+        };
+        let process = &process.process;
         let limited = Limited { process, side: limit.side, value: limit.value };
         let found = Boundary::new(&limited.beside(&places)?);
         progress.reached = found.unsure <= unsure;
         progress.boundary = Some(found);
-        if progress.reached {
+        if progress.reached || collector.found.is_empty() {
             return Ok(Proposal { progress, rows: Vec::new() });
         }
         let chosen = bounding(&limited, &self.outputs[0].success(&places)?, &places, batch)?;
@@ -186,8 +217,13 @@ impl<'a> Task<'a> {
     }
 
     fn optimise(&self, wanted: &Wanted<'_>, batch: usize) -> Result<Proposal, RefinementError> {
+        if let Some(of) = self.constants.iter().find(|of| of.output == self.model.surrogate.outputs[0].output) {
+            let reason = format!("it is {} in all rows that have it: none is better", four_digits(of.value));
+            return Err(RefinementError::NoModel { output: of.output.clone(), reason });
+        }
         let mut collector = self.spread(SEARCHED)?;
-        let mut progress = self.progress(&self.places(&collector.found)?)?;
+        let mut progress = self.progress(&self.places(&collector.places())?)?;
+        progress.rows_within = Some(self.within(wanted).len() as u64);
         progress.best = self.best(wanted)?;
         if let Some(levels) = progress.best.as_ref().and_then(|best| self.study.design().row(best.row as usize)) {
             for (stage, reach) in REACHES.into_iter().enumerate() {
@@ -225,11 +261,18 @@ impl<'a> Task<'a> {
 
     /// The row at the highest peak near the candidates; it is no candidate any more.
     fn peak(&self, seeking: &Seeking<'_>, collector: &mut Collector<'_>) -> Result<Option<Chosen>, RefinementError> {
+        if collector.found.is_empty() {
+            return Ok(None);
+        }
         let merits = self.merits(seeking, &collector.found)?;
         let mut near = |places: &[Vec<f64>]| self.merits_at(seeking, collector, places);
         let Some(peak) = highest_peak((&collector.shares, &merits), &mut near)? else { return Ok(None) };
-        let Some(row) = collector.cells_at(&peak.at)? else { return Ok(None) };
-        collector.take(&row);
+        // Rounding of its shares may bring a candidate too near to a row, or past a constraint.
+        let Some(row) = collector.cells_at(&peak.at)? else {
+            collector.take(&peak.at);
+            return self.peak(seeking, collector);
+        };
+        collector.take(&peak.at);
         Ok(Some(Chosen { row, merit: peak.merit }))
     }
 
@@ -324,9 +367,9 @@ impl<'a> Task<'a> {
             let of = self.outputs[output].process;
             of.rows.binary_search(&row).ok().map(|place| of.values[place])
         };
-        let holds = |limit: &Limit, row: usize| {
-            let value = self.place_of(limit).and_then(|output| value_of(output, row));
-            value.is_some_and(|value| limit.holds(value))
+        let holds = |limit: &Limit, row: usize| match self.place_of(limit) {
+            Some(output) => value_of(output, row).is_some_and(|value| limit.holds(value)),
+            None => self.constants.iter().any(|of| of.output == limit.output && of.holds(limit, row)),
         };
         let rows = self.outputs[0].process.rows.iter().enumerate();
         rows.filter(|(_, row)| wanted.limits.iter().all(|limit| holds(limit, **row))).map(|(place, _)| place).collect()
@@ -355,13 +398,15 @@ fn separate(
     let SuccessModel { study: name, factors, points, succeeded, success } = fit_success(reader)?;
     let mut collector = Collector::new(study);
     collector.fill(SEARCHED, seed_of(study))?;
-    let places = places(study, &factors, &collector.found)?;
+    let places = places(study, &factors, &collector.places())?;
     let found = Boundary::new(&sides(&success, &places)?);
     let mut progress = Progress::new(name, study.row_count() as u64);
     progress.failed = Some(succeeded.iter().filter(|success| !**success).count() as u64);
+    let without_scene = (0..study.row_count()).filter(|row| study.scene(*row).is_err()).count();
+    progress.without_scene = Some(without_scene as u64);
     progress.reached = found.unsure <= unsure;
     progress.boundary = Some(found);
-    let chosen = match progress.reached {
+    let chosen = match progress.reached || collector.found.is_empty() {
         true => Vec::new(),
         false => separating(&success, &Tried { points: &points, succeeded: &succeeded }, &places, batch)?,
     };

@@ -33,12 +33,17 @@ struct Study {
 impl Study {
     /// A study of a table of rows, which `decore design` wrote.
     fn new() -> Self {
+        Self::of(&format!("kind = \"latin_hypercube\"\nrows = {START}"), FACTORS)
+    }
+
+    /// One whose first rows are of a kind of design, and its factors.
+    fn of(kind: &str, factors: &str) -> Self {
         let study = Self { scratch: TempDir::new().expect("scratch folder") };
         let write = |name: &str, design: &str| {
-            let text = format!("duration_s = 0.1\n{MACHINE}\n[design]\nseed = 5\n{design}\n{FACTORS}");
+            let text = format!("duration_s = 0.1\n{MACHINE}\n[design]\nseed = 5\n{design}\n{factors}");
             fs::write(study.file(name), text).expect("study");
         };
-        write("start.toml", &format!("kind = \"latin_hypercube\"\nrows = {START}"));
+        write("start.toml", kind);
         write("study.toml", "kind = \"table\"\nfile = \"rows.csv\"");
         let mut design = decore();
         design.current_dir(study.scratch.path()).args(["design", "start.toml", "--output", "rows.csv"]);
@@ -63,6 +68,18 @@ impl Study {
     fn rows(&self) -> String {
         fs::read_to_string(self.file("rows.csv")).expect("rows")
     }
+
+    /// The numbers of each row, its index left out.
+    fn values(&self) -> Vec<Vec<f64>> {
+        let rows = self.rows();
+        let number = |cell: &str| cell.parse().expect("a number");
+        rows.lines().skip(1).map(|line| line.split(',').skip(1).map(number).collect()).collect()
+    }
+}
+
+/// What a command prints that ends well.
+fn text(command: Command) -> String {
+    String::from_utf8_lossy(&expect_code(command, 0).stdout).into_owned()
 }
 
 /// Runs a command that ends well; rows may fail.
@@ -146,6 +163,104 @@ fn rows_at_peaks_meet_the_constraints_and_are_the_same_after_a_pause() {
     maximise(&paused, "18");
     assert_eq!(paused.rows(), rows);
     assert_same(&paused.file("out"), &whole.file("out"));
+}
+
+#[test]
+fn rows_stay_where_a_distribution_without_ends_has_rows() {
+    let normal = FACTORS.replace("range = [4.0, 6.0]", "distribution = \"normal\"\nmean = 5.0\nstd_dev = 0.1");
+    let study = Study::of(&format!("kind = \"latin_hypercube\"\nrows = {START}"), &normal);
+    expect_code(study.refine(&["--maximise", "delivered_work_j", "--most-rows", "18"]), 0);
+    let values = study.values();
+    assert_eq!(values.len(), START + 8);
+    // 3.2905 standard deviations to either side.
+    assert!(values.iter().all(|row| (row[1] - 5.0).abs() < 0.3291), "{values:?}");
+}
+
+#[test]
+fn no_row_that_is_added_is_a_copy() {
+    let study = Study::new();
+    expect_code(study.refine(&["--maximise", "delivered_work_j", "--most-rows", "34"]), 0);
+    let values = study.values();
+    assert_eq!(values.len(), START + 24);
+    for (row, own) in values.iter().enumerate().skip(START) {
+        for (other, earlier) in values[..row].iter().enumerate() {
+            let [position, pressure] = [0, 1].map(|factor| (own[factor] - earlier[factor]).abs());
+            assert!(position > 0.999e-3 * 0.2 || pressure > 0.999e-3 * 2.0, "{row} {own:?}, {other} {earlier:?}");
+        }
+    }
+}
+
+#[test]
+fn a_table_is_refined_by_one_at_a_time() {
+    let study = Study::new();
+    let mut first = study.learn("400").spawn().expect("starts");
+    let begun = Instant::now();
+    while study.rows().lines().count() == 1 + START && begun.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    for folder in ["out", "other"] {
+        let mut second = decore();
+        second.current_dir(study.scratch.path()).args(["refine", "study.toml", "--output", folder]);
+        second.args(["--learn", "delivered_work_j", "--most-rows", "400"]);
+        let text = errors(&expect_code(second, 7));
+        assert!(text.contains("rows.csv is being written by another decore (process "), "{text}");
+        assert!(!study.file("other").exists());
+    }
+    first.kill().expect("killed");
+    first.wait().expect("ended");
+    let rows = study.rows().lines().count() - 1;
+    expect_code(study.learn(&rows.to_string()), 0);
+    assert_eq!(study.rows().lines().count() - 1, rows);
+    assert!(!study.file(".rows.csv.lock").exists());
+}
+
+#[test]
+fn it_ends_well_where_all_combinations_are_rows() {
+    let factors = r#"
+[design.factor.position]
+path = "hammer.left.rail_position_m"
+values = [-0.1, 0.0, 0.1]
+[design.factor.pressure]
+path = "hammer.left.supply_bar"
+values = [4.0, 4.5, 5.0, 5.5]
+"#;
+    let goals: [&[&str]; 3] = [
+        &["--maximise", "delivered_work_j"],
+        &["--learn", "delivered_work_j", "--until-q2", "0.999999"],
+        &["--boundary", "delivered_work_j<=1", "--until-unsure", "1e-300"],
+    ];
+    for goal in goals {
+        let study = Study::of("kind = \"full_factorial\"", factors);
+        let first: Vec<String> = study.rows().lines().take(10).map(str::to_owned).collect();
+        fs::write(study.file("rows.csv"), first.join("\n") + "\n").expect("rows");
+        let text = text(study.refine(&[goal, &["--most-rows", "40"]].concat()));
+        assert_eq!(study.values().len(), 12, "{text}");
+        assert!(text.starts_with("all places that may be run are rows already, or next to one: 12 rows"), "{text}");
+        assert_eq!(text.contains("best row "), goal[0] == "--maximise", "{text}");
+        let ended = progress(&expect_code(study.refine(&[goal, &["--most-rows", "40", "--json"]].concat()), 0));
+        assert!(ended["exhausted"] == true && ended["reached"] == false, "{ended}");
+    }
+}
+
+#[test]
+fn a_constant_column_needs_no_model_and_it_is_said_where_no_row_is_within_the_limits() {
+    let study = Study::new();
+    let limited = |limit: &str, rows: &str| {
+        text(study.refine(&["--maximise", "delivered_work_j", "--limit", limit, "--most-rows", rows]))
+    };
+    let holds = limited("solver_retries<=1", "14");
+    assert!(holds.contains("solver_retries: 0 in all rows that have it") && holds.contains("best row "), "{holds}");
+    assert!(!holds.contains("no row is within"), "{holds}");
+    for limit in ["solver_retries>=1", "max_casting_point_velocity_m_s<=1e-9"] {
+        let broken = limited(limit, "14");
+        assert!(broken.contains("no row is within all limits") && !broken.contains("best row "), "{broken}");
+    }
+    let known = text(study.refine(&["--learn", "solver_retries", "--most-rows", "14"]));
+    assert!(known.starts_with("what was asked for is reached"), "{known}");
+    let bound = text(study.refine(&["--boundary", "solver_retries<=1", "--most-rows", "14"]));
+    assert!(bound.contains("within the limit 100.0 % of the places that meet the constraints"), "{bound}");
+    let none = errors(&expect_code(study.refine(&["--maximise", "solver_retries", "--most-rows", "14"]), 2));
+    assert!(none.contains("it is 0 in all rows that have it"), "{none}");
 }
 
 #[test]
@@ -241,6 +356,23 @@ fn what_cannot_be_refined_is_refused() {
 }
 
 #[test]
+fn what_is_a_mistake_is_refused_before_rows_are_run() {
+    let study = Study::new();
+    for (arguments, expected) in [
+        (&["--learn", "delivered_work_j", "--most-rows", "9"][..], "--most-rows 9: "),
+        (&["--learn", "delivered_work_j", "--most-rows", "9"], "rows.csv has 10 rows already"),
+        (
+            &["--learn", "delivered_work_j", "delivered_work_j", "--most-rows", "20"],
+            "--learn names delivered_work_j twice",
+        ),
+    ] {
+        let text = errors(&expect_code(study.refine(arguments), 2));
+        assert!(text.contains(expected), "{text}");
+    }
+    assert!(!study.file("out").exists());
+}
+
+#[test]
 fn rows_are_added_where_rows_fail_on_either_side_and_the_same_after_a_pause() {
     let study = Study::new();
     // Half of the rows need more steps than this.
@@ -273,4 +405,11 @@ fn rows_are_added_where_rows_fail_on_either_side_and_the_same_after_a_pause() {
     refine(&whole, "30");
     assert_eq!(study.rows(), whole.rows());
     assert_same(&study.file("out"), &whole.file("out"));
+}
+
+#[test]
+fn tmp_schema() {
+    let all = decore::cli::output_schemas();
+    let (_, schema) = all.into_iter().find(|(name, _)| *name == "refinement").expect("schema");
+    fs::write("/tmp/ref.schema.json", serde_json::to_string_pretty(&schema).expect("text") + "\n").expect("written");
 }

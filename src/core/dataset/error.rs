@@ -54,10 +54,10 @@ pub enum DatasetError {
         /// What changed, a sentence each.
         differences: Vec<String>,
     },
-    /// Another process writes to the dataset.
+    /// Another process writes to the dataset, or adds to the file of rows.
     #[error("{} is being written by another decore ({owner}); wait for it, or stop it first", path.display())]
     InUse {
-        /// The dataset's folder.
+        /// The dataset's folder, or the file.
         path: PathBuf,
         /// Who, as far as known.
         owner: String,

@@ -1,4 +1,4 @@
-//! One writer per dataset: a lock that ends with its process, however that ends.
+//! One writer per dataset or table of rows: a lock that ends with its process, however that ends.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
@@ -12,7 +12,7 @@ use crate::files::{Limit, read};
 /// Name of the lock's file in the dataset's folder.
 pub const LOCK_NAME: &str = ".lock";
 
-/// The right to write to a dataset.
+/// The right to write to a dataset, or to a file of rows.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
@@ -43,7 +43,7 @@ struct Held {
 }
 
 impl Place {
-    fn new(folder: &Path, lock: &File) -> io::Result<Self> {
+    fn new(folder: &Path, lock: &File, path: &Path) -> io::Result<Self> {
         let held = if cfg!(windows) {
             None
         } else {
@@ -51,7 +51,7 @@ impl Place {
                 folder: File::open(folder)?,
                 _lock: lock.try_clone()?,
                 identity: identity(&lock.metadata()?),
-                path: folder.join(LOCK_NAME),
+                path: path.to_owned(),
             }))
         };
         Ok(Self { path: folder.to_owned(), held })
@@ -86,7 +86,23 @@ impl Lock {
     /// # Errors
     /// [`DatasetError::InUse`] if another process has it, or the system's.
     pub fn take(folder: &Path) -> Result<Self, DatasetError> {
-        let path = folder.join(LOCK_NAME);
+        Self::take_named(folder, folder, folder.join(LOCK_NAME))
+    }
+
+    /// Takes the lock of a file of rows, which must exist: `.NAME.lock` beside it, whatever links lead there. The file itself is no
+    /// lock, as it is replaced when rows are added.
+    ///
+    /// # Errors
+    /// As [`Lock::take`].
+    pub fn take_beside(file: &Path) -> Result<Self, DatasetError> {
+        let own = file.canonicalize().map_err(failed_to("open", file))?;
+        let name = own.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let folder = own.parent().unwrap_or(Path::new("."));
+        Self::take_named(file, folder, folder.join(format!(".{name}{LOCK_NAME}")))
+    }
+
+    /// Takes the lock at `path` in `folder` for what is written to.
+    fn take_named(written: &Path, folder: &Path, path: PathBuf) -> Result<Self, DatasetError> {
         loop {
             let file = open(&path).map_err(failed_to("open", &path))?;
             match file.try_lock() {
@@ -95,13 +111,13 @@ impl Lock {
                     // Windows lets nobody read a file that is locked.
                     let owner = read(&path, Limit::STATUS).unwrap_or_else(|_| b"whose name cannot be read".to_vec());
                     let owner = String::from_utf8_lossy(&owner).trim().to_owned();
-                    return Err(DatasetError::InUse { path: folder.to_owned(), owner });
+                    return Err(DatasetError::InUse { path: written.to_owned(), owner });
                 }
                 Err(TryLockError::Error(error)) => return Err(failed_to("lock", &path)(error)),
             }
             // The owner before may have removed the file between our opening and locking it.
             if is_same(&file, &path) {
-                let place = Place::new(folder, &file).map_err(failed_to("open", folder))?;
+                let place = Place::new(folder, &file, &path).map_err(failed_to("open", folder))?;
                 sign(&file).map_err(failed_to("write", &path))?;
                 return Ok(Self { path, file: Some(file), place });
             }

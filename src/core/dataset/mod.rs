@@ -78,7 +78,7 @@ pub use error::DatasetError;
 pub use growth::{Growth, grow};
 pub use info::{DatasetInfo, Factor, RETRIES, RowRecord, SignalColumn, rows_per_part};
 pub use key::ValuesKey;
-pub use lock::{Place, host_name};
+pub use lock::{Lock, Place, host_name};
 pub use manifest::{MANIFEST_NAME, Manifest, Part, Rerun, RowSpan, TimingsManifest};
 pub use merge::{Merged, merge};
 pub use owned::{own_files, owner};
