@@ -13,7 +13,9 @@ use std::process::Command;
 
 use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, hypercube, median, q2, sobol};
 use decore::random::{hash, uniform};
-use decore::refinement::{CAUTIOUS, Learned, SHARP_NOISE, Seeking, Side, highest_peak, improving, is_apart, learning};
+use decore::refinement::{
+    CAUTIOUS, LEAST_DISTANCE, Learned, SHARP_NOISE, Seeking, Side, highest_peak, improving, is_apart, learning,
+};
 use decore::regression::{GaussianProcess, Points, RegressionError};
 use rayon::prelude::*;
 use scenes::scenes;
@@ -87,7 +89,11 @@ impl Sought<'_> {
             Seeking { process: self.model, side: Side::Least, limits: &[], best: Some(self.best), share: self.share };
         let merits = improving(&seeking, places).expect("merits").into_iter().enumerate();
         merits
-            .map(|(place, merit)| if is_apart(places.row(place), self.rows) { merit } else { f64::NEG_INFINITY })
+            .map(
+                |(place, merit)| {
+                    if is_apart(places.row(place), self.rows, LEAST_DISTANCE) { merit } else { f64::NEG_INFINITY }
+                },
+            )
             .collect()
     }
 

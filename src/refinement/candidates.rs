@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::climb::is_apart;
+use super::climb::{LEAST_DISTANCE, is_apart};
 use super::error::RefinementError;
 use crate::design::{Coordinate, Design, Distribution, Factor, Kind, Level, Sobol};
 use crate::quantity::Value;
@@ -19,6 +19,16 @@ const NEAR: u64 = 0x6e65_6172;
 /// these are 3.3 standard deviations to either side.
 const STRATA: f64 = 1000.0;
 
+/// How far rows of a batch that follow peaks lie from each other along one factor at least, as a share of its range: what a row is
+/// expected to give makes the place beside it the next peak, of which nothing new would be learnt before the row is run.
+const BESIDE: f64 = 0.05;
+
+/// That distance of so many rows: less where the places that it forbids would be more than half of the ranges.
+pub(super) fn beside(batch: usize, factors: usize) -> f64 {
+    let most = 0.5 * (0.5 / batch as f64).powf(1.0 / factors as f64);
+    BESIDE.min(most).max(LEAST_DISTANCE)
+}
+
 /// Collects candidates: none is a row already or so near to one that it would be its copy, each lies in the central share of all
 /// distributions without ends, meets all constraints and describes a scene.
 pub(super) struct Collector<'a> {
@@ -27,6 +37,10 @@ pub(super) struct Collector<'a> {
     taken: HashSet<Vec<String>>,
     /// Where they lie, as [`Collector::place`] has it.
     rows: Vec<Vec<f64>>,
+    /// Where those lie that are chosen to be run.
+    chosen: Vec<Vec<f64>>,
+    /// How far they lie from each other at least.
+    beside: f64,
     /// Candidates, each once.
     seen: HashSet<Vec<String>>,
     /// Values of all factors, in the study's order, as cells of a table that read back the same.
@@ -45,12 +59,14 @@ pub struct Around {
 }
 
 impl<'a> Collector<'a> {
-    pub fn new(study: &'a CheckedStudy) -> Self {
+    pub fn new(study: &'a CheckedStudy, beside: f64) -> Self {
         let levels = (0..study.row_count()).filter_map(|row| study.design().row(row));
         let mut new = Self {
             study,
             taken: HashSet::new(),
             rows: Vec::new(),
+            chosen: Vec::new(),
+            beside,
             seen: HashSet::new(),
             found: Vec::new(),
             shares: Vec::new(),
@@ -77,9 +93,9 @@ impl<'a> Collector<'a> {
             }
             let levels = self.central(&points.row(row).unwrap_or_default());
             let place = self.place(&levels);
-            if !is_apart(&place, &self.rows) {
+            if !is_apart(&place, &self.rows, LEAST_DISTANCE) {
                 at_rows = true;
-            } else if is_apart(&place, &spread) && self.add(&levels)? {
+            } else if is_apart(&place, &spread, LEAST_DISTANCE) && self.add(&levels)? {
                 spread.push(place);
             }
         }
@@ -113,15 +129,24 @@ impl<'a> Collector<'a> {
 
     /// A row that is to be run, by its shares of the ranges: neither it nor what is near is a candidate any more.
     pub fn take(&mut self, shares: &[f64]) {
+        self.leave_out(shares, self.beside);
         let levels = self.levels_at(shares);
-        let row = [self.place(&levels)];
-        let is_left: Vec<bool> =
-            self.shares.iter().map(|shares| is_apart(&self.place(&self.levels_at(shares)), &row)).collect();
+        self.taken.insert(cells(&self.study.values_at(&levels)));
+        self.chosen.push(self.place(&levels));
+    }
+
+    /// A place that cannot be run: neither it nor its copies are candidates any more.
+    pub fn discard(&mut self, shares: &[f64]) {
+        self.leave_out(shares, LEAST_DISTANCE);
+    }
+
+    fn leave_out(&mut self, shares: &[f64], distance: f64) {
+        let place = [self.place(&self.levels_at(shares))];
+        let is_left = |shares: &Vec<f64>| is_apart(&self.place(&self.levels_at(shares)), &place, distance);
+        let is_left: Vec<bool> = self.shares.iter().map(is_left).collect();
         let (mut found, mut shares) = (is_left.iter(), is_left.iter());
         self.found.retain(|_| found.next().is_some_and(|is_left| *is_left));
         self.shares.retain(|_| shares.next().is_some_and(|is_left| *is_left));
-        self.taken.insert(cells(&self.study.values_at(&levels)));
-        self.rows.extend(row);
     }
 
     /// The candidates; the rows where there are none.
@@ -145,7 +170,8 @@ impl<'a> Collector<'a> {
     }
 
     fn allowed(&self, levels: &[Level]) -> Result<Option<Vec<String>>, RefinementError> {
-        let is_free = is_apart(&self.place(levels), &self.rows);
+        let place = self.place(levels);
+        let is_free = is_apart(&place, &self.rows, LEAST_DISTANCE) && is_apart(&place, &self.chosen, self.beside);
         if !is_free || !self.study.meets(levels)? || self.study.scene_at(levels).is_err() {
             return Ok(None);
         }
@@ -191,6 +217,12 @@ fn cells(values: &[Value]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_of_a_batch_leave_half_of_the_ranges() {
+        assert_eq!([beside(4, 4), beside(4, 1), beside(256, 6)], [0.05; 3]);
+        assert!((beside(32, 1) - 1.0 / 128.0).abs() < 1e-12 && beside(256, 1) == LEAST_DISTANCE);
+    }
 
     #[test]
     fn levels_stay_where_a_thousand_rows_lie() {

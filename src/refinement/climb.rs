@@ -17,8 +17,9 @@ const FURTHER: [f64; 2] = [1.0, 3.0];
 const MOST_ROUNDS: usize = 200;
 
 /// How far a row must lie from each other one along one factor at least, as a share of its range: where a model knows nearly all, its
-/// peaks lie beside rows, and a copy of a row teaches nothing. An output that scatters shows it at this distance too.
-const LEAST_DISTANCE: f64 = 1e-3;
+/// peaks lie beside rows, and a copy of a row teaches nothing. An output that scatters shows it at this distance too. Three times as
+/// much would keep an optimum from its third digit.
+pub const LEAST_DISTANCE: f64 = 1e-3;
 /// Share of it by which rounding may make it less.
 const ROUNDING: f64 = 1e-9;
 
@@ -76,10 +77,9 @@ fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
 
-/// Whether a row may lie at a place beside other rows, all given by their shares of the ranges: at least a thousandth of the range of one
-/// factor away from each.
-pub fn is_apart(at: &[f64], rows: &[Vec<f64>]) -> bool {
-    rows.iter().all(|row| farthest(row, at) >= (1.0 - ROUNDING) * LEAST_DISTANCE)
+/// Whether a place lies so far from other ones, all given by their shares of the ranges, along one factor at least.
+pub fn is_apart(at: &[f64], others: &[Vec<f64>], distance: f64) -> bool {
+    others.iter().all(|other| farthest(other, at) >= (1.0 - ROUNDING) * distance)
 }
 
 /// Climbs from a place to a peak of `merits`, which tells a criterion of several places at once: `f64::NEG_INFINITY` for one that must not
@@ -184,8 +184,9 @@ mod tests {
     #[test]
     fn copies_of_rows_are_told_from_rows() {
         let rows = [vec![0.5, 0.5], vec![0.0, 1.0]];
-        assert!(is_apart(&[0.5, 0.501], &rows) && is_apart(&[0.4, 0.5], &rows) && is_apart(&[0.5, 0.5], &[]));
-        assert!(!is_apart(&[0.500_9, 0.499_1], &rows) && !is_apart(&[0.0, 1.0], &rows));
+        let may_lie = |at: [f64; 2]| is_apart(&at, &rows, LEAST_DISTANCE);
+        assert!(may_lie([0.5, 0.501]) && may_lie([0.4, 0.5]) && is_apart(&[0.5, 0.5], &[], LEAST_DISTANCE));
+        assert!(!may_lie([0.500_9, 0.499_1]) && !may_lie([0.0, 1.0]));
     }
 
     #[test]

@@ -18,7 +18,7 @@ mod propose;
 mod separate;
 
 pub use acquisition::{Beside, Learned, Limited, Seeking, Side, improving, learning};
-pub use climb::{Merits, Peak, highest_peak, is_apart};
+pub use climb::{LEAST_DISTANCE, Merits, Peak, highest_peak, is_apart};
 pub use error::RefinementError;
 pub use goal::{Aim, Goal, Limit, Target};
 pub use progress::{Best, Boundary, OutputProgress, Progress};

@@ -1,8 +1,8 @@
 //! From a dataset to the rows of the next batch.
 
 use super::acquisition::{Learned, Limited, Seeking, Side, improving, learning};
-use super::candidates::{Around, Collector};
-use super::climb::highest_peak;
+use super::candidates::{Around, Collector, beside};
+use super::climb::{LEAST_DISTANCE, highest_peak};
 use super::constant::Constant;
 use super::error::RefinementError;
 use super::goal::{Aim, Goal, Limit, Target};
@@ -173,7 +173,7 @@ impl<'a> Task<'a> {
     }
 
     fn learn(&self, targets: &[Target], batch: usize) -> Result<Proposal, RefinementError> {
-        let collector = self.spread(LEARNING)?;
+        let collector = self.spread(LEARNING, LEAST_DISTANCE)?;
         let places = self.places(&collector.places())?;
         let mut progress = self.progress(&places)?;
         let mut short = Vec::new();
@@ -195,7 +195,7 @@ impl<'a> Task<'a> {
     }
 
     fn bound(&self, (limit, unsure): (&Limit, f64), batch: usize) -> Result<Proposal, RefinementError> {
-        let collector = self.spread(SEARCHED)?;
+        let collector = self.spread(SEARCHED, LEAST_DISTANCE)?;
         let places = self.places(&collector.places())?;
         let mut progress = self.progress(&places)?;
         let Some(Modelled { process, .. }) = self.outputs.first() else {
@@ -221,7 +221,7 @@ impl<'a> Task<'a> {
             let reason = format!("it is {} in all rows that have it: none is better", four_digits(of.value));
             return Err(RefinementError::NoModel { output: of.output.clone(), reason });
         }
-        let mut collector = self.spread(SEARCHED)?;
+        let mut collector = self.spread(SEARCHED, beside(batch, self.study.design().factors().len()))?;
         let mut progress = self.progress(&self.places(&collector.places())?)?;
         progress.rows_within = Some(self.within(wanted).len() as u64);
         progress.best = self.best(wanted)?;
@@ -269,7 +269,7 @@ impl<'a> Task<'a> {
         let Some(peak) = highest_peak((&collector.shares, &merits), &mut near)? else { return Ok(None) };
         // Rounding of its shares may bring a candidate too near to a row, or past a constraint.
         let Some(row) = collector.cells_at(&peak.at)? else {
-            collector.take(&peak.at);
+            collector.discard(&peak.at);
             return self.peak(seeking, collector);
         };
         collector.take(&peak.at);
@@ -301,9 +301,9 @@ impl<'a> Task<'a> {
         Ok(merits)
     }
 
-    /// Candidates over the whole ranges.
-    fn spread(&self, count: usize) -> Result<Collector<'_>, RefinementError> {
-        let mut collector = Collector::new(self.study);
+    /// Candidates over the whole ranges; `beside`: how far rows that are taken of them lie from each other.
+    fn spread(&self, count: usize, beside: f64) -> Result<Collector<'_>, RefinementError> {
+        let mut collector = Collector::new(self.study, beside);
         collector.fill(count, self.seed)?;
         Ok(collector)
     }
@@ -396,7 +396,7 @@ fn separate(
     (unsure, batch): (f64, usize),
 ) -> Result<Proposal, RefinementError> {
     let SuccessModel { study: name, factors, points, succeeded, success } = fit_success(reader)?;
-    let mut collector = Collector::new(study);
+    let mut collector = Collector::new(study, LEAST_DISTANCE);
     collector.fill(SEARCHED, seed_of(study))?;
     let places = places(study, &factors, &collector.places())?;
     let found = Boundary::new(&sides(&success, &places)?);

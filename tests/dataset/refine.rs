@@ -168,7 +168,7 @@ fn rows_at_peaks_meet_the_constraints_and_are_the_same_after_a_pause() {
 #[test]
 fn rows_stay_where_a_distribution_without_ends_has_rows() {
     let normal = FACTORS.replace("range = [4.0, 6.0]", "distribution = \"normal\"\nmean = 5.0\nstd_dev = 0.1");
-    let study = Study::of(&format!("kind = \"latin_hypercube\"\nrows = {START}"), &normal);
+    let study = Study::of(&format!("kind = \"sobol\"\nrows = {START}"), &normal);
     expect_code(study.refine(&["--maximise", "delivered_work_j", "--most-rows", "18"]), 0);
     let values = study.values();
     assert_eq!(values.len(), START + 8);
@@ -184,8 +184,10 @@ fn no_row_that_is_added_is_a_copy() {
     assert_eq!(values.len(), START + 24);
     for (row, own) in values.iter().enumerate().skip(START) {
         for (other, earlier) in values[..row].iter().enumerate() {
-            let [position, pressure] = [0, 1].map(|factor| (own[factor] - earlier[factor]).abs());
-            assert!(position > 0.999e-3 * 0.2 || pressure > 0.999e-3 * 2.0, "{row} {own:?}, {other} {earlier:?}");
+            // Batches of four.
+            let share = if other >= row - (row - START) % 4 { 0.05 } else { 1e-3 };
+            let away = [(0, 0.2), (1, 2.0)].map(|(factor, range)| (own[factor] - earlier[factor]).abs() / range);
+            assert!(away.iter().any(|away| *away > 0.999 * share), "{row} {own:?}, {other} {earlier:?}");
         }
     }
 }
@@ -219,7 +221,7 @@ fn it_ends_well_where_all_combinations_are_rows() {
     let factors = r#"
 [design.factor.position]
 path = "hammer.left.rail_position_m"
-values = [-0.1, 0.0, 0.1]
+values = [-0.06, 0.0, 0.06]
 [design.factor.pressure]
 path = "hammer.left.supply_bar"
 values = [4.0, 4.5, 5.0, 5.5]
@@ -405,11 +407,4 @@ fn rows_are_added_where_rows_fail_on_either_side_and_the_same_after_a_pause() {
     refine(&whole, "30");
     assert_eq!(study.rows(), whole.rows());
     assert_same(&study.file("out"), &whole.file("out"));
-}
-
-#[test]
-fn tmp_schema() {
-    let all = decore::cli::output_schemas();
-    let (_, schema) = all.into_iter().find(|(name, _)| *name == "refinement").expect("schema");
-    fs::write("/tmp/ref.schema.json", serde_json::to_string_pretty(&schema).expect("text") + "\n").expect("written");
 }
