@@ -228,8 +228,8 @@ values = [4.0, 4.5, 5.0, 5.5]
 "#;
     let goals: [&[&str]; 3] = [
         &["--maximise", "delivered_work_j"],
-        &["--learn", "delivered_work_j", "--until-q2", "0.999999"],
-        &["--boundary", "delivered_work_j<=1", "--until-unsure", "1e-300"],
+        &["--learn", "delivered_work_j", "--until-width", "delivered_work_j=1e-9"],
+        &["--boundary", "delivered_work_j<=60", "--until-unsure", "1e-9"],
     ];
     for goal in goals {
         let study = Study::of("kind = \"full_factorial\"", factors);
