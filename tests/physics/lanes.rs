@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::common::studies::scene;
 use crate::fragile::Fragile;
 use decore::contact::ContactLawName;
+use decore::engine::{Engine, RowScene};
 use decore::number::Registers;
 use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in, run_jobs_over};
 use decore::scene::Scene;
@@ -172,4 +173,68 @@ fn rows_of_several_shapes() {
     let (one, two) = (rows(&["solver.guide=tied"], |_| ()), rows(&["solver.guide=spring"], |_| ()));
     let mixed: Vec<RowJob> = one.into_iter().zip(two).flat_map(|(one, two)| [one, two]).take(20).collect();
     same_in_any_order(&mixed);
+}
+
+/// Multiplies every number by a factor of its own, within 2 % of 1; the same numbers for the same `seed`.
+fn scaled<T: serde::Serialize + serde::de::DeserializeOwned>(value: &T, seed: &mut u64) -> T {
+    fn walk(value: &mut serde_json::Value, seed: &mut u64) {
+        match value {
+            serde_json::Value::Number(number) if number.is_f64() => {
+                *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let factor = 1.0 + 0.02 * ((*seed >> 40) as f64 / f64::from(1 << 23) - 1.0);
+                *value = serde_json::json!(number.as_f64().unwrap() * factor);
+            }
+            serde_json::Value::Array(values) => values.iter_mut().for_each(|value| walk(value, seed)),
+            serde_json::Value::Object(values) => values.values_mut().for_each(|value| walk(value, seed)),
+            _ => {}
+        }
+    }
+    let mut json = serde_json::to_value(value).unwrap();
+    walk(&mut json, seed);
+    serde_json::from_value(json).unwrap()
+}
+
+/// Rows of which no two have any number in common: hammer, gas, casting, fixtures, place on the machine (so its modes too), times of
+/// the supply, tolerance, windows of the outputs.
+#[test]
+fn lanes_equal_rows_alone_where_all_numbers_differ() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml");
+    for settings in [["solver.guide=tied", "solver.modes=condensed"], ["solver.guide=spring", "solver.modes=condensed"]]
+    {
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        let engine = Engine::load(&path, &settings).unwrap();
+        let row = |i: usize| {
+            let RowScene { mut scene, modes } = engine.scene(i).unwrap();
+            let mut seed = i as u64 + 1;
+            scene.environment = scaled(&scene.environment, &mut seed);
+            scene.outputs = scaled(&scene.outputs, &mut seed);
+            scene.outputs.settling_blows = i % 3;
+            let share = 0.01 * (i + 1) as f64;
+            let unit = &mut scene.hammers[0];
+            unit.parameters = scaled(&unit.parameters, &mut seed);
+            unit.standoff_m = 0.07 + 0.1 * share;
+            unit.start_time_s += 0.1 * share;
+            unit.gate_delay_s += 0.1 * share;
+            unit.supply_switch_times_s = vec![0.2 + share, 0.22 + 1.5 * share];
+            unit.strike_point_m[1] += 0.02 + share;
+            let casting = &mut scene.castings[0];
+            casting.mass_kg *= 1.0 - share;
+            casting.inertia_kg_m2 = Some([0.0135 * (1.0 + share), 0.026 * (1.0 - share)]);
+            for (k, fixture) in casting.fixtures.iter_mut().enumerate() {
+                fixture.stiffness_n_per_m *= 1.0 + share * (k + 1) as f64;
+                fixture.damping_n_s_per_m *= 1.0 - share * (k + 1) as f64;
+                fixture.at_m[0] *= 1.0 - 0.1 * share * (k + 1) as f64;
+            }
+            scene.solver.tolerance *= 1.0 + 3.0 * share;
+            scene.duration_s = 0.35 + share;
+            RowJob::new(scene, modes, 1)
+        };
+        let jobs: Vec<RowJob> = (0..11).map(row).collect();
+        for job in &jobs {
+            let outcome = job.clone().run();
+            let metrics = outcome.metrics.as_ref().unwrap_or_else(|| panic!("{}", outcome.reason));
+            assert!(metrics.blows.len() > 3, "{}", metrics.blows.len());
+        }
+        same_in_any_order(&jobs);
+    }
 }

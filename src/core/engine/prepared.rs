@@ -95,8 +95,7 @@ impl Engine {
             same_points(&table, &demand, [checked.points(), &model.points()])?;
             further.push(Machine::new(model, settings, &demand)?);
         }
-        let duration_s = checked.scene(0).unwrap_or_default().duration_s;
-        let signals = KeptSignals::of(checked.study(), duration_s, checked.row_count() as u64)?;
+        let signals = KeptSignals::of(&checked)?;
         Ok(Self { checked, machine, further, retries: DEFAULT_RETRIES, inputs, signals })
     }
 

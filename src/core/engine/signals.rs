@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use super::error::EngineError;
 use crate::dataset::SignalColumn;
 use crate::metrics::{MeanSettings, signal_list};
-use crate::study::Study;
+use crate::scene::Scene;
+use crate::study::{CheckedStudy, FactorInfo};
 use crate::words::{did_you_mean, nearest};
 
 /// Interval in s of the signals unless the study states another.
@@ -28,12 +29,21 @@ pub(super) struct KeptSignals {
     row_bytes: u64,
 }
 
+/// The longest duration of a row in s: that of the first row that describes a scene, where no factor drives it.
+fn longest_duration_s(checked: &CheckedStudy) -> f64 {
+    let drives = |factor: &FactorInfo| factor.drives.iter().any(|driven| driven.path == ["duration_s"]);
+    let looked_at = if checked.study().factors().iter().any(drives) { usize::MAX } else { 1 };
+    let durations = (0..checked.row_count()).filter_map(|row| checked.scene(row).ok()).map(|scene| scene.duration_s);
+    durations.take(looked_at).reduce(f64::max).unwrap_or_else(|| Scene::default().duration_s)
+}
+
 impl KeptSignals {
-    /// What a study asks for, of rows that take `duration_s` and are `rows` in number; `None` where it keeps no signals.
+    /// What a study asks for; `None` where it keeps no signals.
     ///
     /// # Errors
     /// [`EngineError::Outputs`]: a signal that there is not, or twice; a row beyond the last.
-    pub fn of(study: &Study, duration_s: f64, rows: u64) -> Result<Option<Self>, EngineError> {
+    pub fn of(checked: &CheckedStudy) -> Result<Option<Self>, EngineError> {
+        let (study, rows) = (checked.study(), checked.row_count() as u64);
         let outputs = study.outputs();
         if outputs.signals.is_empty() {
             return Ok(None);
@@ -60,7 +70,7 @@ impl KeptSignals {
             signals.push(place);
         }
         let columns = signals.iter().filter_map(|place| known.get(*place).cloned()).collect();
-        let instants = (duration_s / interval_s).floor() + 1.0;
+        let instants = (longest_duration_s(checked) / interval_s).floor() + 1.0;
         let row_bytes = (instants * (signals.len() + 2) as f64 * CELL_BYTES).min(1e18) as u64;
         let chosen = (!outputs.signal_rows.is_empty()).then(|| outputs.signal_rows.iter().copied().collect());
         Ok(Some(Self { settings: MeanSettings { interval_s, signals }, columns, rows: chosen, row_bytes }))

@@ -298,9 +298,12 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             self.end_steps(system, observers);
         }
         for at in 0..R::LANES {
+            if !self.lanes[at].is_running() {
+                continue;
+            }
             if self.lanes[at].accepted.is_some() {
                 self.accepted(system, observers, at);
-            } else if self.lanes[at].is_running() {
+            } else {
                 self.lanes[at].counters.rejected_steps += 1;
                 self.stepper.rejected(at, self.lanes[at].plan.h, self.lanes[at].error);
             }
