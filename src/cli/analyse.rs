@@ -33,8 +33,8 @@ pub(super) struct AnalyseArguments {
     /// Analyse a Saltelli design as any rows are, by the rows of its base points.
     #[arg(long)]
     given: bool,
-    /// Bootstrap replicates for the 95 % intervals; 0: none.
-    #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_REPLICATES))]
+    /// Bootstrap replicates for the 95 % intervals, 20 at least; 0: none.
+    #[arg(long, default_value_t = 1000, value_name = "N", value_parser = replicates)]
     bootstrap: u64,
     /// Seed of the replicates.
     #[arg(long, default_value_t = 0)]
@@ -69,6 +69,13 @@ pub(super) struct AnalyseArguments {
 fn estimator() -> impl TypedValueParser<Value = Estimator> {
     let named = |name: String| Estimator::ALL.into_iter().find(|one| one.name() == name).unwrap_or_default();
     PossibleValuesParser::new(Estimator::ALL.map(Estimator::name)).map(named)
+}
+
+/// Reads a number of replicates.
+fn replicates(text: &str) -> Result<u64, String> {
+    let least = Bootstrap::LEAST_REPLICATES as u64;
+    let count = text.parse::<u64>().ok().filter(|count| *count == 0 || (least..=MOST_REPLICATES).contains(count));
+    count.ok_or_else(|| format!("expected 0 (no intervals) or a whole number from {least} to {MOST_REPLICATES}"))
 }
 
 /// Reads the width of an interval.
@@ -110,9 +117,11 @@ fn run_more(
     stop_on_interrupt();
     let exit = if arguments.repair { source.repair()? } else { Exit::Done };
     match arguments.grow_until {
-        Some(width) if exit == Exit::Done => {
+        Some(width) if exit != Exit::Interrupted => {
             let goal = Goal { width, most_rows: arguments.most_rows };
-            source.grow(goal, &|| crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings))
+            let grown = source
+                .grow(goal, &|| crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings))?;
+            Ok(if grown == Exit::Done { exit } else { grown })
         }
         _ => Ok(exit),
     }

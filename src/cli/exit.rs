@@ -28,7 +28,7 @@ pub enum Exit {
     BadInput = 2,
     /// Results could not be written.
     NotWritten = 3,
-    /// Finished, but some rows are not done.
+    /// Finished, but some rows are not done, or intervals are not as narrow as asked for.
     RowsFailed = 4,
     /// Interrupted; the same command goes on.
     Interrupted = 5,

@@ -8,7 +8,7 @@ use super::run::run_rows;
 use super::text::tell;
 use crate::dataset::{Chosen, DatasetReader, SweepState};
 use crate::engine::{Engine, Rows};
-use crate::sensitivity::{Sensitivity, SensitivityError};
+use crate::sensitivity::{Sensitivity, SensitivityError, Widths};
 
 /// Times a failed row is run again, each time with a hundredth of the tolerance before.
 const REPAIR_RETRIES: u32 = 3;
@@ -60,11 +60,12 @@ impl Source<'_> {
     pub fn repair(&self) -> Result<Exit, Failure> {
         let engine = self.engine(self.overrides)?.with_retries(REPAIR_RETRIES);
         let status = run_rows(&engine, self.folder, Some(&Chosen::Failed))?;
-        Ok(ending(status.state))
+        let exit = ending(status.state);
+        Ok(if exit == Exit::Done && status.rows_failed > 0 { Exit::RowsFailed } else { exit })
     }
 
     /// Adds rows until no interval is wider than the goal, as many at a time as its width asks for; `analyse` computes the
-    /// intervals.
+    /// intervals. Missing the goal ends as rows that are not done do.
     ///
     /// # Errors
     /// A design that cannot grow, an analysis without intervals; those of `decore run`.
@@ -75,14 +76,15 @@ impl Source<'_> {
     ) -> Result<Exit, Failure> {
         loop {
             let found = analyse()?;
-            let Some(width) = found.widest_interval() else {
+            let widths = found.widths();
+            let Some(width) = widths.widest else {
                 return Err(Failure::Argument(
                     "--grow-until: no output has intervals that more rows could narrow (see the analysis without it)"
                         .into(),
                 ));
             };
             if width <= goal.width {
-                return Ok(Exit::Done);
+                return Ok(narrow_enough(goal, &widths));
             }
             let engine = self.engine(&[])?;
             let Some(growth) = engine.checked().design().kind().growth() else {
@@ -97,7 +99,7 @@ impl Source<'_> {
                     "the widest interval is {width:.3}, not {}: design.{} = {next} ({rows} rows) would be more than --most-rows {}",
                     goal.width, growth.key, goal.most_rows
                 ));
-                return Ok(Exit::Done);
+                return Ok(Exit::RowsFailed);
             }
             let setting = format!("design.{}={next}", growth.key);
             tell(&format_args!("the widest interval is {width:.3}, not {}: going on with --set {setting}", goal.width));
@@ -107,6 +109,23 @@ impl Source<'_> {
             }
         }
     }
+}
+
+/// How it ends where all intervals are narrow that more rows narrow: what is said of the others.
+fn narrow_enough(goal: Goal, widths: &Widths) -> Exit {
+    if let Some(settled) = widths.settled.filter(|width| *width > goal.width) {
+        tell(&format_args!(
+            "intervals of Shapley effects stay up to {settled:.3} wide: they come of no more rows than now, however many there are"
+        ));
+    }
+    if widths.without.is_empty() {
+        return Exit::Done;
+    }
+    let (outputs, width) = (widths.without.join(", "), goal.width);
+    tell(&format_args!(
+        "not known to be narrower than {width}, as intervals are missing (the analysis says why): {outputs}"
+    ));
+    Exit::RowsFailed
 }
 
 fn ending(state: SweepState) -> Exit {

@@ -121,6 +121,10 @@ impl Dataset {
         seed: u64,
     ) -> PyResult<Analysis> {
         let estimator = named(estimator)?;
+        if (1..Bootstrap::LEAST_REPLICATES).contains(&bootstrap) {
+            let least = Bootstrap::LEAST_REPLICATES;
+            return Err(PyValueError::new_err(format!("bootstrap is {bootstrap}, expected 0 or at least {least}")));
+        }
         let bootstrap = Bootstrap { replicates: bootstrap, seed, level: Bootstrap::LEVEL };
         let settings = SensitivitySettings { outputs, estimator, given, bootstrap };
         let reader = Arc::clone(&self.reader);

@@ -2,13 +2,16 @@
 
 use rayon::prelude::*;
 
+use super::dependence::dependence;
 use super::error::SensitivityError;
+use super::neighbours::Neighbours;
+use super::reach::moves;
 use super::result::{Index, IndexName, Intervals, Method, OutputSensitivity, Sensitivity, UnitName};
 use super::table::{FactorColumn, OutputColumn, Table};
 use super::units::{Units, Whole};
 use crate::analysis::{
-    AnalysisError, Bootstrap, Effects, Estimate, Estimator, FactorValues, SaltelliBlocks, SobolIndices, Trajectories,
-    given, morris, rank_correlation, shapley, sobol,
+    AnalysisError, Bootstrap, Effects, Estimate, Estimator, FactorValues, MOST_SHAPLEY_FACTORS, SaltelliBlocks,
+    SobolIndices, Trajectories, given, morris, shapley, sobol,
 };
 use crate::dataset::{DatasetReader, TableName};
 use crate::design::{Kind, Morris, Saltelli};
@@ -23,13 +26,6 @@ pub const DEFAULT_OUTPUTS: [&str; 5] = [
     Aggregates::max_casting_point_velocity_m_s.name,
     Aggregates::total_air_used_nl.name,
 ];
-
-/// Standard deviations of a rank correlation of independent factors beyond which it is no chance.
-const SURPRISING: f64 = 5.0;
-/// Rows at most that are compared for that.
-const COMPARED_ROWS: usize = 10_000;
-/// Rank correlations below this are no matter.
-const LEAST_CORRELATION: f64 = 0.1;
 
 /// What to compute.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,7 +68,9 @@ pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result
     }
     let rows_there = table.rows.len() as u64;
     let plan = Plan::of(&mut table, &outline, (settings, study.rows))?;
-    let task = Task { table: &table, plan, bootstrap: settings.bootstrap };
+    let neighbours =
+        if plan.method == Method::Given { Neighbours::of(&table, &outline) } else { Neighbours::default() };
+    let task = Task { table: &table, outline: &outline, plan, neighbours, bootstrap: settings.bootstrap };
     let replicates = match plan.method {
         Method::Given => settings.bootstrap.halves(),
         _ => settings.bootstrap.replicates,
@@ -86,7 +84,7 @@ pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result
         factors: table.factors.iter().map(|factor| factor.name.clone()).collect(),
         method: plan.method,
         intervals: Intervals { replicates, seed: settings.bootstrap.seed, level: settings.bootstrap.level },
-        notes: notes(&task, &outline),
+        notes: notes(&task),
         outputs: table.outputs.par_iter().map(|output| task.output(output)).collect(),
     })
 }
@@ -149,7 +147,9 @@ fn origin(blocks: SaltelliBlocks, (factor, place): (usize, usize)) -> usize {
 /// A plan for a table.
 struct Task<'a> {
     table: &'a Table,
+    outline: &'a DesignOutline,
     plan: Plan,
+    neighbours: Neighbours,
     bootstrap: Bootstrap,
 }
 
@@ -165,53 +165,65 @@ impl Task<'_> {
                 sobol(&values, blocks, estimator, &self.bootstrap).map(|found| self.sobol_indices(&found))
             }
             Method::Morris { levels, .. } => {
-                let columns = self.table.factors.iter().map(|factor| units.gather(&factor.values, &starts));
-                let factors: Vec<Vec<f64>> = columns.collect();
-                morris(&values, Trajectories { factors: &factors, levels }, &self.bootstrap)
+                let columns = self.table.factors.iter().map(|factor| {
+                    let outline = self.outline.factors.iter().find(|of| of.name == factor.name);
+                    moves(factor, outline, units.gather(&factor.values, &starts))
+                });
+                let (factors, reaches): (Vec<_>, Vec<_>) = columns.unzip();
+                morris(&values, Trajectories { factors: &factors, levels, reaches: &reaches }, &self.bootstrap)
                     .map(|found| self.effects(&found))
             }
-            Method::Given => self.given_indices(&values, &starts),
+            Method::Given => self.given_indices(values, &starts),
         };
         let (refused, indices) = match indices {
             Ok(indices) => (None, indices),
             Err(error) => (Some(refusal(&error)), Vec::new()),
         };
         let description = output.description.clone();
+        let notes = if refused.is_none() { self.output_notes(&indices, &starts) } else { Vec::new() };
         OutputSensitivity {
             output: description.name,
             unit: description.unit,
             description: description.description,
             used,
             refused,
+            notes,
             indices,
         }
     }
 
     /// Indices of the factors that vary.
-    fn given_indices(&self, values: &[f64], starts: &[usize]) -> Result<Vec<Index>, AnalysisError> {
+    fn given_indices(&self, mut values: Vec<f64>, starts: &[usize]) -> Result<Vec<Index>, AnalysisError> {
         let factors = self.table.factors.iter().enumerate();
-        let columns: Vec<(usize, FactorColumn)> = factors
-            .map(|(place, factor)| {
-                (place, FactorColumn { values: self.plan.units.gather(&factor.values, starts), ..factor.clone() })
-            })
-            .filter(|(_, factor)| factor.varies())
+        let of_rows = |(place, factor): (usize, &FactorColumn)| {
+            let values = self.plan.units.gather(&factor.values, starts);
+            (place, values)
+        };
+        let varying = factors.map(of_rows).filter(|(_, values)| differ(values));
+        let (places, mut columns): (Vec<usize>, Vec<Vec<f64>>) = varying.unzip();
+        self.neighbours.once_each(&mut columns, &mut values);
+        let nominal = |place: usize| self.table.factors[place].nominal;
+        let factors: Vec<FactorValues<'_>> = places
+            .iter()
+            .zip(&columns)
+            .map(|(place, values)| FactorValues { values, nominal: nominal(*place) })
             .collect();
-        let factors: Vec<FactorValues<'_>> =
-            columns.iter().map(|(_, of)| FactorValues { values: &of.values, nominal: of.nominal }).collect();
+        let drawn = self.neighbours.refused.is_none();
         let mut indices = Vec::new();
-        match shapley(values, &factors, &self.bootstrap) {
-            // The other indices take more factors.
-            Err(AnalysisError::Factors { .. }) => {}
-            found => indices.extend(
-                columns.iter().zip(&found?).map(|((place, _), found)| self.index(IndexName::Shapley, &[*place], found)),
-            ),
+        // The other indices take more factors.
+        if drawn && factors.len() <= MOST_SHAPLEY_FACTORS {
+            let found = shapley(&values, &factors, &self.bootstrap)?;
+            indices.extend(places.iter().zip(&found).map(|(place, of)| self.index(IndexName::Shapley, &[*place], of)));
         }
-        for ((place, _), found) in columns.iter().zip(&given(values, &factors, &self.bootstrap)?) {
+        for (place, found) in places.iter().zip(&given(&values, &factors, &self.bootstrap)?) {
             let plain = |value: f64| Estimate { value, interval: None };
+            let ratio = if self.neighbours.even { found.even_correlation_ratio } else { found.correlation_ratio };
+            if drawn {
+                indices.push(self.index(IndexName::Rank, &[*place], &found.rank));
+            }
             indices.extend(
                 [
-                    (IndexName::Rank, found.rank),
-                    (IndexName::CorrelationRatio, found.correlation_ratio),
+                    (IndexName::CorrelationRatio, ratio),
                     (IndexName::Pawn, plain(found.pawn.median)),
                     (IndexName::PawnMaximum, plain(found.pawn.maximum)),
                     (IndexName::HsicR2, plain(found.hsic.r2)),
@@ -222,6 +234,37 @@ impl Task<'_> {
             );
         }
         Ok(indices)
+    }
+
+    /// What a reader must know of the indices of one output.
+    fn output_notes(&self, indices: &[Index], starts: &[usize]) -> Vec<String> {
+        let Plan { method, units } = self.plan;
+        let mut notes = Vec::new();
+        let still = |factor: &&FactorColumn| factor.varies() && !differ(&units.gather(&factor.values, starts));
+        let still: Vec<String> =
+            self.table.factors.iter().filter(still).map(|factor| format!("`{}`", factor.name)).collect();
+        // Blocks have indices of it: it does nothing.
+        if !still.is_empty() && !matches!(method, Method::Sobol { .. }) {
+            let (still, unit) = (still.join(", "), units.name.plural());
+            notes.push(format!("no indices of {still}: only one value is left in the {unit} that have this output"));
+        }
+        let varying = self.table.factors.iter().filter(|factor| factor.varies()).count() - still.len();
+        if method == Method::Given && self.neighbours.refused.is_none() && varying > MOST_SHAPLEY_FACTORS {
+            notes.push(format!("no Shapley effects: {varying} factors are more than {MOST_SHAPLEY_FACTORS}"));
+        }
+        let bare = |index: &&Index| index.index.has_interval() && index.interval.is_none();
+        let mut bare: Vec<&str> = indices.iter().filter(bare).map(|index| index.index.symbol()).collect();
+        bare.sort_unstable();
+        bare.dedup();
+        if self.bootstrap.replicates > 0 && !bare.is_empty() {
+            notes.push(format!(
+                "some intervals of {} are missing: in part of the replicates there is no such index, as where the output differs \
+                 in a few {} only",
+                bare.join(", "),
+                units.name.plural()
+            ));
+        }
+        notes
     }
 
     fn index(&self, index: IndexName, factors: &[usize], estimate: &Estimate) -> Index {
@@ -258,13 +301,17 @@ impl Task<'_> {
     }
 }
 
+fn differ(values: &[f64]) -> bool {
+    values.windows(2).any(|pair| pair[0] != pair[1])
+}
+
 fn refusal(error: &AnalysisError) -> String {
     format!("no indices: {error}")
 }
 
 /// What a reader must know.
-fn notes(task: &Task<'_>, outline: &DesignOutline) -> Vec<String> {
-    let Task { table, plan, bootstrap } = task;
+fn notes(task: &Task<'_>) -> Vec<String> {
+    let Task { table, outline, plan, neighbours, bootstrap } = task;
     let mut notes = Vec::new();
     let constant = table.factors.iter().filter(|factor| !factor.varies()).map(|factor| &factor.name);
     let constant: Vec<String> = constant.map(|name| format!("`{name}`")).collect();
@@ -284,7 +331,7 @@ fn notes(task: &Task<'_>, outline: &DesignOutline) -> Vec<String> {
                 .to_owned(),
         ),
         Method::Morris { .. } => {
-            notes.push("mu*, mu and sigma are changes of the output per whole range of the factor.".to_owned());
+            notes.push("mu*, mu and sigma are changes of the output per whole range of the factor, of names from one to another.".to_owned());
             let nominal = table.factors.iter().filter(|factor| factor.nominal);
             let nominal: Vec<String> = nominal.map(|factor| format!("`{}`", factor.name)).collect();
             if !nominal.is_empty() {
@@ -294,54 +341,12 @@ fn notes(task: &Task<'_>, outline: &DesignOutline) -> Vec<String> {
                 ));
             }
         }
-        Method::Given => notes.extend(dependence(table, outline)),
+        Method::Given => {
+            notes.extend(dependence(table, outline, neighbours.refused.is_none()));
+            notes.extend(neighbours.notes());
+        }
     }
     notes
-}
-
-/// Whether factors depend on each other, and what that means for the indices.
-fn dependence(table: &Table, outline: &DesignOutline) -> Option<String> {
-    let why = match (outline.constraints.as_slice(), outline.correlated.as_slice()) {
-        ([], []) => {
-            let Closest { first, second, correlation } = closest(table)?;
-            format!("`{first}` and `{second}` go together in the rows, with a rank correlation of {correlation:.2}")
-        }
-        ([], correlated) => format!("the study correlates {}", correlated.join(", ")),
-        (constraints, _) => format!("the rows meet the constraints {}", constraints.join("; ")),
-    };
-    Some(format!(
-        "The factors depend on each other: {why}. Sobol' indices share out the variance of independent factors only, so none are \
-         computed; Shapley effects do it here. What a factor has by ranks, eta2, PAWN or HSIC it may have through the others."
-    ))
-}
-
-/// Two factors that go together in the rows.
-#[derive(Debug, PartialEq)]
-struct Closest<'a> {
-    first: &'a str,
-    second: &'a str,
-    correlation: f64,
-}
-
-/// The two factors of the largest rank correlation, where it is more than chance gives.
-fn closest(table: &Table) -> Option<Closest<'_>> {
-    let step = table.rows.len().div_ceil(COMPARED_ROWS).max(1);
-    let ordered: Vec<(&str, Vec<f64>)> = table
-        .factors
-        .iter()
-        .filter(|factor| !factor.nominal && factor.varies())
-        .map(|factor| (factor.name.as_str(), factor.values.iter().step_by(step).copied().collect()))
-        .collect();
-    let pairs = ordered.iter().enumerate().flat_map(|(place, (first, a))| {
-        ordered[place + 1..].iter().map(move |(second, b)| Closest {
-            first,
-            second,
-            correlation: rank_correlation(a, b),
-        })
-    });
-    let closest = pairs.max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()))?;
-    let chance = SURPRISING / (table.rows.len() as f64 / step as f64).sqrt();
-    (closest.correlation.abs() > chance.max(LEAST_CORRELATION)).then_some(closest)
 }
 
 #[cfg(test)]
@@ -375,26 +380,5 @@ mod tests {
         // The second factor in the order of a design without second order.
         let wrong = check(block(first, [1.0, 1.0, 11.0, 1.0, 1.0, 11.0]));
         assert!(matches!(wrong, Err(SensitivityError::Layout { first: 0, last: 5, .. })), "{wrong:?}");
-    }
-
-    #[test]
-    fn factors_that_go_together_are_told() {
-        let rising: Vec<f64> = (0..100).map(f64::from).collect();
-        let mixed: Vec<f64> = (0..100).map(|row| f64::from(row * 37 % 101)).collect();
-        let table = |second: &[f64]| {
-            let column = |name: &str, values: &[f64]| FactorColumn {
-                name: name.into(),
-                values: values.to_vec(),
-                nominal: false,
-                names: Vec::new(),
-            };
-            Table {
-                rows: (0..100).collect(),
-                factors: vec![column("a", &rising), column("b", second)],
-                ..block([0.0; 6], [0.0; 6])
-            }
-        };
-        assert_eq!(closest(&table(&rising)), Some(Closest { first: "a", second: "b", correlation: 1.0 }));
-        assert_eq!(closest(&table(&mixed)), None);
     }
 }

@@ -11,7 +11,10 @@
 
 mod analyse;
 mod columns;
+mod dependence;
 mod error;
+mod neighbours;
+mod reach;
 mod result;
 mod table;
 mod text;
@@ -20,7 +23,9 @@ mod units;
 pub use analyse::{DEFAULT_OUTPUTS, SensitivitySettings, analyse};
 pub use columns::columns;
 pub use error::SensitivityError;
-pub use result::{Index, IndexName, Intervals, LeftOut, Method, OutputSensitivity, Sensitivity, UnitName, Used};
+pub use result::{
+    Index, IndexName, Intervals, LeftOut, Method, OutputSensitivity, Sensitivity, UnitName, Used, Widths,
+};
 pub use table::{FactorColumn, OutputColumn, Table};
 pub use text::four_digits;
 pub use units::{Units, Whole};

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::Estimator;
+use crate::analysis::{Estimator, shapley_rows};
 use crate::quantity::named;
 
 /// Sensitivity of the outputs of a dataset to its factors.
@@ -77,6 +77,8 @@ pub struct OutputSensitivity {
     pub used: Used,
     /// Why there are no indices; null where there are.
     pub refused: Option<String>,
+    /// What a reader must know of these indices: factors without, intervals that are missing.
+    pub notes: Vec<String>,
     /// The indices, by factor in the study's order.
     pub indices: Vec<Index>,
 }
@@ -164,22 +166,50 @@ named! {
 }
 
 impl Sensitivity {
-    /// Width of the widest interval of a factor's share (S1, ST, Shapley effect, S1 by ranks), or of a mu* over the largest mu* of
-    /// its output; `None` where there is none.
-    pub fn widest_interval(&self) -> Option<f64> {
-        self.outputs.iter().flat_map(OutputSensitivity::widths).reduce(f64::max)
+    /// How wide the intervals of the factors are.
+    pub fn widths(&self) -> Widths {
+        let widest = |settled: bool| {
+            let all = self.outputs.iter().flat_map(move |output| output.widths(settled));
+            all.flatten().reduce(f64::max)
+        };
+        let bare = |output: &&OutputSensitivity| {
+            let mut widths = output.widths(false).peekable();
+            widths.peek().is_none() || widths.any(|width| width.is_none())
+        };
+        let without = self.outputs.iter().filter(bare).map(|output| output.output.clone()).collect();
+        Widths { widest: widest(false), settled: widest(true), without }
     }
 }
 
+/// Widths of intervals of shares of factors (S1, ST, Shapley effects, S1 by ranks, or where there is none eta2), or of mu* over the
+/// largest mu* of the output.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Widths {
+    /// The widest of those that more rows narrow; `None` where there is none.
+    pub widest: Option<f64>,
+    /// The widest of Shapley effects that come of as many rows as they ever do.
+    pub settled: Option<f64>,
+    /// Outputs that lack such intervals, some or all.
+    pub without: Vec<String>,
+}
+
 impl OutputSensitivity {
-    fn widths(&self) -> impl Iterator<Item = f64> {
+    /// Widths of the intervals that count, `None` of a missing one: of the Shapley effects that more rows do not narrow, or of all
+    /// others.
+    fn widths(&self, settled: bool) -> impl Iterator<Item = Option<f64>> {
+        let count = |name: IndexName| self.indices.iter().filter(|index| index.index == name).count();
+        let (shapley, by_ranks) = (count(IndexName::Shapley), count(IndexName::Rank) > 0);
+        let is_settled = self.used.whole >= shapley_rows(shapley) as u64;
         let sizes = self.indices.iter().filter(|index| index.index == IndexName::MuStar);
         let largest = sizes.filter_map(|index| index.value).fold(0.0, f64::max);
         self.indices.iter().filter_map(move |index| {
-            let [low, high] = index.interval?;
+            let width = index.interval.map(|[low, high]| high - low);
             match index.index {
-                IndexName::S1 | IndexName::St | IndexName::Shapley | IndexName::Rank => Some(high - low),
-                IndexName::MuStar => Some((high - low) / largest),
+                IndexName::Shapley if is_settled => settled.then_some(width),
+                _ if settled => None,
+                IndexName::S1 | IndexName::St | IndexName::Shapley | IndexName::Rank => Some(width),
+                IndexName::CorrelationRatio if !by_ranks => Some(width),
+                IndexName::MuStar => Some(width.map(|width| width / largest)),
                 _ => None,
             }
         })
@@ -187,6 +217,11 @@ impl OutputSensitivity {
 }
 
 impl IndexName {
+    /// Whether intervals are found for it.
+    pub fn has_interval(self) -> bool {
+        !matches!(self, Self::Pawn | Self::PawnMaximum | Self::HsicR2 | Self::HsicPValue)
+    }
+
     /// Its symbol in texts.
     pub fn symbol(self) -> &'static str {
         match self {
@@ -215,5 +250,64 @@ impl UnitName {
             Self::Trajectories => "trajectories",
             Self::Rows => "rows",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn output(name: &str, whole: u64, indices: &[(IndexName, Option<f64>)]) -> OutputSensitivity {
+        let index = |(index, width): &(IndexName, Option<f64>)| Index {
+            index: *index,
+            factors: vec!["x".into()],
+            value: Some(0.5),
+            interval: width.map(|width| [0.5 - width / 2.0, 0.5 + width / 2.0]),
+        };
+        OutputSensitivity {
+            output: name.into(),
+            unit: "1".into(),
+            description: String::new(),
+            used: Used { unit: UnitName::Rows, whole, of: whole, left_out: Vec::new() },
+            refused: None,
+            notes: Vec::new(),
+            indices: indices.iter().map(index).collect(),
+        }
+    }
+
+    fn widths(outputs: Vec<OutputSensitivity>) -> Widths {
+        Sensitivity {
+            study: String::new(),
+            study_hash: String::new(),
+            program_version: String::new(),
+            rows: 0,
+            rows_there: 0,
+            factors: vec!["x".into()],
+            method: Method::Given,
+            intervals: Intervals { replicates: 100, seed: 0, level: 0.95 },
+            notes: Vec::new(),
+            outputs,
+        }
+        .widths()
+    }
+
+    #[test]
+    fn shapley_effects_widen_growth_as_long_as_more_rows_narrow_them() {
+        let indices =
+            [(IndexName::Shapley, Some(0.5)), (IndexName::Rank, Some(0.25)), (IndexName::CorrelationRatio, Some(0.75))];
+        let few = widths(vec![output("y", 1999, &indices)]);
+        assert_eq!((few.widest, few.settled), (Some(0.5), None));
+        let many = widths(vec![output("y", 2000, &indices)]);
+        assert_eq!((many.widest, many.settled), (Some(0.25), Some(0.5)));
+        // Where there are none by ranks, the correlation ratio counts.
+        assert_eq!(widths(vec![output("y", 2000, &indices[2..])]).widest, Some(0.75));
+    }
+
+    #[test]
+    fn outputs_without_intervals_are_named() {
+        let whole = output("whole", 100, &[(IndexName::Rank, Some(0.125))]);
+        let part = output("part", 100, &[(IndexName::Rank, Some(0.125)), (IndexName::Rank, None)]);
+        let found = widths(vec![whole, part, output("none", 100, &[])]);
+        assert_eq!((found.widest, found.without), (Some(0.125), vec!["part".to_owned(), "none".to_owned()]));
     }
 }

@@ -9,7 +9,7 @@ const NAMED_ROWS: usize = 8;
 /// Reasons that are told per output.
 const REASONS: usize = 4;
 /// Indices by which factors are put in order, the first that there is.
-const RANKINGS: [IndexName; 4] = [IndexName::St, IndexName::MuStar, IndexName::Shapley, IndexName::Rank];
+const RANKINGS: [IndexName; 4] = [IndexName::St, IndexName::MuStar, IndexName::Shapley, IndexName::CorrelationRatio];
 /// Indices that stand side by side.
 const TABLES: [&[IndexName]; 4] = [
     &[IndexName::S1, IndexName::St],
@@ -63,6 +63,7 @@ impl fmt::Display for OutputSensitivity {
         if let Some(refused) = &self.refused {
             return writeln!(f, "  {refused}");
         }
+        self.notes.iter().try_for_each(|note| writeln!(f, "  {note}"))?;
         self.write_factors(f)?;
         self.write_pairs(f)
     }

@@ -1,7 +1,7 @@
 // What is known beyond the rows: which factor matters, and how well models of the outputs predict.
 
 /** Indices by what was computed: those that are drawn, first the one that factors are sorted by. */
-const DRAWN_INDICES = { sobol: ['st', 's1'], morris: ['mu_star', 'sigma'], given: ['shapley', 'rank'] };
+const DRAWN_INDICES = { sobol: ['st', 's1'], morris: ['mu_star', 'sigma'], given: ['shapley', 'rank', 'correlation_ratio'] };
 /** What indices are called. */
 const INDEX_NAMES = {
   s1: 'S1 (alone)', st: 'ST (alone or with others)', s2: 'S2', mu_star: 'mu*', mu: 'mu', sigma: 'sigma', shapley: 'Shapley effect', rank: 'S1 by ranks',
@@ -73,9 +73,9 @@ function indexTable(output) {
 }
 
 /** The rows that went into an output's indices, and why others did not. */
-function usedWords({ used, refused }) {
+function usedWords({ used, refused, notes }) {
   const without = used.left_out.map((one) => `${one.count} ${one.reason}`).join('; ');
-  return `${refused ? `No indices: ${refused}. ` : ''}From ${used.whole} of ${used.of} ${used.unit}${without ? ` (left out: ${without})` : ''}.`;
+  return `${refused ? `No indices: ${refused}. ` : ''}From ${used.whole} of ${used.of} ${used.unit}${without ? ` (left out: ${without})` : ''}.${notes.map((one) => ` Note: ${one}.`).join('')}`;
 }
 
 function sensitivitySection() {
@@ -85,7 +85,7 @@ function sensitivitySection() {
   const kinds = DRAWN_INDICES[found.method.name], listed = found.outputs.map((output, k) => [k, labelled(output)]);
   let output = found.outputs.find((one) => !one.refused);
   if (!output) { section('Which factor matters', ...found.outputs.map((one) => note(`${labelled(one)}: ${usedWords(one)}`))); return; }
-  const figure = indexFigure(() => ({ output, kinds: kinds.filter((kind) => output.indices.some((one) => one.index === kind)) }));
+  const figure = indexFigure(() => ({ output, kinds: kinds.filter((kind) => output.indices.some((one) => one.index === kind)).slice(0, 2) }));
   const words = note(''), holder = el('div', {});
   const { replicates, level } = found.intervals, origin = { sobol: `Sobol' indices from a Saltelli design (estimator ${found.method.estimator})`, morris: 'Elementary effects from Morris trajectories', given: 'Indices of any rows' }[found.method.name];
   const renew = () => {

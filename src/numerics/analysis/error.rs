@@ -68,3 +68,12 @@ pub(super) fn check_values(values: &[f64]) -> Result<(), AnalysisError> {
     let rounding = 4.0 * f64::EPSILON * low.abs().max(high.abs());
     if high - low > rounding { Ok(()) } else { Err(AnalysisError::Constant { value: high }) }
 }
+
+/// Finite values that differ, moved and scaled to [-1, 1]: indices do not depend on either, sums of squares far from 0 or beyond
+/// 1e154 do.
+pub(super) fn normalised(values: &[f64]) -> Vec<f64> {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (middle, reach) = (0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low);
+    values.iter().map(|value| (value - middle) / reach).collect()
+}

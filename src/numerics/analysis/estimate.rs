@@ -32,6 +32,8 @@ pub struct Bootstrap {
 impl Bootstrap {
     /// Probability of an interval unless another is asked for.
     pub const LEVEL: f64 = 0.95;
+    /// Replicates at least, where there are any: the ends of fewer are no interval.
+    pub const LEAST_REPLICATES: usize = 20;
 
     /// How often each of `units` is drawn in a replicate.
     fn weights(&self, replicate: usize, units: usize) -> Vec<f64> {

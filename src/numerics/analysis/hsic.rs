@@ -2,15 +2,18 @@
 
 use statrs::function::gamma::checked_gamma_ur;
 
-use super::factor::FactorValues;
+use super::factor::{FactorValues, drawn_rows};
+use crate::random::hash;
 
 /// Rows at most: their number goes into the time squared.
 const MOST_ROWS: usize = 1000;
+/// Stream of the numbers that draw them.
+const ROWS: u64 = 1 << 34;
 
 /// Hilbert-Schmidt independence criterion of a factor and an output, biased (V-statistic): 0 where they are independent.
 ///
 /// Kernels are Gaussian with the standard deviation of the values, of names 1 where they are equal. Of more than 1000 rows, 1000
-/// evenly spread ones are taken.
+/// drawn by the seed of the intervals without replacement are taken, the same for all factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hsic {
     /// The criterion over the geometric mean of those of factor and output with themselves, in [0, 1].
@@ -21,9 +24,9 @@ pub struct Hsic {
 }
 
 /// The criterion for one factor.
-pub(super) fn hsic(values: &[f64], factor: FactorValues<'_>) -> Hsic {
-    let step = values.len().div_ceil(MOST_ROWS).max(1);
-    let thinned = |of: &[f64]| of.iter().step_by(step).copied().collect::<Vec<f64>>();
+pub(super) fn hsic(values: &[f64], factor: FactorValues<'_>, seed: u64) -> Hsic {
+    let rows = drawn_rows(values.len(), MOST_ROWS, hash(seed, ROWS, 0));
+    let thinned = |of: &[f64]| rows.iter().map(|row| of[*row]).collect::<Vec<f64>>();
     let x = Kernel::new(thinned(factor.values), factor.nominal);
     let y = Kernel::new(thinned(values), false);
     let n = x.values.len() as f64;

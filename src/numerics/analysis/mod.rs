@@ -4,6 +4,7 @@
 //! - [`morris()`]: elementary effects, from trajectories.
 //! - [`given()`]: first-order indices by ranks, correlation ratios, PAWN and HSIC, from any rows.
 //! - [`shapley()`]: Shapley effects, from any rows, also of factors that depend on each other.
+//! - [`spread()`]: whether rows are laid out too evenly for estimators that compare neighbours.
 //! - [`Bootstrap`]: confidence intervals by resampling whole blocks, trajectories or rows.
 //!
 //! All figures are the same for any number of threads: what runs in parallel is whole replicates, each of which is computed in
@@ -18,13 +19,17 @@ mod morris;
 mod pawn;
 mod shapley;
 mod sobol;
+mod spread;
 
 pub use error::AnalysisError;
 pub use estimate::{Bootstrap, Estimate};
-pub use factor::{FactorValues, rank_correlation};
+pub use factor::{
+    FactorValues, GroupDifference, drawn_rows, kruskal_wallis, rank_correlation, rank_correlation_p_value,
+};
 pub use given::{GivenIndices, given};
 pub use hsic::Hsic;
-pub use morris::{Effects, Trajectories, morris};
+pub use morris::{Effects, Reach, Trajectories, morris};
 pub use pawn::Pawn;
-pub use shapley::shapley;
+pub use shapley::{MOST_SHAPLEY_FACTORS, shapley, shapley_rows};
 pub use sobol::{Estimator, PairIndex, SaltelliBlocks, SobolIndices, sobol};
+pub use spread::spread;

@@ -10,10 +10,24 @@ pub struct Trajectories<'a> {
     pub factors: &'a [Vec<f64>],
     /// Levels of the grid: a factor moves by `levels / 2` of the `levels - 1` steps of its range.
     pub levels: u64,
+    /// How far each factor moves; [`Reach::Grid`] of those that are not there.
+    pub reaches: &'a [Reach],
+}
+
+/// What the whole range of a factor is to its moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reach {
+    /// Its moves are those of the grid.
+    Grid,
+    /// Of whole numbers and lists: the difference of its ends. Rounding makes their moves others than the grid's.
+    Values(f64),
+    /// Of names: every move is one from one name to another.
+    Names,
 }
 
 /// Effects of a factor on one output, per range of the factor: changes of the output over the share of the range by which the
-/// factor moved, `(levels / 2) / (levels - 1)`. In units of the output.
+/// factor moved: `(levels / 2) / (levels - 1)`, of whole numbers and lists the difference of the values over that of their ends, of
+/// names 1. In units of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effects {
     /// Mean effect, mu.
@@ -27,10 +41,11 @@ pub struct Effects {
 }
 
 /// What changed from a row to the next one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Move {
     factor: usize,
-    upwards: bool,
+    /// Difference of its values.
+    by: f64,
 }
 
 /// Effects of every factor on an output whose values are those of the rows of `trajectories`; `None` for a factor that never
@@ -69,15 +84,19 @@ pub fn morris(
 /// The effect of every factor in every trajectory.
 fn elementary_effects(values: &[f64], trajectories: Trajectories<'_>) -> Result<Vec<Vec<Option<f64>>>, AnalysisError> {
     let factors = trajectories.factors.len();
-    let share = (trajectories.levels / 2) as f64 / (trajectories.levels.max(2) - 1) as f64;
+    let grid = (trajectories.levels / 2) as f64 / (trajectories.levels.max(2) - 1) as f64;
     let mut effects = Vec::with_capacity(values.len() / (factors + 1));
     for (trajectory, outputs) in values.chunks_exact(factors + 1).enumerate() {
         let mut of = vec![None; factors];
         for (step, pair) in outputs.windows(2).enumerate() {
             let row = trajectory * (factors + 1) + step;
-            if let (Some(Move { factor, upwards }), [before, after]) = (moved(trajectories.factors, row)?, pair) {
-                let change = if upwards { after - before } else { before - after };
-                of[factor] = Some(change / share);
+            if let (Some(Move { factor, by }), [before, after]) = (moved(trajectories.factors, row)?, pair) {
+                let share = match trajectories.reaches.get(factor) {
+                    Some(Reach::Values(reach)) => by.abs() / reach,
+                    Some(Reach::Names) => 1.0,
+                    Some(Reach::Grid) | None => grid,
+                };
+                of[factor] = Some((after - before) * by.signum() / share);
             }
         }
         effects.push(of);
@@ -94,7 +113,7 @@ fn moved(factors: &[Vec<f64>], row: usize) -> Result<Option<Move>, AnalysisError
             && before != after
         {
             changed += 1;
-            found = Some(Move { factor, upwards: after > before });
+            found = Some(Move { factor, by: after - before });
         }
     }
     if changed > 1 { Err(AnalysisError::NoTrajectory { row, changed }) } else { Ok(found) }
@@ -115,4 +134,28 @@ fn statistics(effects: &[Vec<Option<f64>>], factors: usize, weights: &[f64]) -> 
         figures.extend([mean, size, (squares / (count - 1.0)).sqrt()]);
     }
     figures
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Trajectories of one factor, whose output is its value: per whole range it changes by the range, by one name to another by 1.
+    #[test]
+    fn effects_are_per_range_of_the_values_that_there_are() {
+        let none = Bootstrap { replicates: 0, seed: 0, level: 0.95 };
+        // Whole numbers from 1 to 5 and a list of two, at the four levels of a grid.
+        let whole = (vec![1.0, 4.0, 5.0, 2.0], Reach::Values(4.0), 4.0);
+        let list = (vec![1.0, 2.0, 2.0, 1.0], Reach::Values(1.0), 1.0);
+        let names = (vec![0.0, 1.0, 1.0, 0.0], Reach::Names, 1.0);
+        let grid = (vec![0.0, 2.0, 3.0, 1.0], Reach::Grid, 3.0);
+        for (values, reach, expected) in [whole, list, names, grid] {
+            let factors = [values.clone()];
+            let trajectories = Trajectories { factors: &factors, levels: 4, reaches: &[reach] };
+            let found = morris(&values, trajectories, &none).expect("effects").remove(0).expect("it moves");
+            let figures = [found.mean, found.mean_size, found.std_dev].map(|estimate| estimate.value);
+            assert!((figures[0] - expected).abs() < 1e-12 && (figures[1] - expected).abs() < 1e-12, "{figures:?}");
+            assert!(figures[2] < 1e-12, "{figures:?}");
+        }
+    }
 }

@@ -8,7 +8,8 @@ use super::factor::FactorValues;
 const SLICES: usize = 10;
 
 /// Kolmogorov-Smirnov distances between the output's distribution and those of the rows in slices of a factor: ten of equal
-/// probability (quantiles by linear interpolation; the largest value belongs to none, as in SALib), or one per name.
+/// probability (quantiles by linear interpolation; a largest value that occurs once belongs to none, as in SALib), or one per name
+/// or value where there are ten values at most.
 ///
 /// A factor without effect has distances above 0 too: about `0.9 / sqrt(rows of a slice)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,12 +82,36 @@ impl Ranked {
 fn slices(factor: FactorValues<'_>) -> Vec<Option<usize>> {
     let mut sorted = factor.values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    if factor.nominal {
-        sorted.dedup();
-        return factor.values.iter().map(|value| Some(sorted.partition_point(|other| other < value))).collect();
+    let mut levels = sorted.clone();
+    levels.dedup();
+    if factor.nominal || levels.len() <= SLICES {
+        return factor.values.iter().map(|value| Some(levels.partition_point(|other| other < value))).collect();
     }
+    let [.., before, top] = sorted[..] else { return vec![None; sorted.len()] };
     let edges: Vec<f64> = (0..=SLICES).map(|edge| quantile(&sorted, edge as f64 / SLICES as f64)).collect();
-    let slice =
-        |value: &f64| edges.partition_point(|edge| edge <= value).checked_sub(1).filter(|slice| *slice < SLICES);
+    let slice = |value: &f64| match edges.partition_point(|edge| edge <= value).checked_sub(1) {
+        // Whole numbers have their top value in many rows, which SALib leaves out too.
+        Some(SLICES) => (before == top).then_some(SLICES - 1),
+        slice => slice,
+    };
     factor.values.iter().map(slice).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The output is 1 where the factor has its top value: that slice's distribution is as far as it can be.
+    #[test]
+    fn the_top_value_of_a_list_is_a_slice() {
+        for levels in [3, 15] {
+            let values: Vec<f64> = (0..900).map(|row| f64::from(row % levels)).collect();
+            let output: Vec<f64> = values.iter().map(|value| f64::from(*value == f64::from(levels - 1))).collect();
+            let found = pawn(&output, &[FactorValues { values: &values, nominal: false }]).remove(0);
+            let share = 1.0 / f64::from(levels);
+            // Of 15 values the last of ten slices holds the top one and the one below it.
+            let apart = if levels == 3 { 1.0 - share } else { 0.5 - share };
+            assert!((found.maximum - apart).abs() < 1e-12, "{levels}: {found:?}");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::error::{AnalysisError, check_values};
+use super::error::{AnalysisError, check_values, normalised};
 use super::estimate::{Bootstrap, Estimate, half};
 use super::factor::{FactorValues, LEAST_ROWS, mean_ranks};
 use crate::random::{Stream, hash};
@@ -12,12 +12,18 @@ use crate::random::{Stream, hash};
 const MOST_ROWS: usize = 2000;
 /// Pairs of rows times sets of factors at most, which is what the time goes with.
 const MOST_WORK: f64 = 2e9;
-/// Factors at most: twice the sets with each more.
-const MOST_FACTORS: usize = 14;
+/// Factors of Shapley effects at most: twice the sets with each more.
+pub const MOST_SHAPLEY_FACTORS: usize = 14;
 /// Rows whose sums are found at a time, whatever the number of threads.
 const CHUNK: usize = 64;
 /// Stream of the numbers that order the rows.
 const ORDER: u64 = 1 << 33;
+
+/// Rows of which Shapley effects of so many factors come, at most: 2000, fewer from nine factors on.
+pub fn shapley_rows(factors: usize) -> usize {
+    let sets = 2.0_f64.powi(factors.min(MOST_SHAPLEY_FACTORS) as i32);
+    MOST_ROWS.min((MOST_WORK / sets).sqrt() as usize)
+}
 
 /// Shapley effects of all factors for an output.
 ///
@@ -27,8 +33,10 @@ const ORDER: u64 = 1 << 33;
 /// other as the ends of a range, equal distances decided by chance. Of all factors together the variance is that of Y, as a run's
 /// outputs follow from its factors.
 ///
-/// Intervals are those of [`super::given()`]. Of more than 2000 rows (fewer from eight factors
-/// on) as many, chosen by chance, are taken.
+/// Intervals are those of [`super::given()`]. Of more rows than [`shapley_rows()`] as many, chosen by chance, are taken.
+///
+/// The rows must be independent draws: those of quasi-random points and factorials repel each other, and a row's neighbours in
+/// some factors then differ more in the others than any two rows do ([`super::spread()`]).
 ///
 /// # Errors
 /// [`AnalysisError::TooFew`] for fewer than 20 rows, [`AnalysisError::Factors`] for more than 14 factors,
@@ -41,12 +49,11 @@ pub fn shapley(
     if values.len() < LEAST_ROWS {
         return Err(AnalysisError::TooFew { unit: "rows", found: values.len(), least: LEAST_ROWS });
     }
-    if factors.len() > MOST_FACTORS {
-        return Err(AnalysisError::Factors { found: factors.len(), most: MOST_FACTORS });
+    if factors.len() > MOST_SHAPLEY_FACTORS {
+        return Err(AnalysisError::Factors { found: factors.len(), most: MOST_SHAPLEY_FACTORS });
     }
     check_values(values)?;
-    let sets = (1_usize << factors.len()) as f64;
-    let most = MOST_ROWS.min((MOST_WORK / sets).sqrt() as usize);
+    let (values, most) = (normalised(values), shapley_rows(factors.len()));
     // In an order by chance, ties between neighbours are decided by chance.
     let mut order: Vec<usize> = (0..values.len()).collect();
     Stream::new(hash(bootstrap.seed, ORDER, 0)).shuffle(&mut order);
@@ -174,4 +181,33 @@ fn shapley_value(explained: &[f64], (factor, factors): (usize, usize)) -> f64 {
     }
     let without = (0..explained.len()).filter(|set| set >> factor & 1 == 0);
     without.map(|set| weights[set.count_ones() as usize] * (explained[set | 1 << factor] - explained[set])).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::uniform;
+
+    #[test]
+    fn effects_do_not_depend_on_the_size_of_an_output() {
+        let columns: Vec<Vec<f64>> =
+            (0..2).map(|factor| (0..200).map(|row| uniform(3, factor, row)).collect()).collect();
+        let factors: Vec<FactorValues<'_>> =
+            columns.iter().map(|values| FactorValues { values, nominal: false }).collect();
+        let bootstrap = Bootstrap { replicates: 20, seed: 0, level: 0.95 };
+        let effects = |output: &dyn Fn(f64) -> f64| {
+            let values: Vec<f64> = columns[0].iter().map(|value| output(*value)).collect();
+            shapley(&values, &factors, &bootstrap).expect("effects")
+        };
+        let plain = effects(&|x| x);
+        let outputs: [&dyn Fn(f64) -> f64; 3] = [&|x| 1e9 + 1e-3 * x, &|x| 1e300 * x, &|x| 1e-170 * x];
+        for output in outputs {
+            for (found, plain) in effects(output).iter().zip(&plain) {
+                assert!(
+                    (found.value - plain.value).abs() < 1e-3 && found.interval.is_some(),
+                    "{found:?} for {plain:?}"
+                );
+            }
+        }
+    }
 }

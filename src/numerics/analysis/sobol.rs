@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::error::{AnalysisError, check_values};
+use super::error::{AnalysisError, check_values, normalised};
 use super::estimate::{Bootstrap, Estimate};
 use crate::quantity::named;
 
@@ -90,6 +90,7 @@ pub fn sobol(
         return Err(AnalysisError::TooFew { unit: "blocks", found: count, least: 2 });
     }
     check_values(values)?;
+    let values = &normalised(values)[..];
     let table = Table { values, blocks, mean: values.iter().sum::<f64>() / values.len() as f64 };
     let mut estimates = bootstrap.estimates(count, &|weights| table.indices(estimator, weights)).into_iter();
     let first = estimates.by_ref().take(blocks.factors).collect();

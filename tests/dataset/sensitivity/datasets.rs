@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use decore::random::uniform;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -124,17 +125,16 @@ const OF_ANY_ROWS: [&str; 7] =
 
 #[test]
 fn dependent_factors_have_shapley_effects_and_no_sobol_indices() {
-    // Two base points of each of 64 blocks.
-    let constrained = "kind = \"saltelli\"\nbase_points = 64\nconstraints = [\"pressure <= 5.9 - abs(position)\"]";
-    let correlated = "kind = \"sobol\"\nrows = 128\n[design.correlation]\nfactors = [\"position\", \"pressure\"]\n\
+    let constrained = "kind = \"random\"\nrows = 128\nconstraints = [\"pressure <= 5.9 - abs(position)\"]";
+    let correlated = "kind = \"latin_hypercube\"\nrows = 128\n[design.correlation]\nfactors = [\"position\", \"pressure\"]\n\
                       matrix = [[1.0, 0.8], [0.8, 1.0]]";
     for (design, why) in
         [(constrained, "pressure <= 5.9 - abs(position)"), (correlated, "correlates position, pressure")]
     {
-        let found = Dataset::of(design).json(&["--output", "delivered_work_j", "--bootstrap", "10"]);
+        let found = Dataset::of(design).json(&["--output", "delivered_work_j", "--bootstrap", "20"]);
         assert_eq!(found["method"]["name"], "given");
         let note = found["notes"].to_string();
-        assert!(note.contains(why) && note.contains("none are computed"), "{note}");
+        assert!(note.contains(why) && note.contains("Shapley effects do it here"), "{note}");
         assert_eq!(found["outputs"][0]["used"]["whole"], 128);
         for factor in ["position", "pressure", "guide"] {
             assert_eq!(names(&found, factor), OF_ANY_ROWS, "{factor}");
@@ -142,6 +142,55 @@ fn dependent_factors_have_shapley_effects_and_no_sobol_indices() {
         let shares = found["outputs"][0]["indices"].as_array().expect("a list").iter();
         let shares = shares.filter(|index| index["index"] == "shapley").filter_map(|index| index["value"].as_f64());
         assert!((shares.sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+}
+
+/// Estimators that compare neighbours take rows for independent draws; where they are none, there is no figure and a reason.
+#[test]
+fn rows_that_are_laid_out_evenly_have_no_indices_by_neighbours() {
+    let even = [
+        "kind = \"sobol\"\nrows = 200",
+        "kind = \"halton\"\nrows = 200",
+        "kind = \"latin_hypercube\"\nrows = 60\noptimise = \"maximin\"",
+        "kind = \"saltelli\"\nbase_points = 64",
+    ];
+    for design in even {
+        let dataset = Dataset::of(design);
+        let arguments = ["--given", "--output", "delivered_work_j", "--bootstrap", "20"];
+        let found = dataset.json(&arguments);
+        let note = found["notes"].to_string();
+        assert!(note.contains("S1 by ranks and Shapley effects are not computed"), "{design}: {note}");
+        if found["outputs"][0]["refused"].is_null() {
+            assert_eq!(names(&found, "pressure"), OF_ANY_ROWS[2..], "{design}");
+        }
+        let shown = text(&dataset.analyse(&arguments).stdout);
+        assert!(shown.contains("are not computed: they take rows for independent draws"), "{design}: {shown}");
+    }
+}
+
+/// Rows of a file, each of which is there twice.
+#[test]
+fn rows_at_one_place_count_once() {
+    let dataset = Dataset { scratch: TempDir::new().expect("scratch folder") };
+    let row = |row: u64| {
+        let [position, pressure] = [0, 1].map(|factor| uniform(9, factor, row / 2));
+        let guide = if uniform(9, 2, row / 2) < 0.5 { "spring" } else { "tied" };
+        format!("{},{},{guide}\n", 0.2 * position - 0.1, 4.0 + 2.0 * pressure)
+    };
+    let rows: String = (0..120).map(row).collect();
+    fs::write(dataset.scratch.path().join("rows.csv"), format!("position,pressure,guide\n{rows}")).expect("written");
+    dataset.run("kind = \"table\"\nfile = \"rows.csv\"", &["--stub-row-ms", "0"]);
+    let found = dataset.json(&["--output", "delivered_work_j", "--bootstrap", "0"]);
+    let note = found["notes"].to_string();
+    assert!(note.contains("Rows at the place of another one in all factors: 60."), "{note}");
+    assert_eq!(names(&found, "guide"), OF_ANY_ROWS, "drawn rows: {note}");
+}
+
+#[test]
+fn a_few_replicates_are_no_intervals() {
+    let dataset = Dataset::of("kind = \"random\"\nrows = 40");
+    for (replicates, code) in [("1", 2), ("19", 2), ("0", 0), ("20", 0)] {
+        assert_eq!(dataset.analyse(&["--bootstrap", replicates]).status.code(), Some(code), "{replicates}");
     }
 }
 
@@ -164,7 +213,7 @@ fn rows_by_themselves_are_left_out_alone() {
 fn a_saltelli_design_may_be_analysed_as_any_rows_and_morris_not() {
     let dataset = Dataset::of("kind = \"saltelli\"\nbase_points = 64");
     let found = dataset.json(&["--given", "--output", "delivered_work_j", "--bootstrap", "0"]);
-    assert_eq!((found["outputs"][0]["used"]["whole"].as_u64(), names(&found, "guide").len()), (Some(128), 7));
+    assert_eq!((found["outputs"][0]["used"]["whole"].as_u64(), names(&found, "guide").len()), (Some(128), 5));
     let output = Dataset::of("kind = \"morris\"\ntrajectories = 10").analyse(&["--given"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("elementary effects only"), "{}", text(&output.stderr));

@@ -82,6 +82,7 @@ fn failed_rows_are_run_again_before_the_analysis() {
     assert!(failed[0]["used"]["left_out"].to_string().contains("budget_exhausted"), "{failed}");
     let repair = ["--bootstrap", "0", "--study", file, "--repair"];
     // More retries are no larger budget of steps.
+    assert_eq!(study.analyse("failed", &repair).status.code(), Some(4));
     let same = study.outputs("failed", &repair);
     assert_eq!(same[0]["used"]["whole"], 5);
     let repaired = study.outputs("failed", &[&repair[..], &["--set", "solver.max_steps=1000000"]].concat());
@@ -101,6 +102,7 @@ fn base_points_are_added_until_intervals_are_narrow() {
     // Far too wide: four times as many at once, or none.
     let output = grow("159", "0.0001");
     assert!(text(&output.stderr).contains("more than --most-rows 159"), "{}", text(&output.stderr));
+    assert_eq!(output.status.code(), Some(4), "the goal is missed");
     let output = grow("160", "0.0001");
     let told = text(&output.stderr);
     assert!(told.contains("--set design.base_points=32") && told.contains("more than --most-rows 160"), "{told}");

@@ -64,7 +64,8 @@ fn estimators_differ_on_one_table() {
 fn val_elementary_effects_are_those_of_salib() {
     let reference = &references()["morris"];
     let factors: Vec<Vec<f64>> = reference["factors"].as_array().expect("columns").iter().map(numbers).collect();
-    let trajectories = Trajectories { factors: &factors, levels: reference["levels"].as_u64().expect("a count") };
+    let trajectories =
+        Trajectories { factors: &factors, levels: reference["levels"].as_u64().expect("a count"), reaches: &[] };
     let found = morris(&numbers(&reference["outputs"]), trajectories, &NO_INTERVALS).expect("effects");
     let found: Vec<_> = found.into_iter().map(|effects| effects.expect("every factor moves")).collect();
     assert_near(found.iter().map(|effects| effects.mean), &reference["mu"], "mu");
