@@ -31,7 +31,7 @@ pub(super) struct KeptSignals {
 
 /// The longest duration of a row in s: that of the first row that describes a scene, where no factor drives it.
 fn longest_duration_s(checked: &CheckedStudy) -> f64 {
-    let drives = |factor: &FactorInfo| factor.drives.iter().any(|driven| driven.path == ["duration_s"]);
+    let drives = |factor: &FactorInfo| factor.paths().iter().any(|path| path == "duration_s");
     let looked_at = if checked.study().factors().iter().any(drives) { usize::MAX } else { 1 };
     let durations = (0..checked.row_count()).filter_map(|row| checked.scene(row).ok()).map(|scene| scene.duration_s);
     durations.take(looked_at).reduce(f64::max).unwrap_or_else(|| Scene::default().duration_s)

@@ -148,12 +148,8 @@ fn dependent_factors_have_shapley_effects_and_no_sobol_indices() {
 /// Estimators that compare neighbours take rows for independent draws; where they are none, there is no figure and a reason.
 #[test]
 fn rows_that_are_laid_out_evenly_have_no_indices_by_neighbours() {
-    let even = [
-        "kind = \"sobol\"\nrows = 200",
-        "kind = \"halton\"\nrows = 200",
-        "kind = \"latin_hypercube\"\nrows = 60\noptimise = \"maximin\"",
-        "kind = \"saltelli\"\nbase_points = 64",
-    ];
+    let even =
+        ["kind = \"sobol\"\nrows = 200", "kind = \"halton\"\nrows = 200", "kind = \"saltelli\"\nbase_points = 64"];
     for design in even {
         let dataset = Dataset::of(design);
         let arguments = ["--given", "--output", "delivered_work_j", "--bootstrap", "20"];
@@ -165,6 +161,12 @@ fn rows_that_are_laid_out_evenly_have_no_indices_by_neighbours() {
         }
         let shown = text(&dataset.analyse(&arguments).stdout);
         assert!(shown.contains("are not computed: they take rows for independent draws"), "{design}: {shown}");
+    }
+    for (optimise, noted) in [("maximin", true), ("none", false)] {
+        let design = format!("kind = \"latin_hypercube\"\nrows = 60\noptimise = \"{optimise}\"");
+        let found = Dataset::of(&design).json(&["--output", "delivered_work_j", "--bootstrap", "20"]);
+        assert_eq!(names(&found, "pressure"), OF_ANY_ROWS, "{optimise}");
+        assert_eq!(found["notes"].to_string().contains("more evenly than independent draws"), noted, "{optimise}");
     }
 }
 
