@@ -7,7 +7,7 @@ use std::process::Command;
 use decore::dataset::{
     DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, RowSpan, SignalColumn, TableName, merge, verify,
 };
-use decore::engine::{Engine, SweepSettings};
+use decore::engine::{Engine, Rows, SweepSettings};
 use decore::features::{FeatureSettings, export, features};
 use tempfile::TempDir;
 
@@ -43,6 +43,23 @@ fn table(folder: &Path) -> Vec<Vec<f64>> {
         |cell: &Option<decore::quantity::Value<&str>>| cell.and_then(|value| value.number()).expect("a number");
     reader.visit(TableName::Signals, &names, |cells| rows.push(cells.iter().map(number).collect())).expect("read");
     rows
+}
+
+/// Parts are as large as the signals of the longest row allow, wherever it stands in the design.
+#[test]
+fn the_longest_row_decides_how_many_a_part_holds() {
+    let rows_per_part = |durations: &str| {
+        let driven = [
+            "design.factor.standoff.path=duration_s",
+            "design.factor.standoff.unit=s",
+            durations,
+            "outputs.signal_interval_s=1e-5",
+        ];
+        engine(&[&driven, &KEEPS[1..3]].concat()).info().rows_per_part
+    };
+    let [short, first, last] = ["[0.01, 0.02]", "[40.0, 0.02]", "[0.01, 40.0]"]
+        .map(|values| rows_per_part(&format!("design.factor.standoff.values={values}")));
+    assert!(first == last && first < short, "{short}, {first}, {last}");
 }
 
 #[test]
