@@ -65,19 +65,23 @@ def _sum(rows, weights):
 
 
 def _scaled(factor, values):
-    """Places of values in a factor's range, 0 to 1; numbers of names. And whether they lie outside."""
+    """Places of values in a factor's range, 0 to 1; numbers of names. And whether they lie outside it or beyond what rows cover."""
     if factor["names"]:
         unknown = set(values) - set(factor["names"])
         if unknown:
             raise ValueError(f"{factor['name']}: {sorted(unknown)} are none of {factor['names']}")
-        return np.array([factor["names"].index(name) for name in values], dtype=float), np.zeros(len(values), bool)
+        numbers = np.array([factor["names"].index(name) for name in values], dtype=float)
+        return numbers, np.array([name in factor.get("unseen", ()) for name in values], dtype=bool)
     values = np.asarray(values, dtype=float)
     low, high = factor["range"]
     slack = 1e-9 * max(high - low, abs(low), abs(high))
     outside = (values < low - slack) | (values > high + slack)
+    ends = np.asarray(factor.get("covered") or factor["range"], dtype=float)
     if factor["logarithmic"]:
-        values, low, high = (_ln(np.asarray(value, dtype=float)) for value in (values, low, high))
-    return (values - low) / (high - low) if high > low else np.zeros(len(values)), outside
+        values, low, high, ends = (_ln(np.asarray(value, dtype=float)) for value in (values, low, high, ends))
+    values, (first, last) = ((x - low) / (high - low) if high > low else np.zeros(len(x)) for x in (values, ends))
+    slack = 0.1 * (last - first) + 1e-9
+    return values, outside | (values < first - slack) | (values > last + slack)
 
 
 def _correlations(process, nominal, a, b):
@@ -147,7 +151,7 @@ def predict(model, rows):
         if process is None:
             continue
         least = min(q2 for q2 in (process["q2"], process["q2_folds"]) if q2 is not None)
-        if least < figures["least_q2"]:
+        if not least >= figures["least_q2"]:
             print(f"{name}: Q2 {least:.3f} is below {figures['least_q2']}: do not rely on it", file=sys.stderr)
         mean, std_dev = _process(model, process, name, places)
         reach = process["reach"] * std_dev

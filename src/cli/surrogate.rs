@@ -91,7 +91,7 @@ pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
     written.table("predictions", &arguments.output, rows)?;
     if outside > 0 {
         written.warn(format!(
-            "{outside} of {rows} rows lie outside the ranges of the factors (column `extrapolated`): what is said there is a guess"
+            "{outside} of {rows} rows lie outside the ranges of the factors or beyond what the model's rows cover (column `extrapolated`): what is said there is a guess"
         ));
     }
     model.surrogate.warnings().into_iter().for_each(|warning| written.warn(warning));

@@ -4,14 +4,17 @@ use rayon::prelude::*;
 
 use super::error::SurrogateError;
 use super::model::{Model, OutputModel, RowsProcess};
-use super::result::{ChaosFigures, OutputSurrogate, SuccessFigures, Surrogate};
+use super::result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};
 use super::rows::FactorRows;
 use crate::dataset::{DatasetReader, TableName};
-use crate::regression::{GaussianProcess, LEAST_NOISE, Points, PolynomialChaos, RegressionError, Residuals, Success};
+use crate::regression::{GaussianProcess, LEAST_NOISE, Points, PolynomialChaos, RegressionError, Success};
 use crate::sensitivity::{DEFAULT_OUTPUTS, OutputColumn, Table, UnitName, Units};
 
 /// Probability of an interval.
 const LEVEL: f64 = 0.95;
+
+/// What is said of values whose squares no number holds.
+const NOT_FINITE: &str = "its values are too large or too small to be squared, or rounding is all that they differ by";
 
 /// What to model.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +50,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
     }
     let scatters = outputs.iter().map(|output| scatter_of(output)).filter(|name| known(name));
     let read: Vec<String> = outputs.iter().cloned().chain(scatters).collect();
-    let FactorRows { table, factors, points, rows_there, notes } = FactorRows::read(reader, &read)?;
+    let FactorRows { table, mut factors, points, rows_there, notes } = FactorRows::read(reader, &read)?;
     let units = Units {
         name: UnitName::Rows,
         size: 1,
@@ -60,6 +63,16 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
         .collect::<Vec<_>>()
         .into_iter()
         .unzip();
+    let modelled = |row: &usize| {
+        let mut processes = models.iter().filter_map(|model| model.process.as_ref());
+        processes.any(|process| process.rows.binary_search(row).is_ok())
+    };
+    let used: Vec<usize> = (0..table.rows.len()).filter(modelled).collect();
+    if !used.is_empty() {
+        for (factor, column) in factors.iter_mut().zip(&table.factors) {
+            factor.cover(&used.iter().map(|row| column.values[*row]).collect::<Vec<f64>>());
+        }
+    }
     let surrogate = Surrogate {
         study: info.study_name.clone(),
         study_hash: info.study_hash.clone(),
@@ -104,23 +117,29 @@ impl Task<'_> {
             refused: None,
             process: None,
             chaos: None,
+            chaos_refused: None,
             success: None,
             twin_scatter: self.twin_scatter(&output.description.name),
         };
         let mut model = OutputModel::default();
         match process(&points, (values, rows), self.least_noise) {
-            Ok((process, folds)) => {
-                let chaos = PolynomialChaos::fit(&points, &process.values).ok();
-                figures.chaos =
-                    chaos.map(|of| ChaosFigures { degree: of.degree, terms: of.terms, q2: of.residuals.q2() });
-                figures.process = Some(process.figures(folds.as_ref(), LEVEL));
+            Ok((process, found)) => {
+                match PolynomialChaos::fit(&points, &process.values, process.process.groups()) {
+                    Ok(of) if of.residuals.q2().is_finite() => {
+                        figures.chaos =
+                            Some(ChaosFigures { degree: of.degree, terms: of.terms, q2: of.residuals.q2() });
+                    }
+                    Ok(_) => figures.chaos_refused = Some(NOT_FINITE.to_owned()),
+                    Err(error) => figures.chaos_refused = Some(error.to_string()),
+                }
+                figures.process = Some(found);
                 model.process = Some(process);
                 match self.success(model.process.as_ref()) {
                     Ok(found) => (figures.success, model.success) = found,
                     Err(error) => figures.refused = Some(format!("no probability of success: {error}")),
                 }
             }
-            Err(error) => figures.refused = Some(format!("no model: {error}")),
+            Err(reason) => figures.refused = Some(format!("no model: {reason}")),
         }
         (figures, model)
     }
@@ -161,13 +180,18 @@ impl Task<'_> {
     }
 }
 
-/// The process of some rows, and its errors of folds.
+/// The process of some rows, and its figures.
+///
+/// # Errors
+/// Why there is none, in words.
 fn process(
     points: &Points,
     (values, rows): (Vec<f64>, Vec<usize>),
     least_noise: f64,
-) -> Result<(RowsProcess, Option<Residuals>), RegressionError> {
-    let process = GaussianProcess::fit_above(points, &values, least_noise)?;
-    let folds = process.folds(&values)?;
-    Ok((RowsProcess { rows, values, process }, folds))
+) -> Result<(RowsProcess, ProcessFigures), String> {
+    let process = GaussianProcess::fit_above(points, &values, least_noise).map_err(|error| error.to_string())?;
+    let folds = process.folds(&values).map_err(|error| error.to_string())?;
+    let process = RowsProcess { rows, values, process };
+    let figures = process.figures(folds.as_ref(), LEVEL);
+    if figures.are_finite() { Ok((process, figures)) } else { Err(NOT_FINITE.to_owned()) }
 }

@@ -51,7 +51,7 @@ impl OutputModel {
 }
 
 impl RowsProcess {
-    /// Its figures; `folds`: errors of a tenth of the rows left out at a time.
+    /// Its figures; `folds`: errors of rows left out with all fitted anew.
     pub(super) fn figures(&self, folds: Option<&Residuals>, level: f64) -> ProcessFigures {
         let process = &self.process;
         let of = process.hyperparameters();
@@ -62,6 +62,7 @@ impl RowsProcess {
             mean: process.mean(),
             variance: process.variance(),
             noise_std_dev: process.noise_std_dev(),
+            groups: process.groups().len() as u64,
             q2: process.residuals().q2(),
             q2_folds: folds.map(Residuals::q2),
             rms_error: process.residuals().rms(),
@@ -71,6 +72,12 @@ impl RowsProcess {
 }
 
 impl ProcessFigures {
+    /// Whether all are numbers: squares of very large or very small values are none.
+    pub(super) fn are_finite(&self) -> bool {
+        let of = [self.mean, self.variance, self.noise_std_dev, self.q2, self.rms_error, self.reach];
+        of.into_iter().chain(self.q2_folds).all(f64::is_finite)
+    }
+
     /// Kernel, lengths and noise; `None` for a kernel of another name.
     pub(super) fn hyperparameters(&self) -> Option<(Kernel, Hyperparameters)> {
         let kernel = Kernel::ALL.into_iter().find(|kernel| kernel.name() == self.kernel)?;

@@ -17,7 +17,7 @@ pub struct Predicted {
     pub columns: Vec<TableColumn>,
     /// Number of rows.
     pub rows: usize,
-    /// Rows outside the ranges of the factors: what is said there is a guess.
+    /// Rows outside the ranges of the factors or beyond what rows cover: what is said there is a guess.
     pub outside: usize,
 }
 
@@ -72,7 +72,9 @@ pub fn predict_rows(model: &Model, rows: &[Row<'_>]) -> Result<Predicted, Surrog
     columns.push(TableColumn {
         name: "extrapolated".to_owned(),
         unit: String::new(),
-        description: "Factors outside the range that the model knows; empty inside all of them.".to_owned(),
+        description:
+            "Factors outside the range that the model knows, or beyond what its rows cover; empty inside all of them."
+                .to_owned(),
         values: TableValues::Text(outside.clone()),
     });
     let named = |output: &str| {

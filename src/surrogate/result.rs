@@ -48,8 +48,11 @@ pub struct OutputSurrogate {
     pub refused: Option<String>,
     /// The Gaussian process.
     pub process: Option<ProcessFigures>,
-    /// The polynomial chaos beside it; null where there are too few rows for one.
+    /// The polynomial chaos beside it; null where there is none.
     pub chaos: Option<ChaosFigures>,
+    /// Why there is no polynomial chaos, e.g. too few rows, or a term that stands on a single one; null where there is.
+    #[serde(default)]
+    pub chaos_refused: Option<String>,
     /// The probability that a row has the output; null where all rows have it.
     pub success: Option<SuccessFigures>,
     /// Median of the standard deviations that the rows' twins showed, in the output's unit; null without twins.
@@ -72,12 +75,16 @@ pub struct ProcessFigures {
     pub variance: f64,
     /// Standard deviation of the noise, in the output's unit.
     pub noise_std_dev: f64,
-    /// Share of the variance that is predicted of rows that are left out, one at a time.
+    /// Groups of rows that are left out together: rows at one place, or nearly at one under `weights`; as many as rows where all
+    /// places differ. 0 in files of models from before they were told.
+    #[serde(default)]
+    pub groups: u64,
+    /// Share of the variance that is predicted of rows that are left out, one group at a time.
     pub q2: f64,
-    /// The same with a tenth of the rows left out at a time and lengths and noise fitted anew; null where there are so many rows that
-    /// it makes no difference.
+    /// The same with a tenth of the groups left out at a time (one at a time of fewer than 20) and lengths and noise fitted anew: the
+    /// honest one; null for more than 320 rows, where it makes no difference.
     pub q2_folds: Option<f64>,
-    /// Root mean square of the errors of rows that are left out, in the output's unit.
+    /// Root mean square of the errors of rows that are left out, one group at a time, in the output's unit.
     pub rms_error: f64,
     /// Standard deviations that an interval reaches to both sides.
     pub reach: f64,
@@ -90,7 +97,7 @@ pub struct ChaosFigures {
     pub degree: usize,
     /// Number of terms.
     pub terms: usize,
-    /// Share of the variance that is predicted of rows that are left out, one at a time.
+    /// Share of the variance that is predicted of rows that are left out, one group of the process at a time.
     pub q2: f64,
 }
 
@@ -109,9 +116,12 @@ pub struct SuccessFigures {
 }
 
 impl ProcessFigures {
-    /// The smaller of both shares that are predicted.
+    /// The smaller of both shares that are predicted; NaN where one is, which is worse than any.
     pub fn least_q2(&self) -> f64 {
-        self.q2_folds.map_or(self.q2, |folds| folds.min(self.q2))
+        match self.q2_folds {
+            Some(folds) if folds.is_nan() || folds < self.q2 => folds,
+            _ => self.q2,
+        }
     }
 }
 
@@ -120,7 +130,8 @@ impl Surrogate {
     pub fn warnings(&self) -> Vec<String> {
         let of = |output: &OutputSurrogate| {
             let q2 = output.process.as_ref()?.least_q2();
-            (q2 < self.least_q2).then(|| {
+            // NaN is no Q2 that is large enough.
+            (q2.is_nan() || q2 < self.least_q2).then(|| {
                 format!(
                     "the model of `{}` predicts {:.0} % of the variance of rows that it does not know (Q2 {q2:.3}, below {}): do not \
                      rely on it; more rows help, unless the noise is larger than the effects",

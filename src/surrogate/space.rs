@@ -11,6 +11,8 @@ use crate::study::FactorOutline;
 
 /// Share of a range by which rounding may leave it.
 const ROUNDING: f64 = 1e-9;
+/// Share of what rows span by which a value may lie beyond: designs that fill a range leave so much at its ends.
+const BEYOND: f64 = 0.1;
 
 /// A factor of a surrogate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,6 +27,12 @@ pub struct FactorSpace {
     pub range: [f64; 2],
     /// Whether its logarithm is scaled.
     pub logarithmic: bool,
+    /// Least and largest value of the rows that models are made from; null for names, and in files of models from before it was told.
+    #[serde(default)]
+    pub covered: Option<[f64; 2]>,
+    /// The names that none of these rows has.
+    #[serde(default)]
+    pub unseen: Vec<String>,
 }
 
 impl FactorSpace {
@@ -39,7 +47,20 @@ impl FactorSpace {
             None => [low, high].map(twelve_digits),
         };
         let logarithmic = outline.logarithmic && range[0] > 0.0;
-        Self { name: outline.name.clone(), unit: unit.to_owned(), names, range, logarithmic }
+        let (name, unit) = (outline.name.clone(), unit.to_owned());
+        let mut found = Self { name, unit, names, range, logarithmic, covered: None, unseen: Vec::new() };
+        found.cover(&column.values);
+        found
+    }
+
+    /// Takes note of what the values of rows cover.
+    pub(super) fn cover(&mut self, values: &[f64]) {
+        let seen = |number: usize| values.contains(&(number as f64));
+        let names = self.names.iter().enumerate();
+        self.unseen = names.filter(|(number, _)| !seen(*number)).map(|(_, name)| name.clone()).collect();
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        self.covered = (self.names.is_empty() && low <= high).then(|| [low, high].map(twelve_digits));
     }
 
     /// The place of a value in the range, 0 to 1; of a name its number.
@@ -72,11 +93,20 @@ impl FactorSpace {
         }
     }
 
-    /// Whether a value lies outside the range.
+    /// Whether a value lies outside the range, or far from what rows cover: a name that no row has, a number by more than a tenth of what
+    /// they span.
     pub(super) fn is_outside(&self, value: f64) -> bool {
+        if !self.names.is_empty() {
+            return self.names.get(value as usize).is_none_or(|name| self.unseen.contains(name));
+        }
         let [low, high] = self.range;
         let slack = ROUNDING * (high - low).max(low.abs()).max(high.abs());
-        self.names.is_empty() && !(low - slack..=high + slack).contains(&value)
+        let far = self.covered.is_some_and(|covered| {
+            let [first, last] = covered.map(|end| self.scaled(end));
+            let slack = BEYOND * (last - first) + ROUNDING;
+            !(first - slack..=last + slack).contains(&self.scaled(value))
+        });
+        far || !(low - slack..=high + slack).contains(&value)
     }
 }
 
@@ -108,4 +138,29 @@ pub fn text_places(factors: &[FactorSpace], rows: &[Vec<String>]) -> Result<Poin
     let values = rows.iter().map(row).collect::<Result<Vec<_>, _>>()?;
     let named = |source| SurrogateError::Regression { output: "the factors".to_owned(), source };
     places(factors, &values).map_err(named)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn space(names: &[&str], logarithmic: bool) -> FactorSpace {
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        let (name, unit) = ("factor".to_owned(), String::new());
+        FactorSpace { name, unit, names, range: [1.0, 100.0], logarithmic, covered: None, unseen: Vec::new() }
+    }
+
+    #[test]
+    fn what_no_row_is_near_lies_outside() {
+        let mut names = space(&["steel", "rubber", "wood"], false);
+        names.cover(&[0.0, 2.0, 0.0]);
+        assert_eq!([0.0, 1.0, 2.0].map(|number| names.is_outside(number)), [false, true, false]);
+        let mut numbers = space(&[], false);
+        assert!(!numbers.is_outside(99.0) && numbers.is_outside(101.0));
+        numbers.cover(&[10.0, 50.0, 30.0]);
+        assert_eq!([5.0, 7.0, 30.0, 53.0, 55.0].map(|x| numbers.is_outside(x)), [true, false, false, false, true]);
+        let mut logarithms = space(&[], true);
+        logarithms.cover(&[1.0, 10.0]);
+        assert_eq!([1.0, 12.0, 13.0].map(|x| logarithms.is_outside(x)), [false, false, true]);
+    }
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
+use crate::regression::FOLDS;
 use crate::sensitivity::four_digits;
 
 /// Rows that are named per reason.
@@ -42,10 +43,12 @@ impl Surrogate {
         }
         let Some(process) = &output.process else { return Ok(()) };
         let kernel = if process.kernel == "matern_5_2" { "Matern 5/2" } else { "squared exponential" };
-        writeln!(f, "  Gaussian process    {}, kernel {kernel}", q2_words(process))?;
+        writeln!(f, "  Gaussian process    {}, kernel {kernel}", q2_words(process, output.used))?;
         if let Some(chaos) = &output.chaos {
             let (degree, terms) = (chaos.degree, chaos.terms);
             writeln!(f, "  polynomial chaos    Q2 {:.4}, degree {degree}, {terms} terms; for comparison", chaos.q2)?;
+        } else if let Some(reason) = &output.chaos_refused {
+            writeln!(f, "  polynomial chaos    none: {reason}")?;
         }
         let unit = if output.unit == "1" { String::new() } else { format!(" {}", output.unit) };
         writeln!(
@@ -77,12 +80,18 @@ impl Surrogate {
     }
 }
 
-/// Q2 in words.
-fn q2_words(process: &ProcessFigures) -> String {
+/// Q2 in words, of a process of so many rows.
+fn q2_words(process: &ProcessFigures, rows: u64) -> String {
+    let (q2, groups) = (process.q2, process.groups);
+    let what = match groups == rows || groups == 0 {
+        true => "rows".to_owned(),
+        false => format!("{groups} groups of rows nearly at one place"),
+    };
     match process.q2_folds {
-        None => format!("Q2 {:.4} (rows left out one at a time)", process.q2),
+        None => format!("Q2 {q2:.4} ({what} left out one at a time)"),
         Some(folds) => {
-            format!("Q2 {:.4} (rows left out one at a time), {folds:.4} (a tenth, all fitted anew)", process.q2)
+            let part = if groups < 2 * FOLDS as u64 { "one at a time" } else { "a tenth" };
+            format!("Q2 {q2:.4} ({what} left out one at a time), {folds:.4} ({part}, all fitted anew)")
         }
     }
 }

@@ -4,12 +4,15 @@ use nalgebra::DMatrix;
 
 use super::error::RegressionError;
 use super::gaussian::check;
+use super::groups::{Groups, LeftOut};
 use super::points::Points;
 use super::residuals::Residuals;
-use crate::linalg::{LinalgError, cholesky, multiply_transposed, solve_lower};
+use crate::linalg::{cholesky, multiply_transposed, solve_lower};
 
 /// Terms at most for this many rows: as many for other numbers in proportion.
 const MOST_TERMS: [usize; 2] = [7, 10];
+/// What a row's own share in its fit is below 1 at least: nearer to it, its error when left out is rounding.
+const LEAST_OTHERS: f64 = 1e-8;
 
 /// A polynomial of all products of Legendre polynomials up to a total degree, fitted by least squares (Sudret, Reliab. Eng. Syst.
 /// Saf. 93, 2008); of a factor of names, each but the first has a term of degree 1. The degree is the one with the smallest errors
@@ -34,18 +37,18 @@ enum Part {
 }
 
 impl PolynomialChaos {
-    /// Fits degrees 1, 2, ... as long as there are enough rows.
+    /// Fits degrees 1, 2, ... as long as there are enough rows, and none that a term stands on alone; groups are left out together.
     ///
     /// # Errors
     /// As [`super::GaussianProcess::fit`]; [`RegressionError::TooFew`] also where not even degree 1 has enough rows;
-    /// [`RegressionError::Linalg`] where its terms depend on each other in the rows.
-    pub fn fit(points: &Points, values: &[f64]) -> Result<Self, RegressionError> {
+    /// [`RegressionError::Linalg`] where its terms depend on each other in the rows, [`RegressionError::Alone`] where they do without some.
+    pub fn fit(points: &Points, values: &[f64], groups: &Groups) -> Result<Self, RegressionError> {
         check(points, values)?;
         let most = points.rows() * MOST_TERMS[0] / MOST_TERMS[1];
-        let (mut best, mut failed): (Option<Self>, Option<LinalgError>) = (None, None);
+        let (mut best, mut failed): (Option<Self>, Option<RegressionError>) = (None, None);
         for degree in 1.. {
             let Some(terms) = terms(points, degree, most) else { break };
-            match residuals(points, values, &terms) {
+            match residuals(points, (values, groups), &terms) {
                 Ok(residuals) if best.as_ref().is_none_or(|best| residuals.q2() > best.residuals.q2()) => {
                     best = Some(Self { degree, terms: terms.len(), residuals });
                 }
@@ -61,7 +64,7 @@ impl PolynomialChaos {
             found: points.rows(),
             least: ((points.factors() + 1) * MOST_TERMS[1]).div_ceil(MOST_TERMS[0]),
         };
-        best.ok_or_else(|| failed.map_or(too_few, RegressionError::Linalg))
+        best.ok_or_else(|| failed.unwrap_or(too_few))
     }
 }
 
@@ -93,25 +96,31 @@ fn terms(points: &Points, degree: usize, most: usize) -> Option<Vec<Vec<Part>>> 
     Some(terms.into_iter().map(|(term, _)| term).collect())
 }
 
-fn residuals(points: &Points, values: &[f64], terms: &[Vec<Part>]) -> Result<Residuals, LinalgError> {
+fn residuals(
+    points: &Points,
+    (values, groups): (&[f64], &Groups),
+    terms: &[Vec<Part>],
+) -> Result<Residuals, RegressionError> {
     let columns = DMatrix::from_fn(points.rows(), terms.len(), |row, term| {
         terms[term].iter().map(|part| part.at(points.row(row))).product()
     });
     let factor = cholesky(multiply_transposed(&columns, &columns)?)?;
-    // With `L L' = X' X` and `Z = L^-1 X'`: the fit is `Z' Z y`, a row's own share in it `|z_i|^2`.
+    // With `L L' = X' X` and `Z = L^-1 X'`: the fit is `Z' Z y`, the shares of a group's rows in their own fits `Z_I' Z_I`.
     let mut shares = columns.transpose();
     solve_lower(&factor, &mut shares)?;
     let fitted = &shares * DMatrix::from_column_slice(values.len(), 1, values);
-    let freedom = points.rows().saturating_sub(terms.len()).max(1) as f64;
-    let [mut errors, mut owns] = [Vec::new(), Vec::new()];
-    for (column, value) in shares.column_iter().zip(values) {
-        let own = column.dot(&column);
-        errors.push((value - column.dot(&fitted.column(0))) / (1.0 - own));
-        owns.push(1.0 - own);
+    let rest = |a: usize, b: usize| f64::from(u8::from(a == b)) - shares.column(a).dot(&shares.column(b));
+    let own: Vec<f64> = (0..values.len()).map(|row| rest(row, row)).collect();
+    let off: Vec<f64> =
+        shares.column_iter().zip(values).map(|(column, value)| value - column.dot(&fitted.column(0))).collect();
+    let found = LeftOut::new(groups, (&off, &own), rest).map_err(|_| RegressionError::Alone)?;
+    if !found.owns.iter().all(|own| *own >= LEAST_OTHERS) {
+        return Err(RegressionError::Alone);
     }
-    let squares: f64 = errors.iter().zip(&owns).map(|(error, own)| (error * own).powi(2)).sum();
-    let deviations = owns.iter().map(|own| (squares / freedom / own).sqrt()).collect();
-    Ok(Residuals::new(values, errors, deviations))
+    let freedom = points.rows().saturating_sub(terms.len()).max(1) as f64;
+    let squares: f64 = off.iter().map(|error| error * error).sum();
+    let deviations = found.owns.iter().map(|own| (squares / freedom / own).sqrt()).collect();
+    Ok(Residuals::new((values, groups), found.errors, deviations))
 }
 
 impl Part {

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::error::RegressionError;
+use super::groups::{Groups, LeftOut};
 use super::kernel::Kernel;
 use super::likelihood::{Hyperparameters, LEAST_NOISE, Likelihood, Pairs, Solved};
 use super::minimise::{Minimum, Stop, dot, minimise};
@@ -25,10 +26,12 @@ const COMPARISON: Stop = Stop { steps: 60, gain: 1e-2 };
 const SEARCH: Stop = Stop { steps: 60, gain: 1e-3 };
 /// Stream of the numbers that choose the rows for comparisons and folds.
 const CHOICE: u64 = 0x6b72_6967;
-/// Folds that are left out, lengths and noise being searched anew without them.
-const FOLDS: usize = 10;
-/// Rows from which on there are folds, and up to which lengths and noise may be wrong enough for them to matter.
-const FOLDED_ROWS: std::ops::RangeInclusive<usize> = 20..=320;
+/// Folds that are left out, lengths and noise being searched anew without them; of fewer than twice as many groups each is one.
+pub const FOLDS: usize = 10;
+/// Rows up to which lengths and noise may be wrong enough for folds to matter.
+const FOLDED_ROWS: usize = 320;
+/// Rows below which all is searched anew without a fold, the kernel too: lengths of few rows hang on each of them.
+const FEW_ROWS: usize = 20;
 /// When the search without a fold ends.
 const WITHOUT_FOLD: Stop = Stop { steps: 20, gain: 1e-2 };
 
@@ -46,6 +49,7 @@ pub struct GaussianProcess {
     solved: Solved,
     /// `L^-1 1` of the Cholesky factor `L` of the rows' correlations.
     ones: Vec<f64>,
+    groups: Groups,
     residuals: Residuals,
     /// Noise that no search goes below.
     least_noise: f64,
@@ -92,8 +96,21 @@ impl GaussianProcess {
     /// As [`Self::fit`].
     pub fn fit_above(points: &Points, values: &[f64], least_noise: f64) -> Result<Self, RegressionError> {
         check(points, values)?;
-        let found: Vec<Result<Self, RegressionError>> =
+        Self::fit_kernels(points, values, least_noise)
+    }
+
+    /// The best kernel of any number of rows.
+    fn fit_kernels(points: &Points, values: &[f64], least_noise: f64) -> Result<Self, RegressionError> {
+        let mut found: Vec<Result<Self, RegressionError>> =
             Kernel::ALL.par_iter().map(|kernel| Self::fit_kernel(points, values, (*kernel, least_noise))).collect();
+        // Densities compare where the same rows are left out together.
+        let groups: Vec<Groups> = found.iter().flatten().map(|model| model.groups.clone()).collect();
+        if let Some(coarsest) = groups.iter().min_by_key(|groups| groups.len()) {
+            for model in found.iter_mut().flatten().filter(|model| model.groups != *coarsest) {
+                model.residuals = left_out((values, coarsest), &model.solved)?;
+                model.groups.clone_from(coarsest);
+            }
+        }
         let mut best: Result<Self, RegressionError> =
             Err(RegressionError::Linalg(LinalgError::NoConvergence { order: values.len() }));
         for model in found {
@@ -106,37 +123,54 @@ impl GaussianProcess {
         best
     }
 
-    /// Errors of rows that are left out together, a tenth at a time, with lengths and noise fitted anew without them: of few rows,
-    /// those fitted to all of them are too sure of themselves. `None` for fewer than 20 and more than 320 rows.
+    /// Errors of rows that are left out with their groups, a tenth of the groups at a time, or one at a time of fewer than 20, with
+    /// lengths and noise fitted anew without them: of few rows, those fitted to all of them are too sure of themselves. `None` for more
+    /// than 320 rows.
     ///
     /// # Errors
-    /// Those of [`Self::fit`] for the rest of the rows.
+    /// Those of [`Self::fit`] for the rest of the rows; a rest that is constant predicts its constant.
     pub fn folds(&self, values: &[f64]) -> Result<Option<Residuals>, RegressionError> {
         let rows = self.points.rows();
-        if !FOLDED_ROWS.contains(&rows) {
+        if rows > FOLDED_ROWS {
             return Ok(None);
         }
-        let order = shuffled(rows);
+        let order = self.groups.shuffled(CHOICE);
+        let folds = if order.len() < 2 * FOLDS { order.len() } else { FOLDS };
         let fold = |fold: usize| {
-            let (out, rest): (Vec<usize>, Vec<usize>) = (0..rows).partition(|place| place % FOLDS == fold);
-            let [out, rest] =
-                [out, rest].map(|places| places.iter().map(|place| order[*place]).collect::<Vec<usize>>());
-            let known: Vec<f64> = rest.iter().map(|row| values[*row]).collect();
-            let model = self.fit_anew(&self.points.select(&rest), &known)?;
-            let predicted = model.predict(&self.points.select(&out))?;
+            let (out, rest): (Vec<usize>, Vec<usize>) = (0..order.len()).partition(|place| place % folds == fold);
+            let [out, rest] = [out, rest]
+                .map(|places| places.iter().flat_map(|place| order[*place]).copied().collect::<Vec<usize>>());
+            let predicted = self.predict_without(values, (&rest, &out))?;
             Ok(out.into_iter().zip(predicted).collect::<Vec<(usize, Prediction)>>())
         };
-        let found: Result<Vec<_>, RegressionError> = (0..FOLDS).into_par_iter().map(fold).collect();
+        let found: Result<Vec<_>, RegressionError> = (0..folds).into_par_iter().map(fold).collect();
         let [mut errors, mut std_devs] = [vec![0.0; rows], vec![0.0; rows]];
         for (row, predicted) in found?.into_iter().flatten() {
             (errors[row], std_devs[row]) = (values[row] - predicted.mean, predicted.std_dev);
         }
-        Ok(Some(Residuals::new(values, errors, std_devs)))
+        Ok(Some(Residuals::new((values, &self.groups), errors, std_devs)))
+    }
+
+    /// What a model of some rows, fitted anew, says of others.
+    fn predict_without(
+        &self,
+        values: &[f64],
+        (rest, out): (&[usize], &[usize]),
+    ) -> Result<Vec<Prediction>, RegressionError> {
+        let known: Vec<f64> = rest.iter().map(|row| values[*row]).collect();
+        if let Some(mean) = constant(&known) {
+            // A constant tells of no variance: that of all rows stands in.
+            let std_devs = self.residuals.std_devs();
+            return Ok(out.iter().map(|row| Prediction { mean, std_dev: std_devs[*row] }).collect());
+        }
+        self.fit_anew(&self.points.select(rest), &known)?.predict(&self.points.select(out))
     }
 
     /// A model of other rows, searched for from here.
     fn fit_anew(&self, points: &Points, values: &[f64]) -> Result<Self, RegressionError> {
-        check(points, values)?;
+        if self.points.rows() < FEW_ROWS {
+            return Self::fit_kernels(points, values, self.least_noise);
+        }
         let pairs = Pairs::new(points);
         let unit = unit(values);
         let least_noise = self.least_noise;
@@ -146,7 +180,8 @@ impl GaussianProcess {
         let found = found.map(|found| Hyperparameters::from_logarithms(&found.at, least_noise));
         let of = found.unwrap_or_else(|| self.hyperparameters.clone());
         let solved = Likelihood { values, ..likelihood }.solve(&of)?;
-        Ok(Self { least_noise, ..Self::of(points, values, Fit { kernel: self.kernel, of, solved }) })
+        let fit = Fit { kernel: self.kernel, of, solved };
+        Ok(Self { least_noise, ..Self::of(points, values, fit)? })
     }
 
     /// Fits lengths and noise of one kernel, the noise above a least one.
@@ -155,14 +190,13 @@ impl GaussianProcess {
         values: &[f64],
         (kernel, least_noise): (Kernel, f64),
     ) -> Result<Self, RegressionError> {
-        check(points, values)?;
         let unit = unit(values);
         let pairs = Pairs::new(points);
         let minimum = search(points, &unit, &Likelihood { kernel, pairs: &pairs, values: &unit, least_noise });
         let found = minimum.map_or_else(|| Hyperparameters::start(points.factors(), STARTS[1]), |found| found.at);
         let of = Hyperparameters::from_logarithms(&found, least_noise).rounded();
         let solved = Likelihood { kernel, pairs: &pairs, values, least_noise }.solve(&of)?;
-        Ok(Self { least_noise, ..Self::of(points, values, Fit { kernel, of, solved }) })
+        Ok(Self { least_noise, ..Self::of(points, values, Fit { kernel, of, solved })? })
     }
 
     /// The model for lengths and noise that are given.
@@ -188,20 +222,17 @@ impl GaussianProcess {
         }
         let pairs = Pairs::new(points);
         let solved = Likelihood { kernel, pairs: &pairs, values, least_noise: LEAST_NOISE }.solve(&of)?;
-        Ok(Self::of(points, values, Fit { kernel, of, solved }))
+        Self::of(points, values, Fit { kernel, of, solved })
     }
 
-    fn of(points: &Points, values: &[f64], Fit { kernel, of, solved }: Fit) -> Self {
-        // Without row i the prediction of its value is off by a_i / Q_ii, and its variance there is variance / Q_ii.
-        let own = solved.inverse.diagonal();
-        let errors = solved.alpha.iter().zip(own.iter()).map(|(alpha, own)| alpha / own).collect();
-        let deviations = own.iter().map(|own| (solved.variance / own).sqrt()).collect();
-        let residuals = Residuals::new(values, errors, deviations);
+    fn of(points: &Points, values: &[f64], Fit { kernel, of, solved }: Fit) -> Result<Self, RegressionError> {
+        let groups = Groups::new(points, &of.weights);
+        let residuals = left_out((values, &groups), &solved)?;
         let mut ones = DMatrix::from_element(1, values.len(), 1.0);
         ordered_solve(&solved.factor, &mut ones);
         let ones = ones.as_slice().to_vec();
         let points = points.clone();
-        Self { points, kernel, hyperparameters: of, solved, ones, residuals, least_noise: LEAST_NOISE }
+        Ok(Self { points, kernel, hyperparameters: of, solved, ones, groups, residuals, least_noise: LEAST_NOISE })
     }
 
     /// The kernel.
@@ -239,7 +270,12 @@ impl GaussianProcess {
         &self.solved.alpha
     }
 
-    /// Errors of rows that were left out.
+    /// Rows that are left out together.
+    pub fn groups(&self) -> &Groups {
+        &self.groups
+    }
+
+    /// Errors of rows that were left out with their groups.
     pub fn residuals(&self) -> &Residuals {
         &self.residuals
     }
@@ -340,6 +376,15 @@ impl GaussianProcess {
     }
 }
 
+/// Errors of rows without their groups, at the same lengths and noise.
+fn left_out((values, groups): (&[f64], &Groups), solved: &Solved) -> Result<Residuals, RegressionError> {
+    // Without group I the predictions of its values are off by Q_II^-1 a_I, and their covariance there is variance Q_II^-1.
+    let own: Vec<f64> = solved.inverse.diagonal().iter().copied().collect();
+    let found = LeftOut::new(groups, (&solved.alpha, &own), |a, b| solved.inverse[(a, b)])?;
+    let deviations = found.owns.iter().map(|own| (solved.variance / own).sqrt()).collect();
+    Ok(Residuals::new((values, groups), found.errors, deviations))
+}
+
 /// Places that are predicted together.
 const CHUNK: usize = 64;
 
@@ -354,10 +399,15 @@ pub(super) fn check(points: &Points, values: &[f64]) -> Result<(), RegressionErr
     if let Some((row, &value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
         return Err(RegressionError::NotFinite { row, value });
     }
+    constant(values).map_or(Ok(()), |value| Err(RegressionError::Constant { value }))
+}
+
+/// The value that all are but for rounding.
+fn constant(values: &[f64]) -> Option<f64> {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let rounding = 4.0 * f64::EPSILON * low.abs().max(high.abs());
-    if high - low > rounding { Ok(()) } else { Err(RegressionError::Constant { value: high }) }
+    (high - low <= rounding).then_some(high)
 }
 
 /// The values less their mean, over their standard deviation.

@@ -9,6 +9,7 @@
 mod chaos;
 mod error;
 mod gaussian;
+mod groups;
 mod kernel;
 mod likelihood;
 mod minimise;
@@ -19,7 +20,8 @@ mod success;
 
 pub use chaos::PolynomialChaos;
 pub use error::RegressionError;
-pub use gaussian::{GaussianProcess, LEAST_ROWS, Prediction};
+pub use gaussian::{FOLDS, GaussianProcess, LEAST_ROWS, Prediction};
+pub use groups::Groups;
 pub use kernel::Kernel;
 pub use likelihood::{Hyperparameters, LEAST_NOISE};
 pub use points::Points;

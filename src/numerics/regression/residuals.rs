@@ -1,23 +1,23 @@
 //! Errors of rows that were left out.
 
-/// The error that a model makes in each row when that row is left out of it.
+use super::groups::Groups;
+
+/// The error that a model makes in each row when that row, and those of its group, are left out of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
     errors: Vec<f64>,
     std_devs: Vec<f64>,
+    /// What each row counts: 1 for each group.
+    counts: Vec<f64>,
     q2: f64,
 }
 
 impl Residuals {
     /// From the errors (value minus prediction) and standard deviations that the model gives itself there.
-    pub(super) fn new(values: &[f64], errors: Vec<f64>, std_devs: Vec<f64>) -> Self {
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        // Without its row, the mean is off by n / (n - 1) of what it is with it.
-        let without = count / (count - 1.0);
-        let total: f64 = values.iter().map(|value| (without * (value - mean)).powi(2)).sum();
+    pub(super) fn new((values, groups): (&[f64], &Groups), errors: Vec<f64>, std_devs: Vec<f64>) -> Self {
+        let total: f64 = groups.deviations(values).iter().map(|deviation| deviation.powi(2)).sum();
         let left: f64 = errors.iter().map(|error| error * error).sum();
-        Self { q2: 1.0 - left / total, errors, std_devs }
+        Self { q2: 1.0 - left / total, errors, std_devs, counts: groups.counts() }
     }
 
     /// Value minus prediction, row by row.
@@ -30,7 +30,7 @@ impl Residuals {
         &self.std_devs
     }
 
-    /// Share of the variance that is predicted: `1 - sum e^2 / sum (y - m)^2`, `m` the mean of the other rows.
+    /// Share of the variance that is predicted: `1 - sum e^2 / sum (y - m)^2`, `m` the mean of the rows of other groups.
     pub fn q2(&self) -> f64 {
         self.q2
     }
@@ -50,16 +50,27 @@ impl Residuals {
     /// How many standard deviations an interval of the probability `level` has to reach on both sides to hold this share of the
     /// errors.
     ///
-    /// The errors over their standard deviations are ranked, and that of rank `level (n + 1)` is taken, between ranks by linear
-    /// interpolation (conformal prediction with leave-one-out errors, Barber and others, Ann. Stat. 49, 2021, with the model's own
-    /// standard deviations). Of few rows, no such rank is there: then the largest.
+    /// The errors over their standard deviations are ranked, and that of rank `level (n + 1)` of `n` groups is taken, the rows of a group
+    /// counting 1 together, between ranks by linear interpolation (conformal prediction with leave-one-out errors, Barber and others,
+    /// Ann. Stat. 49, 2021, with the model's own standard deviations). Of few groups, no such rank is there: then the largest, times
+    /// what tails like those of a normal distribution add, whose logarithm falls with the square.
     pub fn reach(&self, level: f64) -> f64 {
-        let mut sizes: Vec<f64> =
-            self.errors.iter().zip(&self.std_devs).map(|(error, own)| (error / own).abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let last = sizes.len() - 1;
-        let place = (level * (sizes.len() + 1) as f64 - 1.0).clamp(0.0, last as f64);
-        let (below, above) = (sizes[place as usize], sizes[(place as usize + 1).min(last)]);
-        below + place.fract() * (above - below)
+        let sizes = self.errors.iter().zip(&self.std_devs).map(|(error, own)| (error / own).abs());
+        let mut sizes: Vec<(f64, f64)> = sizes.zip(self.counts.iter().copied()).collect();
+        sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let groups = self.counts.iter().sum::<f64>().round();
+        let place = level * (groups + 1.0) - 1.0;
+        let mut below: Option<(f64, f64)> = None;
+        let mut rank = -1.0;
+        for (size, count) in sizes {
+            rank += count;
+            match below {
+                Some((last, known)) if rank > place => return known + (place - last) / (rank - last) * (size - known),
+                None if rank > place => return size,
+                _ => below = Some((rank, size)),
+            }
+        }
+        let beyond = (libm::log(1.0 - level) / -libm::log(groups + 1.0)).max(1.0).sqrt();
+        below.map_or(f64::NAN, |(_, largest)| largest * beyond)
     }
 }

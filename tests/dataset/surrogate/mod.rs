@@ -1,4 +1,5 @@
 //! Surrogates: models of plain tables, and of datasets by the command.
 
 mod datasets;
+mod honest;
 mod models;

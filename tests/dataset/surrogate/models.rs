@@ -2,7 +2,8 @@
 
 use decore::random::{hash, uniform};
 use decore::regression::{
-    GaussianProcess, Hyperparameters, Kernel, LEAST_ROWS, Points, PolynomialChaos, Prediction, RegressionError, Success,
+    GaussianProcess, Groups, Hyperparameters, Kernel, LEAST_ROWS, Points, PolynomialChaos, Prediction, RegressionError,
+    Success,
 };
 
 /// Rows of uniform coordinates; the last factor has three names where `names` says so.
@@ -113,7 +114,10 @@ fn equal_rows_few_rows_and_rows_without_values() {
     let wide = places(12, 20, false, 9);
     let known = values(&wide, |x| 10.0 * x[0]);
     assert!(GaussianProcess::fit(&wide, &known).is_ok());
-    assert!(matches!(PolynomialChaos::fit(&wide, &known), Err(RegressionError::TooFew { found: 12, least: 30 })));
+    assert!(matches!(
+        PolynomialChaos::fit(&wide, &known, &Groups::singles(12)),
+        Err(RegressionError::TooFew { found: 12, least: 30 })
+    ));
     let fit = |values: Vec<f64>| GaussianProcess::fit(&points, &values).map(|_| ());
     assert_eq!(fit(vec![2.0; 30]), Err(RegressionError::Constant { value: 2.0 }));
     let mut broken = values(&points, of);
@@ -150,7 +154,8 @@ fn no_number_of_threads_changes_a_bit() {
 fn polynomials_are_found_as_they_are() {
     let points = places(80, 3, true, 12);
     let cubic = |x: &[f64]| x[0] * x[0] * x[1] - 2.0 * x[1] + if x[2] == 1.0 { x[0] } else { 0.0 };
-    let chaos = PolynomialChaos::fit(&points, &values(&points, cubic)).expect("a polynomial");
+    let chaos =
+        PolynomialChaos::fit(&points, &values(&points, cubic), &Groups::singles(points.rows())).expect("a polynomial");
     assert!(chaos.degree >= 3 && chaos.residuals.q2() > 1.0 - 1e-12, "{} {}", chaos.degree, chaos.residuals.q2());
 }
 

@@ -1,0 +1,193 @@
+//! What a model says of itself where rows share places, are few, or say nothing.
+
+use decore::random::uniform;
+use decore::regression::{
+    GaussianProcess, Groups, Hyperparameters, Kernel, Points, PolynomialChaos, Prediction, RegressionError, Residuals,
+};
+use decore::surrogate::{OutputSurrogate, ProcessFigures, Surrogate};
+
+fn points(rows: impl Iterator<Item = Vec<f64>>, nominal: &[bool]) -> Points {
+    Points::new(rows.flatten().collect(), nominal.to_vec()).expect("points")
+}
+
+fn places(rows: usize, factors: usize, seed: u64) -> Points {
+    let row = |row: usize| (0..factors).map(|factor| uniform(seed, factor as u64, row as u64)).collect();
+    points((0..rows).map(row), &vec![false; factors])
+}
+
+/// Each place three times.
+fn thrice(places: &Points) -> Points {
+    places.select(&(0..places.rows()).flat_map(|row| [row; 3]).collect::<Vec<usize>>())
+}
+
+fn values(points: &Points, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+    (0..points.rows()).map(|row| of(points.row(row))).collect()
+}
+
+/// Share of the variance of new places that is predicted.
+fn true_q2(model: &GaussianProcess, new: &Points, of: impl Fn(&[f64]) -> f64) -> f64 {
+    let (truth, predicted) = (values(new, of), model.predict(new).expect("predictions"));
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let left: f64 = truth.iter().zip(&predicted).map(|(truth, at)| (truth - at.mean).powi(2)).sum();
+    1.0 - left / truth.iter().map(|truth| (truth - mean).powi(2)).sum::<f64>()
+}
+
+fn folds(model: &GaussianProcess, known: &[f64]) -> Residuals {
+    model.folds(known).expect("folds").expect("few rows")
+}
+
+fn wavy(x: &[f64]) -> f64 {
+    (9.0 * x[0]).sin() * (11.0 * x[1]).cos() + x[2]
+}
+
+#[test]
+fn errors_of_places_left_out_are_those_of_refits() {
+    let name = |row: usize| (3.0 * uniform(1, 7, row as u64)).floor();
+    let coordinates = |row: usize| vec![uniform(1, 0, row as u64), uniform(1, 1, row as u64), name(row)];
+    let points = thrice(&points((0..14).map(coordinates), &[false, false, true]));
+    let noisy = |row: usize| wavy(points.row(row)) + 0.1 * uniform(2, 0, row as u64);
+    let values: Vec<f64> = (0..points.rows()).map(noisy).collect();
+    for kernel in Kernel::ALL {
+        let of = Hyperparameters { weights: vec![8.0, 3.0, 0.7], noise: 1e-2 };
+        let whole = GaussianProcess::with(&points, &values, (kernel, of.clone())).expect("a model");
+        assert_eq!(whole.groups().members().len(), 14);
+        let mut total = 0.0;
+        for group in whole.groups().members() {
+            let others: Vec<usize> = (0..points.rows()).filter(|other| !group.contains(other)).collect();
+            let known: Vec<f64> = others.iter().map(|other| values[*other]).collect();
+            let refit = GaussianProcess::with(&points.select(&others), &known, (kernel, of.clone())).expect("a model");
+            let mean = known.iter().sum::<f64>() / known.len() as f64;
+            for (row, at) in group.iter().zip(refit.predict(&points.select(group)).expect("predictions")) {
+                let own = at.std_dev * (whole.variance() / refit.variance()).sqrt();
+                assert!((whole.residuals().errors()[*row] - (values[*row] - at.mean)).abs() < 1e-10, "row {row}");
+                assert!((whole.residuals().std_devs()[*row] - own).abs() < 1e-10, "row {row}");
+                total += (values[*row] - mean).powi(2);
+            }
+        }
+        let left: f64 = whole.residuals().errors().iter().map(|error| error * error).sum();
+        assert!((whole.residuals().q2() - (1.0 - left / total)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn replicates_do_not_vouch_for_each_other() {
+    for seed in 0..6 {
+        let points = thrice(&places(32, 3, 30 + seed));
+        let known = values(&points, wavy);
+        let model = GaussianProcess::fit(&points, &known).expect("a model");
+        let new = places(400, 3, 60 + seed);
+        let (q2, truth) = (folds(&model, &known).q2().min(model.residuals().q2()), true_q2(&model, &new, wavy));
+        assert_eq!(model.groups().members().len(), 32);
+        assert!(q2 < truth.max(0.0) + 0.25, "seed {seed}: {q2} where {truth} is true");
+    }
+}
+
+#[test]
+fn levels_of_what_does_not_matter_are_replicates() {
+    let level = |row: usize, [stride, levels]: [usize; 2]| (row / stride % levels) as f64 / (levels - 1) as f64;
+    let row = |row: usize| [[1, 5], [5, 5], [25, 3], [75, 3]].map(|of| level(row, of)).to_vec();
+    let factorial = points((0..225).map(row), &[false; 4]);
+    // Values of 25 places that no place tells of another.
+    let rough = |x: &[f64]| uniform(4, (4.0 * x[0]).round() as u64, (4.0 * x[1]).round() as u64);
+    let known = values(&factorial, rough);
+    let model = GaussianProcess::fit(&factorial, &known).expect("a model");
+    assert_eq!(model.groups().members().len(), 25);
+    let found = [model.residuals().q2(), folds(&model, &known).q2()];
+    assert!(found.iter().all(|q2| *q2 < 0.3), "{found:?}");
+    // Where all factors matter alike, single rows are new enough; rows that share no coordinate are by themselves.
+    let with = |weights: [f64; 4]| {
+        let of = Hyperparameters { weights: weights.to_vec(), noise: 1e-3 };
+        GaussianProcess::with(&factorial, &known, (Kernel::Matern52, of)).expect("a model").groups().members().len()
+    };
+    assert_eq!([with([3.0; 4]), with([9.0, 5.0, 3.0, 1e-5]), with([9.0, 5.0, 1e-5, 2e-5])], [225, 75, 25]);
+    let scattered = places(40, 3, 3);
+    let model = GaussianProcess::fit(&scattered, &values(&scattered, wavy)).expect("a model");
+    assert_eq!(model.groups(), &Groups::singles(40));
+}
+
+#[test]
+fn few_rows_have_folds_and_intervals_that_hold() {
+    let curved = |x: &[f64]| (4.0 * x[0]).sin() + x[1] * x[1] + 0.5 * x[0] * x[2];
+    for (rows, least) in [(8, 0.8), (12, 0.84), (19, 0.88)] {
+        let share = (0..20).map(|seed| {
+            let (points, new) = (places(rows, 3, 300 + seed), places(200, 3, 400 + seed));
+            let known = values(&points, curved);
+            let model = GaussianProcess::fit(&points, &known).expect("a model");
+            let reach = folds(&model, &known).reach(0.95);
+            let inside = |(at, row): (&Prediction, usize)| (at.mean - curved(new.row(row))).abs() <= reach * at.std_dev;
+            model.predict(&new).expect("predictions").iter().zip(0..200).filter(|(at, row)| inside((at, *row))).count()
+        });
+        let share = share.sum::<usize>() as f64 / 4000.0;
+        eprintln!("{rows} rows: {share}");
+        assert!(share > least, "{rows} rows: {share}");
+    }
+}
+
+#[test]
+fn a_rest_that_is_constant_predicts_its_constant() {
+    let points = places(192, 2, 5);
+    let known: Vec<f64> = (0..192).map(|row| f64::from(u8::from(row == 17))).collect();
+    let model = GaussianProcess::fit(&points, &known).expect("a model");
+    let found = folds(&model, &known);
+    assert_eq!(found.errors()[17], 1.0);
+    assert!(found.q2() < 0.1 && found.reach(0.95).is_finite(), "{} {}", found.q2(), found.reach(0.95));
+}
+
+#[test]
+fn a_polynomial_whose_term_stands_on_one_row_has_no_q2() {
+    for rows in 9..34 {
+        let coordinates = |row: usize| vec![(row % 2) as f64, (row / 2 % 2) as f64, f64::from(u8::from(row == 0))];
+        let points = points((0..rows).map(coordinates), &[false, false, true]);
+        let known: Vec<f64> = (0..rows).map(|row| points.row(row)[0] + 0.1 * uniform(6, 0, row as u64)).collect();
+        let alone = PolynomialChaos::fit(&points, &known, &Groups::singles(rows));
+        assert_eq!(alone, Err(RegressionError::Alone), "{rows} rows");
+        let model = GaussianProcess::fit(&points, &known).expect("a model");
+        assert!(PolynomialChaos::fit(&points, &known, model.groups()).is_err(), "{rows} rows");
+    }
+}
+
+#[test]
+fn a_q2_that_is_no_number_warns() {
+    let known = ProcessFigures {
+        kernel: "matern_5_2".to_owned(),
+        weights: vec![1.0],
+        noise: 1e-6,
+        mean: 0.0,
+        variance: 1.0,
+        noise_std_dev: 1e-3,
+        groups: 8,
+        q2: 0.99,
+        q2_folds: Some(f64::NAN),
+        rms_error: 0.1,
+        reach: 2.0,
+    };
+    let [text, other] = [|| "text".to_owned(); 2];
+    let output = |process: ProcessFigures| OutputSurrogate {
+        output: text(),
+        unit: text(),
+        description: text(),
+        used: 8,
+        left_out: Vec::new(),
+        refused: None,
+        process: Some(process),
+        chaos: None,
+        chaos_refused: None,
+        success: None,
+        twin_scatter: None,
+    };
+    let nan_alone = ProcessFigures { q2: f64::NAN, q2_folds: Some(0.99), ..known.clone() };
+    let fine = ProcessFigures { q2_folds: Some(0.98), ..known.clone() };
+    let surrogate = Surrogate {
+        study: other(),
+        study_hash: other(),
+        program_version: other(),
+        rows: 8,
+        rows_there: 8,
+        factors: Vec::new(),
+        least_q2: 0.9,
+        level: 0.95,
+        notes: Vec::new(),
+        outputs: [known, nan_alone, fine].map(output).to_vec(),
+    };
+    assert_eq!(surrogate.warnings().len(), 2);
+}
