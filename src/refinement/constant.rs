@@ -4,7 +4,7 @@ use super::goal::Limit;
 use super::progress::OutputProgress;
 use crate::dataset::{DatasetReader, RowRecord, TableName};
 use crate::quantity::Cell;
-use crate::regression::{GaussianProcess, RegressionError};
+use crate::regression::{RegressionError, check};
 use crate::surrogate::{Model, OutputSurrogate, SurrogateError};
 
 /// An output that is the same in all rows that have it.
@@ -38,7 +38,7 @@ impl Constant {
                 values.push(value);
             }
         })?;
-        Ok(match GaussianProcess::fit(&model.points.select(&rows), &values) {
+        Ok(match check(&model.points.select(&rows), &values) {
             Err(RegressionError::Constant { value }) => {
                 Some(Self { output: figures.output.clone(), unit: figures.unit.clone(), value, rows })
             }

@@ -7,7 +7,7 @@ use super::error::SensitivityError;
 use super::neighbours::Neighbours;
 use super::reach::moves;
 use super::result::{Index, IndexName, Intervals, Method, OutputSensitivity, Sensitivity, UnitName};
-use super::table::{FactorColumn, OutputColumn, Table};
+use super::table::{FactorColumn, OutputColumn, Table, differ};
 use super::units::{Units, Whole};
 use crate::analysis::{
     AnalysisError, Bootstrap, Effects, Estimate, Estimator, FactorValues, MOST_SHAPLEY_FACTORS, SaltelliBlocks,
@@ -299,10 +299,6 @@ impl Task<'_> {
         }
         indices
     }
-}
-
-fn differ(values: &[f64]) -> bool {
-    values.windows(2).any(|pair| pair[0] != pair[1])
 }
 
 fn refusal(error: &AnalysisError) -> String {

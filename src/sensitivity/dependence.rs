@@ -1,6 +1,6 @@
 //! Whether factors depend on each other, and what that means for the indices.
 
-use super::table::{FactorColumn, Table};
+use super::table::{FactorColumn, Table, differ};
 use crate::analysis::{drawn_rows, kruskal_wallis, rank_correlation, rank_correlation_p_value};
 use crate::study::DesignOutline;
 
@@ -82,10 +82,6 @@ fn closest(table: &Table) -> Option<Pair<'_>> {
     let chance = CHANCE / pairs.len() as f64;
     let surprising = pairs.into_iter().filter(|pair| pair.p_value < chance && pair.bond.size() > LEAST_CORRELATION);
     surprising.max_by(|a, b| a.bond.size().total_cmp(&b.bond.size()))
-}
-
-fn differ(values: &[f64]) -> bool {
-    values.windows(2).any(|pair| pair[0] != pair[1])
 }
 
 fn pair<'a>((first, a): &(&'a FactorColumn, Vec<f64>), (second, b): &(&'a FactorColumn, Vec<f64>)) -> Option<Pair<'a>> {

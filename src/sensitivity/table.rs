@@ -47,8 +47,13 @@ pub struct Table {
 impl FactorColumn {
     /// Whether it has different values.
     pub fn varies(&self) -> bool {
-        self.values.windows(2).any(|pair| pair[0] != pair[1])
+        differ(&self.values)
     }
+}
+
+/// Whether values are not all the same.
+pub(super) fn differ(values: &[f64]) -> bool {
+    values.windows(2).any(|pair| pair[0] != pair[1])
 }
 
 impl Table {

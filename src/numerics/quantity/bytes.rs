@@ -5,7 +5,7 @@ use super::value::{Cell, Value};
 /// No cell begins with it or a larger one.
 pub const FREE_TAG: u8 = 5;
 
-/// Appends a cell, as [`take_cell`] takes it.
+/// Appends a cell, as [`super::take_cells`] takes it.
 pub fn put_cell(bytes: &mut Vec<u8>, cell: Cell<'_>) {
     let (tag, number) = match cell {
         None => return bytes.push(0),
@@ -23,7 +23,7 @@ pub fn put_cell(bytes: &mut Vec<u8>, cell: Cell<'_>) {
 }
 
 /// Takes a cell off the front of bytes; `None` if they do not begin with a whole one.
-pub fn take_cell<'a>(bytes: &mut &'a [u8]) -> Option<Cell<'a>> {
+pub(super) fn take_cell<'a>(bytes: &mut &'a [u8]) -> Option<Cell<'a>> {
     let (tag, rest) = bytes.split_first()?;
     if *tag == 0 {
         *bytes = rest;

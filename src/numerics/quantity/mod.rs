@@ -1,8 +1,8 @@
 //! Values with their kinds and units, and output quantities declared once: what every table, JSON file and text is made of.
 //!
 //! - [`Value`], [`Kind`]: a value from the study to the report, and its type; [`Cell`]: one where there may be none
-//! - [`put_cell`], [`take_cell`]: a cell as bytes
-//! - [`CellColumn`], [`take_cells`]: the cells of a column, and those of a row to the columns of their table
+//! - [`put_cell`], [`take_cells`]: cells as bytes, and those of a row off them to the columns of their table
+//! - [`CellColumn`]: the cells of a column
 //! - [`Quantity`]: name, unit, description and getter of an output, made by `quantities!` from the field that holds it
 //! - `named!`: closed sets of names, such as kinds and states
 
@@ -12,7 +12,7 @@ mod declare;
 mod named;
 mod value;
 
-pub use bytes::{FREE_TAG, put_cell, take_cell};
+pub use bytes::{FREE_TAG, put_cell};
 pub use column::{CellColumn, ColumnValues, take_cells};
 pub use declare::{Quantity, QuantityField};
 pub use declare::{first, quantities};

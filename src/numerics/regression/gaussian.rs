@@ -388,7 +388,11 @@ fn left_out((values, groups): (&[f64], &Groups), solved: &Solved) -> Result<Resi
 /// Places that are predicted together.
 const CHUNK: usize = 64;
 
-pub(super) fn check(points: &Points, values: &[f64]) -> Result<(), RegressionError> {
+/// Whether a model can be made of values at points.
+///
+/// # Errors
+/// [`RegressionError::Size`], [`RegressionError::TooFew`], [`RegressionError::NotFinite`], [`RegressionError::Constant`].
+pub fn check(points: &Points, values: &[f64]) -> Result<(), RegressionError> {
     let found = values.len();
     if found != points.rows() {
         return Err(RegressionError::Size { what: "values", found, expected: points.rows() });

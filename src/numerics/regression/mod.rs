@@ -20,7 +20,7 @@ mod success;
 
 pub use chaos::PolynomialChaos;
 pub use error::RegressionError;
-pub use gaussian::{FOLDS, GaussianProcess, LEAST_ROWS, Prediction};
+pub use gaussian::{FOLDS, GaussianProcess, LEAST_ROWS, Prediction, check};
 pub use groups::Groups;
 pub use kernel::Kernel;
 pub use likelihood::{Hyperparameters, LEAST_NOISE};
