@@ -15,11 +15,11 @@ use super::outputs::{Form, Output, StudyArguments};
 use super::progress::clock;
 use super::text::{check_row, say, tell};
 use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
-use crate::dataset::{TableColumn, TableValues, write_table};
+use crate::dataset::{TableColumn, write_table};
 use crate::engine::{Engine, RowScene, Rows};
 use crate::integrate::Counters;
 use crate::metrics::RunTotals;
-use crate::quantity::quantities;
+use crate::quantity::{CellColumn, quantities};
 use crate::run::RowStatus;
 use crate::study::StructureSource;
 use crate::system::PlacedModes;
@@ -278,7 +278,7 @@ fn columns(result: &Accuracy) -> Vec<TableColumn> {
         name: format!("error_{}", output.name),
         unit: "1".to_owned(),
         description: format!("Largest relative error. {}", output.description),
-        values: TableValues::Real(errors.iter().map(|of| of.get(index).copied().unwrap_or(f64::NAN)).collect()),
+        values: CellColumn::reals(errors.iter().map(|of| of.get(index).copied().unwrap_or(f64::NAN))),
     }));
     columns
 }

@@ -8,7 +8,7 @@ use super::exit::{Exit, Failure, write_file};
 use super::outputs::{Form, Output, StudyArguments};
 use super::text::plural;
 use super::written::Written;
-use crate::dataset::{TableColumn, TableValues, write_table};
+use crate::dataset::{TableColumn, write_table};
 use crate::engine::design_table;
 
 #[derive(Debug, Args)]
@@ -51,15 +51,8 @@ pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
 fn table_csv(columns: &[TableColumn]) -> std::io::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(columns.iter().map(|column| column.name.as_str()))?;
-    let cell = |values: &TableValues, row: usize| match values {
-        TableValues::Real(values) => values.get(row).map(ToString::to_string),
-        TableValues::Integer(values) => values.get(row).map(ToString::to_string),
-        TableValues::Text(values) => values.get(row).cloned(),
-    };
-    let mut row = 0;
-    while let Some(cells) = columns.iter().map(|column| cell(&column.values, row)).collect::<Option<Vec<String>>>() {
-        writer.write_record(cells)?;
-        row += 1;
+    for row in 0..columns.iter().map(|column| column.values.count).min().unwrap_or(0) {
+        writer.write_record(columns.iter().map(|column| column.values.text(row)))?;
     }
     writer.into_inner().map_err(csv::IntoInnerError::into_error)
 }

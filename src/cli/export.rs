@@ -85,7 +85,7 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
     };
     let found = crate::features::export(&DatasetReader::open(dataset)?, folder, &settings)?;
     let features = &found.features;
-    let rows = features.columns.first().map_or(0, |column| column.values.len());
+    let rows = features.columns.first().map_or(0, |column| column.values.count);
     let mut written = Written::default();
     for (index, (kind, path)) in KINDS.into_iter().zip(&found.files).enumerate() {
         if index == 0 { written.table(kind, path, rows)? } else { written.file(kind, path)? }
@@ -124,7 +124,7 @@ fn splits(arguments: &ExportArguments) -> Result<Option<Splits>, Failure> {
 /// How many rows the parts of the splits have.
 fn shares(split: &Column) -> String {
     let mut counts: Vec<(String, usize)> = Vec::new();
-    for part in (0..split.values.len()).map(|row| split.values.text(row)) {
+    for part in (0..split.values.count).map(|row| split.values.text(row)) {
         match counts.iter_mut().find(|(name, _)| *name == part) {
             Some((_, count)) => *count += 1,
             None => counts.push((part, 1)),

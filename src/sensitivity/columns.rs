@@ -1,7 +1,8 @@
 //! The indices as a table: a row per output and index.
 
 use super::result::{Index, OutputSensitivity, Sensitivity};
-use crate::dataset::{TableColumn, TableValues};
+use crate::dataset::TableColumn;
+use crate::quantity::CellColumn;
 
 /// A row per output and index, in the order of the result.
 pub fn columns(found: &Sensitivity) -> Vec<TableColumn> {
@@ -11,19 +12,19 @@ pub fn columns(found: &Sensitivity) -> Vec<TableColumn> {
         name: name.to_owned(),
         unit: String::new(),
         description: description.to_owned(),
-        values: TableValues::Text(rows.iter().map(|(output, index)| value(output, index)).collect()),
+        values: CellColumn::texts(rows.iter().map(|(output, index)| value(output, index))),
     };
     let real = |name: &str, description: &str, value: &dyn Fn(&Index) -> Option<f64>| TableColumn {
         name: name.to_owned(),
         unit: "1".to_owned(),
         description: description.to_owned(),
-        values: TableValues::Real(rows.iter().map(|(_, index)| value(index).unwrap_or(f64::NAN)).collect()),
+        values: CellColumn::reals(rows.iter().map(|(_, index)| value(index).unwrap_or(f64::NAN))),
     };
     let count = |name: &str, description: &str, value: &dyn Fn(&OutputSensitivity) -> u64| TableColumn {
         name: name.to_owned(),
         unit: "1".to_owned(),
         description: description.to_owned(),
-        values: TableValues::Integer(rows.iter().map(|(output, _)| value(output).cast_signed()).collect()),
+        values: CellColumn::integers(rows.iter().map(|(output, _)| value(output).cast_signed())),
     };
     let factor = |index: &Index, place: usize| index.factors.get(place).cloned().unwrap_or_default();
     vec![

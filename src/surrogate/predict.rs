@@ -6,7 +6,8 @@ use super::error::SurrogateError;
 use super::model::{Model, OutputModel};
 use super::result::OutputSurrogate;
 use super::space::{FactorSpace, places};
-use crate::dataset::{TableColumn, TableValues};
+use crate::dataset::TableColumn;
+use crate::quantity::CellColumn;
 use crate::regression::{Points, Prediction, RegressionError};
 use crate::study::{TableRow, table_rows};
 
@@ -54,12 +55,12 @@ pub fn predict_rows(model: &Model, rows: &[Row<'_>]) -> Result<Predicted, Surrog
         name: "row".to_owned(),
         unit: "1".to_owned(),
         description: "Place of the row in the table, from 0.".to_owned(),
-        values: TableValues::Integer((0..rows.len() as i64).collect()),
+        values: CellColumn::integers(0..rows.len() as i64),
     }];
     for (place, factor) in factors.iter().enumerate() {
         let values = match factor.names.is_empty() {
-            true => TableValues::Real(values.iter().map(|row| row[place]).collect()),
-            false => TableValues::Text(rows.iter().map(|row| row.cells[place].clone()).collect()),
+            true => CellColumn::reals(values.iter().map(|row| row[place])),
+            false => CellColumn::texts(rows.iter().map(|row| &row.cells[place])),
         };
         let description = format!("Factor `{}` of the study.", factor.name);
         columns.push(TableColumn {
@@ -75,7 +76,7 @@ pub fn predict_rows(model: &Model, rows: &[Row<'_>]) -> Result<Predicted, Surrog
         description:
             "Factors outside the range that the model knows, or beyond what its rows cover; empty inside all of them."
                 .to_owned(),
-        values: TableValues::Text(outside.clone()),
+        values: CellColumn::texts(&outside),
     });
     let named = |output: &str| {
         let output = output.to_owned();
@@ -117,7 +118,7 @@ fn output_columns(
         name: format!("{}{suffix}", output.output),
         unit: output.unit.clone(),
         description,
-        values: TableValues::Real(predicted.iter().map(value).collect()),
+        values: CellColumn::reals(predicted.iter().map(value)),
     };
     let reach = figures.reach;
     let mut columns = vec![
@@ -131,7 +132,7 @@ fn output_columns(
             name: format!("{}_probability", output.output),
             unit: "1".to_owned(),
             description: "Probability that a row is done and has the output.".to_owned(),
-            values: TableValues::Real(of.predict(places)?),
+            values: CellColumn::reals(of.predict(places)?),
         });
     }
     Ok(columns)

@@ -120,7 +120,7 @@ fn column<'a>(features: &'a Features, name: &str) -> Option<&'a Column> {
 
 fn texts(features: &Features, name: &str) -> Vec<String> {
     let values = &column(features, name).unwrap_or_else(|| panic!("no column {name}")).values;
-    (0..values.len()).map(|row| values.text(row)).collect()
+    (0..values.count).map(|row| values.text(row)).collect()
 }
 
 fn split(shares: &[f64], seed: u64) -> FeatureSettings {

@@ -169,7 +169,10 @@ pub fn batch(schema: Arc<Schema>, columns: Vec<CellColumn>) -> Result<RecordBatc
 }
 
 /// A column as an array of Arrow; numbers are not copied.
-fn array(column: CellColumn) -> Result<ArrayRef, ArrowError> {
+///
+/// # Errors
+/// The Arrow library's, such as texts of more than 2 GiB.
+pub fn array(column: CellColumn) -> Result<ArrayRef, ArrowError> {
     let CellColumn { values, present, count, missing } = column;
     let nulls = (missing > 0).then(|| NullBuffer::new(BooleanBuffer::new(Buffer::from_vec(present), 0, count)));
     Ok(match values {

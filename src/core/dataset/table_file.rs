@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow_array::{ArrayRef, RecordBatch};
 use arrow_schema::{ArrowError, Field, Schema};
 use parquet::errors::ParquetError;
 
@@ -12,9 +12,9 @@ use super::durable::StagedFile;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::name::identifier;
-use super::parquet_file::{FileFormat, schema, study_metadata};
+use super::parquet_file::{self, FileFormat, schema, study_metadata};
 use crate::metrics::Signal;
-use crate::quantity::{Kind, Quantity};
+use crate::quantity::{CellColumn, Kind, Quantity};
 
 /// Name of the table of signals.
 const SIGNALS: &str = "signals";
@@ -29,18 +29,7 @@ pub struct TableColumn {
     /// What it is.
     pub description: String,
     /// The values, row by row.
-    pub values: TableValues,
-}
-
-/// Values of a column.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TableValues {
-    /// Numbers; NaN stays NaN.
-    Real(Vec<f64>),
-    /// Whole numbers.
-    Integer(Vec<i64>),
-    /// Texts.
-    Text(Vec<String>),
+    pub values: CellColumn,
 }
 
 impl TableColumn {
@@ -49,11 +38,9 @@ impl TableColumn {
         let cells = items.map(|item| item.and_then(quantity.value));
         let values = match quantity.kind {
             Kind::Text | Kind::Category => {
-                TableValues::Text(cells.map(|cell| cell.map_or(String::new(), |text| text.to_string())).collect())
+                CellColumn::texts(cells.map(|cell| cell.map_or(String::new(), |text| text.to_string())))
             }
-            _ => {
-                TableValues::Real(cells.map(|cell| cell.and_then(|value| value.number()).unwrap_or(f64::NAN)).collect())
-            }
+            _ => CellColumn::reals(cells.map(|cell| cell.and_then(|value| value.number()).unwrap_or(f64::NAN))),
         };
         Self {
             name: quantity.name.to_owned(),
@@ -77,7 +64,7 @@ fn signal_columns(signals: &[Signal]) -> Vec<TableColumn> {
         name: signal.name.clone(),
         unit: signal.unit.to_owned(),
         description: signal.description.clone(),
-        values: TableValues::Real(signal.values.clone()),
+        values: CellColumn::reals(signal.values.iter().copied()),
     };
     signals.iter().map(column).collect()
 }
@@ -136,12 +123,7 @@ fn batch(
     descriptions: &[ColumnDescription],
     columns: &[TableColumn],
 ) -> Result<RecordBatch, ArrowError> {
-    let array = |column: &TableColumn| match &column.values {
-        TableValues::Real(values) => Arc::new(Float64Array::from(values.clone())) as ArrayRef,
-        TableValues::Integer(values) => Arc::new(Int64Array::from(values.clone())) as ArrayRef,
-        TableValues::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,
-    };
-    RecordBatch::try_new(schema(info, descriptions), columns.iter().map(array).collect())
+    parquet_file::batch(schema(info, descriptions), columns.iter().map(|column| column.values.clone()).collect())
 }
 
 fn descriptions(table: &str, columns: &[TableColumn]) -> Result<Vec<ColumnDescription>, DatasetError> {
@@ -153,11 +135,7 @@ fn descriptions(table: &str, columns: &[TableColumn]) -> Result<Vec<ColumnDescri
 fn description(table: &str, column: &TableColumn) -> ColumnDescription {
     ColumnDescription {
         name: identifier(&column.name, table),
-        kind: match column.values {
-            TableValues::Real(_) => Kind::Real,
-            TableValues::Integer(_) => Kind::Integer,
-            TableValues::Text(_) => Kind::Text,
-        },
+        kind: column.values.kind(),
         unit: column.unit.clone(),
         description: column.description.clone(),
         group: ColumnGroup::Other,

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::info::dataset_info;
-use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn, TableValues};
-use crate::quantity::{Kind, Value};
+use crate::dataset::{DatasetInfo, Factor, RowRecord, TableColumn};
+use crate::quantity::{CellColumn, Kind, Value};
 use crate::study::CheckedStudy;
 
 /// The columns of a design's rows: the index of the row, then the factors, derived ones included. And what their table says of the study,
@@ -16,7 +16,7 @@ pub fn design_table(study: &CheckedStudy) -> (DatasetInfo, Vec<TableColumn>) {
         name: RowRecord::row.name.to_owned(),
         unit: RowRecord::row.unit.to_owned(),
         description: RowRecord::row.description(),
-        values: TableValues::Integer((0..rows.len() as i64).collect()),
+        values: CellColumn::integers(0..rows.len() as i64),
     };
     let factor = |(place, factor): (usize, &Factor)| {
         let cells = || rows.iter().filter_map(move |row| row.get(place));
@@ -30,9 +30,9 @@ pub fn design_table(study: &CheckedStudy) -> (DatasetInfo, Vec<TableColumn>) {
             unit: factor.unit.clone(),
             description: factor.description.clone(),
             values: match factor.kind {
-                Kind::Real | Kind::Count => TableValues::Real(cells().map(number).collect()),
-                Kind::Integer => TableValues::Integer(cells().filter_map(whole).collect()),
-                Kind::Text | Kind::Category => TableValues::Text(cells().map(ToString::to_string).collect()),
+                Kind::Real | Kind::Count => CellColumn::reals(cells().map(number)),
+                Kind::Integer => CellColumn::integers(cells().filter_map(whole)),
+                Kind::Text | Kind::Category => CellColumn::texts(cells().map(ToString::to_string)),
             },
         }
     };

@@ -51,7 +51,7 @@ fn cautions(features: &Features) -> String {
 }
 
 fn head(manifest: &Manifest, features: &Features) -> String {
-    let rows = features.columns.first().map_or(0, |column| column.values.len());
+    let rows = features.columns.first().map_or(0, |column| column.values.count);
     format!(
         "# {}\n\nA flat table of simulated pneumatic de-coring: {rows} rows, one per run and casting, {} columns.\n",
         manifest.study.study_name,
@@ -94,7 +94,7 @@ fn outcomes(manifest: &Manifest, features: &Features) -> String {
     let castings = manifest.study.castings.len().max(1);
     let status = features.columns.iter().find(|column| column.name == RowOutcome::status.name);
     let ended = |wanted: RowStatus| {
-        let rows = status.map_or(0, |column| column.values.len());
+        let rows = status.map_or(0, |column| column.values.count);
         let is_so = |row: &usize| status.is_some_and(|column| column.values.text(*row) == wanted.name());
         (0..rows).filter(is_so).count() / castings
     };

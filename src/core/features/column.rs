@@ -1,14 +1,13 @@
 //! A column of the table and what the dictionary says of it.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
-use arrow_array::types::Int32Type;
-use arrow_array::{ArrayRef, DictionaryArray, Float64Array, Int64Array, StringArray, UInt64Array};
-use arrow_schema::Field;
+use arrow_array::ArrayRef;
+use arrow_schema::{ArrowError, Field};
 use serde::Serialize;
 
-use crate::quantity::{Cell, Kind, Value, named};
+use crate::dataset::array;
+use crate::quantity::{CellColumn, named};
 
 named! {
     /// What a column is for.
@@ -31,111 +30,6 @@ named! {
     }
 }
 
-/// Values of a column, row by row; `None` becomes null.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Values {
-    /// Real numbers.
-    Real(Vec<Option<f64>>),
-    /// Numbers of things.
-    Count(Vec<Option<u64>>),
-    /// Whole numbers.
-    Integer(Vec<Option<i64>>),
-    /// Texts.
-    Text(Vec<Option<String>>),
-    /// Texts of which there are few.
-    Category(Vec<Option<String>>),
-}
-
-impl Values {
-    /// No values of a kind.
-    pub fn none(kind: Kind) -> Self {
-        match kind {
-            Kind::Real => Self::Real(Vec::new()),
-            Kind::Count => Self::Count(Vec::new()),
-            Kind::Integer => Self::Integer(Vec::new()),
-            Kind::Text => Self::Text(Vec::new()),
-            Kind::Category => Self::Category(Vec::new()),
-        }
-    }
-
-    /// The kind of the values.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Self::Real(_) => Kind::Real,
-            Self::Count(_) => Kind::Count,
-            Self::Integer(_) => Kind::Integer,
-            Self::Text(_) => Kind::Text,
-            Self::Category(_) => Kind::Category,
-        }
-    }
-
-    /// Adds a cell; one of another kind becomes null.
-    pub fn push(&mut self, cell: Cell<'_>) {
-        match (self, cell) {
-            (Self::Real(values), Some(Value::Real(value))) => values.push(Some(value)),
-            (Self::Count(values), Some(Value::Count(value))) => values.push(Some(value)),
-            (Self::Integer(values), Some(Value::Integer(value))) => values.push(Some(value)),
-            (Self::Text(values) | Self::Category(values), Some(Value::Text(text))) => {
-                values.push(Some(text.to_owned()))
-            }
-            (Self::Real(values), _) => values.push(None),
-            (Self::Count(values), _) => values.push(None),
-            (Self::Integer(values), _) => values.push(None),
-            (Self::Text(values) | Self::Category(values), _) => values.push(None),
-        }
-    }
-
-    /// Number of rows.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::Real(values) => values.len(),
-            Self::Count(values) => values.len(),
-            Self::Integer(values) => values.len(),
-            Self::Text(values) | Self::Category(values) => values.len(),
-        }
-    }
-
-    /// Whether there is no row.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The value of a row as a number; `None` for nulls and texts.
-    pub fn number(&self, row: usize) -> Option<f64> {
-        match self {
-            Self::Real(values) => *values.get(row)?,
-            Self::Count(values) => values.get(row)?.map(|value| value as f64),
-            Self::Integer(values) => values.get(row)?.map(|value| value as f64),
-            Self::Text(_) | Self::Category(_) => None,
-        }
-    }
-
-    /// The value of a row as a text that reads back the same; empty for null.
-    pub fn text(&self, row: usize) -> String {
-        fn shown<T: ToString>(values: &[Option<T>], row: usize) -> String {
-            values.get(row).and_then(Option::as_ref).map_or(String::new(), T::to_string)
-        }
-        match self {
-            Self::Real(values) => shown(values, row),
-            Self::Count(values) => shown(values, row),
-            Self::Integer(values) => shown(values, row),
-            Self::Text(values) | Self::Category(values) => shown(values, row),
-        }
-    }
-
-    fn array(&self) -> ArrayRef {
-        match self {
-            Self::Real(values) => Arc::new(Float64Array::from(values.clone())),
-            Self::Count(values) => Arc::new(UInt64Array::from(values.clone())),
-            Self::Integer(values) => Arc::new(Int64Array::from(values.clone())),
-            Self::Text(values) => Arc::new(StringArray::from(values.clone())),
-            Self::Category(values) => {
-                Arc::new(values.iter().map(Option::as_deref).collect::<DictionaryArray<Int32Type>>())
-            }
-        }
-    }
-}
-
 /// A column of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
@@ -153,14 +47,17 @@ pub struct Column {
     pub valid: [Option<f64>; 2],
     /// Columns of this table that it follows from by arithmetic.
     pub derived_from: Vec<String>,
-    /// The values.
-    pub values: Values,
+    /// The values; what is missing becomes null.
+    pub values: CellColumn,
 }
 
 impl Column {
     /// The field with all that the dictionary says of it, and the values.
-    pub fn field(&self) -> (Field, ArrayRef) {
-        let array = self.values.array();
+    ///
+    /// # Errors
+    /// The Arrow library's, such as texts of more than 2 GiB.
+    pub fn field(&self) -> Result<(Field, ArrayRef), ArrowError> {
+        let array = array(self.values.clone())?;
         let metadata = HashMap::from(
             [
                 ("unit", self.unit.clone()),
@@ -172,7 +69,7 @@ impl Column {
             ]
             .map(|(key, value)| (key.to_owned(), value)),
         );
-        (Field::new(&self.name, array.data_type().clone(), true).with_metadata(metadata), array)
+        Ok((Field::new(&self.name, array.data_type().clone(), true).with_metadata(metadata), array))
     }
 
     /// The valid range as `low..high`, an open side left out; empty where there is none.

@@ -58,7 +58,7 @@ impl<'a> Dictionary<'a> {
                 derived_from: &column.derived_from,
             }
         };
-        let rows = columns.first().map_or(0, |column| column.values.len());
+        let rows = columns.first().map_or(0, |column| column.values.count);
         Self { table, rows, columns: columns.iter().map(entry).collect() }
     }
 

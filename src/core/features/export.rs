@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use parquet::errors::ParquetError;
+
 use super::card::card;
 use super::croissant::{Described, croissant};
 use super::dictionary::Dictionary;
@@ -40,8 +42,8 @@ pub fn export(reader: &DatasetReader, folder: &Path, settings: &FeatureSettings)
     let dictionary = Dictionary::of(settings.format.file(), &features.columns);
     let table = match settings.format {
         Format::Parquet => {
-            let fields = features.columns.iter().map(|column| column.field()).collect();
-            table_bytes(&reader.manifest().study, dictionary.json(), fields)?
+            let fields: Result<Vec<_>, _> = features.columns.iter().map(|column| column.field()).collect();
+            table_bytes(&reader.manifest().study, dictionary.json(), fields.map_err(ParquetError::from)?)?
         }
         Format::Csv => columns_csv(&features.columns)?,
     };

@@ -23,7 +23,7 @@ pub(super) fn csv(lines: impl Iterator<Item = Vec<String>>) -> Result<Vec<u8>, F
 /// # Errors
 /// As [`csv`].
 pub(super) fn columns_csv(columns: &[Column]) -> Result<Vec<u8>, FeaturesError> {
-    let rows = columns.first().map_or(0, |column| column.values.len());
+    let rows = columns.first().map_or(0, |column| column.values.count);
     let header = columns.iter().map(|column| column.name.clone()).collect();
     let line = |row: usize| columns.iter().map(|column| column.values.text(row)).collect();
     csv([header].into_iter().chain((0..rows).map(line)))

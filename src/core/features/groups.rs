@@ -5,10 +5,10 @@ use std::hash::Hash;
 
 use serde::Serialize;
 
-use super::column::{Column, Role, Values};
+use super::column::{Column, Role};
 use crate::dataset::ValuesKey;
 use crate::design::{GroupKind, GroupSpan};
-use crate::quantity::named;
+use crate::quantity::{CellColumn, Kind, Value, named};
 
 named! {
     /// A reason for which rows are kept together only where that is asked for: such groups are few and large.
@@ -169,8 +169,9 @@ impl GroupKey {
 }
 
 /// Each value once per casting.
-pub(super) fn repeated(values: impl Iterator<Item = Option<i64>>, castings: usize) -> Values {
-    Values::Integer(values.flat_map(|value| std::iter::repeat_n(value, castings)).collect())
+pub(super) fn repeated(values: impl Iterator<Item = Option<i64>>, castings: usize) -> CellColumn {
+    let cells = values.map(|value| value.map(Value::Integer));
+    CellColumn::of(Kind::Integer, cells.flat_map(|cell| std::iter::repeat_n(cell, castings)))
 }
 
 fn column(name: &str, description: &str, formula: &str) -> Column {
@@ -182,7 +183,7 @@ fn column(name: &str, description: &str, formula: &str) -> Column {
         formula: formula.to_owned(),
         valid: [Some(0.0), None],
         derived_from: Vec::new(),
-        values: Values::Integer(Vec::new()),
+        values: CellColumn::new(Kind::Integer),
     }
 }
 

@@ -63,7 +63,7 @@ impl<'a> Numbers<'a> {
             return None;
         }
         let values: Vec<f64> =
-            (0..column.values.len()).map(|row| column.values.number(row).unwrap_or(f64::NAN)).collect();
+            (0..column.values.count).map(|row| column.values.number(row).unwrap_or(f64::NAN)).collect();
         let mut different: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         different.sort_unstable_by(f64::total_cmp);
         different.dedup();
@@ -125,7 +125,7 @@ impl<'a> Numbers<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::Values;
+    use crate::quantity::{CellColumn, Kind, Value};
     use crate::random::uniform;
 
     const ROWS: u64 = 40;
@@ -139,7 +139,7 @@ mod tests {
             formula: String::new(),
             valid: [None, None],
             derived_from: Vec::new(),
-            values: Values::Real((0..ROWS).map(|row| (row % 9 != 4).then(|| value(row))).collect()),
+            values: CellColumn::of(Kind::Real, (0..ROWS).map(|row| (row % 9 != 4).then(|| Value::Real(value(row))))),
         }
     }
 

@@ -31,7 +31,7 @@ mod splits;
 mod struck;
 mod table;
 
-pub use column::{Column, Role, Values};
+pub use column::{Column, Role};
 pub use dictionary::{Dictionary, Entry};
 pub use error::FeaturesError;
 pub use export::{Exported, export, files};

@@ -1,13 +1,13 @@
 //! Which columns the table has and which cells of a run each of them is made from.
 
-use super::column::{Column, Role, Values};
+use super::column::{Column, Role};
 use super::figures::{Combine, Figure, Origin};
 use super::settings::FeatureSettings;
 use super::signals::{HeaveFigures, SignalRows};
 use super::struck::Struck;
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
 use crate::metrics::RunTotals;
-use crate::quantity::{Cell, Kind, Value};
+use crate::quantity::{Cell, CellColumn, Kind, Value};
 use crate::study::{DesignOutline, FactorOutline};
 
 /// Columns of `runs` to read, each once.
@@ -143,7 +143,7 @@ impl<'a> Planned<'a> {
             formula: "castings of the study".to_owned(),
             valid: [None, None],
             derived_from: Vec::new(),
-            values: Values::none(Kind::Category),
+            values: CellColumn::new(Kind::Category),
         };
         self.plans.push(Plan { column, source: Source::CastingName });
     }
@@ -162,7 +162,7 @@ impl<'a> Planned<'a> {
             formula: format!("runs.{name}"),
             valid: [Some(0.0).filter(|_| !description.kind.is_text()), None],
             derived_from: Vec::new(),
-            values: Values::none(description.kind),
+            values: CellColumn::new(description.kind),
         };
         self.plans.push(Plan { column, source: Source::Run(reads.place(&description.name)) });
     }
@@ -236,7 +236,7 @@ impl<'a> Planned<'a> {
             formula: figure.formula(),
             valid: [figure.least, None],
             derived_from: derived_from.iter().map(|name| (*name).to_owned()).collect(),
-            values: Values::none(shown.kind),
+            values: CellColumn::new(shown.kind),
         };
         self.plans.push(Plan { column, source });
     }

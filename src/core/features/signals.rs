@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use super::column::{Column, Role, Values};
+use super::column::{Column, Role};
 use super::error::FeaturesError;
 use super::octaves::{BANDS, HIGHEST, LEAST_LINES, Octave};
 use crate::dataset::{DatasetReader, RowRecord, SignalColumn, TableName};
 use crate::metrics::{CastingSignals, Instant, Signal, SignalOf, Spectrum, signal_list};
-use crate::quantity::{Cell, Kind, Value};
+use crate::quantity::{Cell, CellColumn, Kind, Value};
 
 /// Figures without the bands.
 const PLAIN: usize = 3;
@@ -145,7 +145,7 @@ fn column(name: String, unit: &str, (description, formula): (String, String)) ->
         formula,
         valid: [Some(0.0), None],
         derived_from: Vec::new(),
-        values: Values::none(Kind::Real),
+        values: CellColumn::new(Kind::Real),
     }
 }
 

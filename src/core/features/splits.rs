@@ -1,9 +1,10 @@
 //! Training, validation and test rows: a number from (seed, group) alone decides, so that no group is in two of them, and that a
 //! group stays where it was when the dataset gets more rows.
 
-use super::column::{Column, Role, Values};
+use super::column::{Column, Role};
 use super::error::FeaturesError;
 use super::groups::Groups;
+use crate::quantity::{CellColumn, Kind, Value};
 use crate::random::uniform;
 
 /// Stream of the numbers that decide.
@@ -59,7 +60,7 @@ impl Splits {
         if let Some(name) = self.names().iter().find(|name| !parts.contains(name)) {
             return Err(FeaturesError::EmptyPart { part: name, groups: parts.len() });
         }
-        let part = |group: &usize| parts.get(*group).map(|part| (*part).to_owned());
+        let part = |group: &usize| parts.get(*group).map(|part| Value::Text(*part));
         let values = groups.groups.iter().flat_map(|group| std::iter::repeat_n(part(group), castings));
         Ok(Column {
             name: "split".to_owned(),
@@ -69,7 +70,7 @@ impl Splits {
             formula: format!("by a number from (seed {}, group), shares {:?}", self.seed, self.shares),
             valid: [None, None],
             derived_from: vec!["group_id".to_owned()],
-            values: Values::Category(values.collect()),
+            values: CellColumn::of(Kind::Category, values),
         })
     }
 }

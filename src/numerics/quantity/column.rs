@@ -56,6 +56,73 @@ impl CellColumn {
         Self { values, present: Vec::new(), count: 0, missing: 0 }
     }
 
+    /// A column of these cells; one of another kind than the column's is none.
+    pub fn of<'a>(kind: Kind, cells: impl IntoIterator<Item = Cell<'a>>) -> Self {
+        let mut column = Self::new(kind);
+        cells.into_iter().for_each(|cell| column.push(cell));
+        column
+    }
+
+    /// A column of numbers, all of which are there; NaN stays NaN.
+    pub fn reals(values: impl IntoIterator<Item = f64>) -> Self {
+        Self::of(Kind::Real, values.into_iter().map(|value| Some(Value::Real(value))))
+    }
+
+    /// A column of whole numbers, all of which are there.
+    pub fn integers(values: impl IntoIterator<Item = i64>) -> Self {
+        Self::of(Kind::Integer, values.into_iter().map(|value| Some(Value::Integer(value))))
+    }
+
+    /// A column of free texts, all of which are there.
+    pub fn texts<T: AsRef<str>>(values: impl IntoIterator<Item = T>) -> Self {
+        let mut column = Self::new(Kind::Text);
+        values.into_iter().for_each(|value| column.push(Some(Value::Text(value.as_ref()))));
+        column
+    }
+
+    /// The kind of the values.
+    pub fn kind(&self) -> Kind {
+        match self.values {
+            ColumnValues::Real(_) => Kind::Real,
+            ColumnValues::Count(_) => Kind::Count,
+            ColumnValues::Integer(_) => Kind::Integer,
+            ColumnValues::Text { .. } => Kind::Text,
+            ColumnValues::Category { .. } => Kind::Category,
+        }
+    }
+
+    /// The cell of a row; none where there is none, and behind the last.
+    pub fn cell(&self, row: usize) -> Cell<'_> {
+        if self.present.get(row / 8)? >> (row % 8) & 1 == 0 {
+            return None;
+        }
+        Some(match &self.values {
+            ColumnValues::Real(values) => Value::Real(*values.get(row)?),
+            ColumnValues::Count(values) => Value::Count(*values.get(row)?),
+            ColumnValues::Integer(values) => Value::Integer(*values.get(row)?),
+            ColumnValues::Text { text, ends } => {
+                let start = row.checked_sub(1).map_or(Some(0), |before| ends.get(before).copied())?;
+                Value::Text(text.get(start..*ends.get(row)?)?)
+            }
+            ColumnValues::Category { keys, entries } => Value::Text(entries.get_index(*keys.get(row)? as usize)?),
+        })
+    }
+
+    /// The cells, row by row.
+    pub fn cells(&self) -> impl Iterator<Item = Cell<'_>> {
+        (0..self.count).map(|row| self.cell(row))
+    }
+
+    /// The cell of a row as a number; `None` where there is none, and for texts.
+    pub fn number(&self, row: usize) -> Option<f64> {
+        self.cell(row)?.number()
+    }
+
+    /// The cell of a row as a text that reads back the same; empty where there is none.
+    pub fn text(&self, row: usize) -> String {
+        self.cell(row).map_or(String::new(), |value| value.to_string())
+    }
+
     /// Appends a cell; one of another kind than the column's is none.
     #[inline]
     pub fn push(&mut self, cell: Cell<'_>) {
@@ -132,7 +199,9 @@ mod tests {
         let cells = [Some(Value::Count(7)), None, Some(Value::Real(1.0)), Some(Value::Text("8"))];
         cells.into_iter().chain([Some(Value::Count(9)); 6]).for_each(|cell| column.push(cell));
         assert_eq!(column.values, ColumnValues::Count(vec![7, 0, 0, 0, 9, 9, 9, 9, 9, 9]));
-        assert_eq!((column.present, column.count, column.missing), (vec![0b1111_0001, 0b11], 10, 3));
+        assert_eq!((&column.present, column.count, column.missing), (&vec![0b1111_0001, 0b11], 10, 3));
+        assert_eq!(CellColumn::of(column.kind(), column.cells()), column);
+        assert_eq!((column.number(0), column.number(1), column.number(10)), (Some(7.0), None, None));
     }
 
     #[test]
@@ -142,6 +211,11 @@ mod tests {
         {
             text.push(cell);
             category.push(cell);
+        }
+        for column in [&text, &category] {
+            assert_eq!(CellColumn::of(column.kind(), column.cells()), *column);
+            assert_eq!([0, 1, 2, 5, 6].map(|row| column.text(row)), ["left", "", "rechts", "", ""]);
+            assert_eq!((column.cell(1), column.cell(5), column.cell(6)), (Some(Value::Text("")), None, None));
         }
         let ends = vec![4, 4, 10, 14, 18, 18];
         assert_eq!(text.values, ColumnValues::Text { text: "leftrechtsleftleft".to_owned(), ends });
