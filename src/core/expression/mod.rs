@@ -87,7 +87,8 @@ enum Node {
     Call(String, Vec<Node>),
     Minus(Box<Node>),
     Not(Box<Node>),
-    Binary(&'static str, Box<Node>, Box<Node>),
+    /// Operands that operators of one level join, from the left on: as flat as it is written, so that no sum is too long to be walked.
+    Chain(Box<Node>, Vec<(&'static str, Node)>),
 }
 
 /// Binary operators by binding, the loosest first; each group binds to the left.
@@ -152,9 +153,9 @@ fn collect<'a>(node: &'a Node, names: &mut Vec<&'a str>) {
             arguments.iter().for_each(|argument| collect(argument, names));
         }
         Node::Minus(inner) | Node::Not(inner) => collect(inner, names),
-        Node::Binary(_, left, right) => {
-            collect(left, names);
-            collect(right, names);
+        Node::Chain(first, rest) => {
+            collect(first, names);
+            rest.iter().for_each(|(_, operand)| collect(operand, names));
         }
         Node::Name(_) | Node::Call(..) | Node::Constant(_) => {}
     }
@@ -164,7 +165,7 @@ fn calls_scope(node: &Node) -> bool {
     match node {
         Node::Call(function, arguments) => !builtin(function) || arguments.iter().any(calls_scope),
         Node::Minus(inner) | Node::Not(inner) => calls_scope(inner),
-        Node::Binary(_, left, right) => calls_scope(left) || calls_scope(right),
+        Node::Chain(first, rest) => calls_scope(first) || rest.iter().any(|(_, operand)| calls_scope(operand)),
         Node::Name(_) | Node::Constant(_) => false,
     }
 }
@@ -196,8 +197,8 @@ const WORDS: [&str; 3] = ["or", "and", "not"];
 fn tokens(text: &str) -> Result<Vec<(usize, Token)>, ExpressionError> {
     let mut tokens = Vec::new();
     let mut rest = text;
+    let mut column = 1;
     while let Some(first) = rest.chars().next() {
-        let column = text.chars().count() - rest.chars().count() + 1;
         let fault = |message: String| ExpressionError { column, message };
         let length = if first.is_whitespace() {
             first.len_utf8()
@@ -225,7 +226,9 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>, ExpressionError> {
             tokens.push((column, Token::Symbol(symbol)));
             symbol.len()
         };
-        rest = rest.get(length..).unwrap_or("");
+        let (token, behind) = rest.split_at_checked(length).unwrap_or((rest, ""));
+        column += token.chars().count();
+        rest = behind;
     }
     Ok(tokens)
 }
@@ -279,17 +282,17 @@ impl Parser {
             return self.nested(|parser| Ok(Node::Not(Box::new(parser.level(COMPARISONS)?))));
         }
         let Some(symbols) = LEVELS.get(level) else { return self.sign() };
-        let mut left = self.level(level + 1)?;
+        let first = self.level(level + 1)?;
+        let mut rest = Vec::new();
         while let Some(symbol) = self.take(symbols) {
-            let right = self.level(level + 1)?;
-            left = Node::Binary(symbol, Box::new(left), Box::new(right));
+            rest.push((symbol, self.level(level + 1)?));
             if level == COMPARISONS
                 && matches!(self.tokens.get(self.next), Some((_, Token::Symbol(s))) if symbols.contains(s))
             {
                 return self.fault("`and`: comparisons are not chained (write `a < b and b < c`)");
             }
         }
-        Ok(left)
+        Ok(if rest.is_empty() { first } else { Node::Chain(Box::new(first), rest) })
     }
 
     fn sign(&mut self) -> Result<Node, ExpressionError> {
@@ -302,7 +305,7 @@ impl Parser {
                     return Ok(base);
                 }
                 let exponent = self.nested(Self::sign)?;
-                Ok(Node::Binary("^", Box::new(base), Box::new(exponent)))
+                Ok(Node::Chain(Box::new(base), vec![("^", exponent)]))
             }
         }
     }
@@ -391,16 +394,29 @@ fn evaluate(node: &Node, scope: &dyn Scope) -> Result<Outcome, String> {
         Node::Minus(inner) => Outcome::Number(-number(inner, scope)?),
         Node::Not(inner) => Outcome::Truth(!truth(inner, scope)?),
         Node::Call(function, arguments) => Outcome::Number(call(function, arguments, scope)?),
-        Node::Binary("or" | "||", left, right) => Outcome::Truth(truth(left, scope)? || truth(right, scope)?),
-        Node::Binary("and" | "&&", left, right) => Outcome::Truth(truth(left, scope)? && truth(right, scope)?),
-        Node::Binary(symbol @ ("==" | "!="), left, right) => {
-            let (left, right) = (evaluate(left, scope)?, evaluate(right, scope)?);
+        Node::Chain(first, rest) => {
+            let mut left = evaluate(first, scope)?;
+            for (symbol, right) in rest {
+                left = joined(left, symbol, (right, scope))?;
+            }
+            left
+        }
+    })
+}
+
+/// What an operator makes of a value and the operand behind it, which is not looked at where the value decides.
+fn joined(left: Outcome, symbol: &str, (right, scope): (&Node, &dyn Scope)) -> Result<Outcome, String> {
+    Ok(match symbol {
+        "or" | "||" => Outcome::Truth(as_truth(left)? || truth(right, scope)?),
+        "and" | "&&" => Outcome::Truth(as_truth(left)? && truth(right, scope)?),
+        "==" | "!=" => {
+            let right = evaluate(right, scope)?;
             if std::mem::discriminant(&left) != std::mem::discriminant(&right) {
                 return Err(format!("`{symbol}` compares {left} with {right}"));
             }
-            Outcome::Truth((left == right) == (*symbol == "=="))
+            Outcome::Truth((left == right) == (symbol == "=="))
         }
-        Node::Binary(symbol, left, right) => binary(symbol, number(left, scope)?, number(right, scope)?)?,
+        _ => binary(symbol, as_number(left)?, number(right, scope)?)?,
     })
 }
 
@@ -425,14 +441,22 @@ fn finite(result: f64, what: impl Fn() -> String) -> Result<f64, String> {
 }
 
 fn number(node: &Node, scope: &dyn Scope) -> Result<f64, String> {
-    match evaluate(node, scope)? {
+    as_number(evaluate(node, scope)?)
+}
+
+fn as_number(value: Outcome) -> Result<f64, String> {
+    match value {
         Outcome::Number(number) => Ok(number),
         other => Err(format!("expected a number, found {other}")),
     }
 }
 
 fn truth(node: &Node, scope: &dyn Scope) -> Result<bool, String> {
-    match evaluate(node, scope)? {
+    as_truth(evaluate(node, scope)?)
+}
+
+fn as_truth(value: Outcome) -> Result<bool, String> {
+    match value {
         Outcome::Truth(truth) => Ok(truth),
         other => Err(format!("expected a comparison, found {other}")),
     }
@@ -567,6 +591,10 @@ mod tests {
         }
         assert!(Expression::parse(&"(".repeat(100_000)).is_err());
         assert!(Expression::parse(&"-".repeat(100_000)).is_err());
+        // As long as somebody likes: what is not nested is not walked level by level.
+        let long = "a".to_owned() + &" + a".repeat(99_999);
+        assert_eq!(value(&long), Ok(Outcome::Number(200_000.0)));
+        assert_eq!(value(&("a > 1".to_owned() + &" and a > 1".repeat(50_000))), Ok(Outcome::Truth(true)));
         for text in ["1 / 0", "sqrt(-1)", "mount + 1", "a and 1", "mount < 'R4'", "a == mount", "sin()", "far(a)"] {
             assert!(value(text).is_err(), "{text}");
         }
