@@ -359,3 +359,31 @@ fn modes_that_no_point_sees_gain_no_energy() {
         }
     }
 }
+
+/// A study of hammers at the mounts of the built-in station that are counted from the first, over a casting on four fixtures.
+fn hammers_at_mounts(count: usize) -> String {
+    let hammer = |mount: usize| {
+        let y_m = -0.5 + 0.1 * mount as f64;
+        format!("[hammer.h{mount}]\nmount = \"R{mount}\"\nstrike_point_m = [0.0, {y_m:.1}]\n")
+    };
+    let fixture = |point: &str| format!("[casting.part.fixture.{point}]\npoint = \"{point}\"\n");
+    let hammers: String = (1..=count).map(hammer).collect();
+    let fixtures: String = ["T1", "T3", "T7", "T9"].map(fixture).concat();
+    format!(
+        "duration_s = 0.002\n{hammers}[casting.part]\nmass_kg = 20.0\nsize_m = [0.5, 1.0]\ncentre_m = [0.36, 0.0]\n\
+         inertia_kg_m2 = [1.7, 0.5]\n{fixtures}"
+    )
+}
+
+#[test]
+fn hammers_at_many_mounts_are_carried() {
+    // Their rows are combinations of which some have mass in the fast modes, and no flexibility there but rounding.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mounts.toml");
+    for count in [1, 3, 8, 9] {
+        std::fs::write(&path, hammers_at_mounts(count)).unwrap();
+        let engine = Engine::load(&path, &[]).unwrap();
+        let scene = engine.scene(0).unwrap();
+        sound(run_row(&scene.scene, &scene.modes), &[&format!("{count} hammers")]);
+    }
+}

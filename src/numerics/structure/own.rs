@@ -165,6 +165,11 @@ impl OwnModes {
         &self.nu
     }
 
+    /// The highest circular frequency in rad/s of what has mass. Bodies make no mode faster.
+    pub fn most_rad_s(&self) -> f64 {
+        self.nu.iter().rfind(|nu| **nu > 0.0).map_or(0.0, |nu| nu.sqrt().recip())
+    }
+
     /// Shapes of the own elastic modes, scaled by stiffness, at some combinations of interface rows (combinations x modes).
     pub fn elastic_at(&self, rows: &[Vec<(usize, f64)>]) -> DMatrix<f64> {
         combined(&self.elastic, rows)

@@ -71,7 +71,7 @@ impl Asked<'_> {
             mass: mass - &known * known.transpose(),
             flexibility: &own_shapes * own_shapes.transpose() - &deflections * deflections.transpose(),
         };
-        let Standing { omega_rad_s, rows, .. } = rest.standing(edge_rad_s);
+        let Standing { omega_rad_s, rows, .. } = rest.standing([edge_rad_s, own.most_rad_s().max(edge_rad_s)]);
         let first = below.omega_rad_s.len();
         let count = own.nu().len() - first;
         let mut all = known.resize_horizontally(first + omega_rad_s.len(), 0.0);

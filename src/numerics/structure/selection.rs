@@ -180,9 +180,10 @@ impl ModesAt {
             scaled * shapes.transpose()
         };
         let flexibility = weighted(&|mode| self.omega_rad_s[mode].powi(-2));
-        let least = dropped.iter().map(|mode| self.omega_rad_s[*mode]).fold(f64::INFINITY, f64::min);
+        let omegas = || dropped.iter().map(|mode| self.omega_rad_s[*mode]);
+        let range_rad_s = [omegas().fold(f64::INFINITY, f64::min), omegas().fold(0.0, f64::max)];
         let Standing { omega_rad_s, rows, inverse } =
-            Together { mass: weighted(&|_| 1.0), flexibility }.standing(least);
+            Together { mass: weighted(&|_| 1.0), flexibility }.standing(range_rad_s);
         let rate = weighted(&|mode| 2.0 * self.damping_ratio[mode] * self.omega_rad_s[mode]);
         let rate = inverse.tr_mul(&(rate * &inverse));
         let damping_ratio = omega_rad_s.iter().zip(rate.diagonal().iter()).map(|(w, rate)| 0.5 * rate / w).collect();

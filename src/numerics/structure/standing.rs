@@ -29,9 +29,9 @@ pub(super) struct Standing {
 }
 
 impl Together {
-    /// The modes that stand for these; none where nothing moves. All of these have circular frequencies of `least_rad_s` at least,
-    /// so that rounding of what is hardly moved cannot lead below.
-    pub fn standing(self, least_rad_s: f64) -> Standing {
+    /// The modes that stand for these; none where nothing moves. The circular frequencies of all of these lie between the least and the
+    /// most of `range_rad_s`, so that rounding of what is hardly moved or hardly gives way cannot lead beyond.
+    pub fn standing(self, range_rad_s: [f64; 2]) -> Standing {
         let rows = self.mass.nrows();
         let mass = SymmetricEigen::new(self.mass);
         let least = RANK * mass.eigenvalues.max().max(0.0);
@@ -51,12 +51,27 @@ impl Together {
         };
         let into = scaled(f64::recip);
         let flexibility = SymmetricEigen::new(into.tr_mul(&(self.flexibility * &into)));
-        let most = least_rad_s.powi(-2);
-        let omega = |lambda: &f64| lambda.clamp(f64::MIN_POSITIVE, most).sqrt().recip();
+        let [least_rad_s, most_rad_s] = range_rad_s;
+        let omega = |lambda: &f64| lambda.max(0.0).sqrt().recip().clamp(least_rad_s, most_rad_s);
         Standing {
             omega_rad_s: flexibility.eigenvalues.iter().map(omega).collect(),
             rows: scaled(|root| root) * &flexibility.eigenvectors,
             inverse: into * flexibility.eigenvectors,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_leads_to_no_frequency_beyond_the_range() {
+        // The first gives way, the second only by rounding, the third by less than none.
+        let flexibility = DMatrix::from_diagonal(&[1e-6, 1e-21, -1e-20].to_vec().into());
+        let standing = Together { mass: DMatrix::identity(3, 3), flexibility }.standing([100.0, 1e6]);
+        let mut omega_rad_s = standing.omega_rad_s;
+        omega_rad_s.sort_by(f64::total_cmp);
+        assert_eq!(omega_rad_s, [1000.0, 1e6, 1e6]);
     }
 }
