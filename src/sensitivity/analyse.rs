@@ -6,7 +6,7 @@ use super::dependence::dependence;
 use super::error::SensitivityError;
 use super::neighbours::Neighbours;
 use super::reach::moves;
-use super::result::{Index, IndexName, Intervals, Method, OutputSensitivity, Sensitivity, UnitName};
+use super::result::{Index, IndexName, Intervals, Method, OutputSensitivity, Sensitivity, UnitName, Used};
 use super::table::{FactorColumn, OutputColumn, Table, differ};
 use super::units::{Units, Whole};
 use crate::analysis::{
@@ -144,6 +144,9 @@ fn origin(blocks: SaltelliBlocks, (factor, place): (usize, usize)) -> usize {
     if from_b { last } else { 0 }
 }
 
+/// Blocks or trajectories below which the ends of bootstrap intervals lie too near.
+const FEW_UNITS: u64 = 20;
+
 /// A plan for a table.
 struct Task<'a> {
     table: &'a Table,
@@ -180,7 +183,7 @@ impl Task<'_> {
             Err(error) => (Some(refusal(&error)), Vec::new()),
         };
         let description = output.description.clone();
-        let notes = if refused.is_none() { self.output_notes(&indices, &starts) } else { Vec::new() };
+        let notes = if refused.is_none() { self.output_notes(&indices, &starts, &used) } else { Vec::new() };
         OutputSensitivity {
             output: description.name,
             unit: description.unit,
@@ -237,9 +240,20 @@ impl Task<'_> {
     }
 
     /// What a reader must know of the indices of one output.
-    fn output_notes(&self, indices: &[Index], starts: &[usize]) -> Vec<String> {
+    fn output_notes(&self, indices: &[Index], starts: &[usize], used: &Used) -> Vec<String> {
         let Plan { method, units } = self.plan;
         let mut notes = Vec::new();
+        if method != Method::Given && used.whole < FEW_UNITS && self.bootstrap.replicates > 0 {
+            let unit = units.name.plural();
+            notes.push(format!("intervals of fewer than {FEW_UNITS} {unit} hold the truth less often than they say"));
+        }
+        if used.whole < used.of {
+            notes.push(
+                "what is left out is no sample of all: a factor by which rows fail decides more than is said here (success of a row over \
+                 the factors: `decore surrogate`)"
+                    .to_owned(),
+            );
+        }
         let still = |factor: &&FactorColumn| factor.varies() && !differ(&units.gather(&factor.values, starts));
         let still: Vec<String> =
             self.table.factors.iter().filter(still).map(|factor| format!("`{}`", factor.name)).collect();

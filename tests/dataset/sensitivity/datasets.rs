@@ -64,11 +64,24 @@ fn failed_rows_are_named_and_their_blocks_left_out() {
     assert!(used["left_out"][0]["reason"].as_str().expect("a text").starts_with("diverged: "));
     assert!(found["outputs"][0]["indices"].as_array().expect("a list").iter().all(|index| index["value"].is_number()));
     let shown = text(&dataset.analyse(&["--output", "delivered_work_j", "--bootstrap", "0"]).stdout);
-    for expected in
-        ["FROM 127 OF 128 blocks: 1 are incomplete and left out", "1 row (613): diverged: ", "estimator salib"]
-    {
+    for expected in [
+        "FROM 127 OF 128 blocks: 1 are incomplete and left out",
+        "1 row (613): diverged: ",
+        "what is left out is no sample of all",
+        "estimator salib",
+    ] {
         assert!(shown.contains(expected), "{expected} in\n{shown}");
     }
+}
+
+#[test]
+fn intervals_of_few_units_are_told() {
+    let said = |design: &str| {
+        let shown = text(&Dataset::of(design).analyse(&["--output", "delivered_work_j", "--bootstrap", "20"]).stdout);
+        shown.contains("intervals of fewer than 20 ")
+    };
+    assert!(said("kind = \"morris\"\ntrajectories = 19") && said("kind = \"saltelli\"\nbase_points = 16"));
+    assert!(!said("kind = \"morris\"\ntrajectories = 20") && !said("kind = \"saltelli\"\nbase_points = 32"));
 }
 
 #[test]
