@@ -19,7 +19,7 @@ use decore::regression::{GaussianProcess, Points};
 use rayon::prelude::*;
 use scenes::{Scene, scenes};
 
-/// Tables of each case that all programs see, other ones each: of up to 60 rows, and of more, as SMT takes minutes.
+/// Tables of each case that all programs see, other ones each: of up to 240 rows, and of more, as SMT takes minutes.
 const REPEATS: [u64; 2] = [3, 1];
 /// Tables of each case whose intervals are counted: of up to 60, up to 240 and more rows. One table of 60 rows says its own share to five
 /// in a hundred at best.
@@ -98,7 +98,10 @@ fn theirs(python: &str, cases: &[Case]) -> Vec<[Worth; 2]> {
     let file = scratch.path().join("cases.json");
     std::fs::write(&file, serde_json::to_vec(&tables).expect("JSON")).expect("written");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/surrogates_reference.py");
-    let output = Command::new(python).arg(script).arg(&file).output().expect("Python runs");
+    let mut command = Command::new(python);
+    // Numerical libraries of Python take the whole machine otherwise, and small products then wait for each other.
+    command.envs(["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS"].map(|name| (name, "1")));
+    let output = command.arg(script).arg(&file).output().expect("Python runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
@@ -115,17 +118,18 @@ fn main() {
         "# Surrogates beside SMT and egobox\n\nWritten by `cargo bench --bench surrogates`: the Gaussian process of `decore surrogate` \
          beside `smt.surrogate_models.KRG` and `egobox.Gpx` at their own defaults, of the same tables. Functions: Latin \
          hypercubes as studies have them by default and {NEW_ROWS} new Sobol' points; scenes: some of 1100 rows that were run, the others are \
-         new. Medians of {} tables of 60 rows, {} of more; of decore's intervals the mean of {} tables of 60 rows, {} of 240 and {} of more, \
+         new. Medians of {} tables of up to 240 rows, {} of more; of decore's intervals the mean of {} tables of 60 rows, {} of 240 and {} of more, \
          with the least and the most. Q2 and the share that 95 % intervals hold are those of the new rows; SMT's and egobox's intervals \
-         are 1.96 of their standard deviations. Times are wall times of the fit in this run, SMT's and egobox's over decore's; in brackets \
-         with the folds that decore's intervals come from. The machine had other work besides, so that only ratios mean something.\n\n\
+         are 1.96 of their standard deviations. Times are wall times of the fit in this run, each program on one thread, SMT's and egobox's over \
+         decore's; in brackets with the folds that decore's intervals come from. The machine had other work besides, so that only ratios \
+         mean something.\n\n\
          | table | Q2 decore | SMT | egobox | held, % | SMT | egobox | decore, s | SMT / decore | egobox / decore |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
         REPEATS[0], REPEATS[1], COUNTED[0].1, COUNTED[1].1, COUNTED[2].1
     );
     let mut missed = Vec::new();
     for rows in sizes {
-        let repeats = if rows > 60 { REPEATS[1] } else { REPEATS[0] };
+        let repeats = if rows > 240 { REPEATS[1] } else { REPEATS[0] };
         let counted = COUNTED.iter().find(|(most, _)| rows <= *most).map_or(1, |(_, tables)| *tables);
         let mut makers: Vec<Box<dyn Fn(u64) -> Case + Sync>> = Vec::new();
         for function in [ISHIGAMI, G, OTL, BOREHOLE] {
@@ -158,7 +162,8 @@ fn main() {
 
 /// The line of the table, and what is missed; `shares`: what the intervals of each counted table hold.
 fn compared(python: &str, cases: &[Case], shares: &[f64]) -> (String, Option<String>) {
-    let own: Vec<(Worth, f64)> = cases.iter().map(ours).collect();
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    let own: Vec<(Worth, f64)> = alone.install(|| cases.iter().map(ours).collect());
     let others = theirs(python, cases);
     let middle = |of: &dyn Fn(usize) -> f64| median((0..cases.len()).map(of).collect());
     let [q2, time] = [middle(&|case| own[case].0.q2), middle(&|case| own[case].0.fit_s)];
