@@ -23,9 +23,6 @@ use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
 use crate::scene::Scene;
 
-/// Interval in s at which a plot reads the signals.
-const PLOT_INTERVAL_S: f64 = 2e-5;
-
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
     /// Study file (TOML), or the folder of a dataset: then its study is run as it was, and the row compared with the stored one.
@@ -51,11 +48,18 @@ pub(super) struct SceneArguments {
     /// Folder in which the file names of a dataset's study start.
     #[arg(long, default_value = ".", value_name = "FOLDER")]
     files_in: PathBuf,
-    /// Interval of the time signals in s.
-    #[arg(long, default_value_t = 1e-4, value_name = "SECONDS")]
+    /// Interval in s of the signals that --signals writes; what is drawn or compared has its own.
+    #[arg(long, default_value_t = 1e-4, value_name = "SECONDS", requires = "signals")]
     signal_interval_s: f64,
     #[command(flatten)]
     measured: MeasuredArguments,
+}
+
+impl SceneArguments {
+    /// Whether signals are drawn or compared.
+    fn shows(&self) -> bool {
+        self.plot.is_some() || self.html.is_some() || self.measured.is_given()
+    }
 }
 
 pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
@@ -98,79 +102,91 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
 
-/// The row's outcome, and measured channels beside its signals.
+/// The row's outcome, and measured channels beside its signals. What is shown has an interval of its own, whether signals are
+/// written or not: where theirs is another one the row is run for each, which gives the same outcome.
 fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<(RowOutcome, Vec<ChannelBeside>), Failure> {
-    let Some(interval_s) = interval_s(engine, arguments) else {
-        return Ok((engine.outcome(arguments.row), Vec::new()));
-    };
-    let (outcome, signals) = engine.outcome_with_signals(arguments.row, interval_s).map_err(|error| match error {
-        EngineError::Signals { .. } => Failure::Argument(format!("--signal-interval-s {interval_s:e}: {error}")),
-        error => error.into(),
-    })?;
-    let Some(signals) = signals else { return Ok((outcome, Vec::new())) };
-    let scene = engine.checked().scene(arguments.row).map_err(|invalid| Failure::Argument(invalid.reason))?;
-    let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
-    let channels = arguments.measured.beside(Calculated { scene: &scene, blows, signals: &signals, interval_s })?;
-    if let Some(path) = &arguments.signals {
-        write_signals(path, &engine.info(), &signals)?;
+    let row = arguments.row;
+    let written_s = arguments.signals.as_ref().map(|_| arguments.signal_interval_s);
+    let scene = engine.checked().scene(row).ok().filter(|_| arguments.shows());
+    let shown_s =
+        scene.as_ref().map(|scene| SceneView::page_interval_s(SignalRecorder::count(scene), scene.duration_s));
+    let mut intervals_s: Vec<f64> = written_s.into_iter().chain(shown_s).collect();
+    intervals_s.dedup();
+    // Signals that would not fit are refused before the row is run for anything else.
+    let runs = intervals_s.into_iter().map(|interval_s| recorded(engine, row, interval_s));
+    let mut runs = runs.collect::<Result<Vec<_>, Failure>>()?;
+    let shown = runs.last().zip(scene.as_ref().zip(shown_s));
+    let shown = shown.and_then(|((outcome, signals), (scene, interval_s))| {
+        Some(Shown { outcome, scene, signals: signals.as_deref()?, interval_s })
+    });
+    // A channel that is none is refused before anything is written.
+    let channels = shown.as_ref().map_or(Ok(Vec::new()), |shown| shown.channels(&arguments.measured))?;
+    if let (Some(path), Some((_, Some(signals)))) = (&arguments.signals, runs.first()) {
+        write_signals(path, &engine.info(), signals)?;
         tell(&format_args!("signals are in {}", path.display()));
     }
-    if let Some(path) = &arguments.plot {
-        let study = engine.study();
-        let title = format!("{}, row {}", study.title(), arguments.row);
-        let picture = Picture { title, hammers: study.hammer_names(), signals: &signals, blows };
-        write_file(path, scene_plot(&picture)?)?;
-        tell(&format_args!("the plot is in {}", path.display()));
-    }
-    if let Some(path) = &arguments.html {
-        let shown = Shown { scene: &scene, signals: &signals, interval_s, channels: &channels };
-        let page = page(engine, arguments.row, &outcome, shown)?;
-        write_file(path, &page)?;
-        tell(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
-    }
-    Ok((outcome, channels))
+    shown.map_or(Ok(()), |shown| shown.draw((engine, arguments), &channels))?;
+    Ok((runs.pop().map_or_else(|| engine.outcome(row), |(outcome, _)| outcome), channels))
 }
 
-/// Interval in s at which signals are read; `None` where nothing asks for them. Beside a table all shows what the table has; by itself
-/// a picture shows the peaks of short contacts, and a page what it has room for.
-fn interval_s(engine: &Engine, arguments: &SceneArguments) -> Option<f64> {
-    if arguments.signals.is_some() {
-        return Some(arguments.signal_interval_s);
-    }
-    let page = |scene: Scene| SceneView::page_interval_s(SignalRecorder::count(&scene), scene.duration_s);
-    let scene = arguments.html.as_ref().and_then(|_| engine.checked().scene(arguments.row).ok());
-    let plot = arguments.plot.as_ref().map(|_| arguments.signal_interval_s.min(PLOT_INTERVAL_S));
-    let shown = arguments.html.is_some() || arguments.measured.is_given();
-    scene.map(page).or(plot).or(shown.then_some(PLOT_INTERVAL_S))
+/// The row's outcome with its signals every `interval_s`; none of a row that does not reach its end.
+fn recorded(engine: &Engine, row: usize, interval_s: f64) -> Result<(RowOutcome, Option<Vec<Signal>>), Failure> {
+    engine.outcome_with_signals(row, interval_s).map_err(|error| match error {
+        EngineError::Signals { .. } => Failure::Argument(format!("--signal-interval-s {interval_s:e}: {error}")),
+        error => error.into(),
+    })
 }
 
-/// What a row's page shows over time.
+/// What is drawn of a row, or compared with a measurement.
 struct Shown<'a> {
+    outcome: &'a RowOutcome,
     scene: &'a Scene,
     signals: &'a [Signal],
     interval_s: f64,
-    channels: &'a [ChannelBeside],
 }
 
-/// A row's page.
-fn page(
-    engine: &Engine,
-    row: usize,
-    outcome: &RowOutcome,
-    Shown { scene, signals, interval_s, channels }: Shown<'_>,
-) -> Result<String, Failure> {
-    let (info, factors) = (engine.info(), engine.checked().row_values(row));
-    let measured = channels.iter().map(|channel| MeasuredCurve {
-        signal: &channel.signal,
-        column: &channel.column,
-        from_s: channel.beside.from_s,
-        values: &channel.beside.measured,
-        spikes_s: &channel.beside.spikes_s,
-    });
-    let measured: Vec<MeasuredCurve<'_>> = measured.collect();
-    let view =
-        SceneView { info: &info, row, factors: &factors, scene, outcome, signals, interval_s, measured: &measured };
-    Ok(scene_page(&view)?)
+impl Shown<'_> {
+    fn blows(&self) -> &[Blow] {
+        self.outcome.metrics.as_ref().map_or(&[], |metrics| &metrics.blows)
+    }
+
+    fn channels(&self, measured: &MeasuredArguments) -> Result<Vec<ChannelBeside>, Failure> {
+        let Shown { scene, signals, interval_s, .. } = *self;
+        measured.beside(Calculated { scene, blows: self.blows(), signals, interval_s })
+    }
+
+    /// Writes the plot and the page that are asked for.
+    fn draw(&self, (engine, arguments): (&Engine, &SceneArguments), channels: &[ChannelBeside]) -> Result<(), Failure> {
+        if let Some(path) = &arguments.plot {
+            let study = engine.study();
+            let title = format!("{}, row {}", study.title(), arguments.row);
+            let (signals, blows) = (self.signals, self.blows());
+            write_file(path, scene_plot(&Picture { title, hammers: study.hammer_names(), signals, blows })?)?;
+            tell(&format_args!("the plot is in {}", path.display()));
+        }
+        if let Some(path) = &arguments.html {
+            let page = self.page(engine, arguments.row, channels)?;
+            write_file(path, &page)?;
+            tell(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
+        }
+        Ok(())
+    }
+
+    fn page(&self, engine: &Engine, row: usize, channels: &[ChannelBeside]) -> Result<String, Failure> {
+        let Shown { outcome, scene, signals, interval_s } = *self;
+        let (info, factors) = (engine.info(), engine.checked().row_values(row));
+        let measured = channels.iter().map(|channel| MeasuredCurve {
+            signal: &channel.signal,
+            column: &channel.column,
+            from_s: channel.beside.from_s,
+            values: &channel.beside.measured,
+            spikes_s: &channel.beside.spikes_s,
+        });
+        let measured: Vec<MeasuredCurve<'_>> = measured.collect();
+        let view =
+            SceneView { info: &info, row, factors: &factors, scene, outcome, signals, interval_s, measured: &measured };
+        Ok(scene_page(&view)?)
+    }
 }
 
 /// The outcome as text; writing to a string cannot fail.

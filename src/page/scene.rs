@@ -200,7 +200,8 @@ struct Lines {
 }
 
 impl SceneView<'_> {
-    /// Interval in s at which a page of `signals` signals over `duration_s` reads them: 20 us, of long scenes with many signals more.
+    /// Interval in s at which what is shown of `signals` signals over `duration_s` is read: 20 us, which shows the peaks of short
+    /// contacts; of long scenes with many signals more.
     pub fn page_interval_s(signals: usize, duration_s: f64) -> f64 {
         (duration_s * signals as f64 / MOST_VALUES).max(LEAST_INTERVAL_S)
     }

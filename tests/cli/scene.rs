@@ -70,6 +70,32 @@ fn a_page_depends_on_study_and_row_alone() {
     assert_eq!(&phases[..3], ["extension", "first impact", "hammering"], "no periodic blow within 0.15 s");
 }
 
+/// Signals that are written have an interval of their own.
+#[test]
+fn what_is_drawn_does_not_depend_on_signals_written_beside_it() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let rig = study("paper_rig.toml");
+    let scene = |further: &[&str], code: i32| {
+        let arguments = [&["scene", rig.to_str().expect("path")], &QUICK[..], further].concat();
+        decore(scratch.path(), &arguments, code)
+    };
+    let drawn = |further: &[&str]| {
+        scene(&[&["--plot", "row.svg", "--html", "row.html"], further].concat(), 0);
+        ["row.svg", "row.html"].map(|file| fs::read_to_string(scratch.path().join(file)).expect("drawn"))
+    };
+    let alone = drawn(&[]);
+    let written = |further: &[&str]| {
+        let beside = drawn(&[&["--signals", "signals.parquet"], further].concat());
+        assert!(alone == beside, "{further:?}");
+        fs::metadata(scratch.path().join("signals.parquet")).expect("signals").len()
+    };
+    let (default, coarse) = (written(&[]), written(&["--signal-interval-s", "1e-3"]));
+    assert!(default > 4 * coarse, "{default} and {coarse} bytes");
+    // An interval without signals would have no effect.
+    let said = text(&scene(&["--plot", "row.svg", "--signal-interval-s", "1e-3"], 2).stderr);
+    assert!(said.contains("--signals <FILE>"), "{said}");
+}
+
 #[test]
 fn a_page_that_cannot_be_written_names_its_own_path() {
     let scratch = TempDir::new().expect("scratch folder");
