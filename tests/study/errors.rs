@@ -175,6 +175,34 @@ fn names_must_exist() {
     holds(&fault("cutoff_hz = 300.0", "rails.bar = [\"R1\"]"), 4, 13, "structure.rails.bar", "at least two");
 }
 
+/// The fault of a value that a setting gave is the setting's, not that of the line that it replaces.
+#[test]
+fn faults_of_settings_name_the_setting() {
+    let study = |text: &str| Study::parse(text, Path::new("."), "s.toml").unwrap_or_else(|error| panic!("{error}"));
+    let good = study(&GOOD.replace("rows = 4", "rows = 4\nconstraints = [\"pressure > 4\"]"));
+    for (setting, key) in [
+        ("design.rows=0", "design.rows"),
+        ("design.trajectories=4", "design.trajectories"),
+        ("design.factor.pressure.range=[6.0, 4.0]", "design.factor.pressure.range"),
+        ("design.factor.pressure.range.0=9.0", "design.factor.pressure.range"),
+        ("design.factor.pressure.path=hammer.left.suply_bar", "design.factor.pressure.path"),
+        ("design.constraints=[\"presure > 4\"]", "design.constraints.0"),
+        ("design.constraints.0=presure > 4", "design.constraints.0"),
+        ("structure.cutoff_hz=-1", "structure.cutoff_hz"),
+        ("structure.stiffness_file=K.mtx", "structure.stiffness_file"),
+        ("outputs.points=[\"Q5\"]", "outputs.points.0"),
+    ] {
+        let set = good.with_overrides(&[setting.to_owned()]);
+        let found = set.map_or_else(|error| error, |set| checked(&set).expect_err("a fault"));
+        let problem = &found.problems()[0];
+        assert_eq!((problem.place.file.as_str(), problem.place.line), (format!("--set {setting}").as_str(), None));
+        assert_eq!(problem.key, key, "{problem}");
+    }
+    // Another key than that which is set stands where it is written.
+    let holds_elsewhere = good.with_overrides(&["design.kind=morris".to_owned()]).map(|_| ());
+    assert!(holds_elsewhere.is_err_and(|error| error.problems()[0].place.file == "s.toml"));
+}
+
 #[test]
 fn a_hammer_needs_one_place() {
     holds(&fault("mount = \"R5\"", ""), 5, 9, "hammer.left.mount", "the hammer has no place");

@@ -30,7 +30,7 @@ pub(super) fn constrained(study: &Study, points: &PointTable) -> Result<Design, 
         met(study, (levels, points), &named)
     };
     let design = plan.design.constrained(Constraints { factors, met: &mut met });
-    design.map_err(|error| StudyError::one(design_problem(&study.typed.document, &error, &plan.factors)))
+    design.map_err(|error| StudyError::one(design_problem(&study.typed, &error, &plan.factors)))
 }
 
 /// Whether all constraints hold where the drawn factors have these levels.
@@ -38,7 +38,7 @@ pub(super) fn meets(study: &Study, points: &PointTable, levels: &[Level]) -> Res
     let plan = &study.plan;
     let met = met(study, (levels, points), &plan.cheapest_first());
     let met = met.map_err(DesignError::Constraint);
-    let met = met.map_err(|error| StudyError::one(design_problem(&study.typed.document, &error, &plan.factors)))?;
+    let met = met.map_err(|error| StudyError::one(design_problem(&study.typed, &error, &plan.factors)))?;
     Ok(met == plan.constraints.len() && plan.values(levels).1.is_none())
 }
 
@@ -72,13 +72,12 @@ const FUNCTIONS: [&str; 8] =
 
 /// Names in constraints that nothing has, each with its own place and the nearest name.
 pub(super) fn unknown_names(study: &Study) -> Vec<Problem> {
-    let document = &study.typed.document;
     let mut problems = Vec::new();
     for (index, Constraint { text, expression }) in study.plan.constraints.iter().enumerate() {
         let at = ["design", "constraints", &index.to_string()].map(str::to_string);
         for word in expression.words() {
             let Some(Unknown { message, nearest }) = unknown(study, word) else { continue };
-            let place = document.locate_part(&at, text, &Part { text: &word.text, column: word.column });
+            let place = study.typed.locate_part(&at, text, &Part { text: &word.text, column: word.column });
             problems.push(Problem::new(place, path::join(&at), message).nearest(nearest));
         }
     }

@@ -55,7 +55,7 @@ fn rails(study: &Study) -> Vec<Candidate> {
         for (name, entry) in &study.file.hammer {
             if entry.rail.is_none() && entry.rail_position_m.is_some() {
                 let at = ["hammer", name, "rail_position_m"].map(str::to_string).to_vec();
-                rails.push(Candidate { value: only.name.clone(), place: study.typed.document.locate(&at), at });
+                rails.push(Candidate { value: only.name.clone(), place: study.typed.locate(&at), at });
             }
         }
     }
@@ -88,7 +88,7 @@ pub(super) fn check_names(study: &Study, points: &PointTable) -> Vec<Problem> {
             (Some(_), false) => continue,
         };
         let at = ["outputs", "points", &index.to_string()].map(str::to_string);
-        let problem = Problem::new(study.typed.document.locate(&at), path::join(&at), wrong);
+        let problem = Problem::new(study.typed.locate(&at), path::join(&at), wrong);
         problems.push(problem.nearest(points.nearest_name(name).filter(|nearest| nearest != name)));
     }
     for candidate in study.candidates(&["machine".to_string()]) {
@@ -106,7 +106,7 @@ pub(super) fn check_names(study: &Study, points: &PointTable) -> Vec<Problem> {
                 let entry = index.to_string();
                 let at = ["structure", "rails", &rail.name, &entry].map(str::to_string);
                 let message = format!("the machine has no interface point `{point}`");
-                let problem = Problem::new(study.typed.document.locate(&at), path::join(&at), message);
+                let problem = Problem::new(study.typed.locate(&at), path::join(&at), message);
                 problems.push(problem.nearest(points.nearest_name(point)));
             }
         }

@@ -66,7 +66,7 @@ impl CheckedStudy {
 
     fn fault(&self, factor: &str, message: &str) -> Problem {
         let at = ["design", "factor", factor].map(str::to_owned);
-        Problem::new(self.study().typed.document.locate(&at), path::join(&at), message)
+        Problem::new(self.study().typed.locate(&at), path::join(&at), message)
     }
 }
 

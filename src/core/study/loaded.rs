@@ -98,17 +98,16 @@ impl Study {
     }
 
     fn build(typed: Typed) -> Result<Self, StudyError> {
-        let (document, directory) = (&typed.document, typed.directory.as_path());
         let shape = Shape::from_schema(&study_schema());
-        let mut tree = check_keys(document, &shape, &typed.overrides)?;
+        let mut tree = check_keys(&typed.document, &shape, &typed.overrides)?;
         let fault = |key: String, message: String| {
             let at = path::split(&key).unwrap_or_default();
-            StudyError::one(Problem::new(document.locate(&at), key, message))
+            StudyError::one(Problem::new(typed.locate(&at), key, message))
         };
         let design = tree.get("design").cloned().map(read_tree::<DesignEntry>);
         let design =
             design.transpose().map_err(|(key, message)| fault(format!("design.{key}"), message))?.unwrap_or_default();
-        let around = Surroundings { document, directory, shape: &shape, tree: &tree };
+        let around = Surroundings { typed: &typed, shape: &shape, tree: &tree };
         let plan = Plan::read(&design, &around).map_err(StudyError::several)?;
         plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
         let file: StudyFile =
@@ -116,7 +115,7 @@ impl Study {
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
         let fidelity = file.solver.fidelity.unwrap_or_default();
         let read = |entry: &StructureEntry, at: &[&str]| {
-            StructureSettings::read(MachineTable { entry, document, directory, at }, fidelity)
+            StructureSettings::read(MachineTable { entry, typed: &typed, at }, fidelity)
         };
         let structure = read(&file.structure, &["structure"]).map_err(StudyError::several)?;
         let further =
@@ -278,17 +277,14 @@ impl Study {
                     let entry = index.to_string();
                     let key = ["design", "factor", &factor.name, "values", &entry].map(str::to_string);
                     let value = to_toml(value).as_str()?.to_string();
-                    Some(Candidate { value, place: self.typed.document.locate(&key), at: key.to_vec() })
+                    Some(Candidate { value, place: self.typed.locate(&key), at: key.to_vec() })
                 };
                 factor.values.iter().enumerate().filter_map(candidate).collect()
             }
             (None, None) => {
                 let value = path::get(&self.scenes.template, at).and_then(toml::Value::as_str);
-                let candidate = |value: &str| Candidate {
-                    value: value.to_string(),
-                    place: self.typed.document.locate(at),
-                    at: at.to_vec(),
-                };
+                let candidate =
+                    |value: &str| Candidate { value: value.to_string(), place: self.typed.locate(at), at: at.to_vec() };
                 value.map(candidate).into_iter().collect()
             }
         }
@@ -303,7 +299,7 @@ impl Study {
 
     fn place_of(&self, at: &[String]) -> Place {
         if at.is_empty() {
-            return self.typed.document.locate(at);
+            return self.typed.locate(at);
         }
         if let Some(one) = self.typed.overridden(|path| path.starts_with(at) || at.starts_with(path)) {
             return one.place();
@@ -315,7 +311,7 @@ impl Study {
                 (Source::Drawn { .. }, false) => "values",
             };
             let section = ["design", "factor", factor.name.as_str(), key].map(str::to_string);
-            return self.typed.document.locate(&section);
+            return self.typed.locate(&section);
         }
         if let [hammer, name, parameters, rest @ ..] = at
             && hammer == "hammer"
@@ -326,6 +322,6 @@ impl Study {
         {
             return place;
         }
-        self.typed.document.locate(at)
+        self.typed.locate(at)
     }
 }

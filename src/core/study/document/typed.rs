@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::error::{Problem, StudyError};
+use super::error::{Place, Problem, StudyError};
 use super::keys::{self, Shape};
 use super::overrides::{Override, driven_paths};
 use super::path;
-use super::tree::Document;
+use super::tree::{Content, Document, Part};
 
 /// A study as typed.
 #[derive(Debug, Clone)]
@@ -29,6 +29,24 @@ impl Typed {
             let _ = path::set(&mut tree, &one.path, one.value.clone());
         }
         tree
+    }
+
+    /// Place of the value at a path: the setting that gave it or an entry of it, else as [`Document::locate`].
+    pub fn locate(&self, at: &[String]) -> Place {
+        self.given(at).unwrap_or_else(|| self.document.locate(at))
+    }
+
+    /// Place of a part of the text at a path: as [`Document::locate_part`], unless a setting gave the text.
+    pub fn locate_part(&self, at: &[String], text: &str, part: &Part<'_>) -> Place {
+        self.given(at).unwrap_or_else(|| self.document.locate_part(at, text, part))
+    }
+
+    /// Place of the setting that gave the value at a path. One inside of a table gave that table's key, not the table.
+    fn given(&self, at: &[String]) -> Option<Place> {
+        let (node, depth) = self.document.nearest(at);
+        let is_list = depth == at.len() && matches!(node.content, Content::Array(_));
+        let one = self.overridden(|path| at.starts_with(path) || (is_list && path.starts_with(at)));
+        one.map(Override::place)
     }
 
     /// The last override of a path that the function accepts.

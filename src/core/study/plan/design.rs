@@ -8,7 +8,7 @@ use crate::expression::{self, Expression};
 use crate::quantity::{Kind, Value};
 use crate::study::document::error::Problem;
 use crate::study::document::path;
-use crate::study::document::tree::Document;
+use crate::study::document::typed::Typed;
 use crate::study::file::{DesignEntry, FactorEntry};
 
 /// The design of a study with its factors.
@@ -45,7 +45,7 @@ impl DesignReader<'_> {
     /// Reads a factor; those before it have been read.
     fn factor(&mut self, name: &str, typed: &FactorEntry) {
         let entry =
-            spanned(self.entry, (name, typed), self.around.directory).unwrap_or_else(|Fault { at, message }| {
+            spanned(self.entry, (name, typed), &self.around.typed.directory).unwrap_or_else(|Fault { at, message }| {
                 self.problems.push(self.around.problem(&at, message));
                 typed.clone()
             });
@@ -87,7 +87,7 @@ impl DesignReader<'_> {
 
     fn kind_reader(&self) -> KindReader<'_> {
         let drawn = self.factors.iter().filter(|factor| factor.distribution().is_some()).collect();
-        KindReader { entry: self.entry, drawn, directory: self.around.directory }
+        KindReader { entry: self.entry, drawn, directory: &self.around.typed.directory }
     }
 
     /// The kind of design; `None` where something is at fault.
@@ -121,7 +121,7 @@ impl Plan {
         let Some(Chosen { kind, files }) = reader.kind() else { return Err(reader.problems) };
         match reader.design(kind) {
             Ok(design) => Ok(Self { design, factors: reader.factors, constraints, files }),
-            Err(error) => Err(vec![design_problem(around.document, &error, &reader.factors)]),
+            Err(error) => Err(vec![design_problem(around.typed, &error, &reader.factors)]),
         }
     }
 
@@ -191,7 +191,7 @@ impl Plan {
 }
 
 /// A design's fault with its place in the study.
-pub(in crate::study) fn design_problem(document: &Document, error: &DesignError, factors: &[FactorInfo]) -> Problem {
+pub(in crate::study) fn design_problem(typed: &Typed, error: &DesignError, factors: &[FactorInfo]) -> Problem {
     let drawn = |index: usize| factors.iter().filter(|factor| factor.distribution().is_some()).nth(index);
     let name = error.factor().and_then(drawn).map(|factor| factor.name.as_str());
     let key = match error {
@@ -208,5 +208,5 @@ pub(in crate::study) fn design_problem(document: &Document, error: &DesignError,
         Some(name) => ["design", "factor", name, key].map(str::to_string).to_vec(),
         None => ["design", key].map(str::to_string).to_vec(),
     };
-    Problem::new(document.locate(&at), path::join(&at), error.to_string())
+    Problem::new(typed.locate(&at), path::join(&at), error.to_string())
 }

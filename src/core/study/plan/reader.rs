@@ -1,19 +1,15 @@
 //! A factor as typed while it is read, with what is wrong with it.
 
-use std::path::Path;
-
 use crate::quantity::Value;
 use crate::study::document::error::Problem;
 use crate::study::document::keys::Shape;
 use crate::study::document::path;
-use crate::study::document::tree::Document;
+use crate::study::document::typed::Typed;
 use crate::study::file::FactorEntry;
 
 /// What the design section of a study stands in.
 pub(in crate::study) struct Surroundings<'a> {
-    pub document: &'a Document,
-    /// Where relative file names start.
-    pub directory: &'a Path,
+    pub typed: &'a Typed,
     pub shape: &'a Shape,
     /// The study's tree of values, for the names in it.
     pub tree: &'a toml::Table,
@@ -22,7 +18,7 @@ pub(in crate::study) struct Surroundings<'a> {
 impl Surroundings<'_> {
     /// A fault of a key.
     pub fn problem(&self, at: &[String], message: impl Into<String>) -> Problem {
-        Problem::new(self.document.locate(at), path::join(at), message)
+        Problem::new(self.typed.locate(at), path::join(at), message)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
 use crate::study::document::read::read_tree;
 use crate::study::document::tree::Document;
-use crate::study::document::typed::check_keys;
+use crate::study::document::typed::{Typed, check_keys};
 use crate::study::file::StructureFile;
 
 /// The rail of the built-in station.
@@ -104,8 +104,9 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
         let at = crate::study::document::path::split(&key).unwrap_or_default();
         StudyError::one(Problem::new(document.locate(&at), key, message))
     })?;
-    let directory = path.parent().unwrap_or(Path::new(""));
-    let table = MachineTable { entry: &file.structure, document: &document, directory, at: &["structure"] };
+    let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let typed = Typed { document, file: Some(path.to_path_buf()), directory, overrides: Vec::new() };
+    let table = MachineTable { entry: &file.structure, typed: &typed, at: &["structure"] };
     StructureSettings::read(table, Fidelity::default()).map(Some).map_err(StudyError::several)
 }
 
@@ -142,10 +143,8 @@ impl StructureSettings {
 #[derive(Clone, Copy)]
 pub(in crate::study) struct MachineTable<'a> {
     pub entry: &'a StructureEntry,
-    pub document: &'a Document,
-    /// Where relative file names start.
-    pub directory: &'a Path,
-    /// Where it stands in the document.
+    pub typed: &'a Typed,
+    /// Where it stands in the study.
     pub at: &'a [&'a str],
 }
 
@@ -157,7 +156,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn problem(&mut self, keys: &[&str], message: impl Into<String>) {
         let at: Vec<String> = self.table.at.iter().chain(keys).copied().map(str::to_string).collect();
-        let problem = Problem::new(self.table.document.locate(&at), crate::study::document::path::join(&at), message);
+        let problem = Problem::new(self.table.typed.locate(&at), crate::study::document::path::join(&at), message);
         self.problems.push(problem);
     }
 
@@ -201,8 +200,11 @@ impl Reader<'_> {
                 (false, Some(_)) if !optional.contains(&key) => {
                     self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
                 }
-                (_, Some(file)) if !self.table.directory.join(file).is_file() => {
-                    self.problem(&[key], format!("there is no file {}", self.table.directory.join(file).display()));
+                (_, Some(file)) if !self.table.typed.directory.join(file).is_file() => {
+                    self.problem(
+                        &[key],
+                        format!("there is no file {}", self.table.typed.directory.join(file).display()),
+                    );
                 }
                 _ => {}
             }
@@ -221,7 +223,7 @@ impl Reader<'_> {
     }
 
     fn full(&self, file: &Option<String>) -> PathBuf {
-        self.table.directory.join(file.as_deref().unwrap_or_default())
+        self.table.typed.directory.join(file.as_deref().unwrap_or_default())
     }
 
     fn refuse_matrix_keys(&mut self, words: &str) {
