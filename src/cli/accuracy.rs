@@ -42,6 +42,9 @@ pub(super) struct AccuracyArguments {
     /// Folder for the table, the text and the plot. Default: the study's name with `_accuracy`.
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
+    /// Write over the files of an earlier comparison.
+    #[arg(long)]
+    replace: bool,
     /// Runs of each setting, of which the fastest counts.
     #[arg(long, default_value_t = 3)]
     repeats: usize,
@@ -62,7 +65,8 @@ pub(super) struct AccuracyArguments {
 pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let stem = arguments.study.file_stem().unwrap_or_default().to_string_lossy();
     let folder = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{stem}_accuracy")));
-    let outputs = [Output { flag: "--output", path: Some(&folder), form: Form::Folder(&FILES) }];
+    let form = Form::Folder { names: &FILES, replace: arguments.replace };
+    let outputs = [Output { flag: "--output", path: Some(&folder), form }];
     let engine =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     check_row(&engine, arguments.row)?;

@@ -173,7 +173,7 @@ impl Plan {
         let run = run_command(&program, arguments)?;
         let outputs = [
             Output { flag: "--output", path: Some(&self.output), form: Form::Dataset },
-            Output { flag: "--output", path: Some(&self.folder), form: Form::Folder(&[]) },
+            Output { flag: "--output", path: Some(&self.folder), form: Form::Folder { names: &[], replace: true } },
         ];
         let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
         match arguments.stub_row_ms {

@@ -23,6 +23,9 @@ pub(super) struct ManArguments {
     /// Folder to write to, made where it is not there: `decore.1` and `decore-COMMAND.1` for each command.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
+    /// Write over pages that are there.
+    #[arg(long)]
+    replace: bool,
     /// Print what was written as JSON (schemas/written.schema.json).
     #[arg(long)]
     json: bool,
@@ -36,12 +39,14 @@ pub(super) fn completions(mut program: Command, arguments: &CompletionsArguments
 
 pub(super) fn man(mut program: Command, arguments: &ManArguments) -> Result<Exit, Failure> {
     let folder = &arguments.output;
-    check_outputs(&[], &[Output { flag: "--output", path: Some(folder), form: Form::Folder(&[]) }])?;
-    let failed = |source| Failure::Write { path: folder.display().to_string(), source };
-    fs::create_dir_all(folder).map_err(failed)?;
     program.build();
     let commands = program.get_subcommands().map(|command| format!("decore-{}.1", command.get_name()));
     let pages: Vec<String> = ["decore.1".to_owned()].into_iter().chain(commands).collect();
+    let names: Vec<&str> = pages.iter().map(String::as_str).collect();
+    let form = Form::Folder { names: &names, replace: arguments.replace };
+    check_outputs(&[], &[Output { flag: "--output", path: Some(folder), form }])?;
+    let failed = |source| Failure::Write { path: folder.display().to_string(), source };
+    fs::create_dir_all(folder).map_err(failed)?;
     clap_mangen::generate_to(program, folder).map_err(failed)?;
     let mut written = Written::default();
     pages.iter().try_for_each(|page| written.file("manual page", &folder.join(page)))?;

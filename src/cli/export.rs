@@ -73,7 +73,8 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
     expect_dataset(dataset)?;
     refuse_inside(folder, dataset)?;
     let names = files(*format);
-    let output = Output { flag: "--features", path: Some(folder), form: Form::Folder(&names) };
+    let form = Form::Folder { names: &names, replace: arguments.replace };
+    let output = Output { flag: "--features", path: Some(folder), form };
     check_outputs(std::slice::from_ref(dataset), &[output])?;
     let settings = FeatureSettings {
         dose_threshold_j: arguments.dose_threshold_j,

@@ -32,8 +32,9 @@ pub(super) enum Form<'a> {
     LateFile(&'a [&'static str]),
     /// A file of this text under a name that nobody gave: it takes the place only of one that the program wrote.
     Companion(&'a str),
-    /// A folder, made where it is not there, for files of these names; empty: for names that are not known yet.
-    Folder(&'a [&'static str]),
+    /// A folder, made where it is not there, for files under names that nobody gave: they take the place of none that is there,
+    /// unless they are to. No names: those that the program alone gives to what is in a folder of that name.
+    Folder { names: &'a [&'a str], replace: bool },
     /// The folder of a dataset, whose writer has more to say about it.
     Dataset,
 }
@@ -113,7 +114,7 @@ fn warn(study: &CheckedStudy) {
 ///
 /// # Errors
 /// [`Failure::Argument`] for a file of another kind than its name says, for one that is an input by whatever path or link, lies
-/// where a dataset keeps its own, or stands in the place of a companion; [`Failure::Write`].
+/// where a dataset keeps its own, or stands in the place of a companion or of a folder's file; [`Failure::Write`].
 pub(super) fn check_outputs(inputs: &[PathBuf], outputs: &[Output<'_>]) -> Result<(), Failure> {
     let asked = || outputs.iter().filter_map(|output| Some((output.path?, output)));
     refuse_inputs(inputs, asked().map(|(path, output)| (path, output.form)))?;
@@ -124,6 +125,7 @@ pub(super) fn check_outputs(inputs: &[PathBuf], outputs: &[Output<'_>]) -> Resul
         match form {
             Form::File(endings) | Form::LateFile(endings) if !endings.is_empty() => expect_ending(flag, path, endings)?,
             Form::Companion(text) => expect_own(flag, path, text)?,
+            Form::Folder { names, replace: false } => expect_free(flag, path, names)?,
             _ => {}
         }
         if let Some(dataset) = owner(&place(path), &coming) {
@@ -138,7 +140,7 @@ pub(super) fn check_outputs(inputs: &[PathBuf], outputs: &[Output<'_>]) -> Resul
     asked().try_for_each(|(path, output)| match output.form {
         Form::File(_) | Form::Companion(_) => check_writable(folder_of(path), path),
         Form::LateFile(_) => check_writable(nearest(folder_of(path)), path),
-        Form::Folder(_) => check_writable(nearest(path), path),
+        Form::Folder { .. } => check_writable(nearest(path), path),
         Form::Dataset => Ok(()),
     })
 }
@@ -150,7 +152,7 @@ fn refuse_inputs<'a>(
     outputs: impl Iterator<Item = (&'a Path, Form<'a>)> + Clone,
 ) -> Result<(), Failure> {
     let files = outputs.clone().flat_map(|(path, form)| match form {
-        Form::Folder(names) => names.iter().map(|name| path.join(name)).collect(),
+        Form::Folder { names, .. } => names.iter().map(|name| path.join(name)).collect(),
         Form::Dataset => Vec::new(),
         _ => vec![path.to_owned()],
     });
@@ -159,7 +161,7 @@ fn refuse_inputs<'a>(
         files.filter_map(|path| identity(&path).map(|found| (path, found))).collect();
     let folders: Vec<(&Path, PathBuf, bool)> = outputs
         .filter_map(|(path, form)| match form {
-            Form::Folder([]) => Some((path, place(path), false)),
+            Form::Folder { names: [], .. } => Some((path, place(path), false)),
             Form::Dataset => Some((path, place(path), true)),
             _ => None,
         })
@@ -191,6 +193,17 @@ fn refuse_inputs<'a>(
         }
     }
     Ok(())
+}
+
+/// Refuses a folder that holds one of the files that are to be written.
+fn expect_free(flag: &str, folder: &Path, names: &[&str]) -> Result<(), Failure> {
+    let Some(taken) = names.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok()) else {
+        return Ok(());
+    };
+    Err(Failure::Argument(format!(
+        "{flag}: {} is there already: give another folder, or --replace to write over it",
+        taken.display()
+    )))
 }
 
 /// Refuses a companion whose place is taken by a file that does not begin as what the program writes there.

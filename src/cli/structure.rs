@@ -46,9 +46,12 @@ pub(super) struct StructureArguments {
     // The help says: write the model's matrices in another format instead of a report.
     #[arg(long, value_name = "FORMAT", value_parser = export_format, requires = "to", help = export_help())]
     export: Option<ExportFormat>,
-    /// Folder for --export, made where it is not there; it must not hold a file that the study reads.
-    #[arg(long, value_name = "FOLDER")]
+    /// Folder for --export, made where it is not there.
+    #[arg(long, value_name = "FOLDER", requires = "export")]
     to: Option<PathBuf>,
+    /// With --export: write over the files of an earlier one, but for those that the study reads.
+    #[arg(long, requires = "export")]
+    replace: bool,
 }
 
 fn export_help() -> String {
@@ -197,9 +200,11 @@ fn selections_text(selections: &Selections) -> String {
 
 /// Settings of the structure, and what a study needs of it.
 fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
+    let names = arguments.export.map_or(Vec::new(), |format| format.files().to_vec());
+    let to = Form::Folder { names: &names, replace: arguments.replace };
     let outputs = [
         Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) },
-        Output { flag: "--to", path: arguments.to.as_deref(), form: Form::Folder(&[]) },
+        Output { flag: "--to", path: arguments.to.as_deref(), form: to },
     ];
     if let Some(settings) = load_structure(&arguments.file)? {
         if !arguments.overrides.is_empty() {

@@ -213,7 +213,6 @@ fn no_output_overwrites_what_the_command_reads() {
     refused(decore(&scratch).arg("check").arg(&own).arg("--scatter").arg(&own));
     refused(decore(&scratch).arg("check").arg(&own).arg("--scatter").arg(&hammer));
     refused(decore(&scratch).arg("design").arg(&by_table).arg("--output").arg(&table));
-    refused(decore(&scratch).arg("structure").arg(&own).args(["--export", "op4", "--to"]).arg(scratch.path()));
     #[cfg(unix)]
     {
         let link = scratch.path().join("link.parquet");

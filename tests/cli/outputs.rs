@@ -246,6 +246,36 @@ fn an_export_makes_its_folder() {
     let folder = Folder::new();
     folder.ends(&["structure", "paper_rig.toml", "--export", "op4", "--to", "machine/new"], &[0]);
     assert!(folder.path("machine/new/points.csv").is_file());
-    // Again over what an earlier one wrote.
-    folder.ends(&["structure", "paper_rig.toml", "--export", "op4", "--to", "machine/new"], &[0]);
+    let said = folder.ends(&["structure", "paper_rig.toml", "--to", "machine/new"], &[2]);
+    assert!(said.contains("--export <FORMAT>"), "{said}");
+}
+
+/// Of names that nobody gave nothing is replaced unless that is asked for; other files of the folder are no matter.
+#[test]
+fn a_folder_s_files_are_replaced_on_request_alone() {
+    let folder = Folder::new();
+    let export = ["structure", "paper_rig.toml", "--export", "matrix_market", "--to", "to"];
+    for (arguments, file) in [
+        (&export[..], "M.mtx"),
+        (&["man", "--output", "to"], "decore-run.1"),
+        (&["export", "sweep", "--features", "to"], "dictionary.csv"),
+        (&["accuracy", "paper_rig.toml", "--output", "to"], "accuracy.svg"),
+    ] {
+        fs::create_dir(folder.path("to")).expect("made");
+        fs::write(folder.path("to/notes.txt"), "mine").expect("written");
+        fs::write(folder.path("to").join(file), "mine").expect("written");
+        folder.refuses(arguments, &format!("{file} is there already: give another folder, or --replace"));
+        if arguments[0] != "accuracy" {
+            folder.ends(&[arguments, &["--replace"]].concat(), &[0]);
+            assert!(fs::read(folder.path("to").join(file)).expect("read") != b"mine", "{file}");
+        }
+        assert_eq!(fs::read(folder.path("to/notes.txt")).expect("read"), b"mine");
+        fs::remove_dir_all(folder.path("to")).expect("removed");
+    }
+    // What is read is not replaced at all.
+    folder.ends(&export, &[0]);
+    let keys = ["stiffness_file = \"to/K.mtx\"", "mass_file = \"to/M.mtx\"", "points_file = \"to/points.csv\""];
+    let table = format!("[structure]\nsource = \"matrices\"\nunits = \"si\"\n{}\n", keys.join("\n"));
+    fs::write(folder.path("machine.toml"), table).expect("written");
+    folder.refuses(&["structure", "machine.toml", "--export", "op4", "--to", "to", "--replace"], READ);
 }

@@ -492,7 +492,7 @@ fn the_text_report_begins_with_mass_and_frequencies() {
     let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml").display().to_string();
     let folder = case.folder.path().display().to_string();
     let export = |format: &str| {
-        let output = decore(&["structure", &rig, "--export", format, "--to", &folder]);
+        let output = decore(&["structure", &rig, "--export", format, "--to", &folder, "--replace"]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8_lossy(&output.stdout).into_owned()
     };

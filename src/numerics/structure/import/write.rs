@@ -35,7 +35,7 @@ pub fn write_model(model: &FeModel, export: ExportFormat, folder: &Path) -> Resu
         let found = format!("node {}", label.node);
         return Err(StructureError::argument(what, "nodes numbered from 1 on, as Nastran has them", found));
     }
-    let [stiffness, mass, damping] = form.files;
+    let [stiffness, mass, damping, rows, points] = export.files();
     let matrix = |file: &str, name: &str, matrix: &CsMat<f64>| -> Result<MatrixFile, StructureError> {
         let path = folder.join(file);
         write_file(&path, |out| (form.write)(out, &Named { name, matrix, labels }))?;
@@ -47,11 +47,11 @@ pub fn write_model(model: &FeModel, export: ExportFormat, folder: &Path) -> Resu
     let dofs = if labels.is_empty() {
         None
     } else {
-        let path = folder.join("model.dof");
+        let path = folder.join(rows);
         write_file(&path, |out| out.write_all(dofs::write_dofs(labels).as_bytes()))?;
         Some(path)
     };
-    let points = folder.join("points.csv");
+    let points = folder.join(points);
     write_file(&points, |out| out.write_all(model.points().to_csv().as_bytes()))?;
     Ok(ModelFiles {
         format: export.format,

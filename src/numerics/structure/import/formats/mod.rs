@@ -69,6 +69,11 @@ pub struct ExportFormat {
     pub(super) form: &'static Form,
 }
 
+/// Name of the list of rows.
+const ROWS_FILE: &str = "model.dof";
+/// Name of the table of points.
+const POINTS_FILE: &str = "points.csv";
+
 impl ExportFormat {
     /// All forms.
     pub fn all() -> impl Iterator<Item = Self> {
@@ -84,6 +89,13 @@ impl ExportFormat {
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         self.form.name
+    }
+
+    /// Names of the files that are written in it: stiffness, mass, damping where the model has some, rows where they are labelled,
+    /// points.
+    pub fn files(self) -> [&'static str; 5] {
+        let [stiffness, mass, damping] = self.form.files;
+        [stiffness, mass, damping, ROWS_FILE, POINTS_FILE]
     }
 
     /// What gets lost in it, for the user to know; `None` where every bit is kept.
