@@ -19,6 +19,8 @@ use crate::study::{CheckedStudy, FactorInfo};
 const SCATTERED_ROWS: usize = 2000;
 /// Chains of aliased effects that are printed.
 const ALIAS_CHAINS: usize = 16;
+/// Time in s below which it is told in ms.
+const SHORT_S: f64 = 0.1;
 /// Time in s of a row from which on it is told in larger units.
 const LONG_S: f64 = 1e4;
 /// A year in s.
@@ -197,7 +199,7 @@ fn time_line(probe: &Probe) -> String {
     };
     format!(
         "time           {} per row alone, at most about {} in all with {}{note}",
-        if row_s < LONG_S { format!("{row_s:.2} s") } else { duration(row_s) },
+        if (SHORT_S..LONG_S).contains(&row_s) { format!("{row_s:.2} s") } else { duration(row_s) },
         duration(total_s),
         plural(probe.threads, "thread")
     )
@@ -205,6 +207,9 @@ fn time_line(probe: &Probe) -> String {
 
 fn duration(seconds: f64) -> String {
     match seconds {
+        s if s < 1e-4 => "less than 0.1 ms".to_owned(),
+        s if s < 9.95e-3 => format!("{:.1} ms", s * 1e3),
+        s if s < SHORT_S => format!("{:.0} ms", s * 1e3),
         s if s < 9.95 => format!("{s:.1} s"),
         s if s < 90.0 => format!("{s:.0} s"),
         s if s < 5400.0 => format!("{:.0} min", s / 60.0),
@@ -221,6 +226,10 @@ mod tests {
     #[test]
     fn every_duration_can_be_read() {
         let cases = [
+            (0.0, "less than 0.1 ms"),
+            (0.0047, "4.7 ms"),
+            (0.053, "53 ms"),
+            (0.1, "0.1 s"),
             (3.0, "3.0 s"),
             (720.0, "12 min"),
             (2e6, "555.6 h"),

@@ -21,8 +21,8 @@ pub(super) struct ReportArguments {
     /// Column of the table of runs by which rows are ranked.
     #[arg(long, default_value = crate::report::DEFAULT_RANKING)]
     rank_by: String,
-    /// Number of best rows.
-    #[arg(long, default_value_t = ReportSettings::default().best, value_name = "ROWS")]
+    /// Number of best rows, from 1 on.
+    #[arg(long, default_value_t = ReportSettings::default().best, value_name = "ROWS", value_parser = best)]
     best: usize,
     /// Write the dataset as one page of HTML to look through in a browser, instead of printing the summary; needs no network.
     #[arg(long, value_name = "FILE")]
@@ -30,6 +30,12 @@ pub(super) struct ReportArguments {
     /// Print the summary as JSON (schemas/report.schema.json); with --html, what was written (schemas/written.schema.json).
     #[arg(long)]
     json: bool,
+}
+
+/// Reads a number of best rows.
+fn best(text: &str) -> Result<usize, String> {
+    let rows = text.parse::<usize>().ok().filter(|rows| *rows > 0);
+    rows.ok_or_else(|| format!("expected a whole number from 1 on, e.g. {}", ReportSettings::default().best))
 }
 
 pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {

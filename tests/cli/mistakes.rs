@@ -45,6 +45,7 @@ fn what_is_given_in_place_of_a_study_or_a_dataset_is_named() {
         (vec!["report", "out/presure_grid"], "there is no dataset out/presure_grid; did you mean out/pressure_grid?"),
         (vec!["report", "out/pressure_grid/runs"], "give out/pressure_grid"),
         (vec!["verify", "out/pressure_grid/manifest.json"], "give the folder out/pressure_grid"),
+        (vec!["report", "out/pressure_grid", "--best", "0"], "expected a whole number from 1 on"),
         (vec!["help", "accuarcy"], "did you mean `accuracy`?"),
         (
             vec!["scene", "paper_rig.toml", "--plot", "rig.png"],
