@@ -51,6 +51,33 @@ fn values_in_another_unit_are_told_with_their_likely_unit() {
     warns("supply_bar = 5.0", valve, (8, 28, "hammer.left.parameters.valve.mass_kg"), "is it in g (0.074 kg)?");
 }
 
+/// A method may be set over a study, or differ between rows.
+#[test]
+fn keys_that_no_method_makes_use_of_are_told() {
+    let solver = |text: &str| format!("[solver]\n{text}\n[design]");
+    let of = |text: &str, key: &str, words: &str| {
+        warns("[design]", &solver(text), (14, key.len() + 4, &format!("solver.{key}")), words);
+    };
+    of("step_s = 1e-5", "step_s", "has no effect with `tsit5`: it needs a method with a fixed step");
+    of("located = true\nmethod = \"tsit5\"", "located", "here `solver.tolerance` counts");
+    of("tolerance = 1e-6\nmethod = \"rk4\"", "tolerance", "has no effect with `rk4`: it needs a method under error");
+    // Rows of either kind have use of both.
+    let factor = "[design.factor.method]\npath = \"solver.method\"\nvalues = [\"tsit5\", \"rk4\"]\n";
+    for quiet in [
+        "tolerance = 1e-6",
+        "step_s = 1e-5\nlocated = true\nmethod = \"trapezoid\"",
+        "fidelity = \"reference\"\nmethod = \"rk4\"",
+        &format!("step_s = 1e-5\ntolerance = 1e-5\n{factor}"),
+    ] {
+        assert_eq!(warnings("[design]", &solver(quiet)), [], "{quiet}");
+    }
+    let study = Study::parse(GOOD, Path::new("."), "s.toml").unwrap_or_else(|error| panic!("{error}"));
+    let study = study.with_overrides(&["solver.step_s=1e-5".to_owned()]).unwrap_or_else(|error| panic!("{error}"));
+    let found = rows(&study).warnings().to_vec();
+    assert!(found.len() == 1, "{found:?}");
+    assert!(found[0].to_string().starts_with("--set solver.step_s=1e-5: `solver.step_s`: "), "{found:?}");
+}
+
 #[test]
 fn a_fixture_on_a_mount_is_told() {
     let text = "point = \"R5\"\nat_m = [0.0, 0.0]";

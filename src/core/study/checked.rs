@@ -4,6 +4,7 @@ use super::constraints::{constrained, meets, unknown_names};
 use super::demand::check_names;
 use super::document::error::{InvalidRow, Problem, StudyError};
 use super::document::path;
+use super::document::read::read_tree;
 use super::growth::{budget_free_hash, frame_hash};
 use super::loaded::Study;
 use super::plan::factor::{FactorInfo, Source};
@@ -12,7 +13,7 @@ use super::resolve::placement::PointTable;
 use crate::design::{Acceptance, Design, Level};
 use crate::parameter::Fault;
 use crate::quantity::{Kind, Value};
-use crate::scene::Scene;
+use crate::scene::{Method, Scene};
 
 /// Rows compared of designs that compute each row alone: those of one kind and seed do not start to differ later.
 const COMPARED_ROWS: usize = 1 << 17;
@@ -197,6 +198,7 @@ struct Findings {
 fn look_at(study: &Study, points: &PointTable) -> Findings {
     let mut findings = Findings { faults: check_names(study, points), warnings: Vec::new() };
     findings.faults.extend(unknown_names(study));
+    findings.warnings.extend(without_effect(study));
     let first = study.plan.design.row(0).unwrap_or_default();
     findings.look_at_row(study, points, &Looked { levels: &first, factor: None });
     for factor in study.factors() {
@@ -217,6 +219,33 @@ fn look_at(study: &Study, points: &PointTable) -> Findings {
         });
     }
     findings
+}
+
+/// Keys of the solver that are given and that no method which some row has makes use of. A method may be set over the study, or
+/// differ between rows: they are no faults.
+fn without_effect(study: &Study) -> Vec<Problem> {
+    let solver = &study.file.solver;
+    let named = study.candidates(&["solver", "method"].map(str::to_string)).into_iter();
+    let methods: Vec<Method> = named.filter_map(|one| read_tree(toml::Value::String(one.value)).ok()).collect();
+    let methods = if methods.is_empty() { vec![Method::default()] } else { methods };
+    let words = methods.iter().map(|method| format!("`{}`", method.name())).collect::<Vec<_>>().join(" and ");
+    let mut idle = Vec::new();
+    let mut look = |key: &str, given: bool, of_fixed_steps: bool| {
+        if !given || methods.iter().any(|method| method.is_fixed() == of_fixed_steps) {
+            return;
+        }
+        let (needs, instead) = match of_fixed_steps {
+            true => ("a method with a fixed step", "tolerance"),
+            false => ("a method under error control", "step_s"),
+        };
+        let message =
+            format!("has no effect with {words}: it needs {needs} (`solver.method`); here `solver.{instead}` counts");
+        idle.push(study.problem(Issue::new(format!("solver.{key}"), message)));
+    };
+    look("tolerance", solver.tolerance.is_some(), false);
+    look("step_s", solver.step_s.is_some(), true);
+    look("located", solver.located.is_some(), true);
+    idle
 }
 
 /// A row that is looked at.
