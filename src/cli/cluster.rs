@@ -15,6 +15,7 @@ use super::exit::{Exit, Failure, write_file};
 use super::inputs::default_folder;
 use super::outputs::{Form, Output, StudyArguments};
 use super::shard::Shard;
+use super::text::shell_word;
 use super::written::Written;
 
 /// Runs one shard, again if it was killed.
@@ -118,9 +119,9 @@ pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
 /// Says how to submit both jobs, whose logs' options these are.
 fn advise(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
     let commands = [
-        format!("cd {}", quoted(&plan.folder)),
-        format!("id=$(sbatch --parsable {} array.sbatch)", quoted(Path::new(task_log))),
-        format!("sbatch --dependency=afterok:$id {} merge.sbatch", quoted(Path::new(merge_log))),
+        format!("cd {}", shell_word(&plan.folder)),
+        format!("id=$(sbatch --parsable {} array.sbatch)", shell_word(Path::new(task_log))),
+        format!("sbatch --dependency=afterok:$id {} merge.sbatch", shell_word(Path::new(merge_log))),
     ];
     let words = format!("submit with:\n  {}", commands.join("\n  "));
     commands.into_iter().for_each(|command| plan.written.next(command));
@@ -132,7 +133,7 @@ fn advise(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Resul
 fn submit(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
     let id = plan.sbatch(&[task_log, "array.sbatch"])?;
     let merge_id = plan.sbatch(&[&format!("--dependency=afterok:{id}"), merge_log, "merge.sbatch"])?;
-    let watch = format!("decore status {}/shard-*", quoted(&plan.shards()));
+    let watch = format!("decore status {}/shard-*", shell_word(&plan.shards()));
     let tables = format!("tables go to {}", plan.output.display());
     let words = format!("array {id}, merge {merge_id}; {tables}\nwatch with: {watch}");
     [id, merge_id].into_iter().for_each(|number| plan.written.job(number));
@@ -149,7 +150,7 @@ pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failur
     let sizes = format!("{:#}\n", serde_json::json!({ "tasks": tasks, "threads": threads }));
     plan.write_file("settings", "sweep.json", sizes)?;
     plan.write_file("script", "sweep_on_hyperqueue.py", HYPERQUEUE_SCRIPT)?;
-    let command = format!("python3 {}", quoted(&plan.folder.join("sweep_on_hyperqueue.py")));
+    let command = format!("python3 {}", shell_word(&plan.folder.join("sweep_on_hyperqueue.py")));
     let words = format!("run with:\n  {command} [--local]");
     plan.written.next(command);
     plan.written.print(arguments.cluster.json, &words)?;
@@ -273,9 +274,4 @@ fn plain(what: &str, argument: &OsStr) -> Result<(), Failure> {
 /// One argument a line.
 fn lines<'a>(arguments: impl Iterator<Item = &'a OsStr>) -> Vec<u8> {
     arguments.flat_map(|argument| [argument.as_encoded_bytes(), b"\n"]).flatten().copied().collect()
-}
-
-/// For a shell to which people copy a line: in single quotes.
-fn quoted(path: &Path) -> String {
-    format!("'{}'", path.to_string_lossy().replace('\'', "'\\''"))
 }

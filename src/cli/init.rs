@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::outputs::{Form, Output, check_outputs};
-use super::text::say;
+use super::text::{say, shell_word};
 use super::written::Written;
 use crate::study::template;
 
@@ -43,8 +43,9 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
         Ok(()) => {
             let mut told = Written::default();
             told.file("study", &arguments.file)?;
-            ["check", "run"].iter().for_each(|command| told.next(format!("decore {command} {path}")));
-            let words = format_args!("wrote {path}; next: decore check {path}, decore run {path}");
+            let next = ["check", "run"].map(|command| format!("decore {command} {}", shell_word(&arguments.file)));
+            let words = format!("wrote {path}; next: {}", next.join(", "));
+            next.into_iter().for_each(|command| told.next(command));
             told.print(arguments.json, &words)?;
             Ok(Exit::Done)
         }

@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
+use super::text::shell_word;
 use crate::dataset::MANIFEST_NAME;
 use crate::words::nearest;
 
@@ -22,9 +23,10 @@ pub(super) fn expect_study(path: &Path) -> Result<(), Failure> {
     let shown = path.display();
     let fault = |message: String| Err(Failure::Argument(message));
     if is_dataset(path) {
+        let word = shell_word(path);
         return fault(format!(
-            "{shown} is a dataset, where a study (a TOML file) is expected; `decore report {shown}`, `decore status {shown}` \
-             and `decore scene {shown}` take datasets"
+            "{shown} is a dataset, where a study (a TOML file) is expected; `decore report {word}`, `decore status {word}` \
+             and `decore scene {word}` take datasets"
         ));
     }
     if path.is_dir() {
@@ -44,7 +46,7 @@ pub(super) fn expect_study(path: &Path) -> Result<(), Failure> {
         let wanted = path.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
         let hint = match nearest(&wanted, known.iter().map(String::as_str)) {
             Some(name) => format!("did you mean {}?", path.with_file_name(name).display()),
-            None => format!("`decore init {shown}` writes one to start from"),
+            None => format!("`decore init {}` writes one to start from", shell_word(path)),
         };
         return fault(format!("there is no study {shown}; {hint}"));
     }
@@ -64,7 +66,7 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
         let hint = match inside {
             Some(folder) => format!("give the folder {}", folder.display()),
             None if default_folder(path).join(MANIFEST_NAME).is_file() => {
-                format!("`decore run {shown}` wrote {}", default_folder(path).display())
+                format!("`decore run {}` wrote {}", shell_word(path), default_folder(path).display())
             }
             None => {
                 format!("`decore run` writes one, {} unless --output names another", default_folder(path).display())

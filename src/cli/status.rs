@@ -10,7 +10,7 @@ use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
 use super::json::say_json;
 use super::progress::clock;
-use super::text::say;
+use super::text::{say, shell_word};
 use crate::dataset::{DatasetReader, SweepState, SweepStatus};
 
 #[derive(Debug, Args)]
@@ -53,7 +53,7 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
     for DatasetStatus { dataset: folder, status, damage } in &found {
         say(&text(folder, status))?;
         damage.iter().try_for_each(|line| say(&format_args!("  DAMAGED: {line}")))?;
-        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", folder.display()))?;
+        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", shell_word(folder)))?;
     }
     if found.len() > 1 {
         let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|one| count(&one.status)).sum::<u64>();

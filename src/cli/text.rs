@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::{Display, Write as _};
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
 
 use console::Term;
 
@@ -122,6 +123,18 @@ pub(super) fn fit(text: &str, columns: usize) -> String {
         fitted.push('\n');
     }
     fitted
+}
+
+/// A path as one word of a command that people copy to a shell: as it is where no shell reads anything in it, else in quotes. Those
+/// are a POSIX shell's; on Windows, where no name holds a double one, such as `cmd` and PowerShell take.
+pub(super) fn shell_word(path: &Path) -> String {
+    let text = path.to_string_lossy();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "@%+=:,./-_".contains(c) || (cfg!(windows) && c == '\\');
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text.into_owned(),
+        false if cfg!(windows) => format!("\"{text}\""),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
 }
 
 /// `1 row`, `2 rows`.

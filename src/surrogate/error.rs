@@ -26,8 +26,8 @@ pub enum SurrogateError {
     },
     /// A file that is no model.
     #[error(
-        "{} is no model that can be used: {reason}; `decore surrogate DATASET --output {}` writes one",
-        .path.display(), .path.display()
+        "{} is no model that can be used: {reason}; `decore surrogate DATASET --output FILE` writes one",
+        .path.display()
     )]
     Model {
         /// The file.

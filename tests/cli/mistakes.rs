@@ -64,6 +64,36 @@ fn what_is_given_in_place_of_a_study_or_a_dataset_is_named() {
     assert!(code == Some(3) && text.contains("make the folder no first"), "{text}");
 }
 
+/// What is to be copied to a shell is one word there, whatever the name.
+#[cfg(unix)]
+#[test]
+fn commands_that_are_suggested_can_be_copied() {
+    let scratch = folder();
+    let name = "it's my $(touch forged) study";
+    let file = format!("{name}.toml");
+    let (code, text) = says(&scratch, &["init", &file]);
+    assert_eq!(code, Some(0), "{text}");
+    let copied = |command: &str| {
+        let program = Path::new(env!("CARGO_BIN_EXE_decore")).display();
+        let line = format!("decore() {{ '{program}' \"$@\"; }}; {command}");
+        let output = Command::new("sh").args(["-c", &line]).current_dir(scratch.path()).output().expect("a shell");
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+    };
+    let (_, next) = text.trim_end().split_once("next: ").expect("commands");
+    let (check, run) = next.split_once(", ").expect("two commands");
+    assert!(run.starts_with("decore run "), "{run}");
+    copied(check);
+    let (_, text) = says(&scratch, &["check", "no such one"]);
+    copied(text.split('`').nth(1).expect("a command"));
+    let quick = ["run", "pressure_grid.toml", "--stub-row-ms", "0", "--output", name];
+    assert_ne!(says(&scratch, &quick).0, Some(2));
+    let (_, text) = says(&scratch, &["status", name]);
+    copied(text.split('`').nth(1).expect("a command"));
+    let (_, text) = says(&scratch, &["run", name]);
+    text.split('`').skip(1).step_by(2).take(2).for_each(copied);
+    assert!(!scratch.path().join("forged").exists());
+}
+
 #[test]
 fn a_report_shows_distributions_and_fits_its_reader() {
     let scratch = folder();
