@@ -257,6 +257,16 @@ fn geometry_is_held_to_the_machine() {
     }
     let reason = scene("three_hammers.toml", 0, &["hammer.two.mount=R4"]).unwrap_err();
     assert!(reason.contains("hammer `two` stands where hammer `one` does"), "{reason}");
+    // Two bores of 56.4 mm.
+    let beside = |apart_m: f64| {
+        let place = format!("hammer.three.rail_position_m={apart_m}");
+        scene("three_hammers.toml", 0, &["hammer.three.casting=a", "casting.a.size_m=[0.3, 0.4]", &place])
+    };
+    let reason = beside(0.008).unwrap_err();
+    let words = "hammer `three` stands at (0.3600, 0.0080) m, 0.0080 m from hammer `two`: the bores of their telescopes alone need \
+                 0.0564 m";
+    assert!(reason.contains(words) && reason.contains("geometry"), "{reason}");
+    assert!(beside(0.056).is_err() && beside(0.057).is_ok(), "{:?}", beside(0.057).err());
     let given: Vec<&str> = faults[1].0.iter().copied().chain(["geometry=as_given"]).collect();
     assert!(scene("paper_rig.toml", 0, &given).is_ok());
 }

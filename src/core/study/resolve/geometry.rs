@@ -10,8 +10,8 @@ const AGREEMENT_M: f64 = 1e-3;
 /// What to do about a fault.
 const REMEDY: &str = "correct one of them, or set `geometry = \"as_given\"`";
 
-/// Faults of a row's geometry: strike points beside their mounts, fixtures beside their interface points, two housings in one
-/// place. They are faults of the row: another row may place a hammer elsewhere.
+/// Faults of a row's geometry: strike points beside their mounts, fixtures beside their interface points, two hammers in one
+/// place, or nearer than their bores are wide: what is outside of these is not known. They are faults of the row: another row may place a hammer elsewhere.
 pub(in crate::study) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &PointTable) -> Vec<Issue> {
     let mut issues = Vec::new();
     let mut fault = |path: String, message: String| {
@@ -34,15 +34,21 @@ pub(in crate::study) fn check(hammers: &[HammerUnit], castings: &[Casting], poin
         for other in &hammers[..h] {
             let Some(taken) = place(other) else { continue };
             let between = mount.iter().zip(taken).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-            if between <= AGREEMENT_M {
-                let message = format!(
-                    "hammer `{}` stands where hammer `{}` does, at {}: move one of them, or set `geometry = \"as_given\"`",
-                    hammer.name,
-                    other.name,
-                    words([mount[0], mount[1]])
-                );
-                fault(format!("hammer.{}.mount", hammer.name), message);
-            }
+            let least = 0.5 * (hammer.parameters.telescope.bore_m + other.parameters.telescope.bore_m);
+            let at = words([mount[0], mount[1]]);
+            let wrong = if between <= AGREEMENT_M {
+                format!("stands where hammer `{}` does, at {at}", other.name)
+            } else if between < least {
+                format!(
+                    "stands at {at}, {between:.4} m from hammer `{}`: the bores of their telescopes alone need {least:.4} m",
+                    other.name
+                )
+            } else {
+                continue;
+            };
+            let message =
+                format!("hammer `{}` {wrong}: move one of them, or set `geometry = \"as_given\"`", hammer.name);
+            fault(format!("hammer.{}.mount", hammer.name), message);
         }
     }
     for casting in castings {
