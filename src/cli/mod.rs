@@ -51,8 +51,8 @@ const EXIT_CODES: &str = "Exit codes:
   0  all rows are done
   2  the command line, the study or the machine is wrong; nothing was run or written
   3  results or what was to be printed could not be written; what is on disk is whole
-  4  finished, but some rows are not done (invalid, diverged, budget exhausted); the table says why;
-     analyse: intervals are not as narrow as --grow-until asks
+  4  finished, but some rows are not done (audit failed, invalid, diverged, budget exhausted); the table
+     says why; analyse: intervals are not as narrow as --grow-until asks
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
   7  another decore writes to the dataset

@@ -152,7 +152,8 @@ pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
         let rows_then = engine.checked().row_count() as u64 + arguments.batch;
         let Proposal { progress, rows } = propose(engine.checked(), &DatasetReader::open(&folder)?, &settings)?;
         if progress.reached || progress.exhausted || rows_then > arguments.most_rows {
-            return ended(&progress, arguments);
+            ended(&progress, arguments)?;
+            return Ok(if status.rows_failed == 0 { Exit::Done } else { Exit::RowsFailed });
         }
         tell(&progress);
         append(&file, engine.checked(), &rows)?;
@@ -173,19 +174,18 @@ fn check_budget(most_rows: u64, rows: u64, file: &Path) -> Result<(), Failure> {
 }
 
 /// How it ended, with words for people or as JSON.
-fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<Exit, Failure> {
+fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<(), Failure> {
     match (arguments.json, progress.reached) {
-        (true, _) => say_json(progress)?,
-        (false, true) => say(&format_args!("what was asked for is reached: {progress}"))?,
+        (true, _) => say_json(progress),
+        (false, true) => say(&format_args!("what was asked for is reached: {progress}")),
         (false, false) if progress.exhausted => {
-            say(&format_args!("all places that may be run are rows already, or next to one: {progress}"))?;
+            say(&format_args!("all places that may be run are rows already, or next to one: {progress}"))
         }
         (false, false) => {
             let most = arguments.most_rows;
-            say(&format_args!("the next batch would go beyond --most-rows {most}: {progress}"))?;
+            say(&format_args!("the next batch would go beyond --most-rows {most}: {progress}"))
         }
     }
-    Ok(Exit::Done)
 }
 
 /// The file of rows of the study's design.

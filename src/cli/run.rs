@@ -42,8 +42,8 @@ pub(super) struct RunArguments {
     /// Start anew: replace a dataset that is already in the folder.
     #[arg(long)]
     replace: bool,
-    /// Run the rows again that are there and not done (invalid, diverged, budget exhausted), and no others: with larger budgets
-    /// (`solver.max_steps`, `solver.max_wall_time_s`, `--retries`). Rows that are done keep their place.
+    /// Run the rows again that are there and not done (audit failed, invalid, diverged, budget exhausted), and no others: with larger
+    /// budgets (`solver.max_steps`, `solver.max_wall_time_s`, `--retries`). Rows that are done keep their place.
     #[arg(long, conflicts_with_all = ["replace", "rows"])]
     only_failed: bool,
     /// Run these rows again, and no others, e.g. `3,17-20`. One that ends as not done takes no place of one that is.
@@ -58,7 +58,7 @@ pub(super) struct RunArguments {
     /// Run only the i-th of n shares of the rows; `decore merge` makes one dataset of them.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Stop when more rows than this are not done (invalid, diverged, budget exhausted), those of earlier runs included.
+    /// Stop when more rows than this are not done (audit failed, invalid, diverged, budget exhausted), those of earlier runs included.
     /// Default: no limit.
     #[arg(long, value_name = "ROWS")]
     max_failed: Option<u64>,

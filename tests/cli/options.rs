@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use decore::run::RowStatus;
 use tempfile::TempDir;
 
 /// Settings that make a shipped study quick.
@@ -32,6 +33,14 @@ fn exit_codes_are_documented() {
     assert_eq!(code, Some(0));
     for exit in [0, 2, 3, 4, 5, 6, 7, 8, 9] {
         assert!(help.lines().any(|line| line.starts_with(&format!("  {exit}  "))), "{exit} in\n{help}");
+    }
+    // Every way in which a row is not done, wherever they are listed.
+    let scratch = TempDir::new().expect("scratch");
+    let texts =
+        [&["--help"][..], &["help", "sweeps"], &["run", "--help"]].map(|command| ran(decore(&scratch).args(command)).1);
+    for status in RowStatus::ALL.iter().filter(|status| **status != RowStatus::Done) {
+        let words = status.name().replace('_', " ");
+        assert!(texts.iter().all(|text| text.contains(&words)), "{words}");
     }
 }
 

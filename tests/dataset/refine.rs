@@ -25,6 +25,8 @@ range = [4.0, 6.0]
 "#;
 /// Rows before any is added.
 const START: usize = 10;
+/// What `refine` ends with where a row of the study fails, as `run` does: one of the first rows of [`Study::new`] misses its casting.
+const FAILED: i32 = 4;
 
 struct Study {
     scratch: TempDir,
@@ -77,9 +79,9 @@ impl Study {
     }
 }
 
-/// What a command prints that ends well.
-fn text(command: Command) -> String {
-    String::from_utf8_lossy(&expect_code(command, 0).stdout).into_owned()
+/// What a command prints that ends with this code.
+fn text(command: Command, code: i32) -> String {
+    String::from_utf8_lossy(&expect_code(command, code).stdout).into_owned()
 }
 
 /// Runs a command that ends well; rows may fail.
@@ -96,7 +98,7 @@ fn progress(output: &Output) -> Value {
 fn rows_are_the_same_after_a_kill_and_a_pause_and_meet_the_constraints() {
     let whole = Study::new();
     let first = whole.rows();
-    let ended = progress(&expect_code(whole.learn("19"), 0));
+    let ended = progress(&expect_code(whole.learn("19"), FAILED));
     assert_eq!(ended["rows"], 18, "no batch goes beyond the budget");
     assert!(whole.rows().starts_with(&first));
     for line in whole.rows().lines().skip(1) {
@@ -105,9 +107,9 @@ fn rows_are_the_same_after_a_kill_and_a_pause_and_meet_the_constraints() {
     }
 
     let paused = Study::new();
-    expect_code(paused.learn("14"), 0);
+    expect_code(paused.learn("14"), FAILED);
     assert_eq!(paused.rows().lines().count(), 1 + START + 4);
-    expect_code(paused.learn("18"), 0);
+    expect_code(paused.learn("18"), FAILED);
     assert_eq!(paused.rows(), whole.rows());
     assert_same(&paused.file("out"), &whole.file("out"));
 
@@ -119,7 +121,7 @@ fn rows_are_the_same_after_a_kill_and_a_pause_and_meet_the_constraints() {
     }
     child.kill().expect("killed");
     child.wait().expect("ended");
-    expect_code(killed.learn("18"), 0);
+    expect_code(killed.learn("18"), FAILED);
     assert_eq!(killed.rows(), whole.rows());
     assert_same(&killed.file("out"), &whole.file("out"));
 }
@@ -128,7 +130,7 @@ fn rows_are_the_same_after_a_kill_and_a_pause_and_meet_the_constraints() {
 fn it_ends_where_the_target_is_reached_and_finds_better_rows_within_a_limit() {
     let study = Study::new();
     let learn = ["--learn", "delivered_work_j", "--until-q2", "0.01", "--most-rows", "60", "--json"];
-    let ended = progress(&expect_code(study.refine(&learn), 0));
+    let ended = progress(&expect_code(study.refine(&learn), FAILED));
     assert_eq!(ended["reached"], true);
     assert!(ended["outputs"][0]["q2"].as_f64().expect("Q2") >= 0.01 && ended["rows"].as_u64().expect("rows") < 60);
 
@@ -136,7 +138,7 @@ fn it_ends_where_the_target_is_reached_and_finds_better_rows_within_a_limit() {
     let best = |most: u64| {
         let most = most.to_string();
         let goal = ["--maximise", "delivered_work_j", "--limit", "max_casting_point_velocity_m_s<=1000", "--json"];
-        progress(&expect_code(study.refine(&[&goal[..], &["--most-rows", &most]].concat()), 0))["best"].clone()
+        progress(&expect_code(study.refine(&[&goal[..], &["--most-rows", &most]].concat()), FAILED))["best"].clone()
     };
     let (before, after) = (best(rows), best(rows + 8));
     assert!(after["value"].as_f64() > before["value"].as_f64(), "{before} {after}");
@@ -146,7 +148,7 @@ fn it_ends_where_the_target_is_reached_and_finds_better_rows_within_a_limit() {
 fn rows_at_peaks_meet_the_constraints_and_are_the_same_after_a_pause() {
     let maximise = |study: &Study, most: &str| {
         let goal = ["--maximise", "delivered_work_j", "--most-rows", most, "--json"];
-        progress(&expect_code(study.refine(&goal), 0))
+        progress(&expect_code(study.refine(&goal), FAILED))
     };
     let whole = Study::new();
     let ended = maximise(&whole, "18");
@@ -179,7 +181,7 @@ fn rows_stay_where_a_distribution_without_ends_has_rows() {
 #[test]
 fn no_row_that_is_added_is_a_copy() {
     let study = Study::new();
-    expect_code(study.refine(&["--maximise", "delivered_work_j", "--most-rows", "34"]), 0);
+    expect_code(study.refine(&["--maximise", "delivered_work_j", "--most-rows", "34"]), FAILED);
     let values = study.values();
     assert_eq!(values.len(), START + 24);
     for (row, own) in values.iter().enumerate().skip(START) {
@@ -211,7 +213,7 @@ fn a_table_is_refined_by_one_at_a_time() {
     first.kill().expect("killed");
     first.wait().expect("ended");
     let rows = study.rows().lines().count() - 1;
-    expect_code(study.learn(&rows.to_string()), 0);
+    expect_code(study.learn(&rows.to_string()), FAILED);
     assert_eq!(study.rows().lines().count() - 1, rows);
     assert!(!study.file(".rows.csv.lock").exists());
 }
@@ -235,7 +237,7 @@ values = [4.0, 4.5, 5.0, 5.5]
         let study = Study::of("kind = \"full_factorial\"", factors);
         let first: Vec<String> = study.rows().lines().take(10).map(str::to_owned).collect();
         fs::write(study.file("rows.csv"), first.join("\n") + "\n").expect("rows");
-        let text = text(study.refine(&[goal, &["--most-rows", "40"]].concat()));
+        let text = text(study.refine(&[goal, &["--most-rows", "40"]].concat()), 0);
         assert_eq!(study.values().len(), 12, "{text}");
         assert!(text.starts_with("all places that may be run are rows already, or next to one: 12 rows"), "{text}");
         assert_eq!(text.contains("best row "), goal[0] == "--maximise", "{text}");
@@ -248,7 +250,7 @@ values = [4.0, 4.5, 5.0, 5.5]
 fn a_constant_column_needs_no_model_and_it_is_said_where_no_row_is_within_the_limits() {
     let study = Study::new();
     let limited = |limit: &str, rows: &str| {
-        text(study.refine(&["--maximise", "delivered_work_j", "--limit", limit, "--most-rows", rows]))
+        text(study.refine(&["--maximise", "delivered_work_j", "--limit", limit, "--most-rows", rows]), FAILED)
     };
     let holds = limited("solver_retries<=1", "14");
     assert!(holds.contains("solver_retries: 0 in all rows that have it") && holds.contains("best row "), "{holds}");
@@ -257,9 +259,9 @@ fn a_constant_column_needs_no_model_and_it_is_said_where_no_row_is_within_the_li
         let broken = limited(limit, "14");
         assert!(broken.contains("no row is within all limits") && !broken.contains("best row "), "{broken}");
     }
-    let known = text(study.refine(&["--learn", "solver_retries", "--most-rows", "14"]));
+    let known = text(study.refine(&["--learn", "solver_retries", "--most-rows", "14"]), FAILED);
     assert!(known.starts_with("what was asked for is reached"), "{known}");
-    let bound = text(study.refine(&["--boundary", "solver_retries<=1", "--most-rows", "14"]));
+    let bound = text(study.refine(&["--boundary", "solver_retries<=1", "--most-rows", "14"]), FAILED);
     assert!(bound.contains("within the limit 100.0 % of the places that meet the constraints"), "{bound}");
     let none = errors(&expect_code(study.refine(&["--maximise", "solver_retries", "--most-rows", "14"]), 2));
     assert!(none.contains("it is 0 in all rows that have it"), "{none}");
@@ -268,7 +270,7 @@ fn a_constant_column_needs_no_model_and_it_is_said_where_no_row_is_within_the_li
 #[test]
 fn shards_of_a_batch_give_the_same_rows_and_bytes() {
     let whole = Study::new();
-    expect_code(whole.learn("18"), 0);
+    expect_code(whole.learn("18"), FAILED);
     let sharded = Study::new();
     for [shard, folder] in [["1/2", "first"], ["2/2", "second"]] {
         let mut run = decore();
@@ -278,7 +280,7 @@ fn shards_of_a_batch_give_the_same_rows_and_bytes() {
     let mut merge = decore();
     merge.current_dir(sharded.scratch.path());
     expect_end(merge.args(["merge", "first", "second", "--output", "out"]));
-    expect_code(sharded.learn("18"), 0);
+    expect_code(sharded.learn("18"), FAILED);
     assert_eq!(sharded.rows(), whole.rows());
     assert_same(&sharded.file("out"), &whole.file("out"));
 }
@@ -289,7 +291,7 @@ fn it_ends_where_intervals_are_narrow_or_no_run_improves_and_seeks_the_boundary(
     let learn = |width: &str| {
         let width = format!("delivered_work_j={width}");
         let goal = ["--learn", "delivered_work_j", "--until-width", &width, "--most-rows", "14", "--json"];
-        progress(&expect_code(study.refine(&goal), 0))
+        progress(&expect_code(study.refine(&goal), FAILED))
     };
     let wide = learn("1000");
     assert!(wide["reached"] == true && wide["rows"] == START, "{wide}");
@@ -297,7 +299,7 @@ fn it_ends_where_intervals_are_narrow_or_no_run_improves_and_seeks_the_boundary(
     assert!(narrow["reached"] == false && narrow["rows"] == START + 4, "{narrow}");
 
     let optimum = ["--maximise", "delivered_work_j", "--until-gain", "1000", "--most-rows", "60", "--json"];
-    let optimum = progress(&expect_code(study.refine(&optimum), 0));
+    let optimum = progress(&expect_code(study.refine(&optimum), FAILED));
     assert!(optimum["reached"] == true && optimum["rows"] == START + 4, "{optimum}");
 
     // Half of the rows lie on either side.
@@ -305,7 +307,7 @@ fn it_ends_where_intervals_are_narrow_or_no_run_improves_and_seeks_the_boundary(
     let limit = format!("delivered_work_j<={value}");
     let bound = |most_rows: &str| {
         let goal = ["--boundary", &limit, "--until-unsure", "1e-9", "--most-rows", most_rows, "--json"];
-        progress(&expect_code(study.refine(&goal), 0))["boundary"].clone()
+        progress(&expect_code(study.refine(&goal), FAILED))["boundary"].clone()
     };
     let (before, after) = (bound("14"), bound("26"));
     let [before, unsure] = [&before, &after].map(|found| found["unsure"].as_f64().expect("a share"));
@@ -388,7 +390,8 @@ fn rows_are_added_where_rows_fail_on_either_side_and_the_same_after_a_pause() {
     let most = format!("solver.max_steps={}", steps[START / 2]);
     let refine = |study: &Study, rows: &str| {
         let goal = ["--failures", "--until-unsure", "1e-9", "--most-rows", rows, "--set", &most, "--json"];
-        progress(&expect_code(study.refine(&goal), 0))
+        // Rows that fail are told as `run` tells them, also where they are what is sought.
+        progress(&expect_code(study.refine(&goal), FAILED))
     };
     let before = refine(&study, "13");
     assert!(before["failed"].as_u64().is_some_and(|failed| (4..=6).contains(&failed)), "{before}");

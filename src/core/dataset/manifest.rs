@@ -46,7 +46,7 @@ pub struct Part {
     pub first_row: u64,
     /// Rows of the table in the file (blows, in the table of blows).
     pub records: u64,
-    /// Rows of the design in the block that are not done (invalid, diverged, budget exhausted).
+    /// Rows of the design in the block that are not done (audit failed, invalid, diverged, budget exhausted).
     pub failed: u64,
     /// Length of the file in bytes.
     pub bytes: u64,
@@ -142,7 +142,7 @@ impl Manifest {
         manifest
     }
 
-    /// Number of rows that are there and not done (invalid, diverged, budget exhausted).
+    /// Number of rows that are there and not done (audit failed, invalid, diverged, budget exhausted).
     pub fn rows_failed(&self) -> u64 {
         self.runs.iter().map(|part| part.failed).sum()
     }

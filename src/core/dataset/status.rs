@@ -43,7 +43,7 @@ pub enum SweepState {
 pub struct RowError {
     /// Index of the row.
     pub row: u64,
-    /// How it ended: invalid, diverged or budget_exhausted.
+    /// How it ended: audit_failed, invalid, diverged or budget_exhausted.
     pub status: String,
     /// Why.
     pub reason: String,
