@@ -1,14 +1,12 @@
 //! `decore help`: the commands, one command, or a page of the guide.
 
-use std::fmt::Write as _;
-
 use clap::{Args, Command};
 
 use super::exit::{Exit, Failure};
 use super::text::say;
+use crate::dataset::{ColumnDescription, ColumnGroup, Columns, DatasetInfo, Factor, SignalColumn, TableName};
 use crate::guide::TOPICS;
-use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
-use crate::quantity::Quantity;
+use crate::quantity::Kind;
 use crate::study::study_schema;
 use crate::words::{did_you_mean, nearest};
 
@@ -32,7 +30,7 @@ pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Ex
     if let Some(topic) = TOPICS.iter().find(|topic| topic.name == name) {
         say(&filled(topic.text).trim_end())?;
         if name == "outputs" {
-            say(&format_args!("\n{}", columns().trim_end()))?;
+            say(&format_args!("\n{}", columns()?.trim_end()))?;
         }
         return Ok(Exit::Done);
     }
@@ -67,24 +65,72 @@ fn filled(page: &str) -> String {
     page.lines().map(|line| set(line).unwrap_or_else(|| line.to_owned())).collect::<Vec<_>>().join("\n")
 }
 
-/// All outputs with their units and descriptions, from where they are declared.
-fn columns() -> String {
-    let mut text = String::new();
-    list(&mut text, "per hammer (left_..., right_...)", HammerMetrics::QUANTITIES);
-    list(&mut text, "per casting (part_...)", CastingMetrics::QUANTITIES);
-    list(&mut text, "per run", RunTotals::QUANTITIES);
-    text
+/// All columns of all tables with their units and descriptions, as the writer puts them together for a study with one of each part.
+///
+/// # Errors
+/// Two columns of one name, which these names do not give.
+fn columns() -> Result<String, Failure> {
+    let named = |name: &str| vec![name.to_owned()];
+    let factor = Factor {
+        name: "NAME".to_owned(),
+        kind: Kind::Real,
+        unit: "the factor's".to_owned(),
+        description: "the paths of the study that it drives.".to_owned(),
+    };
+    let signal = SignalColumn {
+        name: "SIGNAL".to_owned(),
+        unit: "the signal's".to_owned(),
+        description: "One for each of `[outputs] signals`: what it is, and over what it is averaged.".to_owned(),
+    };
+    let columns = Columns::new(&DatasetInfo {
+        factors: vec![factor],
+        hammers: named("HAMMER"),
+        castings: named("CASTING"),
+        twins: 1,
+        signals: vec![signal],
+        ..DatasetInfo::empty()
+    })?;
+    let section = |group: &[ColumnDescription]| format!("{}\n\n{}\n", title(group[0].group), list(group));
+    let tables = columns.tables().map(|table| {
+        let columns = columns.describe(table);
+        let text: String = match table {
+            TableName::Runs => columns.chunk_by(|one, next| one.group == next.group).map(section).collect(),
+            TableName::Blows | TableName::Timings | TableName::Signals => format!("{}\n", list(&columns)),
+        };
+        format!("# Columns of `{}`\n\n{text}", table.folder())
+    });
+    Ok(tables.collect())
 }
 
-fn list<T>(text: &mut String, title: &str, quantities: &[Quantity<T>]) {
-    // Writing to a string cannot fail.
-    let _ = writeln!(text, "## Outputs {title}\n");
-    for quantity in quantities {
-        let unit = match quantity.unit {
+/// What columns of `runs` are about, as a heading.
+fn title(group: ColumnGroup) -> &'static str {
+    match group {
+        ColumnGroup::Row => "## The row",
+        ColumnGroup::Factor => "## Factors",
+        ColumnGroup::Aggregate => "## Outputs over all hammers and castings",
+        ColumnGroup::Hammer => "## Outputs per hammer (HAMMER_..., as left_...)",
+        ColumnGroup::Casting => "## Outputs per casting (CASTING_..., as part_...)",
+        ColumnGroup::Run => "## Outputs per run",
+        ColumnGroup::Solver => "## The solver's work",
+        ColumnGroup::Blow | ColumnGroup::Signal | ColumnGroup::Other => "## Further columns",
+    }
+}
+
+/// A line for each column: of hammers and castings without what is before their quantities.
+fn list(columns: &[ColumnDescription]) -> String {
+    let line = |column: &ColumnDescription| {
+        let unit = match column.unit.as_str() {
             "" | "1" => String::new(),
             unit => format!(" ({unit})"),
         };
-        let _ = writeln!(text, "- `{}`{unit}: {}", quantity.name, quantity.description());
-    }
-    let _ = writeln!(text);
+        let (name, text) = match column.group {
+            ColumnGroup::Hammer | ColumnGroup::Casting => (
+                &column.quantity,
+                column.description.split_once("`: ").map_or(column.description.as_str(), |(_, text)| text),
+            ),
+            _ => (&column.name, column.description.as_str()),
+        };
+        format!("- `{name}`{unit}: {text}\n")
+    };
+    columns.iter().map(line).collect()
 }

@@ -1,9 +1,11 @@
 //! What the README and the guide say is what the program does: their commands run, their figures are the program's.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use decore::dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -75,6 +77,52 @@ fn the_guide_lists_what_a_study_can_name() {
             assert!(text.lines().any(is_row), "{page}: {name}");
         }
         assert!(!text.lines().any(|line| line.starts_with('{')), "{page}");
+    }
+}
+
+/// Every column of the tables of a study that uses all there is stands in the guide with its unit and description, and no other does.
+#[test]
+fn the_guide_lists_every_column() {
+    let scratch = TempDir::new().expect("scratch");
+    let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
+    let text = fs::read_to_string(studies.join("three_hammers.toml")).expect("a study");
+    let more = "[outputs]\ntwins = 1\nsignals = [\"a_heave_velocity_m_s\"]\n[design]\nkind = \"random\"\nrows = 1\n\
+        [design.factor.pressure]\npath = \"hammer.one.supply_bar\"\nrange = [4.0, 6.0]\nunit = \"bar\"\n";
+    fs::write(scratch.path().join("study.toml"), format!("{text}\n{more}")).expect("written");
+    let run = ["run", "study.toml", "--output", "out", "--set", "duration_s=0.05"];
+    let output = decore(&scratch).args(run).output().expect("started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let reader = DatasetReader::open(&scratch.path().join("out")).expect("a dataset");
+    let help = decore(&scratch).args(["help", "outputs"]).output().expect("started");
+    let help = String::from_utf8(help.stdout).expect("text");
+    for table in TableName::KNOWN {
+        let listed = help.split(&format!("# Columns of `{}`", table.folder())).nth(1).expect("a list");
+        let listed = listed.split("\n# ").next().expect("its lines");
+        // Several hammers, and several castings, have the same lines.
+        let listed: BTreeSet<String> =
+            listed.lines().filter(|line| line.starts_with("- `")).map(str::to_owned).collect();
+        let expected: BTreeSet<String> = reader.columns(table).iter().map(line).collect();
+        let far: Vec<&String> = listed.symmetric_difference(&expected).collect();
+        assert!(far.is_empty() && listed.len() >= 2, "{table:?}: {far:#?}");
+    }
+}
+
+/// The guide's line of a column of a dataset.
+fn line(column: &ColumnDescription) -> String {
+    let unit = |unit: &str| if matches!(unit, "" | "1") { String::new() } else { format!(" ({unit})") };
+    let ColumnDescription { name, description, .. } = column;
+    match (column.group, &column.subject) {
+        (ColumnGroup::Hammer | ColumnGroup::Casting, Some(subject)) => {
+            let text = description.split_once(&format!("`{subject}`: ")).expect("a subject").1;
+            format!("- `{}`{}: {text}", column.quantity, unit(&column.unit))
+        }
+        (ColumnGroup::Factor, _) => {
+            "- `factor_NAME` (the factor's): Factor `NAME`: the paths of the study that it drives.".to_owned()
+        }
+        (ColumnGroup::Signal, _) if name != "time_s" => "- `SIGNAL` (the signal's): One for each of `[outputs] \
+             signals`: what it is, and over what it is averaged."
+            .to_owned(),
+        _ => format!("- `{name}`{}: {description}", unit(&column.unit)),
     }
 }
 

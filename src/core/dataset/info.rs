@@ -112,10 +112,9 @@ impl DatasetInfo {
     }
 }
 
-#[cfg(test)]
 impl DatasetInfo {
-    /// A study without anything.
-    pub(super) fn empty() -> Self {
+    /// A study without anything: of its columns there are those that every study has.
+    pub fn empty() -> Self {
         Self {
             study_name: String::new(),
             study_text: String::new(),
