@@ -126,6 +126,40 @@ fn line(column: &ColumnDescription) -> String {
     }
 }
 
+/// Two significant digits, as the guide prints them.
+fn two_digits(value: f64) -> String {
+    let decimals = (1 - value.log10().floor() as i32).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+#[test]
+fn the_guide_s_scatter_is_that_of_its_command() {
+    let scratch = TempDir::new().expect("scratch");
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
+    let page = decore::guide::TOPICS.iter().find(|topic| topic.name == "scatter").expect("a page").text;
+    let rows = page.lines().filter(|line| line.contains("| aperiodic |"));
+    let rows: Vec<Vec<&str>> = rows.map(|line| line.trim_matches('|').split('|').map(str::trim).collect()).collect();
+    assert!(rows.len() >= 5, "{rows:?}");
+    for row in rows {
+        let mass = format!("casting.part.mass_kg={}", row[0]);
+        let command = ["--set", "outputs.twins=10", "--set", &mass, "--json"];
+        let output = decore(&scratch).arg("scene").arg(&study).args(command).output().expect("started");
+        let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let (hammer, scatter) = (&found["outcome"]["metrics"]["hammers"][0], &found["outcome"]["metrics"]["scatter"]);
+        let share =
+            |part: &Value, name: &str| part.as_f64().map(|part| 100.0 * part / hammer[name].as_f64().expect(name));
+        let of = |name: &str| share(&scatter["hammers"][0][name], name).expect(name);
+        let error = share(&hammer["periodic_energy_mean_error_j"], "periodic_energy_mean_j").expect("an error");
+        let [energy, work, frequency, delivered] =
+            ["periodic_energy_mean_j", "periodic_work_mean_j", "hit_frequency_hz", "delivered_work_j"].map(of);
+        let shown = [energy, error, work, frequency, delivered].map(two_digits);
+        assert_eq!(
+            (hammer["percussion"].as_str(), &row[2..]),
+            (Some(row[1]), &shown.each_ref().map(String::as_str)[..])
+        );
+    }
+}
+
 #[test]
 fn the_guide_s_commands_are_understood() {
     let scratch = TempDir::new().expect("scratch");
