@@ -27,10 +27,11 @@ pub(super) struct AnalyseArguments {
     /// the castings, air.
     #[arg(short, long = "output", num_args = 1.., value_name = "NAME")]
     outputs: Vec<String>,
-    /// Estimator of Sobol' indices: `salib` as SALib, `jansen` and `martinez` as OpenTURNS.
-    #[arg(long, default_value = Estimator::default().name(), value_parser = estimator())]
-    estimator: Estimator,
-    /// Analyse a Saltelli design as any rows are, by the rows of its base points.
+    /// Estimator of Sobol' indices: `salib` (the default) as SALib, `jansen` and `martinez` as OpenTURNS; refused where the rows have
+    /// no such indices.
+    #[arg(long, value_parser = estimator())]
+    estimator: Option<Estimator>,
+    /// Analyse a Saltelli design as any rows are, by the rows of its base points; refused for other designs.
     #[arg(long)]
     given: bool,
     /// Bootstrap replicates for the 95 % intervals, 20 at least; 0: none.
@@ -92,6 +93,7 @@ pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
         Bootstrap { replicates: arguments.bootstrap as usize, seed: arguments.seed, level: Bootstrap::LEVEL };
     let (outputs, estimator) = (arguments.outputs.clone(), arguments.estimator);
     let settings = SensitivitySettings { outputs, estimator, given: arguments.given, bootstrap };
+    crate::sensitivity::check(&DatasetReader::open(&arguments.dataset)?, &settings)?;
     let exit = run_more(arguments, &settings, parquet)?;
     let reader = DatasetReader::open(&arguments.dataset)?;
     let found = crate::sensitivity::analyse(&reader, &settings)?;

@@ -110,17 +110,17 @@ impl Dataset {
     }
 
     /// Which factor matters to which output: as `decore analyse`.
-    #[pyo3(signature = (outputs=Vec::new(), *, estimator="salib", given=false, bootstrap=1000, seed=0))]
+    #[pyo3(signature = (outputs=Vec::new(), *, estimator=None, given=false, bootstrap=1000, seed=0))]
     fn analyse(
         &self,
         py: Python<'_>,
         outputs: Vec<String>,
-        estimator: &str,
+        estimator: Option<&str>,
         given: bool,
         bootstrap: usize,
         seed: u64,
     ) -> PyResult<Analysis> {
-        let estimator = named(estimator)?;
+        let estimator = estimator.map(named).transpose()?;
         if (1..Bootstrap::LEAST_REPLICATES).contains(&bootstrap) {
             let least = Bootstrap::LEAST_REPLICATES;
             return Err(PyValueError::new_err(format!("bootstrap is {bootstrap}, expected 0 or at least {least}")));

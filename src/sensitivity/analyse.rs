@@ -32,8 +32,8 @@ pub const DEFAULT_OUTPUTS: [&str; 5] = [
 pub struct SensitivitySettings {
     /// Columns of `runs`; empty (default): [`DEFAULT_OUTPUTS`].
     pub outputs: Vec<String>,
-    /// Estimator of Sobol' indices. Default [`Estimator::Salib`].
-    pub estimator: Estimator,
+    /// Estimator of Sobol' indices, where there are such. Default: `None`, [`Estimator::Salib`].
+    pub estimator: Option<Estimator>,
     /// Whether a Saltelli design is analysed as any rows are, by its base points. Default: no.
     pub given: bool,
     /// How intervals are found. Default: 1000 replicates, seed 0, 95 %.
@@ -43,7 +43,7 @@ pub struct SensitivitySettings {
 impl Default for SensitivitySettings {
     fn default() -> Self {
         let bootstrap = Bootstrap { replicates: 1000, seed: 0, level: Bootstrap::LEVEL };
-        Self { outputs: Vec::new(), estimator: Estimator::default(), given: false, bootstrap }
+        Self { outputs: Vec::new(), estimator: None, given: false, bootstrap }
     }
 }
 
@@ -57,6 +57,7 @@ impl Default for SensitivitySettings {
 pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result<Sensitivity, SensitivityError> {
     let study = &reader.manifest().study;
     let outline = DesignOutline::read(&study.study_text, &study.overrides, &study.study_name)?;
+    serves(&outline, settings)?;
     let named = |name: &&str| reader.columns(TableName::Runs).iter().any(|column| column.name == *name);
     let outputs = match settings.outputs.as_slice() {
         [] => DEFAULT_OUTPUTS.iter().filter(|name| named(name)).map(|name| (*name).to_owned()).collect(),
@@ -89,6 +90,34 @@ pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result
     })
 }
 
+/// Holds what is asked for to the design of a dataset, before anything is run or computed.
+///
+/// # Errors
+/// Those of reading; [`SensitivityError::Estimator`], [`SensitivityError::Given`], [`SensitivityError::Trajectories`].
+pub fn check(reader: &DatasetReader, settings: &SensitivitySettings) -> Result<(), SensitivityError> {
+    let study = &reader.manifest().study;
+    serves(&DesignOutline::read(&study.study_text, &study.overrides, &study.study_name)?, settings)
+}
+
+/// What would have no effect on the rows of the design is refused.
+fn serves(outline: &DesignOutline, settings: &SensitivitySettings) -> Result<(), SensitivityError> {
+    let saltelli = matches!(outline.design, Some(Kind::Saltelli(_)));
+    let morris = matches!(outline.design, Some(Kind::Morris(_)));
+    match (settings.given, settings.estimator) {
+        (true, _) if morris => Err(SensitivityError::Trajectories),
+        (true, _) if !saltelli => Err(SensitivityError::Given),
+        (given, Some(estimator)) if given || !saltelli || !outline.constraints.is_empty() => {
+            let why = match (given, saltelli) {
+                (true, _) => "as any rows they are analysed by other indices",
+                (false, true) => "constraints make the factors depend on each other",
+                (false, false) => "they are not those of a `saltelli` design",
+            };
+            Err(SensitivityError::Estimator { estimator: estimator.name(), why })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// What is computed from which rows.
 #[derive(Clone, Copy)]
 struct Plan {
@@ -111,13 +140,13 @@ impl Plan {
                 let units = Units { name: UnitName::Blocks, size, rows };
                 units.check(table, "block", |factor, place| origin(blocks, (factor, place)))?;
                 if !settings.given && outline.constraints.is_empty() {
-                    return Ok(Self { method: Method::Sobol { estimator: settings.estimator, block: size }, units });
+                    let estimator = settings.estimator.unwrap_or_default();
+                    return Ok(Self { method: Method::Sobol { estimator, block: size }, units });
                 }
                 let last = size as u64 - 1;
                 table.retain(|row| matches!(row % (last + 1), place if place == 0 || place == last));
                 Ok(Self::given(2 * (rows / size as u64)))
             }
-            Some(Kind::Morris(_)) if settings.given => Err(SensitivityError::Trajectories),
             Some(Kind::Morris(Morris { levels, .. })) => {
                 let size = factors + 1;
                 let units = Units { name: UnitName::Trajectories, size, rows };

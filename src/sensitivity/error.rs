@@ -36,4 +36,20 @@ pub enum SensitivityError {
          kind of design"
     )]
     Trajectories,
+    /// Rows that are analysed as any rows are whether or not it is asked for.
+    #[error(
+        "only the rows of a `saltelli` design can be analysed as any rows are instead; those of this one are anyway: leave `given` out"
+    )]
+    Given,
+    /// An estimator of Sobol' indices for rows that have none.
+    #[error(
+        "the estimator `{estimator}` is one of Sobol' indices, which these rows do not have: {why}; leave the estimator out, or run a \
+         `saltelli` design without constraints"
+    )]
+    Estimator {
+        /// Its name.
+        estimator: &'static str,
+        /// Why there are no Sobol' indices.
+        why: &'static str,
+    },
 }

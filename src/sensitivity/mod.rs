@@ -20,7 +20,7 @@ mod table;
 mod text;
 mod units;
 
-pub use analyse::{DEFAULT_OUTPUTS, SensitivitySettings, analyse};
+pub use analyse::{DEFAULT_OUTPUTS, SensitivitySettings, analyse, check};
 pub use columns::columns;
 pub use error::SensitivityError;
 pub use result::{

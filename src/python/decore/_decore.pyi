@@ -262,7 +262,7 @@ class Dataset:
         self,
         outputs: Sequence[str] = ...,
         *,
-        estimator: Literal["salib", "jansen", "martinez"] = "salib",
+        estimator: Literal["salib", "jansen", "martinez"] | None = None,
         given: bool = False,
         bootstrap: int = 1000,
         seed: int = 0,

@@ -165,7 +165,8 @@ fn rows_that_are_laid_out_evenly_have_no_indices_by_neighbours() {
         ["kind = \"sobol\"\nrows = 200", "kind = \"halton\"\nrows = 200", "kind = \"saltelli\"\nbase_points = 64"];
     for design in even {
         let dataset = Dataset::of(design);
-        let arguments = ["--given", "--output", "delivered_work_j", "--bootstrap", "20"];
+        let given: &[&str] = if design.contains("saltelli") { &["--given"] } else { &[] };
+        let arguments = [&["--output", "delivered_work_j", "--bootstrap", "20"], given].concat();
         let found = dataset.json(&arguments);
         let note = found["notes"].to_string();
         assert!(note.contains("S1 by ranks and Shapley effects are not computed"), "{design}: {note}");
@@ -232,6 +233,33 @@ fn a_saltelli_design_may_be_analysed_as_any_rows_and_morris_not() {
     let output = Dataset::of("kind = \"morris\"\ntrajectories = 10").analyse(&["--given"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("elementary effects only"), "{}", text(&output.stderr));
+}
+
+/// What would have no effect is refused, before rows are run again.
+#[test]
+fn an_estimator_without_sobol_indices_and_rows_analysed_as_any_anyway_are_refused() {
+    let random = Dataset::of("kind = \"random\"\nrows = 40");
+    let saltelli = Dataset::of("kind = \"saltelli\"\nbase_points = 32");
+    let bound =
+        Dataset::of("kind = \"saltelli\"\nbase_points = 32\nconstraints = [\"pressure + 10 * position <= 6.5\"]");
+    for (dataset, arguments, told) in [
+        (
+            &random,
+            &["--estimator", "jansen"][..],
+            "`jansen` is one of Sobol' indices, which these rows do not have: they are not",
+        ),
+        (&random, &["--estimator", "salib"], "run a `saltelli` design"),
+        (&random, &["--given"], "leave `given` out"),
+        (&saltelli, &["--given", "--estimator", "martinez"], "as any rows they are analysed by other indices"),
+        (&bound, &["--estimator", "martinez"], "constraints make the factors depend"),
+    ] {
+        let output = dataset.analyse(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stdout));
+        assert!(text(&output.stderr).contains(told), "{arguments:?}: {}", text(&output.stderr));
+    }
+    for (dataset, arguments) in [(&random, &[][..]), (&saltelli, &["--estimator", "jansen"]), (&bound, &["--given"])] {
+        assert_eq!(dataset.analyse(arguments).status.code(), Some(0), "{arguments:?}");
+    }
 }
 
 #[test]
