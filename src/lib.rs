@@ -91,7 +91,7 @@
 //! comparison  : dataset quantity run
 //! paper       : engine measurement metrics plot run scene signal study system
 //! sensitivity : analysis dataset design metrics quantity run study
-//! surrogate   : dataset files number random regression sensitivity study
+//! surrogate   : dataset files number quantity random regression sensitivity study
 //! page        : dataset hammer metrics quantity report run scene sensitivity surrogate
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
 //! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words

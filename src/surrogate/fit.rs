@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::error::SurrogateError;
+use super::levels::remarks;
 use super::model::{Model, OutputModel, RowsProcess};
 use super::result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};
 use super::rows::FactorRows;
@@ -50,7 +51,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
     }
     let scatters = outputs.iter().map(|output| scatter_of(output)).filter(|name| known(name));
     let read: Vec<String> = outputs.iter().cloned().chain(scatters).collect();
-    let FactorRows { table, mut factors, points, rows_there, notes } = FactorRows::read(reader, &read)?;
+    let FactorRows { table, mut factors, points, rows_there, mut notes } = FactorRows::read(reader, &read)?;
     let units = Units {
         name: UnitName::Rows,
         size: 1,
@@ -72,6 +73,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
         for (factor, column) in factors.iter_mut().zip(&table.factors) {
             factor.cover(&used.iter().map(|row| column.values[*row]).collect::<Vec<f64>>());
         }
+        notes.extend(remarks(&factors, &table, &used, info));
     }
     let surrogate = Surrogate {
         study: info.study_name.clone(),

@@ -9,6 +9,7 @@
 mod error;
 mod file;
 mod fit;
+mod levels;
 mod model;
 mod predict;
 mod result;

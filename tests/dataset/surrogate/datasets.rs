@@ -19,12 +19,24 @@ struct Dataset {
 impl Dataset {
     /// A dataset of made-up rows, some of which fail.
     fn new(rows: u64) -> Self {
-        let dataset = Self { scratch: TempDir::new().expect("scratch folder") };
-        let study = dataset.file("study.toml");
         let design = format!("kind = \"latin_hypercube\"\nrows = {rows}\nseed = 3");
-        fs::write(&study, format!("{MACHINE}\n[design]\n{design}\n{FACTORS}")).expect("study");
+        Self::of(&format!("{MACHINE}\n[design]\n{design}\n{FACTORS}"), "")
+    }
+
+    /// One of this study, which may read the rows `given.csv`.
+    fn of(study: &str, given: &str) -> Self {
+        let dataset = Self { scratch: TempDir::new().expect("scratch folder") };
+        fs::write(dataset.file("given.csv"), given).expect("rows");
+        fs::write(dataset.file("study.toml"), study).expect("study");
         let mut command = decore();
-        command.arg("run").arg(study).arg("--output").arg(dataset.file("out")).args(["--stub-row-ms", "0"]);
+        command.current_dir(dataset.scratch.path()).args([
+            "run",
+            "study.toml",
+            "--output",
+            "out",
+            "--stub-row-ms",
+            "0",
+        ]);
         let output = command.output().expect("runs");
         assert!(matches!(output.status.code(), Some(0 | 4)), "{}", text(&output.stderr));
         dataset
@@ -147,6 +159,41 @@ fn damaged_models_and_wrong_tables_are_errors() {
         let told = text(&output.stderr);
         assert!(output.status.code() == Some(2) && told.contains(expected), "{told}");
     }
+}
+
+/// A factor of few values is told wherever models are: rows left out lie on values that others have.
+#[test]
+fn few_values_and_names_that_no_row_has_are_told() {
+    let factors = |more: &str| FACTORS.replace("[4.0, 6.0]\n", &format!("[4.0, 6.0]\n{more}"));
+    let grid = "\n[design]\nkind = \"full_factorial\"\n";
+    let levels = factors("levels = 4\n").replace("[-0.10, 0.10]\n", "[-0.10, 0.10]\nlevels = 5\n");
+    let grid = Dataset::of(&format!("{MACHINE}{grid}{levels}"), "");
+    let notes = |dataset: &Dataset| {
+        let shown = dataset.surrogate(&["--outputs", "delivered_work_j", "--json"]);
+        let found: Value = serde_json::from_slice(&shown.stdout).expect("JSON");
+        found["notes"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|note| note.as_str().expect("a text").to_owned())
+            .collect()
+    };
+    let told: Vec<String> = notes(&grid);
+    assert!(told.len() == 1 && told[0].contains("few values of `position` (5), `pressure` (4): "), "{told:?}");
+    assert!(text(&grid.surrogate(&["--outputs", "delivered_work_j"]).stdout).contains(&told[0]));
+    let mut report = decore();
+    report.current_dir(grid.scratch.path()).args(["report", "out", "--html", "page.html"]);
+    assert!(report.output().expect("runs").status.success());
+    let page = fs::read_to_string(grid.file("page.html")).expect("a page");
+    assert!(page.contains("few values of `position` (5)"));
+    assert_eq!(notes(&Dataset::new(60)), Vec::<String>::new());
+
+    let given: String =
+        (0..20).map(|row| format!("{},{},tied\n", 0.01 * f64::from(row - 10), 4.0 + 0.1 * f64::from(row))).collect();
+    let table = "\n[design]\nkind = \"table\"\nfile = \"given.csv\"\n";
+    let one = Dataset::of(&format!("{MACHINE}{table}{FACTORS}"), &format!("position,pressure,guide\n{given}"));
+    let told: Vec<String> = notes(&one);
+    assert!(told.len() == 1 && told[0].starts_with("No row that is used has `spring` of `guide`: "), "{told:?}");
 }
 
 #[test]

@@ -69,6 +69,27 @@ fn errors_of_places_left_out_are_those_of_refits() {
     }
 }
 
+/// What `surrogate` remarks of factors with few values: a jump between them is nowhere to be seen in rows left out.
+#[test]
+fn a_jump_between_few_values_is_hidden_from_rows_left_out() {
+    for levels in [3, 4, 5, 6] {
+        let at = |index: usize| index as f64 / (levels - 1) as f64;
+        let grid = points((0..levels * levels).map(|row| vec![at(row / levels), at(row % levels)]), &[false; 2]);
+        let (mut told, mut true_share) = (Vec::new(), Vec::new());
+        for place in 0..6 {
+            let jump = 0.2 + 0.1 * f64::from(place);
+            let step = |x: &[f64]| f64::from(u8::from(x[0] > jump)) + (4.0 * x[1]).sin();
+            let known = values(&grid, step);
+            let model = GaussianProcess::fit(&grid, &known).expect("a model");
+            told.push(folds(&model, &known).q2().min(model.residuals().q2()));
+            true_share.push(true_q2(&model, &places(1000, 2, 5), step));
+        }
+        let mean = true_share.iter().sum::<f64>() / 6.0;
+        eprintln!("{levels} values: Q2 {told:.3?}, of new places {mean:.3}");
+        assert!(told.iter().all(|q2| *q2 > 0.99) && mean < 0.92, "{levels}: {told:?} {true_share:?}");
+    }
+}
+
 #[test]
 fn replicates_do_not_vouch_for_each_other() {
     for seed in 0..6 {
