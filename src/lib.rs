@@ -126,7 +126,7 @@
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
 //! - [`signal`]: measured signals beside calculated ones: filter, density, lost samples, shift in time.
 //! - [`measurement`]: a measured channel beside a calculated signal.
-//! - [`words`]: the name that a mistyped one stands for.
+//! - [`words`]: the name that a mistyped one stands for; names of a study as columns have them.
 //! - [`cli`]: one file per command.
 //! - `python`: the module of the Python package; with the feature of that name alone.
 //!

@@ -2,11 +2,13 @@
 
     python predict.py model.parquet rows.csv predicted.csv
 
-The rows have a column for each factor, named like it or `factor_` and its name. NumPy computes; pyarrow reads and writes
-(files that end in .parquet, or CSV). In a program: `model = load("model.parquet")`, then `predict(model, {"pressure": [5.0, 5.5], ...})`.
+The rows have a column for each factor, named like it or `factor_` and its name, also as decore's own tables have it. NumPy computes;
+pyarrow reads and writes Parquet (files that end in .parquet; others are CSV). In a program: `model = load("model.parquet")`, then `predict(model, {"pressure": [5.0, 5.5], ...})`.
 """
 
+import csv
 import json
+import re
 import sys
 
 import numpy as np
@@ -67,12 +69,16 @@ def _sum(rows, weights):
 def _scaled(factor, values):
     """Places of values in a factor's range, 0 to 1; numbers of names. And whether they lie outside it or beyond what rows cover."""
     if factor["names"]:
+        # Names may be numbers, which a table of another program has as such.
+        values = [str(value) for value in values]
         unknown = set(values) - set(factor["names"])
         if unknown:
             raise ValueError(f"{factor['name']}: {sorted(unknown)} are none of {factor['names']}")
         numbers = np.array([factor["names"].index(name) for name in values], dtype=float)
         return numbers, np.array([name in factor.get("unseen", ()) for name in values], dtype=bool)
     values = np.asarray(values, dtype=float)
+    if not np.all(np.isfinite(values)):
+        raise ValueError(f"{factor['name']}: not all values are numbers")
     low, high = factor["range"]
     slack = 1e-9 * max(high - low, abs(low), abs(high))
     outside = (values < low - slack) | (values > high + slack)
@@ -140,10 +146,29 @@ def _process(model, process, name, places):
     return mean, std_dev
 
 
+def _identifier(name):
+    """A name as a part of a column's: letters, digits and underscores, and a letter in front."""
+    safe = re.sub("[^A-Za-z0-9]", "_", name)
+    return safe if re.match("[A-Za-z]", safe) else f"n_{safe}"
+
+
+def _column(rows, name):
+    """The name of the column that has the values of a factor."""
+    written = [c for wanted in (_identifier(f"factor_{name}"), f"factor_{_identifier(name)}") for c in rows if _identifier(c) == wanted]
+    own = [name] if name in rows else []
+    if own and name.startswith("factor_"):
+        written = []
+    if own and written:
+        raise ValueError(f"there is a column `{name}` and a column `{written[0]}`: rename the one that is not meant")
+    if not own and not written:
+        raise ValueError(f"there is no column `{name}` (or `factor_{name}`), only: {', '.join(rows)}")
+    return (own or written)[0]
+
+
 def predict(model, rows):
     """For each output its expected value, standard deviation, interval and, where rows failed, the probability of success."""
     figures = model["figures"]
-    cells = [rows[f["name"]] if f["name"] in rows else rows[f"factor_{f['name']}"] for f in figures["factors"]]
+    cells = [rows[_column(rows, factor["name"])] for factor in figures["factors"]]
     scaled, outside = zip(*(_scaled(factor, values) for factor, values in zip(figures["factors"], cells)))
     places, found = np.column_stack(scaled), {"outside": np.any(outside, axis=0)}
     for output in figures["outputs"]:
@@ -167,17 +192,29 @@ def predict(model, rows):
     return found
 
 
+def _read(path):
+    """The columns of a file by their names; those of CSV are texts, so that names that look like numbers stay as they are."""
+    if path.endswith(".parquet"):
+        import pyarrow.parquet as parquet
+
+        return parquet.read_table(path).to_pydict()
+    with open(path, newline="", encoding="utf-8-sig") as file:
+        header, *lines = ([cell.strip() for cell in line] for line in csv.reader(file) if line)
+    return {name: [line[place] for line in lines] for place, name in enumerate(header)}
+
+
 def main(model, rows, output):
     """Predicts the rows of a file."""
-    import pyarrow
-    import pyarrow.csv as csv
-    import pyarrow.parquet as parquet
+    found = predict(load(model), _read(rows))
+    print(f"{int(found['outside'].sum())} of {len(found['outside'])} rows lie outside the factors' ranges", file=sys.stderr)
+    if output.endswith(".parquet"):
+        import pyarrow
+        import pyarrow.parquet as parquet
 
-    table = parquet.read_table(rows) if rows.endswith(".parquet") else csv.read_csv(rows)
-    found = predict(load(model), table.to_pydict())
-    print(f"{int(found['outside'].sum())} of {table.num_rows} rows lie outside the factors' ranges", file=sys.stderr)
-    found = pyarrow.table(found)
-    parquet.write_table(found, output) if output.endswith(".parquet") else csv.write_csv(found, output)
+        parquet.write_table(pyarrow.table(found), output)
+        return
+    with open(output, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([list(found), *zip(*(values.tolist() for values in found.values()))])
 
 
 if __name__ == "__main__":

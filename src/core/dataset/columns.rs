@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
-use super::name::identifier;
 use crate::integrate::Counters;
 use crate::metrics::{
     Aggregates, Blow, CastingMetrics, HammerMetrics, Instant, RunMetrics, RunTotals, Scatter, ScatterOf,
 };
 use crate::quantity::{Cell, Kind, Quantity, Value};
 use crate::run::RowOutcome;
+use crate::words::identifier;
 
 /// The tables of a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]

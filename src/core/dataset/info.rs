@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::name::identifier;
 use crate::design::GroupSpan;
 use crate::metrics::Signal;
 use crate::quantity::{Kind, Value, quantities};
 use crate::run::{DEFAULT_RETRIES, RowOutcome};
+use crate::words::identifier;
 
 /// One factor of the design.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -53,7 +53,6 @@ mod key;
 mod lock;
 mod manifest;
 mod merge;
-mod name;
 mod owned;
 mod parquet_file;
 #[cfg(test)]

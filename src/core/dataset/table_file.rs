@@ -11,10 +11,10 @@ use super::columns::{ColumnDescription, ColumnGroup, check_unique};
 use super::durable::StagedFile;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::name::identifier;
 use super::parquet_file::{self, FileFormat, schema, study_metadata};
 use crate::metrics::Signal;
 use crate::quantity::{CellColumn, Kind, Quantity};
+use crate::words::identifier;
 
 /// Name of the table of signals.
 const SIGNALS: &str = "signals";

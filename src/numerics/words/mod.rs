@@ -1,4 +1,4 @@
-//! Names that users mistype.
+//! Names that users mistype, and names as columns have them.
 
 /// Least share of letters that a name has in common with the one meant.
 const ALIKE: f64 = 0.5;
@@ -25,6 +25,12 @@ pub fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Op
 /// A name that may have been meant, as the end of a message: `; did you mean ..?`, or nothing.
 pub fn did_you_mean(nearest: Option<String>) -> String {
     nearest.map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+}
+
+/// A name of a study as a part of a column's name: letters, digits and underscores, and a letter in front.
+pub fn identifier(name: &str, prefix_before_digit: &str) -> String {
+    let safe: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if safe.starts_with(|c: char| c.is_ascii_alphabetic()) { safe } else { format!("{prefix_before_digit}_{safe}") }
 }
 
 #[cfg(test)]

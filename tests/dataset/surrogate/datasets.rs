@@ -58,6 +58,21 @@ impl Dataset {
         command.output().expect("runs")
     }
 
+    /// Holds what NumPy predicts of a table to the predictions that are there.
+    fn holds_numpy_to(&self, table: &str) {
+        let Some(python) = std::env::var_os("DECORE_PYTHON") else {
+            eprintln!("DECORE_PYTHON is not set: the NumPy predictor was not tried");
+            return;
+        };
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/predicted_alike.py");
+        let mut command = Command::new(python);
+        command.current_dir(self.scratch.path()).arg(script);
+        let output = command.args(["predict.py", "model.parquet", table, "predicted.parquet"]).output();
+        let output = output.expect("interpreter started");
+        assert!(output.status.success(), "{table}: {}", text(&output.stderr));
+        eprintln!("{}", text(&output.stdout).trim_end());
+    }
+
     /// A table of places, the last of which lies outside.
     fn table(&self) -> &'static str {
         let place = |row: u32| {
@@ -196,21 +211,42 @@ fn few_values_and_names_that_no_row_has_are_told() {
     assert!(told.len() == 1 && told[0].starts_with("No row that is used has `spring` of `guide`: "), "{told:?}");
 }
 
+/// Names may look like numbers, or like nothing, and begin with anything; tables of datasets have them with a letter first.
+#[test]
+fn names_that_look_like_numbers_are_found_in_any_table() {
+    let castings =
+        |text: &str| ["103", "NA"].map(|name| text.replace("casting.part", &format!("casting.{name}"))).concat();
+    let (before, casting) = MACHINE.split_once("[casting.part]").expect("a casting");
+    let hammer = before.replace("[hammer.left]\n", "[hammer.left]\ncasting = \"103\"\n");
+    let machine = format!("{hammer}{}", castings(&format!("[casting.part]{casting}")));
+    let factors = FACTORS.replace("factor.position", "factor.103").replace("factor.pressure", "factor.-a_b-");
+    let factors = factors.replace("factor.guide", "factor.1e3").replace("solver.guide", "hammer.left.casting");
+    let factors = factors.replace("[\"spring\", \"tied\"]", "[\"103\", \"NA\"]");
+    let dataset =
+        Dataset::of(&format!("{machine}\n[design]\nkind = \"latin_hypercube\"\nrows = 60\nseed = 3\n{factors}"), "");
+    let mut design = decore();
+    design.current_dir(dataset.scratch.path()).args(["design", "study.toml", "--output", "rows.csv"]);
+    assert!(design.output().expect("runs").status.success());
+    let outputs = ["--outputs", "delivered_work_j", "casting_103_peak_velocity_m_s", "--output", "model.parquet"];
+    let made = dataset.surrogate(&outputs);
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    let mut bytes = Vec::new();
+    for table in ["rows.csv", "out/runs/runs-000000000000.parquet", "named.parquet"] {
+        let output = dataset.predict("model.parquet", table);
+        assert!(output.status.success(), "{table}: {}", text(&output.stderr));
+        bytes.push(fs::read(dataset.file("predicted.parquet")).expect("predictions"));
+        dataset.holds_numpy_to(table);
+        fs::copy(dataset.file("predicted.parquet"), dataset.file("named.parquet")).expect("copied");
+    }
+    assert!(bytes[0] == bytes[2] && bytes[0] == bytes[1], "a table's names change what is predicted");
+}
+
 #[test]
 fn numpy_predicts_the_same() {
     let dataset = Dataset::new(700);
-    let Some(python) = std::env::var_os("DECORE_PYTHON") else {
-        eprintln!("DECORE_PYTHON is not set: the NumPy predictor was not tried");
-        return;
-    };
     assert!(dataset.surrogate(&[&OUTPUTS[..], &["--output", "model.parquet"]].concat()).status.success());
     assert!(dataset.predict("model.parquet", dataset.table()).status.success());
-    // The same rows, with the names of their columns, as Parquet.
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/predicted_alike.py");
-    let mut command = Command::new(python);
-    command.current_dir(dataset.scratch.path()).arg(script);
-    let output = command.args(["predict.py", "model.parquet", "predicted.parquet", "predicted.parquet"]).output();
-    let output = output.expect("interpreter started");
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    eprintln!("{}", text(&output.stdout).trim_end());
+    // The same rows as they were given, and with the names of their columns as Parquet.
+    dataset.holds_numpy_to(dataset.table());
+    dataset.holds_numpy_to("predicted.parquet");
 }

@@ -7,6 +7,7 @@ use super::parquet;
 use crate::design::{Distribution, Level};
 use crate::files::{self, Limit};
 use crate::quantity::{Kind, Value};
+use crate::words::identifier;
 
 /// A row of a file: where it is, for messages, and a cell per factor.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,11 +87,11 @@ pub fn table_rows(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, String
 
 /// Where a factor's column is among these.
 fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> {
-    // Files that decore writes have underscores for all but letters and digits.
-    let safe = |name: &str| name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect::<String>();
-    let prefixed = safe(&format!("{PREFIX}{factor}"));
+    // Files that decore writes have underscores for all but letters and digits; datasets have a letter first besides.
+    let safe = |name: &str| identifier(name, "n");
+    let at = |wanted: &str| header.iter().position(|column| safe(column) == wanted);
     let own = header.iter().position(|column| column == factor);
-    let written = header.iter().position(|column| safe(column) == prefixed);
+    let written = at(&safe(&format!("{PREFIX}{factor}"))).or_else(|| at(&format!("{PREFIX}{}", safe(factor))));
     let file = file.display();
     match (own, written.filter(|_| !factor.starts_with(PREFIX) || own.is_none())) {
         (Some(place), None) | (None, Some(place)) => Ok(place),
