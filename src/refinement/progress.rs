@@ -26,11 +26,13 @@ pub struct Progress {
     pub rows_within: Option<u64>,
     /// The best row within the limits; null where none is, or none is sought.
     pub best: Option<Best>,
-    /// Largest expected improvement of the best row by a run, times its probability to be within the limits, in the output's unit;
-    /// null without a best row.
+    /// Largest expected improvement of the best row by a run, by the model that chooses rows (noise from 1e-10 on, where that of
+    /// `decore surrogate` begins at 1e-6), times its probability to be within the limits, in the output's unit; null without a best row.
     pub gain: Option<f64>,
     /// Where the limit is passed or rows begin to fail; null where neither is sought.
     pub boundary: Option<Boundary>,
+    /// What a reader must know of the models, a sentence each, as `decore surrogate` tells it.
+    pub notes: Vec<String>,
     /// Whether all that was asked for is reached.
     pub reached: bool,
     /// Whether it is not, and no place is left for a further row: all that meet the constraints and describe a scene are rows already,
@@ -50,7 +52,8 @@ pub struct OutputProgress {
     /// What it is where it is the same in all of them, so that it needs no model: its Q2 is 1 and its intervals are 0 wide; null
     /// otherwise.
     pub constant: Option<f64>,
-    /// Share of the variance that is predicted of rows left out: the smaller of that one at a time and that of a tenth at a time.
+    /// Share of the variance that is predicted of rows left out: the smaller of that one at a time and that of a tenth at a time, as
+    /// `decore surrogate` tells them.
     pub q2: f64,
     /// Width of the 95 % intervals of new rows, on average over the ranges of the factors, in the output's unit.
     pub width: f64,
@@ -63,7 +66,7 @@ pub struct Best {
     pub row: u64,
     /// What it gave.
     pub value: f64,
-    /// What the model expects there of a run.
+    /// What the model that `decore surrogate` makes expects there of a run.
     pub expected: f64,
     /// Standard deviation of that expectation, noise included.
     pub std_dev: f64,
@@ -92,6 +95,7 @@ impl Progress {
             best: None,
             gain: None,
             boundary: None,
+            notes: Vec::new(),
             reached: false,
             exhausted: false,
         }
@@ -148,7 +152,7 @@ impl fmt::Display for Progress {
                 "\n  {what} {within:.1} % of the places that meet the constraints and describe a scene, on the wrong side {unsure:.2} %"
             )?;
         }
-        Ok(())
+        self.notes.iter().try_for_each(|note| write!(f, "\n  {note}"))
     }
 }
 

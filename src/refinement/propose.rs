@@ -73,14 +73,19 @@ fn proposed(
     settings: &RefinementSettings,
 ) -> Result<Proposal, RefinementError> {
     let outputs = settings.goal.outputs();
-    let settings_of = |least_noise: f64| SurrogateSettings { outputs, least_noise, ..SurrogateSettings::default() };
-    let modelled = |least_noise: f64| fit(reader, &settings_of(least_noise));
+    let modelled = |least_noise: f64| {
+        fit(reader, &SurrogateSettings { outputs: outputs.clone(), least_noise, ..SurrogateSettings::default() })
+    };
     match &settings.goal {
         Goal::Learn { targets } => Task::new(study, reader, &modelled(LEAST_NOISE)?)?.learn(targets, settings.batch),
         Goal::Optimise { side, limits, gain, .. } => {
-            let least_noise = if study.row_count() <= SHARP_ROWS { SHARP_NOISE } else { LEAST_NOISE };
             let wanted = Wanted { side: *side, limits, gain: *gain };
-            Task::new(study, reader, &modelled(least_noise)?)?.optimise(&wanted, settings.batch)
+            let model = modelled(LEAST_NOISE)?;
+            let told = Task::new(study, reader, &model)?;
+            if study.row_count() > SHARP_ROWS {
+                return told.optimise(&wanted, settings.batch, &told);
+            }
+            Task::new(study, reader, &modelled(SHARP_NOISE)?)?.optimise(&wanted, settings.batch, &told)
         }
         Goal::Bound { limit, unsure } => {
             Task::new(study, reader, &modelled(LEAST_NOISE)?)?.bound((limit, *unsure), settings.batch)
@@ -169,6 +174,7 @@ impl<'a> Task<'a> {
         let mut progress = Progress::new(self.model.surrogate.study.clone(), self.study.row_count() as u64);
         progress.outputs = self.outputs.iter().map(|of| of.progress(places)).collect::<Result<_, _>>()?;
         progress.outputs.extend(self.constants.iter().map(Constant::progress));
+        progress.notes.clone_from(&self.model.surrogate.notes);
         Ok(progress)
     }
 
@@ -216,15 +222,16 @@ impl<'a> Task<'a> {
         Ok(Proposal::new(progress, &collector, chosen))
     }
 
-    fn optimise(&self, wanted: &Wanted<'_>, batch: usize) -> Result<Proposal, RefinementError> {
+    /// `told`: of the models that `decore surrogate` makes of the rows, whose figures are told.
+    fn optimise(&self, wanted: &Wanted<'_>, batch: usize, told: &Task<'_>) -> Result<Proposal, RefinementError> {
         if let Some(of) = self.constants.iter().find(|of| of.output == self.model.surrogate.outputs[0].output) {
             let reason = format!("it is {} in all rows that have it: none is better", four_digits(of.value));
             return Err(RefinementError::NoModel { output: of.output.clone(), reason });
         }
         let mut collector = self.spread(SEARCHED, beside(batch, self.study.design().factors().len()))?;
-        let mut progress = self.progress(&self.places(&collector.places())?)?;
+        let mut progress = told.progress(&self.places(&collector.places())?)?;
         progress.rows_within = Some(self.within(wanted).len() as u64);
-        progress.best = self.best(wanted)?;
+        progress.best = told.best(wanted)?;
         if let Some(levels) = progress.best.as_ref().and_then(|best| self.study.design().row(best.row as usize)) {
             for (stage, reach) in REACHES.into_iter().enumerate() {
                 collector.near(&levels, Around { count: NEAR_BEST, reach }, hash(self.seed, 1, stage as u64))?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use decore::dataset::{DatasetReader, TableName};
+use decore::dataset::{DatasetReader, TableName, TableValues};
 use decore::quantity::Cell;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -142,6 +142,33 @@ fn it_ends_where_the_target_is_reached_and_finds_better_rows_within_a_limit() {
     };
     let (before, after) = (best(rows), best(rows + 8));
     assert!(after["value"].as_f64() > before["value"].as_f64(), "{before} {after}");
+}
+
+/// One figure for one thing: what `refine` tells of its models is what `surrogate` and `predict` tell of the same rows.
+#[test]
+fn what_it_tells_of_models_is_what_surrogate_tells() {
+    let study = Study::new();
+    let ended =
+        |goal: &[&str]| progress(&expect_code(study.refine(&[goal, &["--most-rows", "18", "--json"]].concat()), 0));
+    for goal in [&["--maximise", "delivered_work_j"][..], &["--learn", "delivered_work_j", "--until-q2", "0.999999"]] {
+        let told = ended(goal);
+        let mut surrogate = decore();
+        surrogate.current_dir(study.scratch.path()).args(["surrogate", "out", "--output", "model.parquet", "--json"]);
+        surrogate.args(["--outputs", "delivered_work_j"]);
+        let process = progress(&expect_code(surrogate, 0))["outputs"][0]["process"].clone();
+        let least = process["q2"].as_f64().expect("Q2").min(process["q2_folds"].as_f64().expect("Q2"));
+        assert_eq!(told["outputs"][0]["q2"].as_f64(), Some(least), "{goal:?}");
+        if told["best"].is_null() {
+            continue;
+        }
+        let model = decore::surrogate::read(&study.file("model.parquet")).expect("a model");
+        let predicted = decore::surrogate::predict(&model, &study.file("rows.csv")).expect("predictions");
+        let column = predicted.columns.iter().find(|column| column.name == "delivered_work_j").expect("a column");
+        let TableValues::Real(values) = &column.values else { panic!("no numbers") };
+        let expected = values[told["best"]["row"].as_u64().expect("a row") as usize];
+        let own = told["best"]["expected"].as_f64().expect("a number");
+        assert!((own - expected).abs() < 1e-9 * expected.abs(), "{own} {expected}");
+    }
 }
 
 #[test]
