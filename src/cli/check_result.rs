@@ -264,11 +264,15 @@ fn twin_time_ratio(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) 
     run_row(&twin(scene, 0), modes).wall_time_s / outcome.wall_time_s
 }
 
+/// Share of its duration that a row which diverges must have reached to tell how long others take: its last steps shrink without end.
+const TOLD_BY: f64 = 0.01;
+
 /// Time of a row by a run that may have ended before its time; `None` for one that ended at once. A duration may be as long as a
 /// number can be: what is more than that is as much.
 fn row_time_s(outcome: &RowOutcome, duration_s: f64) -> Option<f64> {
     let reached_s = outcome.time_reached_s;
-    (reached_s > 0.0).then(|| (outcome.wall_time_s * (duration_s / reached_s)).min(f64::MAX))
+    let least_s = if outcome.status == RowStatus::Diverged { TOLD_BY * duration_s } else { 0.0 };
+    (reached_s > least_s).then(|| (outcome.wall_time_s * (duration_s / reached_s)).min(f64::MAX))
 }
 
 #[cfg(test)]
@@ -291,5 +295,7 @@ mod tests {
         assert_eq!(row_time_s(&outcome(0.5), 1.5), Some(3.0));
         assert_eq!(row_time_s(&outcome(0.5), 1e308), Some(f64::MAX));
         assert_eq!(row_time_s(&outcome(0.0), 1.5), None);
+        let diverged = |time_reached_s: f64| RowOutcome { status: RowStatus::Diverged, ..outcome(time_reached_s) };
+        assert_eq!([1e-18, 0.75].map(|reached_s| row_time_s(&diverged(reached_s), 1.5)), [None, Some(2.0)]);
     }
 }
