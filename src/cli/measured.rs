@@ -113,7 +113,9 @@ impl MeasuredArguments {
             let name = |error| told(&format_args!("channel `{}`: {error}", channel.column));
             let beside = beside((&signal.values, interval_s), measured, treatment).map_err(name)?;
             let hammer = Phase::hammer_of(scene, signal.of);
-            let had = hammer.map_or(Vec::new(), |hammer| Phase::all(scene, hammer, (blows, beside.to_s)));
+            let had = hammer.map_or(Vec::new(), |hammer| {
+                Phase::all(scene, hammer, blows, &|from_s, to_s| beside.has(from_s, to_s))
+            });
             Ok(ChannelBeside {
                 signal: channel.signal.clone(),
                 unit: signal.unit,
@@ -152,6 +154,7 @@ pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
             six_digits(beside.offset_s)
         );
         text += &format!("\n  compared from         {} to {} s", six_digits(beside.from_s), six_digits(beside.to_s));
+        text += &gaps_text(beside);
         text += &beside.low_pass_hz.map_or("\n  low-pass              none".to_owned(), |cutoff_hz| {
             format!("\n  low-pass              {cutoff_hz} Hz, Butterworth of order {LOW_PASS_ORDER}, forwards and backwards, odd padding")
         });
@@ -174,6 +177,19 @@ pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
         text.push('\n');
     }
     text
+}
+
+/// The gaps of a measurement, and what is left of it for frequencies.
+fn gaps_text(beside: &Beside) -> String {
+    let [first, second, ..] = beside.pieces.as_slice() else { return String::new() };
+    let [begin, end] = [first.to_s, second.from_s].map(six_digits);
+    let longest = beside.pieces.iter().rev().max_by_key(|piece| piece.measured.len()).unwrap_or(first);
+    let [from, to] = [longest.from_s, longest.to_s].map(six_digits);
+    format!(
+        "\n  gaps of the record    {}, the first from {begin} to {end} s: left out of both signals\n  frequencies           of the longest \
+         time without a gap, {from} to {to} s, and in phases likewise",
+        beside.pieces.len() - 1
+    )
 }
 
 fn figure_text(name: &str, unit: &str, of: &Compared) -> String {

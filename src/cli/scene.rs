@@ -18,7 +18,7 @@ use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::integrate::Counters;
 use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder};
-use crate::page::{MeasuredCurve, SceneView, scene_page};
+use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
 use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
 use crate::scene::Scene;
@@ -178,8 +178,9 @@ impl Shown<'_> {
         let measured = channels.iter().map(|channel| MeasuredCurve {
             signal: &channel.signal,
             column: &channel.column,
-            from_s: channel.beside.from_s,
-            values: &channel.beside.measured,
+            pieces: (channel.beside.pieces.iter())
+                .map(|piece| MeasuredPiece { first: piece.first, values: &piece.measured })
+                .collect(),
             spikes_s: &channel.beside.spikes_s,
         });
         let measured: Vec<MeasuredCurve<'_>> = measured.collect();

@@ -13,7 +13,7 @@ mod error;
 mod phases;
 mod read;
 
-pub use beside::{Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Treatment, beside};
+pub use beside::{Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, Piece, Treatment, beside};
 pub use error::MeasurementError;
 pub use phases::{DensityBeside, LineBeside, MissingPhase, PhaseBeside, Phases, phases};
 pub use read::{Measured, UNITS, Unit, read, unit};

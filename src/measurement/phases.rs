@@ -1,15 +1,15 @@
 //! A measurement beside the calculated signal, phase by phase.
 
+use std::ops::Range;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::beside::{Beside, Compared};
+use super::beside::{Beside, Compared, LEAST_SAMPLES, Part, Piece, longest};
 use super::error::MeasurementError;
 use crate::metrics::{Phase, PhaseKind};
 use crate::signal::{Density, welch};
 
-/// Fewest samples of a phase that figures are taken of.
-const LEAST_SAMPLES: usize = 64;
 /// Longest segment of a density in s, and the shortest that is worth one: its lines are as far apart as one over it.
 const SEGMENT_S: [f64; 2] = [0.02, 0.5];
 /// Frequency in Hz up to which densities are told: as far as the paper's figures go.
@@ -30,8 +30,10 @@ pub struct PhaseBeside {
     pub from_s: f64,
     /// Its end, s.
     pub to_s: f64,
-    /// Share of the phase that both have.
+    /// Share of the phase that both have: gaps of the measurement do not count.
     pub covered: f64,
+    /// Begin and end in s of the longest time without a gap in it: what frequencies and densities are of.
+    pub longest_s: [f64; 2],
     /// Root mean squares.
     pub rms: Compared,
     /// Largest absolute values.
@@ -92,7 +94,6 @@ pub struct Phases {
 /// Those of transforms, of which none is known.
 pub fn phases(beside: &Beside, interval_s: f64, had: &[Phase]) -> Result<Phases, MeasurementError> {
     let mut found = Phases::default();
-    let first = (beside.from_s / interval_s).round() as usize;
     for kind in PhaseKind::ALL {
         let missing = |reason: String| MissingPhase { phase: kind, reason };
         let Some(phase) = had.iter().find(|phase| phase.kind == kind) else {
@@ -100,35 +101,43 @@ pub fn phases(beside: &Beside, interval_s: f64, had: &[Phase]) -> Result<Phases,
             continue;
         };
         let samples = phase.samples(interval_s);
-        let [from, to] = [samples.start, samples.end].map(|at| at.clamp(first, first + beside.measured.len()));
-        if to < from + LEAST_SAMPLES {
+        let (ranges, parts): (Vec<Range<usize>>, Vec<Part<'_>>) =
+            beside.pieces.iter().filter_map(|piece| within(piece, &samples)).unzip();
+        let count: usize = ranges.iter().map(Range::len).sum();
+        let (Some(first), Some(last), true) = (ranges.first(), ranges.last(), count >= LEAST_SAMPLES) else {
             found.missing_phases.push(missing(format!(
-                "both have {} samples of it ({:.4} to {:.4} s), where {LEAST_SAMPLES} are needed",
-                to.saturating_sub(from),
-                phase.from_s,
-                phase.to_s
+                "both have {count} samples of it ({:.4} to {:.4} s), where {LEAST_SAMPLES} are needed",
+                phase.from_s, phase.to_s
             )));
             continue;
-        }
-        let part = from - first..to - first;
-        let [ours, theirs] = [&beside.calculated[part.clone()], &beside.measured[part]];
-        let [rms, peak] = Compared::rms_and_peak(ours, theirs);
+        };
+        let whole = ranges.iter().rev().max_by_key(|range| range.len()).unwrap_or(first);
+        let [rms, peak] = Compared::rms_and_peak(&parts);
         found.phases.push(PhaseBeside {
             phase: kind,
-            from_s: interval_s * from as f64,
-            to_s: interval_s * to as f64,
-            covered: (to - from) as f64 / samples.len().max(1) as f64,
+            from_s: interval_s * first.start as f64,
+            to_s: interval_s * last.end as f64,
+            covered: count as f64 / samples.len().max(1) as f64,
+            longest_s: [whole.start, whole.end].map(|at| interval_s * at as f64),
             rms,
             peak,
-            frequency_hz: Compared::frequency_hz(ours, theirs, interval_s)?,
-            density: density([ours, theirs], interval_s)?,
+            frequency_hz: Compared::frequency_hz(longest(&parts), interval_s)?,
+            density: density(longest(&parts), interval_s)?,
         });
     }
     Ok(found)
 }
 
-/// The densities of both signals over segments of half the phase; `None` where these are too short.
-fn density([ours, theirs]: [&[f64]; 2], interval_s: f64) -> Result<Option<DensityBeside>, MeasurementError> {
+/// What a piece has of some samples: which they are, and both signals there.
+fn within<'a>(piece: &'a Piece, samples: &Range<usize>) -> Option<(Range<usize>, Part<'a>)> {
+    let end = piece.first + piece.measured.len();
+    let [from, to] = [samples.start, samples.end].map(|at| at.clamp(piece.first, end));
+    let part = from - piece.first..to - piece.first;
+    (from < to).then(|| (from..to, [&piece.calculated[part.clone()], &piece.measured[part]]))
+}
+
+/// The densities of both signals over segments of half of what they have; `None` where these are too short.
+fn density([ours, theirs]: Part<'_>, interval_s: f64) -> Result<Option<DensityBeside>, MeasurementError> {
     let [least_s, most_s] = SEGMENT_S;
     let samples = |time_s: f64| (time_s / interval_s).round() as usize;
     let segment = (ours.len() / 2).min(samples(most_s));
@@ -266,6 +275,25 @@ mod tests {
         // Power of a density: half the square of each amplitude.
         let power = density.resolution_hz * density.calculated.iter().sum::<f64>();
         assert!((power / (level * level) - 1.0).abs() < 0.02, "{power}");
+    }
+
+    #[test]
+    fn gaps_do_not_count_as_covered() {
+        let wave = wave([[44.3, 1.0], [181.7, 0.6]], 15_000);
+        let kept =
+            |(k, value): (usize, &f64)| (!(6_000..11_000).contains(&k)).then_some((k as f64 * INTERVAL_S, *value));
+        let (times_s, values) = wave.iter().enumerate().filter_map(kept).unzip();
+        let treatment = Treatment { low_pass_hz: None, offset_s: Some(0.0) };
+        let both = beside((&wave, INTERVAL_S), &Measured { times_s, values }, treatment).expect("beside");
+        let had = [phase(PhaseKind::Extension, 0.7, 0.8), phase(PhaseKind::Hammering, 0.5, 1.5)];
+        let found = phases(&both, INTERVAL_S, &had).expect("phases");
+        let [hammering] = found.phases.as_slice() else { panic!("{found:?}") };
+        assert_eq!(hammering.covered, 0.5);
+        assert!((hammering.from_s - 0.5).abs() + (hammering.to_s - 1.5).abs() < 1e-9, "{hammering:?}");
+        assert!((hammering.longest_s[0] - 1.1).abs() + (hammering.longest_s[1] - 1.5).abs() < 1e-9, "{hammering:?}");
+        assert_eq!((hammering.rms.difference, hammering.peak.difference), (0.0, 0.0));
+        assert_eq!(hammering.frequency_hz.map(|of| of.difference), Some(0.0));
+        assert!(found.missing_phases.iter().any(|one| one.reason.starts_with("both have 0 samples")), "{found:?}");
     }
 
     #[test]

@@ -11,4 +11,4 @@ mod scene;
 
 pub use dataset::{MOST_ROWS, dataset_page};
 pub use error::PageError;
-pub use scene::{MeasuredCurve, SceneView, scene_page};
+pub use scene::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};

@@ -53,18 +53,25 @@ pub struct SceneView<'a> {
 }
 
 /// A measured channel on the row's time, at the interval of the signals.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct MeasuredCurve<'a> {
     /// Name of the signal that it measures.
     pub signal: &'a str,
     /// Its name.
     pub column: &'a str,
-    /// Time of its first value in s.
-    pub from_s: f64,
-    /// Its values in the signal's unit.
-    pub values: &'a [f64],
+    /// What there is of it: one piece, or several with gaps between them.
+    pub pieces: Vec<MeasuredPiece<'a>>,
     /// Times in s of samples that stand out by themselves.
     pub spikes_s: &'a [f64],
+}
+
+/// A part of a measured channel without a gap.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredPiece<'a> {
+    /// Which of the signal's values its first is beside.
+    pub first: usize,
+    /// Its values in the signal's unit.
+    pub values: &'a [f64],
 }
 
 /// What the page is told besides its data.
@@ -96,16 +103,22 @@ struct Meta<'a> {
     measured: Vec<Curve<'a>>,
 }
 
-/// A measured curve of the data block: what it measures, where its numbers begin, how many.
+/// A measured curve of the data block: what it measures, its parts.
 #[derive(Serialize)]
 struct Curve<'a> {
     of: SignalOf,
     quantity: &'static str,
     column: &'a str,
+    pieces: Vec<CurvePiece>,
+    spikes_s: &'a [f64],
+}
+
+/// A part of a measured curve: where its numbers begin, how many.
+#[derive(Serialize)]
+struct CurvePiece {
     from_s: f64,
     offset: usize,
     count: usize,
-    spikes_s: &'a [f64],
 }
 
 /// A signal of the data block; the first takes the first bytes.
@@ -169,7 +182,7 @@ struct Output {
     text: String,
 }
 
-/// The spectrum of a signal over a phase.
+/// The spectrum of a signal over a phase, or what is measured of it.
 #[derive(Serialize)]
 struct Spectra<'a> {
     hammer: usize,
@@ -179,6 +192,8 @@ struct Spectra<'a> {
     phase: &'static str,
     from_s: f64,
     to_s: f64,
+    /// Begin and end of the phase, where the signals have less of it in common.
+    cut_from_s: Option<[f64; 2]>,
     #[serde(flatten)]
     lines: Lines,
     measured: Vec<MeasuredLines<'a>>,
@@ -269,9 +284,13 @@ fn measured<'a>(view: &SceneView<'a>, data: &mut Samples) -> Vec<Curve<'a>> {
             of: signal.of,
             quantity: signal.quantity,
             column: curve.column,
-            from_s: curve.from_s,
-            offset: data.numbers(curve.values),
-            count: curve.values.len(),
+            pieces: (curve.pieces.iter())
+                .map(|piece| CurvePiece {
+                    from_s: view.interval_s * piece.first as f64,
+                    offset: data.numbers(piece.values),
+                    count: piece.values.len(),
+                })
+                .collect(),
             spikes_s: curve.spikes_s,
         })
         .collect()
@@ -380,31 +399,43 @@ fn with_spectra<'a>(view: &SceneView<'a>) -> Vec<WithSpectra<'a>> {
     all
 }
 
-/// Spectra by phase, of what was measured too.
+/// Spectra by phase, of what was measured too: of all signals over the time that they have in common, without a gap.
 fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Result<Vec<Spectra<'a>>, PageError> {
-    let mut spectra = Vec::new();
+    let (mut spectra, interval_s) = (Vec::new(), view.interval_s);
     for WithSpectra { hammer, signal } in with_spectra(view) {
-        let curves = || view.measured.iter().filter(|curve| curve.signal == signal.name);
-        let ends = curves().map(|curve| curve.from_s + view.interval_s * curve.values.len() as f64);
-        let until_s = ends.fold(view.scene.duration_s, f64::min);
-        for phase in Phase::all(view.scene, hammer, (blows, until_s)) {
-            let samples = phase.samples(view.interval_s);
+        let curves: Vec<&MeasuredCurve<'a>> =
+            view.measured.iter().filter(|curve| curve.signal == signal.name).collect();
+        let is_seen = |from_s, to_s| curves.iter().all(|curve| curve.has(from_s / interval_s, to_s / interval_s));
+        for phase in Phase::all(view.scene, hammer, blows, &is_seen) {
+            let whole = phase.samples(interval_s);
+            let samples = curves.iter().fold(whole.clone(), |samples, curve| curve.common(samples));
             let part = within(&signal.values, 0, &samples);
             if part.len() < LEAST_SAMPLES {
                 continue;
             }
-            let measured = curves().map(|curve| {
-                let first = (curve.from_s / view.interval_s).round() as usize;
-                let part = within(curve.values, first, &samples);
-                let lines =
-                    (part.len() >= LEAST_SAMPLES).then(|| Lines::of(part, view.interval_s, data)).transpose()?;
+            let is_cut = samples != whole;
+            let [from_s, to_s] = if is_cut {
+                [samples.start, samples.end].map(|at| interval_s * at as f64)
+            } else {
+                [phase.from_s, phase.to_s]
+            };
+            let measured = curves.iter().map(|curve| {
+                let lines = curve.whole(&samples).map(|part| Lines::of(part, interval_s, data)).transpose()?;
                 Ok(MeasuredLines { column: curve.column, lines })
             });
             let measured = measured.collect::<Result<Vec<_>, PageError>>()?;
-            let (quantity, name, unit) = (signal.quantity, signal.name.as_str(), signal.unit);
-            let Phase { kind, from_s, to_s } = phase;
-            let lines = Lines::of(part, view.interval_s, data)?;
-            spectra.push(Spectra { hammer, quantity, name, unit, phase: kind.text(), from_s, to_s, lines, measured });
+            spectra.push(Spectra {
+                hammer,
+                quantity: signal.quantity,
+                name: signal.name.as_str(),
+                unit: signal.unit,
+                phase: phase.kind.text(),
+                from_s,
+                to_s,
+                cut_from_s: is_cut.then_some([phase.from_s, phase.to_s]),
+                lines: Lines::of(part, interval_s, data)?,
+                measured,
+            });
         }
     }
     Ok(spectra)
@@ -414,6 +445,29 @@ fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Resu
 fn within<'v>(values: &'v [f64], first: usize, samples: &Range<usize>) -> &'v [f64] {
     let [from, to] = [samples.start, samples.end].map(|at| at.clamp(first, first + values.len()) - first);
     values.get(from..to).unwrap_or_default()
+}
+
+impl<'a> MeasuredCurve<'a> {
+    /// Whether a piece has all between two places of the signal, in samples.
+    fn has(&self, from: f64, to: f64) -> bool {
+        let ends = |piece: &MeasuredPiece<'_>| (piece.first as f64, (piece.first + piece.values.len()) as f64 - 1.0);
+        self.pieces.iter().map(ends).any(|(first, last)| first <= from && to <= last)
+    }
+
+    /// What the piece that has most of `samples` has of them; all of them where that is too little for a spectrum.
+    fn common(&self, samples: Range<usize>) -> Range<usize> {
+        let of = |piece: &MeasuredPiece<'_>| {
+            samples.start.max(piece.first)..samples.end.min(piece.first + piece.values.len())
+        };
+        let longest = self.pieces.iter().map(of).max_by_key(Range::len);
+        longest.filter(|common| common.len() >= LEAST_SAMPLES).unwrap_or(samples)
+    }
+
+    /// Its values over `samples`, if a piece has all of them.
+    fn whole(&self, samples: &Range<usize>) -> Option<&'a [f64]> {
+        let parts = self.pieces.iter().map(|piece| within(piece.values, piece.first, samples));
+        parts.into_iter().find(|part| part.len() == samples.len())
+    }
 }
 
 impl Lines {

@@ -210,8 +210,8 @@ fn a_measurement_stands_beside_its_signal() {
         );
     }
     let drawn = &with["measured"];
-    assert_eq!((&drawn[0]["quantity"], &drawn[0]["from_s"]), (&"arm_velocity_m_s".into(), &0.0.into()));
-    assert!(drawn[0]["count"].as_u64() >= Some(7490), "{drawn}");
+    assert_eq!((&drawn[0]["quantity"], &drawn[0]["pieces"][0]["from_s"]), (&"arm_velocity_m_s".into(), &0.0.into()));
+    assert!(drawn[0]["pieces"][0]["count"].as_u64() >= Some(7490), "{drawn}");
     for (channel, message) in [
         ("hammer_arm_velocity=hammer_arm_velocity_m_s", "did you mean `hammer_arm_velocity_m_s`?"),
         ("hammer_arm_velocity_m_s=arm", "has no column `arm`"),

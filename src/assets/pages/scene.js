@@ -150,11 +150,12 @@ function spectraSection(meta, bytes) {
       const measured = lines.measured.filter((one) => one.lines), missing = lines.measured.filter((one) => !one.lines);
       const curves = [curve(lines, 'calculated', BLUE, []), ...measured.map((one) => curve(one.lines, `measured: ${one.column}`, MEASURED, [2, 2]))];
       const note = missing.map((one) => `; ${one.column} has too little of it`).join('');
-      return spectrumPlot(`${name}, ${lines.phase}: ${short(1000 * lines.from_s)} to ${short(1000 * lines.to_s)} ms${note}`, curves, unit, scale).node;
+      const span = ([from, to]) => `${short(1000 * from)} to ${short(1000 * to)} ms`, whole = lines.cut_from_s ? ` (what is measured of ${span(lines.cut_from_s)})` : '';
+      return spectrumPlot(`${name}, ${lines.phase}: ${span([lines.from_s, lines.to_s])}${whole}${note}`, curves, unit, scale).node;
     });
     return el('div', {}, meta.hammers.length > 1 ? el('h3', {}, hammer.name) : '', el('div', { class: 'grid' }, ...plots));
   });
-  section('Spectra', note('Amplitudes of velocities up to 1 kHz, phase by phase: single-sided, rectangular window, lines one over the phase’s duration apart, the mean left out.'), ...parts);
+  section('Spectra', note('Amplitudes of velocities up to 1 kHz, phase by phase: single-sided, rectangular window, lines one over the duration apart, the mean left out. Beside a measurement, of both over the longest time that both have of the phase.'), ...parts);
 }
 
 function outputsSection(meta) {

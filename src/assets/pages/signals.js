@@ -83,15 +83,16 @@ class Trace {
     flush();
     return points;
   }
+  /** The lines of the signal's curve, as [Trace#points] takes them: one. */
+  lines(...at) { return [this.points(...at)]; }
 }
 
-/** A measured curve: a signal that begins later and ends earlier than the others, with times of samples that stand out. */
-class Measured {
-  constructor(curve, bytes, interval) {
-    const values = new Float32Array(bytes.buffer, bytes.byteOffset + curve.offset, curve.count);
-    Object.assign(this, { trace: new Trace(values, interval), from: curve.from_s, to: curve.from_s + (curve.count - 1) * interval, spikes: curve.spikes_s });
+/** A part of a measured curve: a signal that begins later and ends earlier than the others. */
+class Piece {
+  constructor(stored, bytes, interval) {
+    const values = new Float32Array(bytes.buffer, bytes.byteOffset + stored.offset, stored.count);
+    Object.assign(this, { trace: new Trace(values, interval), from: stored.from_s, to: stored.from_s + (stored.count - 1) * interval });
   }
-  /** The value at a time; none where nothing was measured. */
   at(time) { return time < this.from || time > this.to ? NaN : this.trace.at(time - this.from); }
   clip(from, to) { return [Math.max(from, this.from), Math.min(to, this.to)]; }
   range(from, to) {
@@ -103,6 +104,19 @@ class Measured {
     if (begin >= end) return [];
     return this.trace.points(begin - this.from, end - this.from, width * (end - begin) / (to - from), (time) => px(time + this.from), py);
   }
+}
+
+/** A measured curve: its parts, between which nothing was measured, and times of samples that stand out. */
+class Measured {
+  constructor(curve, bytes, interval) {
+    Object.assign(this, { pieces: curve.pieces.map((stored) => new Piece(stored, bytes, interval)), spikes: curve.spikes_s });
+  }
+  /** The value at a time; none where nothing was measured. */
+  at(time) { return this.pieces.map((piece) => piece.at(time)).find((value) => !Number.isNaN(value)) ?? NaN; }
+  range(from, to) {
+    return this.pieces.map((piece) => piece.range(from, to)).reduce(([low, high], [a, b]) => [Math.min(low, a), Math.max(high, b)], [Infinity, -Infinity]);
+  }
+  lines(...at) { return this.pieces.map((piece) => piece.points(...at)).filter((points) => points.length); }
 }
 
 /** All signals of the page, by what they are of and their quantity. */

@@ -99,7 +99,7 @@ function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], hei
       const pad = (high - low) * 0.05 || Math.abs(high) * 0.05 || 1 / scale;
       const { px, py } = axes(painter, box, { low: 1000 * view.from, high: 1000 * view.to, title: 'time (ms)' }, { low: scale * (low - pad), high: scale * (high + pad), title: unit });
       for (const { trace, color, dash } of shown) {
-        painter.line(trace.points(view.from, view.to, box.width, (time) => px(1000 * time), (value) => py(scale * value)), { color, dash, width: 1.2 });
+        for (const points of trace.lines(view.from, view.to, box.width, (time) => px(1000 * time), (value) => py(scale * value))) painter.line(points, { color, dash, width: 1.2 });
       }
       for (const { trace, color } of shown) {
         for (const time of trace.spikes ?? []) if (time >= view.from && time <= view.to) spikeMark(painter, px(1000 * time), py(scale * trace.at(time)), color);

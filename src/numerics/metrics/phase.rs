@@ -17,7 +17,7 @@ pub enum PhaseKind {
     Extension,
     /// From the first impact to the next blow.
     FirstImpact,
-    /// From one periodic blow to the next: the last that lies before a time that is asked for.
+    /// From one periodic blow to the next: the last that lies where a signal is seen.
     PeriodicBlow,
     /// From the first impact to the end.
     Hammering,
@@ -50,9 +50,9 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// The phases that a hammer's work had, by the blows of its row. `until_s`: where what is looked at ends; the periodic blow lies
-    /// before it, if one does, else it is the row's last.
-    pub fn all(scene: &Scene, hammer: usize, (blows, until_s): (&[Blow], f64)) -> Vec<Self> {
+    /// The phases that a hammer's work had, by the blows of its row. `is_seen(from_s, to_s)`: whether all of that time is looked at:
+    /// the periodic blow is the last of which it is, if there is one, else the row's last.
+    pub fn all(scene: &Scene, hammer: usize, blows: &[Blow], is_seen: &dyn Fn(f64, f64) -> bool) -> Vec<Self> {
         let own: Vec<&Blow> = blows.iter().filter(|blow| blow.hammer == hammer).collect();
         let (begin_s, end_s) = (scene.hammers.get(hammer).map_or(0.0, |unit| unit.start_time_s), scene.duration_s);
         let phase = |kind, from_s, to_s| Self { kind, from_s, to_s };
@@ -63,8 +63,8 @@ impl Phase {
         let mut phases =
             vec![phase(PhaseKind::Extension, begin_s, first_s), phase(PhaseKind::FirstImpact, first_s, second_s)];
         let pairs = || own.windows(2).filter(|pair| pair.iter().all(|blow| blow.kind == BlowKind::Periodic));
-        let ends_before = |pair: &&[&Blow]| pair.last().is_some_and(|blow| blow.start_time_s <= until_s);
-        if let Some([from, to]) = pairs().rfind(ends_before).or_else(|| pairs().next_back()) {
+        let seen = |pair: &&[&Blow]| matches!(pair, [from, to] if is_seen(from.start_time_s, to.start_time_s));
+        if let Some([from, to]) = pairs().rfind(seen).or_else(|| pairs().next_back()) {
             phases.push(phase(PhaseKind::PeriodicBlow, from.start_time_s, to.start_time_s));
         }
         phases.push(phase(PhaseKind::Hammering, first_s, end_s));
