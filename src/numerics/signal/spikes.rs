@@ -11,13 +11,18 @@ const NORMAL: f64 = 1.4826;
 
 /// Places of single-sample spikes: samples whose distance from the median of the three samples on each side is more than three
 /// times the range of those six, and more than eight times the robust standard deviation (1.4826 times the median) of such
-/// distances over the signal. A step or an impact that takes several samples is none: its neighbours differ themselves, and
+/// distances over the signal. A range counts as no less than the signal's resolution, its smallest step from one sample to the next: a
+/// quantised signal flickers by that where it rests. A step or an impact that takes several samples is none: its neighbours differ themselves, and
 /// beside it a spike has to be as much higher to be found. Nothing is changed.
 pub fn spikes(values: &[f64]) -> Vec<usize> {
     let found: Vec<(f64, f64)> = values.windows(2 * NEIGHBOURS + 1).map(distance).collect();
     let mut distances: Vec<f64> = found.iter().map(|(distance, _)| *distance).collect();
     let deviation = NORMAL * median(&mut distances);
-    let is_spike = |(distance, range): &(f64, f64)| *distance > RANGES * range && *distance > DEVIATIONS * deviation;
+    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    let resolution = steps.reduce(f64::min).unwrap_or(0.0);
+    let is_spike = |(distance, range): &(f64, f64)| {
+        *distance > RANGES * range.max(resolution) && *distance > DEVIATIONS * deviation
+    };
     found.iter().enumerate().filter(|(_, found)| is_spike(found)).map(|(place, _)| place + NEIGHBOURS).collect()
 }
 
@@ -63,6 +68,11 @@ mod tests {
         assert_eq!(spikes(&values), [700, 2500, 3050]);
         values[1502] -= 11.0;
         assert_eq!(spikes(&values), [700, 1502, 2500, 3050]);
+        // A force with a resolution of 20 N that rests, and flickers by one step; only what is more than three steps away stands out.
+        let mut force: Vec<f64> = (0..4000).map(|k| if k % 40 == 7 { 20.0 } else { 0.0 }).collect();
+        assert_eq!(spikes(&force), [0_usize; 0]);
+        (force[500], force[900]) = (60.0, 80.0);
+        assert_eq!(spikes(&force), [900]);
         assert_eq!(spikes(&[1.0, 2.0]), [0_usize; 0]);
         assert_eq!(spikes(&vec![2.5; 50]), [0_usize; 0]);
     }
