@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::MeasurementError;
-use crate::study::{TableRow, table_rows};
+use crate::study::{TableRow, column_rows};
 
 /// A unit in which channels are recorded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,9 +51,10 @@ pub struct Measured {
 /// [`MeasurementError::File`] for a file, a column or a number that is not there; [`MeasurementError::Order`].
 pub fn read(file: &Path, time: &str, channels: &[(&str, Unit)]) -> Result<Vec<Measured>, MeasurementError> {
     let columns: Vec<&str> = std::iter::once(time).chain(channels.iter().map(|(column, _)| *column)).collect();
-    let rows = table_rows(file, &columns).map_err(MeasurementError::File)?;
+    let rows = column_rows(file, &columns).map_err(MeasurementError::File)?;
     let numbers = |cell: usize| -> Result<Vec<f64>, MeasurementError> {
-        rows.iter().map(|row| number(row, cell).ok_or_else(|| fault(file, row, (cell, columns[cell])))).collect()
+        let fault = |(at, row)| fault(file, (at, row), (cell, columns[cell]));
+        rows.iter().enumerate().map(|(at, row)| number(row, cell).ok_or_else(|| fault((at, row)))).collect()
     };
     let times_s = numbers(0)?;
     for (pair, row) in times_s.windows(2).zip(rows.iter().skip(1)) {
@@ -75,11 +76,18 @@ fn number(row: &TableRow, cell: usize) -> Option<f64> {
     row.cells.get(cell)?.parse::<f64>().ok().filter(|number| number.is_finite())
 }
 
-fn fault(file: &Path, row: &TableRow, (cell, column): (usize, &str)) -> MeasurementError {
+fn fault(file: &Path, (at, row): (usize, &TableRow), (cell, column): (usize, &str)) -> MeasurementError {
     let found = row.cells.get(cell).map_or("nothing", String::as_str);
-    MeasurementError::File(format!(
-        "{}, {}, column `{column}`: expected a number, found `{found}` (a sample that is missing is left out with its time)",
-        file.display(),
-        row.place
-    ))
+    let hint = if found.is_empty() {
+        "a sample that is missing is left out with its time"
+    } else if found.replacen(',', ".", 1).parse::<f64>().is_ok_and(f64::is_finite) {
+        "a comma is read as the decimal point between semicolons or tabs, where no number has a point"
+    } else if at == 0 {
+        "a row of units under the header is to be taken out"
+    } else {
+        "a sample that is missing is left out with its time"
+    };
+    let file = file.display();
+    let place = &row.place;
+    MeasurementError::File(format!("{file}, {place}, column `{column}`: expected a number, found `{found}` ({hint})"))
 }

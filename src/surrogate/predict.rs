@@ -9,7 +9,7 @@ use super::space::{FactorSpace, places};
 use crate::dataset::TableColumn;
 use crate::quantity::CellColumn;
 use crate::regression::{Points, Prediction, RegressionError};
-use crate::study::{TableRow, table_rows};
+use crate::study::{TableRow, factor_rows};
 
 /// Predictions of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Predicted {
 pub fn predict(model: &Model, table: &Path) -> Result<Predicted, SurrogateError> {
     let factors = &model.surrogate.factors;
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
-    let rows = table_rows(table, &names).map_err(SurrogateError::Table)?;
+    let rows = factor_rows(table, &names).map_err(SurrogateError::Table)?;
     let place = |row: &TableRow| format!("{}, {}", table.display(), row.place);
     predict_rows(model, &rows.iter().map(|row| Row { place: place(row), cells: &row.cells }).collect::<Vec<_>>())
 }

@@ -211,6 +211,11 @@ fn faults_of_tables_name_file_line_and_column() {
         message(parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'rows.csv'\n{TABLE}")))
     };
     let good = csv(&[(0.05, 1000, "tied"), (0.0, 1500, "spring")]);
+    // Between semicolons a comma is the decimal point.
+    let other = good.replace(',', ";").replace('.', ",");
+    std::fs::write(folder.path().join("rows.csv"), other).expect("written");
+    let read = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'rows.csv'\n{TABLE}")).expect("study");
+    assert_eq!(rows_of(&read).row_values(0)[0].to_string(), "0.05");
     let holds = |text: &str, words: &[&str]| {
         let fault = fault(text);
         assert!(words.iter().all(|word| fault.contains(word)), "{fault}");

@@ -33,7 +33,7 @@ pub use file::{CorrelationEntry, DesignEntry, DistributionName, FactorEntry, Lin
 pub use loaded::Study;
 pub use outline::{DesignOutline, FactorOutline};
 pub use plan::factor::FactorInfo;
-pub use plan::table::{TableRow, table_rows};
+pub use plan::table::{TableRow, column_rows, factor_rows};
 pub use resolve::placement::{PointTable, Rail};
 pub use resolve::structure::{MatrixSource, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};

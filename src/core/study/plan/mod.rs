@@ -1,9 +1,10 @@
 //! What each factor of a study is and drives, and the design that draws it.
 //!
 //! Each file imports those before it only: `factor` (what a factor is), `pages` and `parquet` (Parquet files of
-//! others), `table` (rows from files), `kinds` (the kind of design),
+//! others), `delimited` (text files of others), `table` (rows from files), `kinds` (the kind of design),
 //! `reader` (faults with their places), `drives` and `varies` (the two halves of a factor as typed), `design` (all of it).
 
+mod delimited;
 pub(super) mod design;
 mod drives;
 pub(super) mod factor;

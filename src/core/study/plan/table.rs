@@ -1,13 +1,14 @@
-//! Rows of a design given by the user: a CSV or Parquet file with a column per factor, named like it or `factor_` and its name.
+//! Tables given by the user: a CSV or Parquet file with a column per factor, named like it or `factor_` and its name; or with columns of
+//! any names.
 
 use std::path::Path;
 
 use super::factor::FactorInfo;
-use super::parquet;
+use super::parquet::Place;
+use super::{delimited, parquet};
 use crate::design::{Distribution, Level};
-use crate::files::{self, Limit};
 use crate::quantity::{Kind, Value};
-use crate::words::identifier;
+use crate::words::{did_you_mean, identifier, nearest};
 
 /// A row of a file: where it is, for messages, and a cell per factor.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,7 +26,7 @@ pub(super) const PREFIX: &str = "factor_";
 pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level>>, String> {
     let name = file.display();
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
-    let rows = table_rows(file, &names)?;
+    let rows = factor_rows(file, &names)?;
     let levels = |row: TableRow| {
         let read = row.cells.iter().zip(factors).map(|(cell, factor)| {
             let told = |message| format!("{name}, {}, column `{}`: {message}", row.place, factor.name);
@@ -39,7 +40,7 @@ pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level
 /// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
 /// values typed as whole numbers.
 pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<Span, String> {
-    let column = table_rows(file, &[factor])?;
+    let column = factor_rows(file, &[factor])?;
     let texts = || column.iter().filter_map(|row| row.cells.first());
     let numbers: Option<Vec<f64>> =
         texts().map(|cell| cell.parse::<f64>().ok().filter(|number| number.is_finite())).collect();
@@ -71,13 +72,31 @@ pub(super) enum Span {
 ///
 /// # Errors
 /// What is wrong with the file, in words.
-pub fn table_rows(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, String> {
+pub fn factor_rows(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, String> {
+    rows(file, factors, &|factor, header| place(file, factor, header))
+}
+
+/// The cells of columns of these names in a CSV or Parquet file, row by row; at least one row.
+///
+/// # Errors
+/// What is wrong with the file, in words.
+pub fn column_rows(file: &Path, columns: &[&str]) -> Result<Vec<TableRow>, String> {
+    rows(file, columns, &|column, header| {
+        header.iter().position(|name| name == column).ok_or_else(|| {
+            let hint = did_you_mean(nearest(column, header.iter().map(String::as_str)));
+            format!("{} has no column `{column}`; it has: {}{hint}", file.display(), header.join(", "))
+        })
+    })
+}
+
+fn rows(file: &Path, columns: &[&str], place: Place<'_>) -> Result<Vec<TableRow>, String> {
     let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let rows = if is_parquet {
-        let rows = parquet::read(file, factors, &|factor, header| place(file, factor, header))?;
-        rows.into_iter().enumerate().map(|(row, cells)| TableRow { place: format!("row {row}"), cells }).collect()
+    let rows: Vec<TableRow> = if is_parquet {
+        let rows = parquet::read(file, columns, place)?.into_iter().enumerate();
+        rows.map(|(row, cells)| TableRow { place: format!("row {row}"), cells }).collect()
     } else {
-        read_csv(file, factors)?
+        let rows = delimited::read(file, columns, place)?.into_iter();
+        rows.map(|(line, cells)| TableRow { place: format!("line {line}"), cells }).collect()
     };
     if rows.is_empty() {
         return Err(format!("{} has no rows", file.display()));
@@ -102,24 +121,6 @@ fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> 
             Err(format!("{file} has no column `{factor}` (or `{PREFIX}{factor}`); it has: {}", header.join(", ")))
         }
     }
-}
-
-fn read_csv(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, String> {
-    let fault = |error: csv::Error| format!("cannot read {}: {error}", file.display());
-    let bytes = files::read(file, Limit::ROWS).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
-    let header: Vec<String> = reader.headers().map_err(fault)?.iter().map(str::to_string).collect();
-    // Some programs begin a file with a byte order mark.
-    let plain = |column: &String| column.trim_start_matches('\u{feff}').to_string();
-    let header: Vec<String> = header.iter().map(plain).collect();
-    let places = factors.iter().map(|factor| place(file, factor, &header)).collect::<Result<Vec<usize>, String>>()?;
-    let row = |record: Result<csv::StringRecord, csv::Error>| {
-        let record = record.map_err(fault)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let cells = places.iter().filter_map(|place| record.get(*place)).map(str::to_string).collect();
-        Ok(TableRow { place: format!("line {line}"), cells })
-    };
-    reader.records().map(row).collect()
 }
 
 fn parse(cell: &str, factor: &FactorInfo) -> Result<Level, String> {
