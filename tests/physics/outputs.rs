@@ -366,6 +366,25 @@ fn signals_agree_with_the_tables() {
     assert_relative("impulse of the run", last(impulse), metrics.hammers[0].delivered_impulse_n_s, 1e-9);
 }
 
+/// The end of the run is an instant of signals whose interval fits into it, also where their product lies beyond it by rounding, as
+/// `1500 * 2e-5` does.
+#[test]
+fn signals_end_with_the_run() {
+    for (interval_s, instants) in [(2e-5, 1501), (1e-4, 301), (7e-5, 429)] {
+        let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.03"]).unwrap();
+        let recorder =
+            run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, interval_s));
+        let signals = recorder.1.unwrap().into_signals();
+        assert!(
+            signals.iter().all(|signal| signal.values.len() == instants),
+            "{interval_s}: {}",
+            signals[0].values.len()
+        );
+        let last_s = signals[0].values[instants - 1];
+        assert_eq!(last_s, if instants == 429 { 428.0 * interval_s } else { 0.03 });
+    }
+}
+
 /// Forces of mount and fixture are what Newton's law leaves: of the hammer's bodies together and of a casting that only heaves,
 /// momentum is the integral of the forces. At the end the energy balance is the audit's, and it holds at any time.
 #[test]

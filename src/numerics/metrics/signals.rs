@@ -369,9 +369,13 @@ struct Read {
     forces: bool,
 }
 
-/// Records signals every `interval_s`, from 0 on.
+/// Part of an interval by which the last instant may lie beyond the end by rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// Records signals every `interval_s`, from 0 on; where the duration is a whole number of intervals, at its end too.
 pub struct SignalRecorder {
     interval_s: f64,
+    duration_s: f64,
     next: u64,
     signals: Vec<Signal>,
     reads: Vec<Read>,
@@ -405,6 +409,7 @@ impl SignalRecorder {
         let energy = reads.iter().any(|read| matches!(read.part, Part::Energy));
         Self {
             interval_s,
+            duration_s: scene.duration_s,
             next: 0,
             signals,
             reads,
@@ -421,7 +426,7 @@ impl SignalRecorder {
 
     /// Bytes in memory of the signals of a scene recorded every `interval_s`.
     pub fn bytes(scene: &Scene, interval_s: f64) -> f64 {
-        ((scene.duration_s / interval_s).floor() + 1.0) * (Self::count(scene) * size_of::<f64>()) as f64
+        ((scene.duration_s / interval_s + ROUNDING).floor() + 1.0) * (Self::count(scene) * size_of::<f64>()) as f64
     }
 
     /// The values recorded so far of one signal, by its place in [`signal_list`].
@@ -437,6 +442,12 @@ impl SignalRecorder {
     /// The signals recorded so far, time first.
     pub fn into_signals(self) -> Vec<Signal> {
         self.signals
+    }
+
+    /// The time in s of the next instant. `75000 * 2e-5` lies beyond 1.5 by rounding, and means it.
+    fn next_s(&self) -> f64 {
+        let time_s = self.next as f64 * self.interval_s;
+        if time_s - self.duration_s <= ROUNDING * self.interval_s { time_s.min(self.duration_s) } else { time_s }
     }
 
     /// The energy balance at a state.
@@ -547,7 +558,7 @@ impl Observer<Coupled> for SignalRecorder {
     fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         let mut scratch = std::mem::take(&mut self.scratch);
         loop {
-            let time_s = self.next as f64 * self.interval_s;
+            let time_s = self.next_s();
             let followed_s = time_s.min(step.t1());
             self.audit.iter_mut().for_each(|audit| audit.follow(system, step, followed_s, &mut scratch));
             if time_s > step.t1() {
