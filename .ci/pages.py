@@ -2,7 +2,8 @@
 row the table of the signals that it was drawn from.
 
 Each page must draw every plot without an error on the console, at 1280 and 800 pixels and for print, and save each as SVG. On the first,
-hovering shows a row and dragging selects rows; limits are set, changed and let go and rows are sorted by the keyboard alone. The same page
+hovering shows a row and dragging selects rows; limits are set, changed and let go and rows are sorted by the keyboard alone. As a page of
+a sweep that is under way, with many factors, it tells what is to come and what is not drawn, and stays legible. The same page
 with 100 000 rows of 20 columns must show its first plots within a second, and a drag answered within 100 ms, whichever part of the page is
 in sight. On a page of a row time is played, set, jumped over and zoomed into, by pointer and keyboard; what moves is
 where the signals have it to 1e-6 m, at 30 frames a second, and the page has at most 5 MB. LIMIT_FACTOR loosens times, for machines that do
@@ -38,6 +39,15 @@ SVGS = """() => [...figures].filter((figure) => {
     const document = new DOMParser().parseFromString(figure.svg(), 'image/svg+xml');
     return document.querySelector('parsererror') || !document.querySelector('polyline, rect + rect, circle, polygon');
 }).map((figure) => figure.title)"""
+# How far within the figure the outermost texts of parallel coordinates stand, in pixels, left and right.
+ENDS = """() => {
+    const drawn = document.createElement('div'), figure = [...figures].find(({ title }) => title === 'Parallel coordinates');
+    drawn.innerHTML = figure.svg();
+    document.body.append(drawn);
+    const box = drawn.querySelector('svg').getBoundingClientRect(), texts = [...drawn.querySelectorAll('text')].map((text) => text.getBoundingClientRect());
+    drawn.remove();
+    return [Math.min(...texts.map((text) => text.left)) - box.left, box.right - Math.max(...texts.map((text) => text.right))];
+}"""
 # Where a hammer's parts are drawn beside each other, by the signals that say so.
 POSES = """async (times) => {
     const { mechanism } = await scene, { hammers } = mechanism.meta;
@@ -75,6 +85,25 @@ def grown(page: str) -> str:
         start, end = inside(name).span(1)
         page = page[:start] + text + page[end:]
     return page
+
+
+def lone(page: str) -> str:
+    """The page as of the first row alone."""
+    start, end = re.search('id="meta">(.*?)</script>', page, re.S).span(1)
+    meta = json.loads(page[start:end])
+    meta.update(rows=1, rows_there=1, rows_shown=1)
+    return page[:start] + json.dumps(meta).replace("<", "\\u003c") + page[end:]
+
+
+def unfinished(page: str) -> tuple[str, int]:
+    """The page as of a sweep with three rows still to come and 30 factors more; and how many rows it is to have."""
+    start, end = re.search('id="meta">(.*?)</script>', page, re.S).span(1)
+    meta = json.loads(page[start:end])
+    meta["rows"] = meta["rows_there"] + 3
+    factor = next(c for c in meta["columns"] if c["group"] == "factor" and not c.get("names"))
+    factor["subject"] = "distance from here to there and back"
+    meta["columns"] += [dict(factor, name=f"factor_more_{k}", subject=f"more_{k}") for k in range(30)]
+    return page[:start] + json.dumps(meta).replace("<", "\\u003c") + page[end:], meta["rows"]
 
 
 class Browser:
@@ -247,6 +276,27 @@ class Browser:
         page.close()
 
 
+    def tells(self, path: pathlib.Path, rows: int) -> None:
+        """Of an unfinished sweep with many factors: what is still to come, what is not drawn; texts beside many columns, one column alone."""
+        page = self.open(path, 1280)
+        text = page.inner_text("main")
+        assert f"3 of {rows} rows are still to come." in text and "All rows are done" not in text, "rows to come are not told"
+        assert re.search(r"Drawn are the 24 factors .*; \d+ more are not", text), "factors that are not drawn are not told"
+        refused = "usedWords({ used: { whole: 1, of: 2, unit: 'rows', left_out: [] }, refused: 'no indices: why', notes: [] })"
+        assert page.evaluate(refused) == "No indices: why. From 1 of 2 rows."
+        page.evaluate("[...document.querySelectorAll('.choice input:checked')].slice(2).forEach((box) => box.click())")
+        left, right = page.evaluate(ENDS)
+        assert left >= 0 and right >= 0, f"texts of parallel coordinates lie {left} and {right} px within the figure"
+        page.evaluate("[...document.querySelectorAll('.choice input:checked')].slice(1).forEach((box) => box.click())")
+        tall = "[...figures].filter(({ title }) => ['Parallel coordinates', 'Scatter matrix'].includes(title)).map((one) => (one.draw(), one.tall))"
+        assert max(page.evaluate(tall)) < 60, "a view of several columns has one"
+        page.evaluate("state.shown = table.columns; rows()")
+        highest = page.evaluate("Math.max(...[...document.querySelectorAll('#rows td.text')].map((cell) => cell.clientHeight))")
+        assert highest < 50, f"texts of rows break into lines, {highest} px high"
+        assert not page.wrong, f"{path}: {page.wrong}"
+        page.close()
+
+
 def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Path]]) -> None:
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as scratch:
         executable = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -263,6 +313,16 @@ def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Pat
             assert size <= SCENE_MB and rate >= FRAMES_PER_SECOND / FACTOR and off <= POSITION_M, "over its limits"
         browser.answers(paths[0])
         browser.obeys(paths[0])
+        part = pathlib.Path(scratch) / "part.html"
+        text, rows = unfinished(paths[0].read_text(encoding="utf-8"))
+        part.write_text(text, encoding="utf-8")
+        browser.tells(part, rows)
+        part.write_text(lone(paths[0].read_text(encoding="utf-8")), encoding="utf-8")
+        page = browser.open(part, 1280)
+        factors = page.evaluate("table.columns.filter(({ group }) => group === 'factor').map(({ label }) => label)")
+        heads = page.inner_text("#rows thead")
+        assert not page.wrong and all(factor in heads for factor in factors), f"{factors} of a row alone are not all in {heads}"
+        page.close()
         large = pathlib.Path(scratch) / "large.html"
         large.write_text(grown(paths[0].read_text(encoding="utf-8")), encoding="utf-8")
         # The first of three is also the browser's own warming up.

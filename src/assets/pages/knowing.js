@@ -16,20 +16,22 @@ function byFactor(output, kind) {
 
 /** Indices of an output's factors with their intervals, side by side. `chosen()`: the output and the kinds. */
 function indexFigure(chosen) {
-  const frame = (width, height) => ({ left: 60, top: 8, width: width - 72, height: height - 52 });
+  // Names of many factors stand upright.
+  const turned = (width, names) => (width - 72) / names.length < 60;
+  const frame = (width, height) => ({ left: 60, top: 8, width: width - 72, height: height - 52 - (turned(width, parts().names) ? UPRIGHT : 0) });
   const parts = () => {
     const { output, kinds } = chosen(), all = kinds.map((kind) => byFactor(output, kind));
     const names = [...all[0].keys()].sort((a, b) => (all[0].get(b).value ?? -1) - (all[0].get(a).value ?? -1));
     return { output, kinds, all, names };
   };
   return new Figure({
-    title: 'Which factor matters', height: 260,
+    title: 'Which factor matters', height: (width) => 260 + (turned(width, parts().names) ? UPRIGHT : 0),
     paint(painter, width, height) {
       const { output, kinds, all, names } = parts(), box = frame(width, height);
       const ends = all.flatMap((of) => [...of.values()]).flatMap((one) => [one.value, ...(one.interval || [])]).filter(Number.isFinite);
       const inUnit = kinds[0] === 'mu_star', title = inUnit ? titled('effect over the range', output.unit) : 'share of the variance';
       const low = Math.min(0, ...ends), high = inUnit ? Math.max(1e-12, ...ends) : Math.max(1, ...ends);
-      const { py } = axes(painter, box, { low: -0.5, high: names.length - 0.5, names, title: 'factor' }, { low, high: high + 0.05 * (high - low), title });
+      const { py } = axes(painter, box, { low: -0.5, high: names.length - 0.5, names, turned: turned(width, names), title: 'factor' }, { low, high: high + 0.05 * (high - low), title });
       const room = box.width / names.length, bar = Math.min(26, 0.36 * room);
       names.forEach((name, at) => all.forEach((of, k) => {
         const one = of.get(name);
@@ -75,7 +77,7 @@ function indexTable(output) {
 /** The rows that went into an output's indices, and why others did not. */
 function usedWords({ used, refused, notes }) {
   const without = used.left_out.map((one) => `${one.count} ${one.reason}`).join('; ');
-  return `${refused ? `No indices: ${refused}. ` : ''}From ${used.whole} of ${used.of} ${used.unit}${without ? ` (left out: ${without})` : ''}.${notes.map((one) => ` Note: ${one}.`).join('')}`;
+  return `${refused ? `${refused[0].toUpperCase()}${refused.slice(1)}. ` : ''}From ${used.whole} of ${used.of} ${used.unit}${without ? ` (left out: ${without})` : ''}.${notes.map((one) => ` Note: ${one}.`).join('')}`;
 }
 
 function sensitivitySection() {

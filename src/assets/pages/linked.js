@@ -67,12 +67,21 @@ function pointsOn(a, b) {
   return density;
 }
 
+/** Height in pixels of a view of columns together that has less than two of them. */
+const LONE = 40;
+
+/** Says so, and returns whether. */
+function isLone(painter, columns) {
+  if (columns.length < 2) painter.text('Two columns or more are needed: choose them under Columns.', 4, LONE / 2, { color: SOFT });
+  return columns.length < 2;
+}
+
 /** Parallel coordinates of the shown columns. */
 class Parallel {
   constructor(state) {
     this.state = state;
     this.figure = new Figure({
-      title: 'Parallel coordinates', height: 380,
+      title: 'Parallel coordinates', height: () => (state.shown.length > 1 ? 380 : LONE),
       paint: (...on) => this.paint(...on), still: (...on) => this.axes(...on), over: (...on) => this.paintOver(...on),
       hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
       left: () => { this.row = -1; this.figure.redrawOver(); },
@@ -99,6 +108,7 @@ class Parallel {
   paint(painter, width, height) {
     const { shown, table, selection } = this.state;
     [this.top, this.bottom] = [62, height - 14];
+    if (isLone(painter, shown)) return;
     const narrowed = selection.narrowed;
     if (table.rows <= SINGLE_ROWS) {
       if (narrowed) this.lines(painter, width, Array(table.rows).keys(), GREY, 0.35);
@@ -111,8 +121,11 @@ class Parallel {
     shown.forEach((column, k) => this.limit(painter, column, this.x(k, width)));
   }
   axes(painter, width) {
-    const { shown } = this.state;
-    shown.forEach((column, k) => this.axis(painter, column, this.x(k, width), (width - 110) / Math.max(1, shown.length - 1)));
+    const { shown } = this.state, between = (width - 110) / (shown.length - 1);
+    if (shown.length < 2) return;
+    // At both ends the edge of the figure is nearer than the next axis.
+    const isEnd = (k) => k === 0 || k === shown.length - 1;
+    shown.forEach((column, k) => this.axis(painter, column, this.x(k, width), { room: isEnd(k) ? Math.min(110, between) : between, left: k > 0 && isEnd(k) }));
   }
   lines(painter, width, rows, color, alpha) {
     for (const i of rows) for (const run of this.runs(width, i)) painter.line(run, { color, alpha });
@@ -127,7 +140,8 @@ class Parallel {
     });
     return runs.filter((run) => run.length > 2);
   }
-  axis(painter, column, x, room) {
+  /** An axis; its texts have `room` pixels, and those of its marks stand on its right, or `left` of it. */
+  axis(painter, column, x, { room, left }) {
     painter.line([x, this.top, x, this.bottom], { color: INK });
     const fits = Math.max(6, Math.floor((room - 8) / 7.1));
     const lines = wrapped(titled(column.label, column.unit), fits, 4);
@@ -135,7 +149,7 @@ class Parallel {
     const marks = column.names ? column.names.map((name, i) => [i, wrapped(name, 14, 1)[0]]) : zip(ticks(column.low, column.high, 6));
     for (const [value, text] of column.count ? marks : []) {
       painter.line([x - 3, this.y(column, value), x + 3, this.y(column, value)], { color: INK });
-      painter.text(text, x + 5, this.y(column, value), { size: 10, halo: true });
+      painter.text(text, left ? x - 5 : x + 5, this.y(column, value), { size: 10, halo: true, align: left ? 'right' : 'left' });
     }
   }
   limit(painter, column, x) {
@@ -158,7 +172,7 @@ class Parallel {
   /** The selected row whose line passes nearest. */
   hover(x, y) {
     const { shown, selection } = this.state, width = this.figure.width;
-    if (!shown.length) return '';
+    if (shown.length < 2) return '';
     const n = shown.length, along = n > 1 ? Math.max(0, Math.min(n - 1.001, (x - 55) / (width - 110) * (n - 1))) : 0;
     const k = Math.floor(along), t = along - k, a = shown[k], b = shown[Math.min(n - 1, k + 1)];
     const { picked } = selection, [pa, pb] = [selection.places.of(a), selection.places.of(b)], aim = (this.bottom - y) / (this.bottom - this.top);
@@ -171,7 +185,7 @@ class Parallel {
     return row < 0 ? '' : this.state.describe(row);
   }
   drag(x0, y0, _x1, y1, ended) {
-    const column = this.state.shown[this.nearest(x0, this.figure.width)];
+    const column = this.state.shown.length > 1 && this.state.shown[this.nearest(x0, this.figure.width)];
     if (!column || (!ended && Math.abs(y1 - y0) < 4)) return;
     const span = Math.abs(y1 - y0) < 4 ? null : Selection.span(column, this.value(column, y0), this.value(column, y1));
     this.state.selection.set([[column, span]]);
@@ -184,7 +198,7 @@ class Matrix {
     this.state = state;
     this.columns = [];
     this.figure = new Figure({
-      title: 'Scatter matrix', height: (width) => Math.min(width, 1000) * 0.8 + 40,
+      title: 'Scatter matrix', height: (width) => (this.columns.length > 1 ? Math.min(width, 1000) * 0.8 + 40 : LONE),
       paint: (...on) => this.paint(...on), still: (...on) => this.frames(...on), hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
     });
   }
@@ -210,6 +224,7 @@ class Matrix {
   }
   paint(painter) {
     const n = this.columns.length, { table, selection } = this.state, images = [];
+    if (isLone(painter, this.columns)) return;
     if (table.rows > SINGLE_ROWS) {
       if (selection.narrowed) images.push(this.prepare());
       images.push(this.points(selection.levels, BLUE_RGB));
@@ -226,6 +241,7 @@ class Matrix {
   }
   /** What no brush changes. */
   frames(painter) {
+    if (this.columns.length < 2) return;
     for (let i = 0; i < this.columns.length; i++) {
       for (let j = 0; j <= i; j++) {
         const { left, top, width, height } = this.cell(i, j);
@@ -241,7 +257,7 @@ class Matrix {
     const foot = wrapped(titled(column.label, column.unit), Math.max(8, Math.floor(below.width / 5.9)), 2);
     const bottom = below.top + below.height;
     foot.forEach((line, i) => painter.text(line, below.left + below.width / 2, bottom + 27 + 13 * i, { align: 'center', weight: 600 }));
-    const ends = column.names ? column.names.slice(0, 6).map((name, code) => [code, wrapped(name, 8, 1)[0]]) : zip(ticks(column.low, column.high, 3));
+    const ends = column.names ? named(column.names, below.width / column.names.length).map(([code, name]) => [code, wrapped(name, 8, 1)[0]]) : zip(ticks(column.low, column.high, 3));
     for (const [value, text] of column.count ? ends : []) {
       const part = (value - column.domain[0]) / (column.domain[1] - column.domain[0]);
       painter.text(text, below.left + part * below.width, bottom + 10, { align: 'center', size: 9, color: SOFT });

@@ -331,29 +331,38 @@ class Figure {
 addEventListener('beforeprint', () => figures.forEach((figure) => figure.draw(figure.node.closest('.grid') ? 215 : 690, true)));
 addEventListener('afterprint', () => figures.forEach((figure) => figure.redraw()));
 
+/** Pixels that names below an axis take more when they stand upright. */
+const UPRIGHT = 130;
+
+/** Names of an axis with their places, [place, name]: where they would be cut short in `each` pixels every second, third ... alone. */
+function named(names, each) {
+  const room = 6.2 * Math.min(8, Math.max(...names.map((name) => name.length))) + 4, step = Math.max(1, Math.ceil(room / each));
+  return names.map((name, i) => [i, wrapped(name, Math.max(2, Math.floor(step * each / 6.2) - 1), 1)[0]]).filter(([i]) => i % step === 0);
+}
+
 /**
  * Axes around a rectangle of a plot. `box`: left, top, width, height; `x` and `y`: { low, high, title, names }, where `names` stand for
- * 0, 1, 2 ... and `whole` marks whole numbers alone. Returns functions from values to pixels.
+ * 0, 1, 2 ... (`turned`: upright, each of them) and `whole` marks whole numbers alone. Returns functions from values to pixels.
  */
 function axes(painter, box, x, y) {
   const px = (v) => box.left + (v - x.low) / (x.high - x.low || 1) * box.width;
   const py = (v) => box.top + box.height - (v - y.low) / (y.high - y.low || 1) * box.height;
   const right = box.left + box.width, bottom = box.top + box.height;
   const marks = (axis, length, each) => {
-    if (axis.names) return axis.names.map((name, i) => [i, name]);
+    if (axis.names) return axis.turned ? axis.names.map((name, i) => [i, wrapped(name, 22, 1)[0]]) : named(axis.names, each);
     return zip(ticks(axis.low, axis.high, length / each).filter((mark) => !axis.whole || Number.isInteger(mark)));
   };
-  const room = x.names ? box.width / x.names.length / 6.2 : 99;
-  for (const [value, text] of marks(x, box.width, 65)) {
+  for (const [value, text] of marks(x, box.width, x.names ? box.width / x.names.length : 65)) {
     painter.line([px(value), bottom, px(value), bottom + 4], { color: SOFT });
-    painter.text(wrapped(text, Math.max(2, Math.floor(room)), 1)[0], px(value), bottom + 12, { color: SOFT, size: 10, align: 'center' });
+    if (x.turned) painter.text(text, px(value), bottom + 8, { color: SOFT, size: 10, align: 'right', turned: true });
+    else painter.text(text, px(value), bottom + 12, { color: SOFT, size: 10, align: 'center' });
   }
-  for (const [value, text] of marks(y, box.height, 34)) {
+  for (const [value, text] of marks(y, box.height, y.names ? 99 : 34)) {
     painter.line([box.left, py(value), right, py(value)], { color: RULE });
     painter.text(wrapped(text, 8, 1)[0], box.left - 5, py(value), { color: SOFT, size: 10, align: 'right' });
   }
   painter.line([box.left, box.top, box.left, bottom, right, bottom], { color: SOFT });
-  if (x.title) painter.text(wrapped(x.title, Math.floor(box.width / 5.8), 1)[0], box.left + box.width / 2, bottom + 27, { align: 'center' });
+  if (x.title) painter.text(wrapped(x.title, Math.floor(box.width / 5.8), 1)[0], box.left + box.width / 2, bottom + 27 + (x.turned ? UPRIGHT : 0), { align: 'center' });
   if (y.title) painter.text(wrapped(y.title, Math.floor(box.height / 5.8), 1)[0], Math.max(8, box.left - 56), box.top + box.height / 2, { align: 'center', turned: true });
   return { px, py };
 }

@@ -3,8 +3,8 @@
 const table = readTable(meta);
 const selection = new Selection(table);
 const isOutput = (column) => !column.names && ['hammer', 'casting', 'aggregate', 'run'].includes(column.group);
-const factors = table.columns.filter((column) => column.group === 'factor' && (column.varies || column.names?.length > 1));
-// Of one row all outputs are of interest; of more, those that differ.
+// Of one row all factors and outputs are of interest; of more, those that differ.
+const factors = table.columns.filter((column) => column.group === 'factor' && (column.varies || column.names?.length > 1 || table.rows === 1));
 const outputs = table.columns.filter((column) => isOutput(column) && (column.varies || (table.rows === 1 && column.count)));
 const main = [...outputs].filter((column) => column.rank >= 0).sort((a, b) => a.rank - b.rank);
 const first = main[0] || outputs[0];
@@ -155,15 +155,29 @@ function rowList() {
   rows();
 }
 
+/** Most factors over which failures and main effects are drawn. */
+const MOST_FAILURES = 12, MOST_EFFECTS = 24;
+
+/** Says how many factors are not among those that are drawn. */
+function leftOut(drawn) {
+  const count = ordered.length - drawn.length;
+  return drawn.length && count > 0 ? [note(`Drawn are the ${drawn.length} factors that do most to ${first ? first.label : 'the outputs'}; ${count} more are not.`)] : [];
+}
+
 function failures() {
-  const failed = meta.reasons.reduce((sum, [, count]) => sum + count, 0);
-  if (!failed) { section('Rows that are not done', el('p', {}, 'All rows are done.')); return; }
+  const failed = meta.reasons.reduce((sum, [, count]) => sum + count, 0), coming = meta.rows - meta.rows_there;
+  const left = coming > 0 ? [el('p', {}, `${coming} of ${meta.rows} rows are still to come.`)] : [];
+  if (!failed) {
+    section('Rows that are not done', ...left, el('p', {}, coming > 0 ? `The ${meta.rows_there} rows that are there are done.` : 'All rows are done.'));
+    return;
+  }
   const lines = meta.reasons.map(([reason, count]) => el('tr', {}, el('td', {}, String(count)), el('td', { class: 'text' }, reason)));
   const counts = new Map();
   state.status.values.forEach((status, i) => { if (state.status.names[status] !== 'done') counts.set(state.reason.values[i], (counts.get(state.reason.values[i]) || 0) + 1); });
   const reasons = [...counts].sort((a, b) => b[1] - a[1]).map(([code]) => code).slice(0, REASON_COLORS.length);
-  section('Rows that are not done', el('table', {}, el('tr', {}, el('th', {}, 'rows'), el('th', { class: 'text' }, 'reason (figures of single rows as …)')), ...lines),
-    el('div', { class: 'grid' }, ...ordered.slice(0, 12).map((factor) => failureFigure(state, factor, reasons).node)));
+  const drawn = table.rows > 1 ? ordered.slice(0, MOST_FAILURES) : [];
+  section('Rows that are not done', ...left, el('table', {}, el('tr', {}, el('th', {}, 'rows'), el('th', { class: 'text' }, 'reason (figures of single rows as …)')), ...lines),
+    ...leftOut(drawn), el('div', { class: 'grid' }, ...drawn.map((factor) => failureFigure(state, factor, reasons).node)));
 }
 
 /** What is known of how far an output is off in one row: columns beside it of its scatter between twins and its standard error. */
@@ -179,23 +193,24 @@ function besides(output) {
 
 function effectsSection() {
   if (!factors.length || !first || table.rows < 2) return;
+  const drawn = ordered.slice(0, MOST_EFFECTS);
   let output = first, [a, b] = [ordered[0], ordered[1]], cache = null;
   const scatter = note('');
   const words = () => { scatter.textContent = ['Means of the selected rows in groups of each factor; bars: standard error of the mean.', ...besides(output)].join(' '); };
   const effects = () => {
     if (cache) return cache;
-    const of = new Map(ordered.slice(0, 24).map((factor) => [factor, effect(factor, output, selection.picked)]));
+    const of = new Map(drawn.map((factor) => [factor, effect(factor, output, selection.picked)]));
     let [low, high] = [Infinity, -Infinity];
     for (const one of of.values()) one.means.forEach((m, g) => { if (one.counts[g]) [low, high] = [Math.min(low, m - one.error(g)), Math.max(high, m + one.error(g))]; });
     const pad = (high - low) * 0.06 || Math.abs(high) * 0.05 || 1;
     cache = { output, of, range: low <= high ? [low - pad, high + pad] : [0, 1] };
     return cache;
   };
-  const all = ordered.slice(0, 24).map((factor) => effectFigure(state, factor, effects));
+  const all = drawn.map((factor) => effectFigure(state, factor, effects));
   const surface = factors.length > 1 ? surfaceFigure(state, () => ({ output, a, b })) : null;
   const renew = () => { cache = null; words(); all.forEach((figure) => figure.redraw()); surface?.redraw(); };
   const listed = (columns) => columns.map((column) => [column.index, column.label]);
-  section('Main effects', el('div', { class: 'controls' }, choice('Output', listed(outputs), output.index, (value) => { output = table.columns[value]; renew(); })), scatter, el('div', { class: 'grid' }, ...all.map((figure) => figure.node)));
+  section('Main effects', el('div', { class: 'controls' }, choice('Output', listed(outputs), output.index, (value) => { output = table.columns[value]; renew(); })), scatter, ...leftOut(drawn), el('div', { class: 'grid' }, ...all.map((figure) => figure.node)));
   if (surface) {
     section('Response surface', note('Mean of the output chosen above over two factors, selected rows; its standard error and the scatter beside each mean are shown under the pointer.'), el('div', { class: 'controls' },
       choice('Across', listed(factors), a.index, (value) => { a = table.columns[value]; renew(); }), choice('Up', listed(factors), b.index, (value) => { b = table.columns[value]; renew(); })), surface.node);
