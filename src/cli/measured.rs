@@ -21,13 +21,13 @@ pub(super) struct MeasuredArguments {
     /// Measurement to set beside the row's signals: a CSV or Parquet file with a column of times and one per channel.
     #[arg(long, value_name = "FILE", requires = "channels")]
     measured: Option<PathBuf>,
-    /// A channel of the measurement: the signal that it measures, its column, its unit (m/s unless given), e.g.
-    /// `left_arm_velocity_m_s=vibrometer_2:mm/s`; may be given several times.
+    /// A channel of the measurement: the signal that it measures, its column, its unit (m/s unless given; with a minus before it the sign
+    /// is turned), e.g. `left_arm_velocity_m_s=vibrometer_2:mm/s`; may be given several times.
     #[arg(long = "channel", value_name = "SIGNAL=COLUMN[:UNIT]", requires = "measured", value_parser = channel)]
     channels: Vec<Channel>,
-    /// Column of the measurement's times in s.
-    #[arg(long, default_value = "time_s", value_name = "COLUMN", requires = "measured")]
-    time_column: String,
+    /// Column of the measurement's times, and their unit (s unless given: s, ms or us), e.g. `Time [ms]:ms`.
+    #[arg(long, default_value = "time_s", value_name = "COLUMN[:UNIT]", requires = "measured", value_parser = time_column)]
+    time_column: Column,
     /// Time in s by which the measurement's clock is ahead of the row's. Default: where signal and channel correlate best.
     #[arg(long, value_name = "SECONDS", requires = "measured", allow_hyphen_values = true)]
     offset_s: Option<f64>,
@@ -36,12 +36,18 @@ pub(super) struct MeasuredArguments {
     low_pass_hz: f64,
 }
 
+/// A column that is asked for.
+#[derive(Debug, Clone)]
+struct Column {
+    name: String,
+    unit: Unit,
+}
+
 /// A channel that is asked for.
 #[derive(Debug, Clone)]
 struct Channel {
     signal: String,
-    column: String,
-    unit: Unit,
+    column: Column,
 }
 
 /// A channel beside its signal.
@@ -74,14 +80,31 @@ pub(super) struct Calculated<'a> {
 
 /// Reads `SIGNAL=COLUMN[:UNIT]`.
 fn channel(text: &str) -> Result<Channel, String> {
-    let (signal, rest) = text.split_once('=').ok_or("expected SIGNAL=COLUMN or SIGNAL=COLUMN:UNIT")?;
-    let (column, name) = rest.rsplit_once(':').unwrap_or((rest, "m/s"));
-    let known = || UNITS.iter().map(|unit| unit.name);
-    let unit = unit(name).ok_or_else(|| {
-        let hint = did_you_mean(nearest(name, known()));
-        format!("`{name}` is no unit of a channel; known are {}{hint}", known().collect::<Vec<_>>().join(", "))
-    })?;
-    Ok(Channel { signal: signal.to_owned(), column: column.to_owned(), unit })
+    let (signal, column) = text.split_once('=').ok_or("expected SIGNAL=COLUMN or SIGNAL=COLUMN:UNIT")?;
+    Ok(Channel { signal: signal.to_owned(), column: Column::read(column, "m/s", &|_| true)? })
+}
+
+/// Reads `COLUMN[:UNIT]` of times.
+fn time_column(text: &str) -> Result<Column, String> {
+    Column::read(text, "s", &|unit| unit.si == "s" && unit.factor > 0.0)
+}
+
+impl Column {
+    /// Reads `COLUMN[:UNIT]` in one of the units that are `meant`.
+    fn read(text: &str, usual: &str, meant: &dyn Fn(&Unit) -> bool) -> Result<Self, String> {
+        let (name, own) = text.rsplit_once(':').unwrap_or((text, usual));
+        let known = || UNITS.iter().filter(|unit| meant(unit)).map(|unit| unit.name);
+        let unit = unit(own).filter(meant).ok_or_else(|| {
+            let hint = did_you_mean(nearest(own, known()));
+            let known = known().collect::<Vec<_>>().join(", ");
+            format!("`{own}` is no unit of column `{name}`; known are {known}{hint} (after a name with a colon the unit has to stand)")
+        })?;
+        Ok(Self { name: name.to_owned(), unit })
+    }
+
+    fn named(&self) -> (&str, Unit) {
+        (&self.name, self.unit)
+    }
 }
 
 impl MeasuredArguments {
@@ -106,11 +129,10 @@ impl MeasuredArguments {
         let low_pass_hz = (self.low_pass_hz != 0.0).then_some(self.low_pass_hz);
         let treatment = Treatment { low_pass_hz, offset_s: self.offset_s };
         let signals = self.channels.iter().map(|channel| signal(channel, signals)).collect::<Result<Vec<_>, _>>()?;
-        let columns: Vec<(&str, Unit)> =
-            self.channels.iter().map(|channel| (channel.column.as_str(), channel.unit)).collect();
-        let measured = read(file, &self.time_column, &columns).map_err(|error| told(&error))?;
+        let columns: Vec<(&str, Unit)> = self.channels.iter().map(|channel| channel.column.named()).collect();
+        let measured = read(file, self.time_column.named(), &columns).map_err(|error| told(&error))?;
         let one = |((channel, signal), measured): ((&Channel, &Signal), &Measured)| {
-            let name = |error| told(&format_args!("channel `{}`: {error}", channel.column));
+            let name = |error| told(&format_args!("channel `{}`: {error}", channel.column.name));
             let beside = beside((&signal.values, interval_s), measured, treatment).map_err(name)?;
             let hammer = Phase::hammer_of(scene, signal.of);
             let had = hammer.map_or(Vec::new(), |hammer| {
@@ -119,7 +141,7 @@ impl MeasuredArguments {
             Ok(ChannelBeside {
                 signal: channel.signal.clone(),
                 unit: signal.unit,
-                column: channel.column.clone(),
+                column: channel.column.name.clone(),
                 phases: phases(&beside, interval_s, &had).map_err(name)?,
                 phases_of: hammer.and_then(|hammer| scene.hammers.get(hammer)).map(|unit| unit.name.clone()),
                 beside,
@@ -131,7 +153,7 @@ impl MeasuredArguments {
 
 /// The signal that a channel measures.
 fn signal<'a>(channel: &Channel, signals: &'a [Signal]) -> Result<&'a Signal, Failure> {
-    let Channel { signal: name, unit, .. } = channel;
+    let Channel { signal: name, column: Column { unit, .. } } = channel;
     let known = || signals.iter().map(|signal| signal.name.as_str());
     let Some(found) = signals.iter().find(|signal| signal.name == *name) else {
         let hint = did_you_mean(nearest(name, known()));
@@ -153,6 +175,7 @@ pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
             "\nmeasured `{column}` beside {signal}\n  offset                {} s ({found})",
             six_digits(beside.offset_s)
         );
+        beside.warnings.iter().for_each(|warning| text += &format!("\n  warning               {warning}"));
         text += &format!("\n  compared from         {} to {} s", six_digits(beside.from_s), six_digits(beside.to_s));
         text += &gaps_text(beside);
         text += &beside.low_pass_hz.map_or("\n  low-pass              none".to_owned(), |cutoff_hz| {

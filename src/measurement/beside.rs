@@ -7,7 +7,8 @@ use super::error::MeasurementError;
 use super::read::Measured;
 use crate::metrics::Spectrum;
 use crate::signal::{
-    Butterworth, Grid, dominant_frequency_hz, offset, peak, relative_difference, resampled, rms, spikes,
+    Butterworth, Grid, Offset, Offsets, dominant_frequency_hz, offset, peak, relative_difference, resampled, rms,
+    spikes,
 };
 
 /// Cut-off frequency of the low-pass in Hz: the paper's.
@@ -21,6 +22,10 @@ pub(super) const LEAST_SAMPLES: usize = 64;
 /// Median intervals of a measurement from one sample to the next beyond which there is a gap between them: samples that are lost one by
 /// one, and clocks that jitter, make none.
 const GAP_INTERVALS: f64 = 5.0;
+/// Correlation below which an offset is doubtful: less than a quarter of the variance is common to both then.
+const LEAST_CORRELATION: f64 = 0.5;
+/// Share of the variance that is not common to both, over that with the sign turned, up to which the sign seems to be turned.
+const REVERSED_SHARE: f64 = 0.5;
 
 /// What is done to both signals before they are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,6 +72,8 @@ pub struct Beside {
     pub offset_s: f64,
     /// Correlation coefficient at that offset; null where it was given.
     pub correlation: Option<f64>,
+    /// Why the offset, and with it all figures, may be false.
+    pub warnings: Vec<String>,
     /// Cut-off frequency of the low-pass on both in Hz; null: none.
     pub low_pass_hz: Option<f64>,
     /// Begin of the time in common, s.
@@ -108,11 +115,11 @@ pub fn beside(
     let Measured { times_s, values } = measured;
     let (first_s, last_s) = (times_s.first().copied().unwrap_or(0.0), times_s.last().copied().unwrap_or(0.0));
     let (calculated, held) = treated((calculated, interval_s), measured, treatment.low_pass_hz)?;
-    let (offset_s, correlation) = match treatment.offset_s {
-        Some(offset_s) => (offset_s, None),
+    let (offset_s, correlation, warnings) = match treatment.offset_s {
+        Some(offset_s) => (offset_s, None, Vec::new()),
         None => {
             let found = offset(&calculated, &held, interval_s)?;
-            (first_s + found.time_s, Some(found.correlation))
+            (first_s + found.upright.time_s, Some(found.upright.correlation), warnings(&found, first_s))
         }
     };
     let at = |place: usize| first_s - offset_s + interval_s * place as f64;
@@ -133,6 +140,7 @@ pub fn beside(
     Ok(Beside {
         offset_s,
         correlation,
+        warnings,
         low_pass_hz: treatment.low_pass_hz,
         from_s,
         to_s,
@@ -142,6 +150,27 @@ pub fn beside(
         frequency_hz: Compared::frequency_hz(longest(&parts), interval_s)?,
         pieces,
     })
+}
+
+/// What is doubtful of an offset that was found for a measurement that begins at `first_s`.
+fn warnings(Offsets { upright, reversed }: &Offsets, first_s: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if upright.correlation < LEAST_CORRELATION {
+        warnings.push(format!(
+            "the best correlation is below {LEAST_CORRELATION}: the offset is doubtful, and with it all figures (are the times in s? \
+             `--time-column COLUMN:ms` reads ms; does the channel measure this signal? `--offset-s` gives the offset)"
+        ));
+    }
+    let apart = |offset: &Offset| 1.0 - offset.correlation.max(0.0).powi(2);
+    if apart(reversed) < REVERSED_SHARE * apart(upright) {
+        warnings.push(format!(
+            "with its sign turned the channel correlates better, by {:.4} at an offset of {:.6} s: is the sensor mounted the other way \
+             round? (a minus before the unit turns the sign: SIGNAL=COLUMN:-UNIT)",
+            reversed.correlation,
+            first_s + reversed.time_s
+        ));
+    }
+    warnings
 }
 
 /// Both signals at the interval of the calculated one, through the low-pass; the measurement from its first sample on, with nothing

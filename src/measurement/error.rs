@@ -22,7 +22,7 @@ pub enum MeasurementError {
     /// A measurement over a time that is too long.
     #[error(
         "the measurement goes from {from_s} to {to_s} s, which at {interval_s} s a sample are more than {most} samples: cut out the part \
-         that is to be compared (are the times in s?)"
+         that is to be compared (are the times in s? `--time-column COLUMN:ms` reads ms)"
     )]
     Long {
         /// Its first time.

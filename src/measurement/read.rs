@@ -5,35 +5,55 @@ use std::path::Path;
 use super::error::MeasurementError;
 use crate::study::{TableRow, column_rows};
 
-/// A unit in which channels are recorded.
+/// A unit in which channels and their times are recorded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Its name, e.g. `mm/s`.
     pub name: &'static str,
     /// The SI unit of the same quantity.
     pub si: &'static str,
-    /// SI units in one of it.
+    /// SI units in one of it; negative with the sign turned.
     pub factor: f64,
 }
 
-/// The units that are known.
-pub const UNITS: [Unit; 11] = [
-    Unit { name: "m/s", si: "m/s", factor: 1.0 },
-    Unit { name: "mm/s", si: "m/s", factor: 1e-3 },
-    Unit { name: "um/s", si: "m/s", factor: 1e-6 },
-    Unit { name: "in/s", si: "m/s", factor: 0.0254 },
-    Unit { name: "m", si: "m", factor: 1.0 },
-    Unit { name: "mm", si: "m", factor: 1e-3 },
-    Unit { name: "Pa", si: "Pa", factor: 1.0 },
-    Unit { name: "kPa", si: "Pa", factor: 1e3 },
-    Unit { name: "bar", si: "Pa", factor: 1e5 },
-    Unit { name: "N", si: "N", factor: 1.0 },
-    Unit { name: "kN", si: "N", factor: 1e3 },
+/// The units that are known: of each quantity that signals have, and of time. `g` is the standard acceleration of gravity.
+pub const UNITS: [Unit; 26] = [
+    of("m/s", "m/s", 1.0),
+    of("mm/s", "m/s", 1e-3),
+    of("um/s", "m/s", 1e-6),
+    of("in/s", "m/s", 0.0254),
+    of("m", "m", 1.0),
+    of("mm", "m", 1e-3),
+    of("um", "m", 1e-6),
+    of("in", "m", 0.0254),
+    of("m/s2", "m/s2", 1.0),
+    of("mm/s2", "m/s2", 1e-3),
+    of("g", "m/s2", 9.80665),
+    of("Pa", "Pa", 1.0),
+    of("kPa", "Pa", 1e3),
+    of("MPa", "Pa", 1e6),
+    of("bar", "Pa", 1e5),
+    of("N", "N", 1.0),
+    of("kN", "N", 1e3),
+    of("N s", "N s", 1.0),
+    of("J", "J", 1.0),
+    of("kJ", "J", 1e3),
+    of("rad", "rad", 1.0),
+    of("mrad", "rad", 1e-3),
+    of("deg", "rad", std::f64::consts::PI / 180.0),
+    of("s", "s", 1.0),
+    of("ms", "s", 1e-3),
+    of("us", "s", 1e-6),
 ];
 
-/// The unit of a name.
+const fn of(name: &'static str, si: &'static str, factor: f64) -> Unit {
+    Unit { name, si, factor }
+}
+
+/// The unit of a name; with a minus before it the sign is turned.
 pub fn unit(name: &str) -> Option<Unit> {
-    UNITS.into_iter().find(|unit| unit.name == name)
+    let (plain, sign) = name.strip_prefix('-').map_or((name, 1.0), |plain| (plain, -1.0));
+    UNITS.into_iter().find(|unit| unit.name == plain).map(|unit| Unit { factor: sign * unit.factor, ..unit })
 }
 
 /// A measured channel.
@@ -45,18 +65,18 @@ pub struct Measured {
     pub values: Vec<f64>,
 }
 
-/// Reads channels of a CSV or Parquet file, each a column in a unit, with the column of their times in s.
+/// Reads channels of a CSV or Parquet file, each a column in a unit, with the column of their times, in a unit too.
 ///
 /// # Errors
 /// [`MeasurementError::File`] for a file, a column or a number that is not there; [`MeasurementError::Order`].
-pub fn read(file: &Path, time: &str, channels: &[(&str, Unit)]) -> Result<Vec<Measured>, MeasurementError> {
-    let columns: Vec<&str> = std::iter::once(time).chain(channels.iter().map(|(column, _)| *column)).collect();
+pub fn read(file: &Path, time: (&str, Unit), channels: &[(&str, Unit)]) -> Result<Vec<Measured>, MeasurementError> {
+    let columns: Vec<&str> = std::iter::once(&time).chain(channels).map(|(column, _)| *column).collect();
     let rows = column_rows(file, &columns).map_err(MeasurementError::File)?;
     let numbers = |cell: usize| -> Result<Vec<f64>, MeasurementError> {
         let fault = |(at, row)| fault(file, (at, row), (cell, columns[cell]));
         rows.iter().enumerate().map(|(at, row)| number(row, cell).ok_or_else(|| fault((at, row)))).collect()
     };
-    let times_s = numbers(0)?;
+    let times_s: Vec<f64> = numbers(0)?.into_iter().map(|value| time.1.factor * value).collect();
     for (pair, row) in times_s.windows(2).zip(rows.iter().skip(1)) {
         if let [before_s, time_s] = *pair
             && time_s <= before_s

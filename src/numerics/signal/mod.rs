@@ -19,6 +19,6 @@ mod welch;
 pub use butterworth::{Butterworth, MOST_ORDER, Section};
 pub use compare::{dominant_frequency_hz, peak, relative_difference, rms};
 pub use error::SignalError;
-pub use offset::{Grid, Offset, offset, resampled};
+pub use offset::{Grid, Offset, Offsets, offset, resampled};
 pub use spikes::spikes;
 pub use welch::{Density, WELCH_SAMPLES, welch};

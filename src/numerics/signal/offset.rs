@@ -14,13 +14,22 @@ pub struct Offset {
     pub correlation: f64,
 }
 
+/// Where two signals are alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Offsets {
+    /// As they are.
+    pub upright: Offset,
+    /// With the sign of the second turned.
+    pub reversed: Offset,
+}
+
 /// The shift of `later` against `first`, both with a sample every `interval_s`: where `c_k = sum_j f_j l_(j + k)` of the signals
 /// less their means is largest, between samples the top of the parabola through the three around it. Samples that `later` does not
-/// have add nothing.
+/// have add nothing. With the sign of `later` turned the shift is where `c_k` is smallest.
 ///
 /// # Errors
 /// [`SignalError::Short`] for less than two samples; [`SignalError::Transform`], of which none is known for finite lengths.
-pub fn offset(first: &[f64], later: &[Option<f64>], interval_s: f64) -> Result<Offset, SignalError> {
+pub fn offset(first: &[f64], later: &[Option<f64>], interval_s: f64) -> Result<Offsets, SignalError> {
     let samples = first.len().min(later.len());
     if samples < 2 {
         return Err(SignalError::Short { samples, least: 2, purpose: "find a shift in time" });
@@ -29,18 +38,20 @@ pub fn offset(first: &[f64], later: &[Option<f64>], interval_s: f64) -> Result<O
     let mean = mean(later.iter().copied().flatten());
     let centred_later: Vec<f64> = later.iter().map(|value| value.map_or(0.0, |value| value - mean)).collect();
     let products = products(&centred(first), &centred_later, length)?;
-    // Shifts from all of `later` before `first` to all of it after: negative ones stand at the end.
-    let shifts = 1 - first.len() as i64..later.len() as i64;
-    let at = |shift: i64| products[shift.rem_euclid(length as i64) as usize];
-    let shift = shifts.max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(0);
-    let (before, top, after) = (at(shift - 1), at(shift), at(shift + 1));
-    let bend = before - 2.0 * top + after;
-    let between = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
-    let (skip_first, skip_later) = ((-shift).max(0) as usize, shift.max(0) as usize);
-    let pairs = first[skip_first..].iter().zip(&later[skip_later..]);
-    let (first, later): (Vec<f64>, Vec<f64>) = pairs.filter_map(|(first, later)| Some((*first, (*later)?))).unzip();
-    let correlation = correlation(&first, &later);
-    Ok(Offset { time_s: (shift as f64 + between) * interval_s, correlation })
+    let of = |sign: f64| {
+        // Shifts from all of `later` before `first` to all of it after: negative ones stand at the end.
+        let shifts = 1 - first.len() as i64..later.len() as i64;
+        let at = |shift: i64| sign * products[shift.rem_euclid(length as i64) as usize];
+        let shift = shifts.max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(0);
+        let (before, top, after) = (at(shift - 1), at(shift), at(shift + 1));
+        let bend = before - 2.0 * top + after;
+        let between = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
+        let (skip_first, skip_later) = ((-shift).max(0) as usize, shift.max(0) as usize);
+        let pairs = first[skip_first..].iter().zip(&later[skip_later..]);
+        let (first, later): (Vec<f64>, Vec<f64>) = pairs.filter_map(|(first, later)| Some((*first, (*later)?))).unzip();
+        Offset { time_s: (shift as f64 + between) * interval_s, correlation: sign * correlation(&first, &later) }
+    };
+    Ok(Offsets { upright: of(1.0), reversed: of(-1.0) })
 }
 
 /// The mean; of no values 0.
@@ -136,7 +147,9 @@ mod tests {
             for gap in [0..0, 480..580] {
                 let there = |(k, value): (usize, &f64)| (!gap.contains(&k)).then_some(*value);
                 let later: Vec<Option<f64>> = later.iter().enumerate().map(there).collect();
-                let found = offset(&first, &later, 1e-3).expect("offset");
+                let turned: Vec<Option<f64>> = later.iter().map(|value| value.map(|value| -value)).collect();
+                let found = offset(&first, &later, 1e-3).expect("offset").upright;
+                assert_eq!(offset(&first, &turned, 1e-3).expect("offset").reversed, found);
                 assert!((found.time_s - shift_s).abs() < 2e-5, "{shift_s}: {found:?}");
                 assert!(found.correlation > 0.999, "{found:?}");
             }
