@@ -332,6 +332,12 @@ fn wrong_and_cut_files_are_named_with_line_and_reason() {
     );
     let cut: String = punch.lines().take(2).map(|line| format!("{line}\n")).collect();
     fails(MatrixFormat::Dmig, cut.as_bytes(), "line 2: a column without entries (is the file cut short?)");
+    let twice = punch.lines().count() + 1;
+    fails(
+        MatrixFormat::Dmig,
+        punch.repeat(2).as_bytes(),
+        &format!("line {twice}: a second matrix KAAX, the first begins at line 1"),
+    );
     fails(MatrixFormat::Dmig, b"GRID,1\n", "no DMIG matrix KAAX; found: none");
 
     let op4 = text("tiny_ascii_d.op4");

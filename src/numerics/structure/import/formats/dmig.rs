@@ -41,6 +41,12 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
             if !own && !names.contains(&field(0).to_owned()) {
                 names.push(field(0).to_owned());
             }
+            if let (true, Some(first)) = (own, header) {
+                let reason = format!(
+                    "a second matrix {name}, the first begins at line {first}: expected one of each name; keep that which is meant (was a punch file appended to another?)"
+                );
+                return Err(cards.lines.fault_at(card.line, reason));
+            }
             if own {
                 header = Some(card.line);
                 matrix.storage = check_header(&cards.lines, &card)?;
