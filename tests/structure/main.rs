@@ -2,6 +2,7 @@
 
 mod hard;
 mod import;
+mod mistaken;
 mod op4_files;
 mod outside;
 mod quality;

@@ -15,13 +15,13 @@ use sprs::{CsMat, TriMat};
 use tempfile::TempDir;
 
 /// A folder with files, and a model read from them.
-struct Case {
-    folder: TempDir,
-    files: ModelFiles,
+pub struct Case {
+    pub folder: TempDir,
+    pub files: ModelFiles,
 }
 
 impl Case {
-    fn new(format: MatrixFormat, points: &str) -> Self {
+    pub fn new(format: MatrixFormat, points: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let path = |name: &str| folder.path().join(name);
         fs::write(path("points.csv"), points).expect("written");
@@ -39,30 +39,30 @@ impl Case {
         Self { folder, files }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         fs::write(self.path(name), bytes).expect("written");
         self.path(name)
     }
 
-    fn read(&self) -> Result<FeModel, String> {
+    pub fn read(&self) -> Result<FeModel, String> {
         FeModel::read(&self.files).map_err(|error| error.to_string())
     }
 
-    fn fails(&self, wanted: &str) {
+    pub fn fails(&self, wanted: &str) {
         let error = self.read().err().unwrap_or_else(|| panic!("read, but expected: {wanted}"));
         assert!(error.contains(wanted), "{error}");
     }
 }
 
-fn dense(matrix: &CsMat<f64>) -> Vec<Vec<f64>> {
+pub fn dense(matrix: &CsMat<f64>) -> Vec<Vec<f64>> {
     (0..matrix.rows()).map(|i| (0..matrix.cols()).map(|j| matrix.get(i, j).copied().unwrap_or(0.0)).collect()).collect()
 }
 
-fn market(order: usize, entries: &[(usize, usize, f64)]) -> String {
+pub fn market(order: usize, entries: &[(usize, usize, f64)]) -> String {
     let head = format!("%%MatrixMarket matrix coordinate real symmetric\n{order} {order} {}\n", entries.len());
     entries.iter().fold(head, |text, (row, column, value)| text + &format!("{} {} {value:e}\n", row + 1, column + 1))
 }
@@ -327,7 +327,8 @@ fn marks_and_umlauts_of_other_programs_are_read() {
     case.write("K", b"DMIG\x00\x01\n");
     case.fails("line 1: not text: a byte 0");
     // A square matrix has all its entries.
-    case.write("K", punch.replacen("0,6,2", "0,1,2", 1).replace("1,1,,1,1,4.5", "1,1,,2,1,4.5"));
+    let square = punch.replacen("0,6,2", "0,1,2", 1);
+    case.write("K", square.replace("1,1,,1,1,4.5", "1,1,,1,1,4.5\n,2,1,-1.5\nDMIG,KAA,2,1,,2,1,4.5"));
     case.fails("the matrix is not symmetric");
     // Matrix Market with a mark, as Windows programs write it.
     case.files.format = MatrixFormat::MatrixMarket;
@@ -338,7 +339,7 @@ fn marks_and_umlauts_of_other_programs_are_read() {
 }
 
 /// Two free nodes on springs with a modal coordinate, the second with axes of its own, as Nastran writes a superelement.
-fn punch() -> String {
+pub fn punch() -> String {
     let lines = [
         "$ BOUNDARY GRID DATA",
         "BEGIN SUPER       75",
@@ -353,7 +354,7 @@ fn punch() -> String {
 }
 
 /// A symmetric positive definite matrix of 13 rows that nothing simple describes.
-fn full(seed: f64, size: f64) -> Vec<Vec<f64>> {
+pub fn full(seed: f64, size: f64) -> Vec<Vec<f64>> {
     let entry = |i: usize, j: usize| {
         let wave = ((i + j) as f64 * 1.7 + seed).sin() + ((i * j) as f64 * 0.3 + seed).cos();
         size * if i == j { 30.0 + i as f64 } else { wave }
@@ -420,7 +421,7 @@ fn masses(at: &[(f64, [f64; 3])], scale: [f64; 2]) -> Case {
 
 const PLACES: [(f64, [f64; 3]); 3] = [(10.0, [0.0, 0.0, 0.0]), (20.0, [1.0, 0.5, 0.25]), (50.0, [2.0, -1.0, 0.5])];
 
-fn report(model: &FeModel) -> QualityReport {
+pub fn report(model: &FeModel) -> QualityReport {
     let reduction = ReductionSettings { interface: vec![("A".to_owned(), 2)], fixed_interface_cutoff_hz: 1e4 };
     assess(model, &QualitySettings { reduction, cutoff_hz: 5e3, damping_ratio: 0.02 }).expect("a report")
 }
@@ -471,7 +472,7 @@ fn a_report_weighs_the_machine_and_says_what_looks_wrong() {
     assert!(found.iter().any(|remark| remark.contains("look exchanged")), "{found:?}");
 }
 
-fn decore(arguments: &[&str]) -> Output {
+pub fn decore(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_decore")).args(arguments).output().expect("runs")
 }
 

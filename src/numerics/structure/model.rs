@@ -45,6 +45,8 @@ pub struct FeModel {
     positions_m: BTreeMap<i64, [f64; 3]>,
     /// Nodes for which points and list of rows name different places.
     misplaced: Vec<Misplaced>,
+    /// What about the files is to be doubted, one sentence each.
+    doubts: Vec<String>,
 }
 
 /// A node for which two files name different places.
@@ -112,7 +114,7 @@ impl FeModel {
         let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
         let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
         let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();
-        Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new() })
+        Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new(), doubts: Vec::new() })
     }
 
     /// Adds where nodes are, in the unit of the matrices' file; what interface points say of theirs comes first.
@@ -126,6 +128,17 @@ impl FeModel {
             }
         }
         self
+    }
+
+    /// Adds what about the files is to be doubted.
+    pub(super) fn with_doubts(mut self, doubts: impl IntoIterator<Item = String>) -> Self {
+        self.doubts.extend(doubts);
+        self
+    }
+
+    /// What about the files is to be doubted.
+    pub(super) fn doubts(&self) -> &[String] {
+        &self.doubts
     }
 
     /// Nodes for which points and list of rows name different places.

@@ -115,7 +115,12 @@ impl OwnModes {
 
     /// Whether the structure can move without being strained.
     pub fn floats(&self) -> bool {
-        self.rigid.ncols() > 0
+        self.rigid_motions() > 0
+    }
+
+    /// Number of rigid-body motions.
+    pub fn rigid_motions(&self) -> usize {
+        self.rigid.ncols()
     }
 
     /// Whether the structure brings its own damping.

@@ -20,7 +20,7 @@ use super::own::RIGID_BODY_HZ;
 use super::partition::{inner_rows, sparse_times};
 use super::points::DOF_NAMES;
 use super::reduction::{Reduction, ReductionFacts, ReductionSettings, reduce_in_parts};
-use super::sense::{RigidMotions, remarks};
+use super::sense::{RigidMotions, Shown, remarks};
 use super::symmetric::congruence;
 use crate::linalg::{
     SymmetricPencil, cholesky, multiply_transposed, solve_lower_transposed, symmetric_eigen, symmetric_eigenvalues,
@@ -177,7 +177,10 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
     let rigid = RigidMotions::new(model);
     let compared = Compared { full: &shapes, residual: &residual, reduced: &reduced };
     let modes = pair_modes(model, rigid.as_ref(), compared)?;
-    let lowest_hz = shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0);
+    let shown = Shown {
+        rigid: shapes.omega_squared.iter().filter(|value| hz(**value) == 0.0).count(),
+        lowest_hz: shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0),
+    };
     let centre = rigid.as_ref().map(|rigid| rigid.centre_m);
     let frequency_hz = curve_frequencies(settings.cutoff_hz);
     let mobility = mobilities(&names, compared, &frequency_hz, settings.damping_ratio);
@@ -186,7 +189,7 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
         total_mass_kg: rigid.as_ref().map(|rigid| rigid.mass_kg),
         centre_of_mass_m: centre.and_then(Result::ok),
         nodes_without_place: centre.and_then(Result::err).map(|(unknown, all)| [unknown, all]),
-        remarks: remarks(model, rigid.as_ref(), lowest_hz),
+        remarks: remarks(model, rigid.as_ref(), shown),
         static_stiffness: static_stiffness(&names, &residual, reduction.structure.static_flexibility()),
         frequency_hz,
         mobility,

@@ -124,6 +124,11 @@ impl ReducedStructure {
         Ok(structure)
     }
 
+    /// Number of rigid-body motions.
+    pub(super) fn rigid_motions(&self) -> usize {
+        self.own.rigid_motions()
+    }
+
     /// The same with what looks wrong about the model that it was reduced from.
     pub(super) fn with_remarks(self, remarks: Vec<String>) -> Self {
         Self { remarks, ..self }

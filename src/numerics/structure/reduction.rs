@@ -11,7 +11,7 @@ use super::observe::Observer;
 use super::partition::{Blocks, blocks, inner_rows, interface_rows, sparse_times};
 use super::points::Interface;
 use super::reduced::{ReducedMatrices, ReducedStructure};
-use super::sense::{RigidMotions, remarks};
+use super::sense::{RigidMotions, Shown, remarks};
 use super::symmetric::symmetric_part;
 use crate::linalg::{SymmetricPencil, multiply, multiply_transposed};
 
@@ -139,7 +139,8 @@ pub(super) fn reduce_in_parts(
     };
     let interface = Interface::new(model.points().clone(), &dofs);
     let structure = observer.step("second eigenproblem", || ReducedStructure::new(matrices, interface))?;
-    let structure = structure.with_remarks(remarks(model, RigidMotions::new(model).as_ref(), None));
+    let shown = Shown { rigid: structure.rigid_motions(), lowest_hz: None };
+    let structure = structure.with_remarks(remarks(model, RigidMotions::new(model).as_ref(), shown));
     let inner_rows = pencil.rows().to_vec();
     Ok(Reduction { structure, facts, rows, inner_rows, inner })
 }

@@ -18,6 +18,8 @@ const LOWEST_HZ: [f64; 2] = [0.01, 2e4];
 const MASS_SPREAD: f64 = 0.05;
 /// A finite element model has modes far beyond this frequency in Hz.
 const LEAST_HIGHEST_HZ: f64 = 1.0;
+/// A machine that floats has so many modes at 0 Hz.
+const MOST_RIGID: usize = 6;
 /// Entries of a mass matrix add up, those of a stiffness cancel.
 const LEAST_SUM: f64 = 1e-3;
 
@@ -96,9 +98,18 @@ fn centre(
     Ok([coupling(1, 2) / m_y, -coupling(0, 2) / m_x, -coupling(1, 0) / m_y])
 }
 
-/// What looks wrong, one sentence each. `lowest_hz`: the lowest elastic mode.
-pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, lowest_hz: Option<f64>) -> Vec<String> {
-    let mut out = Vec::new();
+/// What the modes of a model have shown.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shown {
+    /// Number of rigid-body motions.
+    pub rigid: usize,
+    /// Frequency of the lowest elastic mode in Hz, where that was looked for.
+    pub lowest_hz: Option<f64>,
+}
+
+/// What looks wrong, one sentence each.
+pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, shown: Shown) -> Vec<String> {
+    let mut out = model.doubts().to_vec();
     let highest_hz = highest_ratio(model).sqrt() / TAU;
     if highest_hz < LEAST_HIGHEST_HZ || rigid.is_some_and(|rigid| !adds_up(model.mass(), rigid)) {
         out.push(format!(
@@ -129,10 +140,35 @@ pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, lowest_hz: 
             "node {node} lies at {by_points_m:?} m by the table of points, but at {by_rows_m:?} m by the list of rows: is the unit of the model another one?"
         ));
     }
-    if let Some(hz) = lowest_hz.filter(|hz| !(LOWEST_HZ[0]..=LOWEST_HZ[1]).contains(hz)) {
+    out.extend(loose_mass(model));
+    if shown.rigid > MOST_RIGID {
+        out.push(format!(
+            "{} modes at 0 Hz: a machine that floats has {MOST_RIGID}; parts hang loose, move as a mechanism, or their stiffness is missing (is a file cut short?)",
+            shown.rigid
+        ));
+    }
+    if let Some(hz) = shown.lowest_hz.filter(|hz| !(LOWEST_HZ[0]..=LOWEST_HZ[1]).contains(hz)) {
         out.push(format!("the lowest elastic mode lies at {hz:.3e} Hz: stiffness and mass may be in different units"));
     }
     out
+}
+
+/// Rows with mass that nothing holds; modal coordinates may be like that.
+fn loose_mass(model: &FeModel) -> Option<String> {
+    let diagonal = |matrix: &CsMat<f64>, row: usize| matrix.get(row, row).copied().unwrap_or(0.0);
+    let modal = |row: usize| model.labels().get(row).is_some_and(|label| label.dof == SCALAR);
+    let is_loose =
+        |row: &usize| diagonal(model.mass(), *row) > 0.0 && diagonal(model.stiffness(), *row) == 0.0 && !modal(*row);
+    let loose: Vec<usize> = (0..model.order()).filter(is_loose).collect();
+    let first = *loose.first()?;
+    let place = match model.labels().get(first).and_then(|label| Some((label.node, DOF_NAMES.get(label.dof)?))) {
+        Some((node, dof)) => format!("node {node} {dof}"),
+        None => format!("row {}", first + 1),
+    };
+    Some(format!(
+        "{} with mass but no stiffness, the first {place}: nothing holds them; are they to be left out, or is the stiffness cut short?",
+        if loose.len() == 1 { "1 row".to_owned() } else { format!("{} rows", loose.len()) }
+    ))
 }
 
 /// Largest `K_ii / M_ii`: not above the largest squared circular frequency.

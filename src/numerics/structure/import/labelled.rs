@@ -14,8 +14,12 @@ pub(super) struct LabelledMatrix {
     labels: Vec<DofLabel>,
     known: HashMap<DofLabel, u32>,
     entries: Triplets,
+    /// Columns that the file begins, as places in `labels`; none where its format has only entries.
+    columns: Vec<u32>,
     /// Which entries the file says that it holds; none: as its entries show.
     pub storage: Option<Storage>,
+    /// Number of columns that the file states, those of zeros included.
+    pub stated_columns: Option<usize>,
 }
 
 impl LabelledMatrix {
@@ -32,9 +36,24 @@ impl LabelledMatrix {
         self.entries.push(row, column, value);
     }
 
-    /// Adds a label that may have no entry.
-    pub fn mention(&mut self, label: DofLabel) {
-        self.place(label);
+    /// Begins a column.
+    pub fn begin_column(&mut self, label: DofLabel) {
+        let place = self.place(label);
+        self.columns.push(place);
+    }
+
+    /// Columns in the order of the file.
+    pub fn columns(&self) -> impl DoubleEndedIterator<Item = DofLabel> + '_ {
+        self.columns.iter().map(|place| self.labels[*place as usize])
+    }
+
+    /// A label that is coupled to another, but has nothing on the diagonal: no mass or stiffness is like that.
+    pub fn without_diagonal(&self) -> Option<DofLabel> {
+        let entries = || self.entries.iter().filter(|(.., value)| *value != 0.0);
+        let mut there = vec![false; self.labels.len()];
+        entries().filter(|(row, column, _)| row == column).for_each(|(row, ..)| there[row] = true);
+        let place = entries().flat_map(|(row, column, _)| [row, column]).find(|place| !there[*place])?;
+        self.labels.get(place).copied()
     }
 
     /// Labels that appear.

@@ -8,6 +8,7 @@
 
 mod axes;
 mod bulk;
+mod columns;
 mod dofs;
 mod entry;
 mod formats;

@@ -7,7 +7,7 @@ use super::entry::{Given, Imported};
 use super::labelled::all_labels;
 use super::lines::read_bytes;
 use super::source::{MatrixFile, ModelFiles, Units};
-use super::{axes, dofs, units};
+use super::{axes, columns, dofs, units};
 use crate::structure::error::StructureError;
 use crate::structure::label::{DofLabel, regular_labels};
 use crate::structure::model::{FeModel, ModelMatrices, Sources};
@@ -32,6 +32,7 @@ impl FeModel {
             imported.push(read_matrix(files, damping, order)?);
             names.push(name(&damping.path));
         }
+        let doubt = columns::doubt(&imported, &names)?;
         let assumed = list.as_ref().is_some_and(|(rows, _)| rows.assumed);
         let labels = list.as_ref().map(|(rows, _)| rows.labels.clone());
         let mut matrices = combine(imported, &names, (labels, assumed))?;
@@ -51,7 +52,7 @@ impl FeModel {
             points: name(&files.points),
         };
         let points = InterfacePoints::read(&files.points)?;
-        let model = Self::validated(matrices, points, &sources)?;
+        let model = Self::validated(matrices, points, &sources)?.with_doubts(doubt);
         Ok(match files.units {
             Units::Si => model.with_positions(positions, 1.0),
             Units::MillimetreTonneSecond => units::from_millimetre_tonne(model).with_positions(positions, 1e-3),

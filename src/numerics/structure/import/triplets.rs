@@ -79,7 +79,8 @@ impl Triplets {
         self.assemble(file, order, storage)
     }
 
-    fn iter(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+    /// Row, column and value of every entry.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         let places = self.rows.iter().zip(&self.columns);
         places.zip(&self.values).map(|((row, column), value)| (*row as usize, *column as usize, *value))
     }

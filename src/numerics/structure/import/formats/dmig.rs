@@ -32,31 +32,28 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
     let mut cards = Cards::new(file, bytes);
     let mut matrix = LabelledMatrix::default();
     let mut header: Option<usize> = None;
-    let mut columns = 0;
     let mut names: Vec<String> = Vec::new();
     while let Some(card) = cards.next(&["DMIG"])? {
         let field = |index: usize| card.field(index);
         let own = field(0).eq_ignore_ascii_case(name);
-        if field(1) == "0" && !field(2).is_empty() {
-            if !own && !names.contains(&field(0).to_owned()) {
-                names.push(field(0).to_owned());
+        let begins = field(1) == "0" && !field(2).is_empty();
+        match (own, begins, header) {
+            (true, true, None) => {
+                header = Some(card.line);
+                read_header(&cards.lines, &card, &mut matrix)?;
             }
-            if let (true, Some(first)) = (own, header) {
+            (true, true, Some(first)) => {
                 let reason = format!(
                     "a second matrix {name}, the first begins at line {first}: expected one of each name; keep that which is meant (was a punch file appended to another?)"
                 );
                 return Err(cards.lines.fault_at(card.line, reason));
             }
-            if own {
-                header = Some(card.line);
-                matrix.storage = check_header(&cards.lines, &card)?;
-            }
-        } else if own {
-            if header.is_none() {
+            (true, false, None) => {
                 return Err(cards.lines.fault_at(card.line, format!("a column of {name} before its header")));
             }
-            columns += 1;
-            read_column(&cards.lines, &card, &mut matrix)?;
+            (true, false, Some(_)) => read_column(&cards.lines, &card, &mut matrix)?,
+            (false, true, _) if !names.contains(&field(0).to_owned()) => names.push(field(0).to_owned()),
+            (false, ..) => {}
         }
     }
     if header.is_none() {
@@ -66,14 +63,27 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
         );
         return Err(StructureError::Matrix { file: file.to_owned(), reason });
     }
-    if columns == 0 {
-        return Err(cards.lines.fault(format!("the file is cut short: matrix {name} has a header but no column")));
-    }
+    require_columns(&cards.lines, name, &matrix)?;
     Ok(Imported::Labels(matrix))
 }
 
-/// Which entries the form announces: a square matrix has all, a symmetric one a triangle, in some files both.
-fn check_header(lines: &Lines, card: &Card) -> Result<Option<Storage>, StructureError> {
+/// Columns are there, and with every row that is coupled to others the column that has its diagonal.
+fn require_columns(lines: &Lines, name: &str, matrix: &LabelledMatrix) -> Result<(), StructureError> {
+    if matrix.columns().next().is_none() {
+        return Err(lines.fault(format!("the file is cut short: matrix {name} has a header but no column")));
+    }
+    if let Some(DofLabel { node, dof }) = matrix.without_diagonal() {
+        let dof = number(dof);
+        return Err(lines.fault(format!(
+            "the file is cut short: in matrix {name} node {node} direction {dof} is coupled to others, but its own entry ({node}, {dof}) of the diagonal is missing"
+        )));
+    }
+    Ok(())
+}
+
+/// Which entries the form announces: a square matrix has all, a symmetric one a triangle, in some files both; and the number of
+/// columns, where the header has it.
+fn read_header(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Result<(), StructureError> {
     let field = |index: usize| card.field(index);
     if !matches!(field(2), "1" | "6") {
         let reason = format!("form {} of {}: expected 6 (symmetric) or 1 (square)", field(2), field(0));
@@ -83,7 +93,9 @@ fn check_header(lines: &Lines, card: &Card) -> Result<Option<Storage>, Structure
         let reason = format!("type {} of {}: expected 1 or 2 (real)", field(3), field(0));
         return Err(lines.fault_at(card.line, reason));
     }
-    Ok((field(2) == "1").then_some(Storage::Both))
+    matrix.storage = (field(2) == "1").then_some(Storage::Both);
+    matrix.stated_columns = field(7).parse().ok();
+    Ok(())
 }
 
 fn read_column(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Result<(), StructureError> {
@@ -97,7 +109,7 @@ fn read_column(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Resul
     };
     let field = |index: usize| card.field(index);
     let column = label(field(1), field(2))?;
-    matrix.mention(column);
+    matrix.begin_column(column);
     let mut entries = 0;
     for group in card.fields.get(4..).unwrap_or_default().chunks(4) {
         if group.iter().all(String::is_empty) {

@@ -1,0 +1,110 @@
+//! Files that another than the one that was meant hides in: cut between columns, a matrix of another kind, axes of their own; and
+//! what a report says of a model that no machine is.
+
+use decore::structure::MatrixFormat;
+
+use crate::outside::{Case, market, report};
+
+/// A symmetric matrix as DMIG in free field, columns of zeros left out; `lower`: the lower triangle instead of the upper one.
+fn dmig(name: &str, matrix: &[Vec<f64>], label: impl Fn(usize) -> (usize, usize), lower: bool) -> String {
+    let order = matrix.len();
+    let mut text = format!("DMIG,{name},0,6,2,0,,,{order}\n");
+    for column in 0..order {
+        let rows = if lower { column..order } else { 0..column + 1 };
+        let entries: String = rows
+            .filter(|row| matrix[*row][column] != 0.0)
+            .map(|row| format!("*,{},{},{:.15E}\n", label(row).0, label(row).1, matrix[row][column]))
+            .collect();
+        if !entries.is_empty() {
+            text += &format!("DMIG*,{name},{},{},\n{entries}", label(column).0, label(column).1);
+        }
+    }
+    text
+}
+
+/// Nodes on a line, held at both ends, that move along z.
+fn chain(order: usize) -> Vec<Vec<f64>> {
+    let entry = |i: usize, j: usize| match i.abs_diff(j) {
+        0 => 2e6,
+        1 => -1e6,
+        _ => 0.0,
+    };
+    (0..order).map(|i| (0..order).map(|j| entry(i, j)).collect()).collect()
+}
+
+fn masses(values: &[f64]) -> Vec<Vec<f64>> {
+    let order = values.len();
+    (0..order).map(|i| (0..order).map(|j| if i == j { values[i] } else { 0.0 }).collect()).collect()
+}
+
+/// The text without its last columns.
+fn cut(text: &str, columns: usize) -> String {
+    let mut end = text.len();
+    for _ in 0..columns {
+        end = text[..end].rfind("DMIG*").expect("a column");
+    }
+    text[..end].to_owned()
+}
+
+#[test]
+fn a_punch_file_cut_between_columns_is_told() {
+    let mut case = Case::new(MatrixFormat::Dmig, "name,role,x_m,y_m,z_m,node\nA,mount,0,0,0,1\n");
+    let z = |row: usize| (row + 1, 3);
+    let (upper, lower) = (dmig("KAA", &chain(8), z, false), dmig("KAA", &chain(8), z, true));
+    let mass = dmig("MAA", &masses(&[5.0; 8]), z, false);
+    case.files.mass.path = case.write("M", &mass);
+    case.write("K", &upper);
+    assert!(report(&case.read().expect("whole")).remarks.is_empty());
+    case.write("K", cut(&upper, 3));
+    case.fails(
+        "K: the file is cut short: its header states 8 columns, 5 are there, and from node 6 direction 3 on 3 with mass have no stiffness",
+    );
+    case.write("K", cut(&lower, 3));
+    case.fails(
+        "in matrix KAA node 6 direction 3 is coupled to others, but its own entry (6, 3) of the diagonal is missing",
+    );
+    let last = upper.trim_end().rfind('\n').expect("lines");
+    case.write("K", &upper[..=last]);
+    case.fails("in matrix KAA node 8 direction 3 is coupled to others, but its own entry");
+
+    // Columns without mass are left out by right; where they are the last ones, who exported them knows better.
+    case.write("K", &upper);
+    case.write("M", dmig("MAA", &masses(&[5.0, 0.0, 5.0, 5.0, 5.0, 5.0, 5.0, 0.0]), z, false));
+    assert!(report(&case.read().expect("valid")).remarks.is_empty());
+    case.write("M", cut(&mass, 2));
+    let remarks = report(&case.read().expect("valid")).remarks;
+    assert!(
+        remarks.iter().any(|remark| remark.contains(
+            "M: the header states 8 columns, 6 are there, and from node 7 direction 3 on 2 with stiffness have no mass"
+        )),
+        "{remarks:?}"
+    );
+}
+
+#[test]
+fn more_motions_than_a_machine_has_are_told() {
+    let remarks = |stiffness: &[(usize, usize, f64)], rows: usize| {
+        let mut case = Case::new(MatrixFormat::MatrixMarket, "name,role,x_m,y_m,z_m,node\nA,mount,0,0,0,1\n");
+        case.write("K", market(rows, stiffness));
+        case.files.mass.path = case.write("M", market(rows, &(0..rows).map(|row| (row, row, 2.0)).collect::<Vec<_>>()));
+        case.files.dofs =
+            Some(case.write("rows.dof", (0..rows).map(|row| format!("{}.3\n", row + 1)).collect::<String>()));
+        report(&case.read().expect("valid")).remarks
+    };
+    // Pairs of masses with a spring between, that nothing holds.
+    let pairs = |count: usize| -> Vec<(usize, usize, f64)> {
+        let pair = |pair: usize| {
+            let (i, j) = (2 * pair, 2 * pair + 1);
+            [(i, i, 1e6), (j, i, -1e6), (j, j, 1e6)]
+        };
+        (0..count).flat_map(pair).collect()
+    };
+    assert!(remarks(&pairs(6), 12).is_empty());
+    let found = remarks(&pairs(7), 14);
+    assert!(found.len() == 1 && found[0].starts_with("7 modes at 0 Hz: a machine that floats has 6;"), "{found:?}");
+    let found = remarks(&pairs(2), 6);
+    assert!(
+        found.len() == 1 && found[0].starts_with("2 rows with mass but no stiffness, the first node 5 z"),
+        "{found:?}"
+    );
+}
