@@ -3,7 +3,7 @@
 
 use decore::structure::MatrixFormat;
 
-use crate::outside::{Case, market, report};
+use crate::outside::{Case, dense, full, market, punch, report};
 
 /// A symmetric matrix as DMIG in free field, columns of zeros left out; `lower`: the lower triangle instead of the upper one.
 fn dmig(name: &str, matrix: &[Vec<f64>], label: impl Fn(usize) -> (usize, usize), lower: bool) -> String {
@@ -107,4 +107,49 @@ fn more_motions_than_a_machine_has_are_told() {
         found.len() == 1 && found[0].starts_with("2 rows with mass but no stiffness, the first node 5 z"),
         "{found:?}"
     );
+}
+
+#[test]
+fn a_punch_file_states_the_axes_of_its_own_matrices() {
+    let mut case =
+        Case::new(MatrixFormat::Dmig, "name,role,x_m,y_m,z_m,node\nA,mount,0,0,0.3,3\nB,fixture,0.6,0,0.3,11\n");
+    // The rows of the table are in rising order, as those without a table are.
+    let label = |row: usize| match row {
+        0..6 => (3, row + 1),
+        6..12 => (11, row - 5),
+        _ => (2_995_001, 0),
+    };
+    let matrices = dmig("KAA", &full(0.3, 1e3), label, false) + &dmig("MAA", &full(1.1, 1.0), label, false);
+    let bare = case.write("bare", &matrices);
+    let whole = case.write("K", punch() + &matrices);
+    case.files.dofs = Some(case.write("se.pch", punch()));
+    case.files.stiffness.path = bare.clone();
+    case.files.mass.path = bare.clone();
+    let expected = case.read().expect("valid");
+    // With its table or without, in one file or in that of the stiffness alone.
+    let table = case.files.dofs.take();
+    for (stiffness, mass, dofs) in
+        [(&whole, &whole, None), (&whole, &bare, None), (&bare, &whole, None), (&whole, &whole, table.clone())]
+    {
+        case.files.stiffness.path.clone_from(stiffness);
+        case.files.mass.path.clone_from(mass);
+        case.files.dofs = dofs;
+        let model = case.read().expect("valid");
+        for (found, expected) in [(model.stiffness(), expected.stiffness()), (model.mass(), expected.mass())] {
+            let (found, expected) = (dense(found), dense(expected));
+            let largest = found.iter().flatten().zip(expected.iter().flatten());
+            assert!(largest.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-12 * expected[0][0]);
+        }
+    }
+    assert!((dense(expected.stiffness())[6][6] - full(0.3, 1e3)[8][8]).abs() < 1e-9, "turned");
+
+    let turned =
+        punch().replace("0.      0.      0.      1.      0.      0.", "0.      0.      0.      0.      1.      0.");
+    case.files.dofs = Some(case.write("se.pch", turned));
+    case.fails("K: the displacements of node 11 are along other axes here than in");
+    case.files.dofs = None;
+    case.write("K", (punch() + &matrices).replace("CORD2R ", "CORD2C "));
+    case.fails("displacements of GRID 11: coordinate system 10 is a CORD2C: expected a rectangular one");
+    case.write("K", (punch() + &matrices).replace("CORD2R ", "$ORD2R "));
+    case.fails("system 10 is not in the file; the matrix is along these axes: add their entry");
 }

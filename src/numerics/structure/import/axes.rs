@@ -4,9 +4,33 @@ use std::collections::{BTreeMap, HashMap};
 
 use sprs::{CsMat, TriMat};
 
+use super::rows::{BASIC_AXES, Nodes};
 use crate::structure::error::StructureError;
 use crate::structure::label::DofLabel;
 use crate::structure::model::ModelMatrices;
+
+/// Axes whose components differ by more are not the same.
+const SAME: f64 = 1e-6;
+
+/// Adds what another file states of nodes; `first` names the one before.
+///
+/// # Errors
+/// Axes of a node that differ between the two.
+pub(super) fn add(nodes: &mut Nodes, first: &str, other: &Nodes, file: &str) -> Result<(), StructureError> {
+    for (node, axes) in &other.axes {
+        let known = nodes.axes.entry(*node).or_insert(*axes);
+        if known.iter().flatten().zip(axes.iter().flatten()).any(|(a, b)| (a - b).abs() > SAME) {
+            let reason = format!(
+                "the displacements of node {node} are along other axes here than in {first}: correct one of them"
+            );
+            return Err(StructureError::Matrix { file: file.to_owned(), reason });
+        }
+    }
+    for (node, place) in &other.positions {
+        nodes.positions.entry(*node).or_insert(*place);
+    }
+    Ok(())
+}
 
 /// `A -> T A T'`, where T turns displacements and rotations of the nodes in `axes` (columns: local axes in the basic system).
 ///
@@ -17,7 +41,7 @@ pub(super) fn to_basic(
     axes: &BTreeMap<i64, [[f64; 3]; 3]>,
     file: &str,
 ) -> Result<(), StructureError> {
-    if axes.is_empty() {
+    if axes.values().all(|axes| *axes == BASIC_AXES) {
         return Ok(());
     }
     let rows: HashMap<DofLabel, usize> = matrices.labels.iter().copied().zip(0..).collect();
@@ -28,7 +52,7 @@ pub(super) fn to_basic(
         back.add_triplet(column, row, value);
     };
     let mut turned = vec![false; order];
-    for (&node, axes) in axes {
+    for (&node, axes) in axes.iter().filter(|(_, axes)| **axes != BASIC_AXES) {
         for first in [0, 3] {
             let places = [0, 1, 2].map(|dof| rows.get(&DofLabel { node, dof: first + dof }).copied());
             let [Some(x), Some(y), Some(z)] = places else {

@@ -35,7 +35,7 @@ pub(super) fn parse_rows(file: &str, bytes: &[u8]) -> Result<Rows, StructureErro
                 rows.labels.push(label);
                 if let Some([x, y, z]) = place {
                     let place = [lines.number_in(x)?, lines.number_in(y)?, lines.number_in(z)?];
-                    rows.positions.insert(label.node, place);
+                    rows.nodes.positions.insert(label.node, place);
                 }
             }
             None if heading && words.iter().all(|word| word.parse::<f64>().is_err()) => {}
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(read("# rows\n10 1\n12, 3\n7 0\n"), [dof(10, 0), dof(12, 2), dof(7, SCALAR)]);
         assert_eq!(read(" Eqn Node DOF\n 1 10 UX\n 2 10 ROTZ\n"), [dof(10, 0), dof(10, 5)]);
         let placed = parse_rows("d", b"10 1 0.5 0 1.25\n2 10 2 0.5 0 1.25\n").expect("valid");
-        assert_eq!((placed.labels.len(), placed.positions[&10]), (2, [0.5, 0.0, 1.25]));
+        assert_eq!((placed.labels.len(), placed.nodes.positions[&10]), (2, [0.5, 0.0, 1.25]));
         for (text, line) in [("10.7\n", 1), ("10.1\n10\n", 2), ("1 10 UX\n3 10 UY\n", 2), ("", 1), ("x\ny\n", 2)] {
             let error = parse_rows("d", text.as_bytes()).expect_err(text).to_string();
             assert!(error.starts_with(&format!("d, line {line}: ")), "{error}");

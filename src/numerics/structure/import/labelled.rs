@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use sprs::CsMat;
 
+use super::rows::Nodes;
 use super::triplets::{Storage, Triplets};
 use crate::structure::error::StructureError;
 use crate::structure::label::DofLabel;
@@ -20,6 +21,8 @@ pub(super) struct LabelledMatrix {
     pub storage: Option<Storage>,
     /// Number of columns that the file states, those of zeros included.
     pub stated_columns: Option<usize>,
+    /// What the file states of its nodes.
+    pub nodes: Nodes,
 }
 
 impl LabelledMatrix {

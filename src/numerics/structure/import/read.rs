@@ -1,11 +1,11 @@
 //! A model from its files.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::entry::{Given, Imported};
 use super::labelled::all_labels;
 use super::lines::read_bytes;
+use super::rows::{Nodes, Rows};
 use super::source::{MatrixFile, ModelFiles, Units};
 use super::{axes, columns, dofs, units};
 use crate::structure::error::StructureError;
@@ -35,15 +35,12 @@ impl FeModel {
         let doubt = columns::doubt(&imported, &names)?;
         let assumed = list.as_ref().is_some_and(|(rows, _)| rows.assumed);
         let labels = list.as_ref().map(|(rows, _)| rows.labels.clone());
+        let (nodes, stated_by) = stated_nodes(list, &imported, &names)?;
         let mut matrices = combine(imported, &names, (labels, assumed))?;
         if let (true, Some(dofs)) = (matrices.labels.is_empty(), files.dofs_per_node) {
             matrices.labels = numbered(matrices.mass.rows(), dofs, &names)?;
         }
-        let mut positions = BTreeMap::new();
-        if let Some((rows, file)) = list {
-            axes::to_basic(&mut matrices, &rows.axes, &file)?;
-            positions = rows.positions;
-        }
+        axes::to_basic(&mut matrices, &nodes.axes, &stated_by)?;
         let [stiffness, mass] = [0, 1].map(|index| names.get(index).cloned().unwrap_or_default());
         let sources = Sources {
             stiffness,
@@ -54,10 +51,27 @@ impl FeModel {
         let points = InterfacePoints::read(&files.points)?;
         let model = Self::validated(matrices, points, &sources)?.with_doubts(doubt);
         Ok(match files.units {
-            Units::Si => model.with_positions(positions, 1.0),
-            Units::MillimetreTonneSecond => units::from_millimetre_tonne(model).with_positions(positions, 1e-3),
+            Units::Si => model.with_positions(nodes.positions, 1.0),
+            Units::MillimetreTonneSecond => units::from_millimetre_tonne(model).with_positions(nodes.positions, 1e-3),
         })
     }
+}
+
+/// What the list of rows and the matrices' own files state of nodes, and which file did so first.
+fn stated_nodes(
+    list: Option<(Rows, String)>,
+    imported: &[Imported],
+    names: &[String],
+) -> Result<(Nodes, String), StructureError> {
+    let (mut nodes, mut stated_by) = list.map(|(rows, file)| (rows.nodes, file)).unwrap_or_default();
+    for (matrix, name) in imported.iter().zip(names) {
+        let Imported::Labels(matrix) = matrix else { continue };
+        if stated_by.is_empty() {
+            stated_by.clone_from(name);
+        }
+        axes::add(&mut nodes, &stated_by, &matrix.nodes, name)?;
+    }
+    Ok((nodes, stated_by))
 }
 
 /// Labels of rows that are numbered node by node.

@@ -4,16 +4,25 @@ use std::collections::BTreeMap;
 
 use crate::structure::label::{DofLabel, SCALAR};
 
+/// Axes (columns) of the basic system.
+pub(super) const BASIC_AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// What the rows of matrices stand for, and what else a list of them tells of its nodes.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub labels: Vec<DofLabel>,
-    /// Axes (columns, in the basic system) of the displacements of nodes that have others than the basic ones.
+    pub nodes: Nodes,
+    /// Whether the directions of nodes were not listed but taken to be all six.
+    pub assumed: bool,
+}
+
+/// What files state of nodes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Nodes {
+    /// Axes (columns, in the basic system) of the displacements of nodes, as far as they are stated; all others have the basic ones.
     pub axes: BTreeMap<i64, [[f64; 3]; 3]>,
     /// Where nodes are, in the unit of the file.
     pub positions: BTreeMap<i64, [f64; 3]>,
-    /// Whether the directions of nodes were not listed but taken to be all six.
-    pub assumed: bool,
 }
 
 /// Direction 1 to 6 as a DOF from 0, and 0 as a modal coordinate.

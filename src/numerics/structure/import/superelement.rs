@@ -2,16 +2,21 @@
 //!
 //! `EXTRN` entries (in the `.pch`) list points and components in the order of the a-set, which is that of KAA and MAA.
 //! Assembly files (`.asm`) have only `SECONCT`: its points then stand for all six directions, and its SPOINTs for modal
-//! coordinates. `GRID` and `CORD2R` tell where points are, and along which axes their displacements are given.
+//! coordinates. `GRID` and `CORD2R` tell where points are, and along which axes their displacements are given; those beside DMIG
+//! entries in one file hold for these.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::bulk::{Card, Cards};
 use super::lines::{Lines, parse_number};
-use super::rows::Rows;
+use super::rows::{BASIC_AXES, Nodes, Rows};
 use crate::structure::error::StructureError;
 use crate::structure::label::{DofLabel, SCALAR};
 
+/// Entries that list points.
+const LISTS: [&str; 3] = ["EXTRN", "SECONCT", "SPOINT"];
+/// Entries that tell where points are and along which axes they move.
+const GRIDS: [&str; 7] = ["GRID", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"];
 /// Most points of one `THRU`.
 const LONGEST_RANGE: i64 = 1_000_000;
 /// Coordinate systems that may refer to one another.
@@ -43,7 +48,7 @@ struct Frame {
     axes: [Vector; 3],
 }
 
-const BASIC: Frame = Frame { origin: [0.0; 3], axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] };
+const BASIC: Frame = Frame { origin: [0.0; 3], axes: BASIC_AXES };
 
 /// A coordinate system as its entry gives it.
 struct System {
@@ -69,18 +74,30 @@ struct Table {
 
 /// Reads the table of rows.
 pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Rows, StructureError> {
-    const NAMES: [&str; 10] =
-        ["EXTRN", "SECONCT", "SPOINT", "GRID", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"];
-    let mut cards = Cards::new(file, bytes);
-    let mut table = Table::default();
-    while let Some(card) = cards.next(&NAMES)? {
-        let fault = |reason: String| cards.lines.fault_at(card.line, format!("{}: {reason}", card.name));
-        table.read(&card).map_err(fault)?;
-    }
-    table.rows().map_err(|reason| StructureError::Matrix { file: file.to_owned(), reason })
+    let names = [&LISTS[..], &GRIDS].concat();
+    Table::of(&names, file, bytes)?.rows().map_err(|reason| StructureError::Matrix { file: file.to_owned(), reason })
+}
+
+/// Axes and places of the nodes of some labels, as bulk data state them beside the matrices that have these labels.
+pub(super) fn parse_nodes(file: &str, bytes: &[u8], labels: &[DofLabel]) -> Result<Nodes, StructureError> {
+    Table::of(&GRIDS, file, bytes)?.nodes(labels).map_err(|reason| StructureError::Matrix {
+        file: file.to_owned(),
+        reason: format!("{reason}; the matrix is along these axes: add their entry, or export it in the basic system"),
+    })
 }
 
 impl Table {
+    /// Of the entries of these names.
+    fn of(names: &[&str], file: &str, bytes: &[u8]) -> Result<Self, StructureError> {
+        let mut cards = Cards::new(file, bytes);
+        let mut table = Self::default();
+        while let Some(card) = cards.next(names)? {
+            let fault = |reason: String| cards.lines.fault_at(card.line, format!("{}: {reason}", card.name));
+            table.read(&card).map_err(fault)?;
+        }
+        Ok(table)
+    }
+
     fn read(&mut self, card: &Card) -> Result<(), String> {
         match card.name.as_str() {
             "EXTRN" => self.read_extrn(card),
@@ -137,28 +154,32 @@ impl Table {
         Ok(())
     }
 
-    fn rows(self) -> Result<Rows, String> {
+    fn rows(&self) -> Result<Rows, String> {
         let assumed = self.extrn.is_empty();
         let labels = if assumed { self.connected_labels()? } else { self.extrn.clone() };
         let mut seen = BTreeSet::new();
         if let Some(twice) = labels.iter().find(|label| !seen.insert(**label)) {
             return Err(format!("point {} component {} stands in the list of rows twice", twice.node, twice.dof + 1));
         }
-        let (mut axes, mut positions) = (BTreeMap::new(), BTreeMap::new());
+        let nodes = self.nodes(&labels)?;
+        Ok(Rows { labels, nodes, assumed })
+    }
+
+    /// Axes and places of the nodes that some labels name.
+    fn nodes(&self, labels: &[DofLabel]) -> Result<Nodes, String> {
+        let mut out = Nodes::default();
         let nodes: BTreeSet<i64> = labels.iter().filter(|label| label.dof != SCALAR).map(|label| label.node).collect();
         for (node, grid) in self.grids.iter().filter(|(node, _)| nodes.contains(node)) {
             let [place, displacement] = grid.systems;
             let frame = self.frame(displacement, DEEPEST);
             let frame = frame.map_err(|reason| format!("displacements of GRID {node}: {reason}"))?;
-            if frame.axes != BASIC.axes {
-                axes.insert(*node, frame.axes);
-            }
+            out.axes.insert(*node, frame.axes);
             // A place that cannot be told is none: only the centre of mass needs it.
             if let Ok(frame) = self.frame(place, DEEPEST) {
-                positions.insert(*node, frame.point(grid.at));
+                out.positions.insert(*node, frame.point(grid.at));
             }
         }
-        Ok(Rows { labels, axes, positions, assumed })
+        Ok(out)
     }
 
     fn connected_labels(&self) -> Result<Vec<DofLabel>, String> {
@@ -286,10 +307,10 @@ CORD2R*               10               0 1.000000000E+00 0.000000000E+00
         let expected = [of(3, &[0, 1, 2, 3, 4, 5]), of(11, &[0, 2, 4]), of(2995001, &[SCALAR])].concat();
         assert_eq!(table.labels, expected);
         assert!(!table.assumed);
-        assert_eq!(table.positions[&3], [600.0, 0.0, 300.0]);
+        assert_eq!(table.nodes.positions[&3], [600.0, 0.0, 300.0]);
         // z along the basic x, x towards (0, 1, 0) from (1, 0, 0): (0, 1, 0) once z is taken out, y = z x x = (0, 0, 1).
-        assert_eq!(table.axes[&11], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        assert_eq!(table.positions[&11], [4.0, 1.0, 2.0]);
+        assert_eq!(table.nodes.axes[&11], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
+        assert_eq!(table.nodes.positions[&11], [4.0, 1.0, 2.0]);
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Nastran DMIG entries in bulk data or punch files: small, large and free field.
+//! Nastran DMIG entries in bulk data or punch files: small, large and free field. Where GRID and CORD2R entries stand in the same
+//! file, the matrix is along the axes that they state.
 
 use std::io::Write;
 
@@ -8,6 +9,7 @@ use crate::structure::import::entry::{Form, Format, Given, Imported, Named, RowL
 use crate::structure::import::labelled::LabelledMatrix;
 use crate::structure::import::lines::{Lines, parse_number};
 use crate::structure::import::rows::{direction, number};
+use crate::structure::import::superelement;
 use crate::structure::import::triplets::Storage;
 use crate::structure::label::DofLabel;
 
@@ -64,6 +66,7 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
         return Err(StructureError::Matrix { file: file.to_owned(), reason });
     }
     require_columns(&cards.lines, name, &matrix)?;
+    matrix.nodes = superelement::parse_nodes(file, bytes, matrix.labels())?;
     Ok(Imported::Labels(matrix))
 }
 
