@@ -153,3 +153,28 @@ fn a_punch_file_states_the_axes_of_its_own_matrices() {
     case.write("K", (punch() + &matrices).replace("CORD2R ", "$ORD2R "));
     case.fails("system 10 is not in the file; the matrix is along these axes: add their entry");
 }
+
+#[test]
+fn of_several_abaqus_blocks_the_one_of_the_type_is_read() {
+    let mut case = Case::new(MatrixFormat::Abaqus, "name,role,x_m,y_m,z_m,node\nA,mount,0,0,0,1\n");
+    let stiffness = "*MATRIX, TYPE=STIFFNESS\n1,3, 1,3, 3e6\n2,3, 1,3, -1e6\n2,3, 2,3, 1e6\n";
+    let mass = "** of the same model\n*Matrix, type = mass\n1,3, 1,3, 2.0\n2,3, 2,3, 4.0\n";
+    let damping = "*MATRIX,TYPE=VISCOUS DAMPING\n1,3, 1,3, 7.0\n";
+    let both = case.write("K", format!("{mass}{stiffness}{damping}"));
+    case.files.mass.path.clone_from(&both);
+    let model = case.read().expect("valid");
+    assert_eq!(dense(model.stiffness()), [[3e6, -1e6], [-1e6, 1e6]]);
+    assert_eq!(dense(model.mass()), [[2.0, 0.0], [0.0, 4.0]]);
+    case.files.damping = Some(case.files.mass.clone());
+    assert_eq!(case.read().expect("valid").damping().map(dense), Some(vec![vec![7.0, 0.0], vec![0.0, 0.0]]));
+    case.files.damping = None;
+
+    case.write("K", format!("{stiffness}{mass}{stiffness}"));
+    case.fails("K, line 10: a second block of entries that may be the stiffness, the first begins at line 2");
+    case.write("K", format!("{}{stiffness}{mass}", stiffness.replace(", TYPE=STIFFNESS", "")));
+    case.fails("K, line 6: a second block");
+    case.write("K", stiffness);
+    case.fails("K: no mass: expected *MATRIX, TYPE=MASS, found TYPE STIFFNESS (line 2)");
+    case.write("K", "*USER ELEMENT,NODES=2,LINEAR\n1,2,3\n*MATRIX,TYPE=STIFFNESS\n 1.0\n 0.5, 1.0\n");
+    case.fails("K, line 1: a matrix of a user element or substructure");
+}

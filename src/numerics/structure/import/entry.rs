@@ -26,8 +26,18 @@ pub(super) struct Given<'a> {
     pub bytes: &'a [u8],
     /// Name of the matrix, where a file holds several.
     pub name: &'a str,
+    /// What the matrix is to be.
+    pub kind: Kind,
     /// Number of rows by the list of rows, where there is one.
     pub listed: Option<usize>,
+}
+
+/// What a matrix is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Stiffness,
+    Mass,
+    Damping,
 }
 
 /// A matrix as its file gives it.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::entry::{Given, Imported};
+use super::entry::{Given, Imported, Kind};
 use super::labelled::all_labels;
 use super::lines::read_bytes;
 use super::rows::{Nodes, Rows};
@@ -26,10 +26,11 @@ impl FeModel {
             None => None,
         };
         let order = list.as_ref().map(|(rows, _)| rows.labels.len());
-        let mut imported = vec![read_matrix(files, &files.stiffness, order)?, read_matrix(files, &files.mass, order)?];
+        let read = |kind, source| read_matrix(files, (kind, source), order);
+        let mut imported = vec![read(Kind::Stiffness, &files.stiffness)?, read(Kind::Mass, &files.mass)?];
         let mut names = vec![name(&files.stiffness.path), name(&files.mass.path)];
         if let Some(damping) = &files.damping {
-            imported.push(read_matrix(files, damping, order)?);
+            imported.push(read(Kind::Damping, damping)?);
             names.push(name(&damping.path));
         }
         let doubt = columns::doubt(&imported, &names)?;
@@ -84,10 +85,14 @@ fn numbered(order: usize, dofs: usize, names: &[String]) -> Result<Vec<DofLabel>
     Ok(regular_labels(order, dofs))
 }
 
-fn read_matrix(files: &ModelFiles, source: &MatrixFile, listed: Option<usize>) -> Result<Imported, StructureError> {
+fn read_matrix(
+    files: &ModelFiles,
+    (kind, source): (Kind, &MatrixFile),
+    listed: Option<usize>,
+) -> Result<Imported, StructureError> {
     let file = source.path.display().to_string();
     let bytes = read_bytes(&source.path)?;
-    (files.format.entry().read)(&Given { file: &file, bytes: &bytes, name: &source.name, listed })
+    (files.format.entry().read)(&Given { file: &file, bytes: &bytes, name: &source.name, kind, listed })
 }
 
 /// Stiffness, mass and damping over the same rows.

@@ -1,9 +1,10 @@
-//! Abaqus matrix text (`*MATRIX OUTPUT`): entries by node and direction (`FORMAT=MATRIX INPUT`) or by row (`COORDINATE`).
+//! Abaqus matrix text (`*MATRIX OUTPUT`): entries by node and direction (`FORMAT=MATRIX INPUT`) or by row (`COORDINATE`). A file
+//! may hold several matrices in blocks of `*MATRIX, TYPE=`.
 
 use std::io::Write;
 
 use crate::structure::error::StructureError;
-use crate::structure::import::entry::{Form, Format, Given, Imported, Named, RowLabels};
+use crate::structure::import::entry::{Form, Format, Given, Imported, Kind, Named, RowLabels};
 use crate::structure::import::labelled::LabelledMatrix;
 use crate::structure::import::lines::Lines;
 use crate::structure::import::rows::{direction, number};
@@ -22,32 +23,116 @@ pub(super) const FORMAT: Format = Format {
     }],
 };
 
-/// Reads a matrix; the number of words of its first line tells which form it has.
+/// Reads a matrix: the block of the file, or of several the one whose keyword has the `TYPE` that is asked for.
 fn read(given: &Given) -> Result<Imported, StructureError> {
-    let Given { file, bytes, listed, .. } = *given;
+    let Given { file, bytes, kind, listed, .. } = *given;
     let mut lines = Lines::new(file, bytes);
-    let mut labelled = LabelledMatrix::default();
-    let mut entries = Triplets::default();
-    let (mut words_per_line, mut order) = (0, 0);
+    let mut entries = Entries::default();
+    let mut met: Vec<Block> = Vec::new();
+    let mut ahead = Some(Block::default());
     while lines.advance_past(&["**"])? {
         if lines.text.starts_with('*') {
-            // A keyword as *MATRIX, TYPE=STIFFNESS of the MATRIX INPUT form.
+            ahead = Some(Block::begin(&lines)?);
             continue;
         }
+        if let Some(block) = ahead.take() {
+            let other = met.iter().find(|other| other.may_be(kind)).filter(|_| block.may_be(kind));
+            if let Some(Block { line, .. }) = other {
+                let reason = format!(
+                    "a second block of entries that may be the {}, the first begins at line {line}: expected one with TYPE={}; put them into files of their own",
+                    name(kind),
+                    keyword(kind)
+                );
+                return Err(lines.fault(reason));
+            }
+            met.push(Block { line: lines.number, ..block });
+        }
+        if met.last().is_some_and(|block| block.may_be(kind)) {
+            entries.read(&lines)?;
+        }
+    }
+    if !met.is_empty() && !met.iter().any(|block| block.may_be(kind)) {
+        let found: Vec<String> = met
+            .iter()
+            .map(|Block { line, matrix }| format!("{} (line {line})", matrix.as_deref().unwrap_or("")))
+            .collect();
+        let reason =
+            format!("no {}: expected *MATRIX, TYPE={}, found TYPE {}", name(kind), keyword(kind), found.join(", "));
+        return Err(StructureError::Matrix { file: file.to_owned(), reason });
+    }
+    entries.finish(&lines, listed)
+}
+
+fn name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Stiffness => "stiffness",
+        Kind::Mass => "mass",
+        Kind::Damping => "damping",
+    }
+}
+
+fn keyword(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Stiffness => "STIFFNESS",
+        Kind::Mass => "MASS",
+        Kind::Damping => "VISCOUS DAMPING",
+    }
+}
+
+/// Entries after a keyword as `*MATRIX, TYPE=STIFFNESS`, or before the first one.
+#[derive(Default)]
+struct Block {
+    /// Line of its first entry.
+    line: usize,
+    /// Its `TYPE` in capitals, where it has one.
+    matrix: Option<String>,
+}
+
+impl Block {
+    fn begin(lines: &Lines) -> Result<Self, StructureError> {
+        let words: Vec<String> = lines.text.split(',').map(|word| word.trim().to_ascii_uppercase()).collect();
+        if words.first().is_some_and(|word| word == "*USER ELEMENT") {
+            let reason = "a matrix of a user element or substructure, whose rows belong to nodes of its own list: expected *MATRIX OUTPUT, \
+                FORMAT=MATRIX INPUT or COORDINATE; of CalculiX take *FREQUENCY, SOLVER=MATRIXSTORAGE and `format = \"calculix\"`";
+            return Err(lines.fault(reason));
+        }
+        let parameters = words.iter().filter_map(|word| word.split_once('='));
+        let matrix =
+            parameters.into_iter().find(|(name, _)| name.trim() == "TYPE").map(|(_, value)| value.trim().to_owned());
+        Ok(Self { line: lines.number, matrix })
+    }
+
+    /// Whether this can be the matrix that is asked for: of its type, or of none.
+    fn may_be(&self, kind: Kind) -> bool {
+        self.matrix.as_ref().is_none_or(|matrix| matrix == keyword(kind))
+    }
+}
+
+/// Entries as far as they are read; the number of words of the first line tells which form they have.
+#[derive(Default)]
+struct Entries {
+    labelled: LabelledMatrix,
+    numbered: Triplets,
+    words_per_line: usize,
+    order: usize,
+}
+
+impl Entries {
+    fn read(&mut self, lines: &Lines) -> Result<(), StructureError> {
         let words: Vec<&str> = lines.text.split([' ', '\t', ',']).filter(|word| !word.is_empty()).collect();
-        if words_per_line == 0 {
-            words_per_line = words.len();
+        if self.words_per_line == 0 {
+            self.words_per_line = words.len();
         }
         match words[..] {
-            [row, column, value] if words_per_line == 3 => {
+            [row, column, value] if self.words_per_line == 3 => {
                 let index = |word, what| lines.index_in(word, MOST_ROWS, what);
                 let (row, column) = (index(row, "row")?, index(column, "column")?);
-                order = order.max(row.max(column) as usize + 1);
-                entries.push(row, column, lines.number_in(value)?);
+                self.order = self.order.max(row.max(column) as usize + 1);
+                self.numbered.push(row, column, lines.number_in(value)?);
             }
-            [node, dof, other, other_dof, value] if words_per_line == 5 => {
-                let (row, column) = (label(&lines, node, dof)?, label(&lines, other, other_dof)?);
-                labelled.push(row, column, lines.number_in(value)?);
+            [node, dof, other, other_dof, value] if self.words_per_line == 5 => {
+                let (row, column) = (label(lines, node, dof)?, label(lines, other, other_dof)?);
+                self.labelled.push(row, column, lines.number_in(value)?);
             }
             _ => {
                 let reason = format!(
@@ -57,14 +142,18 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
                 return Err(lines.fault(reason));
             }
         }
+        Ok(())
     }
-    match words_per_line {
-        0 => Err(lines.fault("the file is empty: entries of a matrix expected")),
-        3 => {
-            entries.justify(file, order, listed)?;
-            entries.assemble_as_found(file, order).map(Imported::Rows)
+
+    fn finish(self, lines: &Lines, listed: Option<usize>) -> Result<Imported, StructureError> {
+        match self.words_per_line {
+            0 => Err(lines.fault("the file is empty: entries of a matrix expected")),
+            3 => {
+                self.numbered.justify(lines.file, self.order, listed)?;
+                self.numbered.assemble_as_found(lines.file, self.order).map(Imported::Rows)
+            }
+            _ => Ok(Imported::Labels(self.labelled)),
         }
-        _ => Ok(Imported::Labels(labelled)),
     }
 }
 

@@ -41,7 +41,7 @@ pub(super) const FORMAT: Format = Format {
 
 /// Reads the symmetric matrix of this name, without regard to case.
 fn read(given: &Given) -> Result<Imported, StructureError> {
-    let Given { file, bytes, name, listed } = *given;
+    let Given { file, bytes, name, listed, .. } = *given;
     let whole = if is_packed(bytes) { Cow::Owned(unpack(file, bytes)?) } else { Cow::Borrowed(bytes) };
     let mut contents = Contents::new(name);
     match Records::detect(file, &whole) {
