@@ -1,9 +1,9 @@
 //! Files that another than the one that was meant hides in: cut between columns, a matrix of another kind, axes of their own; and
 //! what a report says of a model that no machine is.
 
-use decore::structure::MatrixFormat;
+use decore::structure::{ExportFormat, MatrixFormat, QualitySettings, ReductionSettings, assess, write_model};
 
-use crate::outside::{Case, dense, full, market, punch, report};
+use crate::outside::{Case, as_calculix, dense, full, market, punch, report};
 
 /// A symmetric matrix as DMIG in free field, columns of zeros left out; `lower`: the lower triangle instead of the upper one.
 fn dmig(name: &str, matrix: &[Vec<f64>], label: impl Fn(usize) -> (usize, usize), lower: bool) -> String {
@@ -144,7 +144,7 @@ fn a_punch_file_states_the_axes_of_its_own_matrices() {
     assert!((dense(expected.stiffness())[6][6] - full(0.3, 1e3)[8][8]).abs() < 1e-9, "turned");
 
     let turned =
-        punch().replace("0.      0.      0.      1.      0.      0.", "0.      0.      0.      0.      1.      0.");
+        punch().replace("0.      0.      0.      1.      0.      0.", "0.      0.      0.      0.      0.      1.");
     case.files.dofs = Some(case.write("se.pch", turned));
     case.fails("K: the displacements of node 11 are along other axes here than in");
     case.files.dofs = None;
@@ -177,4 +177,114 @@ fn of_several_abaqus_blocks_the_one_of_the_type_is_read() {
     case.fails("K: no mass: expected *MATRIX, TYPE=MASS, found TYPE STIFFNESS (line 2)");
     case.write("K", "*USER ELEMENT,NODES=2,LINEAR\n1,2,3\n*MATRIX,TYPE=STIFFNESS\n 1.0\n 0.5, 1.0\n");
     case.fails("K, line 1: a matrix of a user element or substructure");
+}
+
+#[test]
+fn labels_that_calculix_repeats_are_those_of_inner_rows() {
+    const HEAD: &str = "name,role,x_m,y_m,z_m,";
+    let mut case = Case::new(MatrixFormat::Calculix, &format!("{HEAD}node\nA,mount,0,0,0,9001\n"));
+    let triangle = |matrix: &[Vec<f64>]| -> String {
+        let order = matrix.len();
+        let pairs = (0..order).flat_map(|column| (0..=column).map(move |row| (row, column)));
+        pairs.map(|(row, column)| format!("{} {} {:e}\n", row + 1, column + 1, matrix[row][column])).collect()
+    };
+    case.write("K", triangle(&chain(6)));
+    case.files.mass.path = case.write("M", triangle(&masses(&[5.0; 6])));
+    let distinct = "1.3\n9001.3\n11.3\n12.3\n2.3\n22.3\n";
+    let expanded = "1.3\n9001.3\n1.3\n1.3\n2.3\n2.3\n";
+    let hz = |rows: &str, case: &mut Case| -> Vec<f64> {
+        case.files.dofs = Some(case.write("rows.dof", rows));
+        let interface = vec![("A".to_owned(), 2)];
+        let reduction = ReductionSettings { interface, fixed_interface_cutoff_hz: 1e4 };
+        let settings = QualitySettings { reduction, cutoff_hz: 5e3, damping_ratio: 0.02 };
+        let report = assess(&case.read().expect("valid"), &settings).expect("a report");
+        report.modes.iter().map(|mode| mode.full_hz).collect()
+    };
+    let expected = hz(distinct, &mut case);
+    assert!(expected.len() == 6 && hz(expanded, &mut case) == expected, "{expected:?}");
+    let model = case.read().expect("valid");
+    assert_eq!(model.rows_of("A"), Ok([None, None, Some(1), None, None, None]));
+    let folder = tempfile::tempdir().expect("a folder");
+    for format in ExportFormat::all() {
+        let by_label = ["dmig", "abaqus"].contains(&format.name());
+        assert_eq!(write_model(&model, format, folder.path()).is_err(), by_label, "{}", format.name());
+    }
+
+    case.write("points.csv", format!("{HEAD}node\nA,mount,0,0,0,1\n"));
+    case.fails(
+        "rows.dof: rows 1 and 3 (counted from 1) both are node 1 z, where point A stands: which of them is meant",
+    );
+    case.write("points.csv", format!("{HEAD}node,rotation_node\nA,mount,0,0,0,9001,2\n"));
+    case.fails("rows.dof: rows 5 and 6 (counted from 1) both are node 2 z");
+    case.write("points.csv", format!("{HEAD}first_row_0based\nA,mount,0,0,0,0\n"));
+    case.files.dofs = Some(case.write("rows.dof", expanded.replace(".3", ".1")));
+    assert_eq!(case.read().expect("valid").rows_of("A"), Ok([Some(0), None, None, None, None, None]));
+
+    // Entries that go by node and direction cannot be told apart.
+    let mut case = Case::new(MatrixFormat::Abaqus, &format!("{HEAD}node\nA,mount,0,0,0,9001\n"));
+    case.files.mass.path = case.write("K", "9001,3, 9001,3, 3e6\n2,3, 2,3, 1e6\n");
+    case.files.dofs = Some(case.write("rows.dof", "9001.3\n2.3\n2.3\n"));
+    case.fails(
+        "rows.dof: rows 2 and 3 (counted from 1) both are node 2 direction 3, and the entries of the matrices go by",
+    );
+}
+
+#[test]
+fn shells_and_beams_of_calculix_have_the_frequencies_that_calculix_finds() {
+    // A plate on springs at its corners, a rigid body in its middle.
+    let points = "name,role,x_m,y_m,z_m,node,rotation_node\nA,mount,0.3,0.2,0.1,9001,9002\n";
+    as_calculix(points, &plate());
+    // A cantilever that ends in a rigid body.
+    as_calculix(points, &bar());
+}
+
+const STEEL: &str = "*MATERIAL,NAME=STEEL\n*ELASTIC\n2.1e11,0.3\n*DENSITY\n7850.\n";
+
+/// 0.6 x 0.4 x 0.02 m of 8 x 6 elements S8.
+fn plate() -> String {
+    const N: [usize; 2] = [8, 6];
+    let node = |i: usize, j: usize| 1 + i + (2 * N[0] + 1) * j;
+    let mut text = String::from("*NODE,NSET=ALL\n9001,0.3,0.2,0.1\n9002,0.3,0.2,0.1\n");
+    for j in 0..=2 * N[1] {
+        for i in (0..=2 * N[0]).filter(|i| i % 2 == 0 || j % 2 == 0) {
+            text += &format!("{},{},{},0.\n", node(i, j), 0.0375 * i as f64, j as f64 / 30.0);
+        }
+    }
+    text += "*ELEMENT,TYPE=S8,ELSET=PLATE\n";
+    for element in 0..N[0] * N[1] {
+        let (i, j) = (2 * (element % N[0]), 2 * (element / N[0]));
+        let corners = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)];
+        let nodes = corners.map(|(a, b)| node(i + a, j + b).to_string());
+        text += &format!("{},{}\n", element + 1, nodes.join(","));
+    }
+    text += STEEL;
+    text += "*SHELL SECTION,ELSET=PLATE,MATERIAL=STEEL\n0.02\n*NSET,NSET=MIDDLE\n";
+    for (i, j) in (7..=9).flat_map(|i| (5..=7).map(move |j| (i, j))).filter(|(i, j)| i % 2 == 0 || j % 2 == 0) {
+        text += &format!("{},\n", node(i, j));
+    }
+    text += "*RIGID BODY,NSET=MIDDLE,REF NODE=9001,ROT NODE=9002\n";
+    text += "*ELEMENT,TYPE=MASS,ELSET=MASS\n5001,9001\n*MASS,ELSET=MASS\n3.\n";
+    let corners = [(0, 0), (2 * N[0], 0), (0, 2 * N[1]), (2 * N[0], 2 * N[1])];
+    for (spring, (corner, axis)) in (0..4).flat_map(|corner| (0..3).map(move |axis| (corner, axis))).enumerate() {
+        let (i, j) = corners[corner];
+        let stiffness = [2e5, 3e5, 1e6][axis];
+        text += &format!(
+            "*ELEMENT,TYPE=SPRING1,ELSET=SP{spring}\n{},{}\n*SPRING,ELSET=SP{spring}\n{}\n{stiffness:?}\n",
+            6001 + spring,
+            node(i, j),
+            axis + 1
+        );
+    }
+    text
+}
+
+/// 0.8 m of 10 elements B32 with 40 x 30 mm.
+fn bar() -> String {
+    let mut text = String::from("*NODE,NSET=ALL\n9001,0.8,0.,0.\n9002,0.8,0.,0.\n");
+    (0..21).for_each(|i| text += &format!("{},{},0.,0.\n", i + 1, 0.04 * f64::from(i)));
+    text += "*ELEMENT,TYPE=B32,ELSET=BAR\n";
+    (0..10).for_each(|i| text += &format!("{},{},{},{}\n", i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3));
+    text += STEEL;
+    text += "*BEAM SECTION,ELSET=BAR,MATERIAL=STEEL,SECTION=RECT\n0.04,0.03\n0.,0.,1.\n*BOUNDARY\n1,1,6\n*NSET,NSET=TIP\n21\n";
+    text + "*RIGID BODY,NSET=TIP,REF NODE=9001,ROT NODE=9002\n*ELEMENT,TYPE=MASS,ELSET=MASS\n500,9001\n*MASS,ELSET=MASS\n1.5\n"
 }

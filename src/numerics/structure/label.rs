@@ -1,5 +1,7 @@
 //! What the rows of matrices stand for.
 
+use std::collections::HashMap;
+
 /// What a row of the matrices stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct DofLabel {
@@ -15,4 +17,11 @@ pub const SCALAR: usize = 6;
 /// Labels of rows that are numbered node by node, `dofs` per node; nodes are counted from 1.
 pub(super) fn regular_labels(order: usize, dofs: usize) -> Vec<DofLabel> {
     (0..order).map(|row| DofLabel { node: (row / dofs) as i64 + 1, dof: row % dofs }).collect()
+}
+
+/// The first label that two rows have, and these rows, counted from 1.
+pub(super) fn repeated(labels: &[DofLabel]) -> Option<([usize; 2], DofLabel)> {
+    let mut seen: HashMap<DofLabel, usize> = HashMap::new();
+    let mut rows = labels.iter().zip(1..);
+    rows.find_map(|(label, row)| seen.insert(*label, row).map(|first| ([first, row], *label)))
 }

@@ -7,7 +7,7 @@ use sprs::CsMat;
 use super::error::StructureError;
 use super::import::symmetric;
 use super::label::{DofLabel, SCALAR};
-use super::place::{PointRows, place};
+use super::place::{PointRows, place, require_distinct};
 use super::points::InterfacePoints;
 use crate::linalg::lowest_eigenvalue;
 
@@ -66,6 +66,7 @@ pub(super) struct Sources {
     pub mass: String,
     pub stiffness: String,
     pub damping: String,
+    pub labels: String,
     pub points: String,
 }
 
@@ -76,8 +77,9 @@ impl FeModel {
     /// Sizes that differ, a matrix that is not square, not symmetric or not finite, a mass matrix that is not positive
     /// semidefinite, a negative diagonal of the stiffness, a point without a place in the matrices.
     pub fn new(matrices: ModelMatrices, points: InterfacePoints) -> Result<Self, StructureError> {
-        let [mass, stiffness, damping, points_name] = ["mass", "stiffness", "damping", "points"].map(str::to_owned);
-        Self::validated(matrices, points, &Sources { mass, stiffness, damping, points: points_name })
+        let [mass, stiffness, damping, labels, points_name] =
+            ["mass", "stiffness", "damping", "labels", "points"].map(str::to_owned);
+        Self::validated(matrices, points, &Sources { mass, stiffness, damping, labels, points: points_name })
     }
 
     pub(super) fn validated(
@@ -109,6 +111,7 @@ impl FeModel {
             let reason = format!("{order} rows, but {} labels of rows", matrices.labels.len());
             return Err(fault(&names.mass, reason));
         }
+        require_distinct(&matrices.labels, &points).map_err(|reason| fault(&names.labels, reason))?;
         let rows = place(&matrices.labels, order, &points).map_err(|reason| fault(&names.points, reason))?;
         points.state_dofs(&rows);
         let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));

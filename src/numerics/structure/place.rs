@@ -11,7 +11,34 @@ use super::points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 /// Rows of the six DOFs of a point; `None` where the model has no such DOF.
 pub(super) type PointRows = [Option<usize>; 6];
 
-/// The rows of every point, in the order of the table.
+/// That the nodes which points name have every direction once. Elsewhere labels may be repeated: CalculiX gives the nodes that it
+/// makes of shells and beams the labels of those that they were made of.
+///
+/// # Errors
+/// A node of a point with two rows for a direction.
+pub(super) fn require_distinct(labels: &[DofLabel], points: &InterfacePoints) -> Result<(), String> {
+    let mut named: HashMap<i64, &str> = HashMap::new();
+    for point in points.iter() {
+        if let PointPlace::Node { node, rotation_node } = point.place {
+            named.extend([Some(node), rotation_node].into_iter().flatten().map(|node| (node, point.name.as_str())));
+        }
+    }
+    let mut seen: HashMap<DofLabel, usize> = HashMap::new();
+    for (row, label) in labels.iter().enumerate() {
+        let Some(name) = named.get(&label.node) else { continue };
+        if let Some(other) = seen.insert(*label, row) {
+            return Err(format!(
+                "rows {} and {} (counted from 1) both are {}, where point {name} stands: which of them is meant cannot be told. CalculiX repeats the nodes of shells and beams: give the reference node of a *RIGID BODY there instead, or first_row_0based for node",
+                other + 1,
+                row + 1,
+                describe(*label)
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The rows of every point, in the order of the table. Nodes of points have every direction once, see [`require_distinct`].
 ///
 /// # Errors
 /// A point without a place, rows that do not exist or belong to another node, a node without rows, two points that take a row
@@ -19,11 +46,7 @@ pub(super) type PointRows = [Option<usize>; 6];
 pub(super) fn place(labels: &[DofLabel], order: usize, points: &InterfacePoints) -> Result<Vec<PointRows>, String> {
     let mut by_label: HashMap<DofLabel, usize> = HashMap::new();
     if points.iter().any(|point| matches!(point.place, PointPlace::Node { .. })) {
-        for (row, label) in labels.iter().enumerate() {
-            if let Some(other) = by_label.insert(*label, row) {
-                return Err(format!("rows {} and {} both are {}", other + 1, row + 1, describe(*label)));
-            }
-        }
+        by_label.extend(labels.iter().copied().zip(0..));
     }
     let place = |point: &InterfacePoint| match point.place {
         PointPlace::None => Err(format!(

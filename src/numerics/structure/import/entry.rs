@@ -69,7 +69,9 @@ pub(super) enum RowLabels {
     Unused,
     /// Node and direction of every row.
     Needed,
-    /// The same with nodes numbered from 1 on, as Nastran has them.
+    /// The same, no two alike.
+    Distinct,
+    /// As `Distinct`, with nodes numbered from 1 on, as Nastran has them.
     NumberedFromOne,
 }
 

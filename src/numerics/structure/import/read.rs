@@ -9,7 +9,7 @@ use super::rows::{Nodes, Rows};
 use super::source::{MatrixFile, ModelFiles, Units};
 use super::{axes, columns, dofs, units};
 use crate::structure::error::StructureError;
-use crate::structure::label::{DofLabel, regular_labels};
+use crate::structure::label::{DofLabel, regular_labels, repeated};
 use crate::structure::model::{FeModel, ModelMatrices, Sources};
 use crate::structure::points::InterfacePoints;
 
@@ -36,6 +36,7 @@ impl FeModel {
         let doubt = columns::doubt(&imported, &names)?;
         let assumed = list.as_ref().is_some_and(|(rows, _)| rows.assumed);
         let labels = list.as_ref().map(|(rows, _)| rows.labels.clone());
+        require_distinct(list.as_ref(), &imported)?;
         let (nodes, stated_by) = stated_nodes(list, &imported, &names)?;
         let mut matrices = combine(imported, &names, (labels, assumed))?;
         if let (true, Some(dofs)) = (matrices.labels.is_empty(), files.dofs_per_node) {
@@ -47,6 +48,7 @@ impl FeModel {
             stiffness,
             mass,
             damping: names.get(2).cloned().unwrap_or_default(),
+            labels: files.dofs.as_deref().map(name).unwrap_or_default(),
             points: name(&files.points),
         };
         let points = InterfacePoints::read(&files.points)?;
@@ -55,6 +57,22 @@ impl FeModel {
             Units::Si => model.with_positions(nodes.positions, 1.0),
             Units::MillimetreTonneSecond => units::from_millimetre_tonne(model).with_positions(nodes.positions, 1e-3),
         })
+    }
+}
+
+/// That a list of rows names each once, where the matrices go by these names.
+fn require_distinct(list: Option<&(Rows, String)>, imported: &[Imported]) -> Result<(), StructureError> {
+    let Some((rows, file)) = list else { return Ok(()) };
+    match repeated(&rows.labels) {
+        Some(([first, second], label)) if imported.iter().any(|matrix| matches!(matrix, Imported::Labels(_))) => {
+            let reason = format!(
+                "rows {first} and {second} (counted from 1) both are node {} direction {}, and the entries of the matrices go by node and direction: expected each once",
+                label.node,
+                label.dof + 1
+            );
+            Err(StructureError::Matrix { file: file.clone(), reason })
+        }
+        _ => Ok(()),
     }
 }
 

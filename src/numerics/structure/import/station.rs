@@ -20,6 +20,7 @@ impl FeModel {
             mass: "station/M_bare.mtx.gz".to_owned(),
             stiffness: "station/K.mtx.gz".to_owned(),
             damping: String::new(),
+            labels: String::new(),
             points: "station/interface_points.csv".to_owned(),
         };
         let mass = parse_matrix_market(&sources.mass, MASS)?;

@@ -13,13 +13,14 @@ use super::entry::{Named, RowLabels};
 use super::formats::ExportFormat;
 use super::source::{MatrixFile, ModelFiles, Units};
 use crate::structure::error::StructureError;
+use crate::structure::label::repeated;
 use crate::structure::model::FeModel;
 
 /// Writes the matrices of a model, in SI units, with the list of rows and the table of points, into a folder; returns what to
 /// read it back from.
 ///
 /// # Errors
-/// A format that needs labels of rows for a model without them, node numbers that Nastran does not have, files that cannot be
+/// A format that needs labels of rows for a model without them or with some twice, node numbers that Nastran does not have, files that cannot be
 /// written.
 pub fn write_model(model: &FeModel, export: ExportFormat, folder: &Path) -> Result<ModelFiles, StructureError> {
     let labels = model.labels();
@@ -34,6 +35,13 @@ pub fn write_model(model: &FeModel, export: ExportFormat, folder: &Path) -> Resu
         let what = format!("export format {}", form.name);
         let found = format!("node {}", label.node);
         return Err(StructureError::argument(what, "nodes numbered from 1 on, as Nastran has them", found));
+    }
+    if matches!(form.rows, RowLabels::Distinct | RowLabels::NumberedFromOne)
+        && let Some(([first, second], label)) = repeated(labels)
+    {
+        let what = format!("export format {}", form.name);
+        let found = format!("node {} direction {} in rows {first} and {second}", label.node, label.dof + 1);
+        return Err(StructureError::argument(what, "rows of which no two are the same node and direction", found));
     }
     let [stiffness, mass, damping, rows, points] = export.files();
     let matrix = |file: &str, name: &str, matrix: &CsMat<f64>| -> Result<MatrixFile, StructureError> {

@@ -17,7 +17,7 @@ pub(super) const FORMAT: Format = Format {
     forms: &[Form {
         name: "abaqus",
         files: ["STIF1.mtx", "MASS1.mtx", "DMPV1.mtx"],
-        rows: RowLabels::Needed,
+        rows: RowLabels::Distinct,
         loss: None,
         write,
     }],
