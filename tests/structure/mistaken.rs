@@ -3,7 +3,7 @@
 
 use decore::structure::{ExportFormat, MatrixFormat, QualitySettings, ReductionSettings, assess, write_model};
 
-use crate::outside::{Case, as_calculix, dense, full, market, punch, report};
+use crate::outside::{Case, as_calculix, decore, dense, full, market, punch, report};
 
 /// A symmetric matrix as DMIG in free field, columns of zeros left out; `lower`: the lower triangle instead of the upper one.
 fn dmig(name: &str, matrix: &[Vec<f64>], label: impl Fn(usize) -> (usize, usize), lower: bool) -> String {
@@ -287,4 +287,31 @@ fn bar() -> String {
     text += STEEL;
     text += "*BEAM SECTION,ELSET=BAR,MATERIAL=STEEL,SECTION=RECT\n0.04,0.03\n0.,0.,1.\n*BOUNDARY\n1,1,6\n*NSET,NSET=TIP\n21\n";
     text + "*RIGID BODY,NSET=TIP,REF NODE=9001,ROT NODE=9002\n*ELEMENT,TYPE=MASS,ELSET=MASS\n500,9001\n*MASS,ELSET=MASS\n1.5\n"
+}
+
+#[test]
+fn a_mount_needs_its_vertical_alone_where_housings_are_part_of_the_machine() {
+    let case = Case::new(
+        MatrixFormat::MatrixMarket,
+        "name,role,x_m,y_m,z_m,node\nR1,mount,0,0,2,1\nT1,fixture,0,0,0,2\nT2,fixture,0.3,0,0,3\n",
+    );
+    case.write("K.mtx", market(3, &[(0, 0, 2e7), (1, 0, -1e7), (1, 1, 2e7), (2, 2, 1e7)]));
+    case.write("M.mtx", market(3, &[(0, 0, 500.0), (1, 1, 500.0), (2, 2, 500.0)]));
+    case.write("rows.dof", "1.3\n2.3\n3.3\n");
+    let study = |housings: &str| {
+        let text = format!(
+            "duration_s = 0.1\n[hammer.h]\nmount = \"R1\"\n[casting.c]\nmass_kg = 3.0\n[casting.c.fixture.f]\npoint = \"T1\"\n\
+             [structure]\nsource = \"matrices\"\nstiffness_file = \"K.mtx\"\nmass_file = \"M.mtx\"\ndof_file = \"rows.dof\"\n\
+             points_file = \"points.csv\"\nhousings = \"{housings}\"\ncache = false\n"
+        );
+        decore(&["scene", &case.write("study.toml", text).display().to_string()])
+    };
+    let included = study("included");
+    assert!(included.status.success(), "{}", String::from_utf8_lossy(&included.stderr));
+    let added = study("add");
+    let error = String::from_utf8_lossy(&added.stderr).into_owned();
+    assert!(
+        !added.status.success() && error.contains("needs all six only where the hammers' housings are added"),
+        "{error}"
+    );
 }

@@ -96,8 +96,7 @@ impl SourceModel {
 }
 
 impl Machine {
-    /// Reduces a structure to the interface points that a study can use: all six DOFs of every candidate mount, the
-    /// vertical of every point of a fixture or to be seen.
+    /// Reduces a structure to the interface points that a study can use, see [`reduction_settings`].
     ///
     /// # Errors
     /// What [`reduce`] finds wrong with the structure.
@@ -252,9 +251,14 @@ fn interface_rows(scene: &Scene) -> Vec<DirectedPoints> {
     mounts.chain(verticals).map(|points| (points, STRIKE_DIRECTION)).collect()
 }
 
-/// What a study's reduction keeps: all six DOFs of every candidate mount, the vertical of every point of a fixture or to be seen.
+/// What a study's reduction keeps: all six DOFs of every candidate mount, which a housing that is added needs, or where housings are
+/// part of the machine its vertical alone; the vertical of every point of a fixture or to be seen.
 pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand) -> ReductionSettings {
-    let mounts = demand.mounts.iter().flat_map(|mount| (0..POINT_DOFS).map(|dof| (mount.clone(), dof)));
+    let dofs = match settings.housings {
+        Housings::Add => 0..POINT_DOFS,
+        Housings::Included => VERTICAL..VERTICAL + 1,
+    };
+    let mounts = demand.mounts.iter().flat_map(|mount| dofs.clone().map(|dof| (mount.clone(), dof)));
     let verticals = demand.verticals.iter().map(|point| (point.clone(), VERTICAL));
     let interface = mounts.chain(verticals).collect();
     ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz }

@@ -89,7 +89,8 @@ pub enum StructureError {
     /// A direction of an interface point that the model does not have.
     #[error(
         "interface point \"{point}\": the model has no row for direction {dof} (it has: {known}); it is fixed or condensed \
-         there, or its elements have no such direction: use another point or direction"
+         there, or its elements have no such direction: use another point or direction; a mount needs all six only where the \
+         hammers' housings are added to the machine (`housings = \"add\"`)"
     )]
     NoSuchDof {
         /// The point asked for.
@@ -102,7 +103,8 @@ pub enum StructureError {
     /// A direction of an interface point whose row is empty.
     #[error(
         "interface point \"{point}\": direction {dof} (row {row}) carries neither mass nor stiffness: it is fixed in the \
-         finite element program or belongs to no element; use another point or direction"
+         finite element program or belongs to no element; use another point or direction; a mount needs all six only where the \
+         hammers' housings are added to the machine (`housings = \"add\"`)"
     )]
     EmptyDof {
         /// The point asked for.
