@@ -315,3 +315,28 @@ fn a_mount_needs_its_vertical_alone_where_housings_are_part_of_the_machine() {
         "{error}"
     );
 }
+
+#[test]
+fn two_words_a_value_in_single_precision_are_read_where_all_strings_have_them() {
+    let mut case = Case::new(MatrixFormat::Op4, "name,role,x_m,y_m,z_m,node\nA,mount,0,0,0,1\n");
+    case.files.dofs = Some(case.write("rows.dof", "1.1\n2.1\n"));
+    let matrix = |name: &str, heads: [i64; 2]| {
+        let column = |column: usize, head: i64, values: &str| {
+            format!("{column:>8}{:>8}{:>8}\n{head:>8}{:>8}\n{values}\n", 0, head + 1, 1)
+        };
+        format!("{:>8}{:>8}{:>8}{:>8}{name:<8}1P,3E16.9\n", 2, -2, 6, 1)
+            + &column(1, heads[0], " 3.000000000E+00-1.000000000E+00")
+            + &column(2, heads[1], "-1.000000000E+00 2.000000000E+00")
+            + "       3       1       1\n 1.000000000E+00\n"
+    };
+    let write = |heads| case.write("K", matrix("KAA", heads) + &matrix("MAA", heads));
+    for head in [3, 5] {
+        write([head; 2]);
+        assert_eq!(dense(case.read().expect("valid").stiffness()), [[3.0, -1.0], [-1.0, 2.0]], "{head}");
+    }
+    // In one way or the other, not both: of one of these two strings half may be missing.
+    for heads in [[3, 5], [5, 3]] {
+        write(heads);
+        case.fails("column 2 announces");
+    }
+}

@@ -17,7 +17,8 @@ pub(super) fn read(mut lines: Lines, contents: &mut Contents) -> Result<(), Stru
     while more {
         let (header, width) = read_header(&lines)?;
         let wanted = contents.meets(&header, &format!("line {}", lines.number));
-        let mut columns = Columns { header: &header, width, wanted, entries: Triplets::default(), at: Run::default() };
+        let (entries, at) = (Triplets::default(), Run::default());
+        let mut columns = Columns { header: &header, width, wanted, entries, at, sizes: [true; 2] };
         columns.read(&mut lines)?;
         if wanted {
             let entries = columns.entries;
@@ -74,6 +75,8 @@ struct Columns<'a> {
     wanted: bool,
     entries: Triplets,
     at: Run,
+    /// Whether all runs so far have one word per value, and whether all have two.
+    sizes: [bool; 2],
 }
 
 impl Columns<'_> {
@@ -146,21 +149,27 @@ impl Columns<'_> {
         Ok(())
     }
 
-    /// A run must have the values that it announces. Most programs count words, some values; pyNastran gives four words to a
-    /// string of one value.
-    fn complete(&self, lines: &Lines) -> Result<(), StructureError> {
-        let (values, size) = (self.at.values as i64, self.header.words() as i64);
-        let agrees = |words: i64| words == values || words == values * size || (words, values) == (4, 1);
-        match self.at.words {
-            Some(words) if self.wanted && !agrees(words) => {
-                let reason = format!(
-                    "column {} announces {words} words from row {} on, but {values} values were found before this line",
-                    self.at.column, self.at.first
-                );
-                Err(lines.fault(reason))
-            }
-            _ => Ok(()),
+    /// A run must have the values that it announces, one word or two for each in all runs of a matrix: programs count words or
+    /// values, and pyNastran two words per value in single precision too. It also gives four words to a string of one value.
+    fn complete(&mut self, lines: &Lines) -> Result<(), StructureError> {
+        let values = self.at.values as i64;
+        let Some(words) = self.at.words.filter(|words| self.wanted && (*words, values) != (4, 1)) else {
+            return Ok(());
+        };
+        let fits = |size: i64| words == values * size;
+        let kept = [self.sizes[0] && fits(1), self.sizes[1] && fits(2)];
+        if kept == [false; 2] {
+            let reason = format!(
+                "column {} announces {words} words from row {} on, but {values} values were found before this line",
+                self.at.column, self.at.first
+            );
+            return Err(lines.fault(reason));
         }
+        // A run without values fits either.
+        if values > 0 {
+            self.sizes = kept;
+        }
+        Ok(())
     }
 }
 
