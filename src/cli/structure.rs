@@ -310,7 +310,10 @@ fn sense_lines(report: &QualityReport) -> Vec<String> {
     let mut lines = vec![
         format!("mass           {mass}"),
         format!("centre of mass {centre}"),
-        format!("lowest modes   {} Hz", lowest.join(", ")),
+        match lowest.is_empty() {
+            true => "lowest modes   none below the cut-off".to_owned(),
+            false => format!("lowest modes   {} Hz", lowest.join(", ")),
+        },
     ];
     lines.extend(report.remarks.iter().map(|remark| format!("looks wrong    {remark}")));
     lines.push(String::new());

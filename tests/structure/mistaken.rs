@@ -9,11 +9,11 @@ use crate::outside::{Case, as_calculix, decore, dense, full, market, punch, repo
 fn dmig(name: &str, matrix: &[Vec<f64>], label: impl Fn(usize) -> (usize, usize), lower: bool) -> String {
     let order = matrix.len();
     let mut text = format!("DMIG,{name},0,6,2,0,,,{order}\n");
-    for column in 0..order {
+    for (column, values) in matrix.iter().enumerate() {
         let rows = if lower { column..order } else { 0..column + 1 };
         let entries: String = rows
-            .filter(|row| matrix[*row][column] != 0.0)
-            .map(|row| format!("*,{},{},{:.15E}\n", label(row).0, label(row).1, matrix[row][column]))
+            .filter(|row| values[*row] != 0.0)
+            .map(|row| format!("*,{},{},{:.15E}\n", label(row).0, label(row).1, values[row]))
             .collect();
         if !entries.is_empty() {
             text += &format!("DMIG*,{name},{},{},\n{entries}", label(column).0, label(column).1);
@@ -107,6 +107,30 @@ fn more_motions_than_a_machine_has_are_told() {
         found.len() == 1 && found[0].starts_with("2 rows with mass but no stiffness, the first node 5 z"),
         "{found:?}"
     );
+}
+
+#[test]
+fn a_stiffness_without_digits_and_a_band_without_modes_are_told() {
+    // Two nodes with a spring between that is stiffer than what holds them, and one that is held by far more.
+    let remarks = |between: f64, held: f64| {
+        let mut case = Case::new(MatrixFormat::MatrixMarket, "name,role,x_m,y_m,z_m,node\nA,mount,0,0,0,1\n");
+        let stiffness = [(0, 0, between + 2e6), (1, 0, -between), (1, 1, between + 1e6), (2, 1, -1e6), (2, 2, held)];
+        case.write("K", market(3, &stiffness));
+        case.files.mass.path = case.write("M", market(3, &[(0, 0, 5.0), (1, 1, 5.0), (2, 2, 5.0)]));
+        case.files.dofs = Some(case.write("rows.dof", "1.3\n2.3\n3.3\n"));
+        report(&case.read().expect("valid")).remarks
+    };
+    assert!(remarks(1e12, 2e6).is_empty() && remarks(1e6, 1e36).is_empty());
+    let found = remarks(4e20, 2e6);
+    assert!(found.iter().any(|remark| remark.starts_with("the stiffness is ill-conditioned")), "{found:?}");
+    let found = remarks(1e15, 1e300);
+    assert!(found.is_empty(), "{found:?}");
+    let mut stiff = Case::new(MatrixFormat::MatrixMarket, "name,role,x_m,y_m,z_m,node\nA,mount,0,0,0,1\n");
+    stiff.write("K", market(1, &[(0, 0, 1e300)]));
+    stiff.files.mass.path = stiff.write("M", market(1, &[(0, 0, 5.0)]));
+    stiff.files.dofs = Some(stiff.write("rows.dof", "1.3\n"));
+    let found = report(&stiff.read().expect("valid")).remarks;
+    assert!(found.len() == 1 && found[0].starts_with("no mode below 5000 Hz (cutoff_hz)"), "{found:?}");
 }
 
 #[test]

@@ -242,28 +242,41 @@ impl<'a> SymmetricPencil<'a> {
     }
 
     /// Condition number of `A = K + shift M` in the 1-norm: `|A|` exactly, `|A^-1|` estimated from a few solutions (Hager's
-    /// method), which is rarely too low by more than a factor of 3.
+    /// method), which is rarely too low by more than a factor of 3. `scaled`: of A scaled to a diagonal of 1, which neither units
+    /// nor stiff springs to the ground change.
     ///
     /// # Errors
     /// As for [`PencilFactor::solve`].
-    pub fn condition(&self, factor: &PencilFactor, shift: f64) -> Result<f64, LinalgError> {
+    pub fn condition(&self, factor: &PencilFactor, shift: f64, scaled: bool) -> Result<f64, LinalgError> {
         let order = self.order();
         let values = self.shifted(shift);
-        let mut sums = vec![0.0; order];
         // In the order of the values.
-        let entries = self.lower.iter().map(|(_, place)| place);
-        for ((row, column), value) in entries.zip(&values) {
-            sums[column] += value.abs();
-            sums[row] += if row == column { 0.0 } else { value.abs() };
+        let entries = || self.lower.iter().map(|(_, place)| place).zip(&values);
+        let mut root = DMatrix::from_element(order, 1, 1.0);
+        if scaled {
+            let diagonal = entries().filter(|((row, column), value)| row == column && **value > 0.0);
+            diagonal.for_each(|((row, _), value)| root[row] = value.sqrt());
+        }
+        let mut sums = vec![0.0; order];
+        for ((row, column), value) in entries() {
+            let value = value.abs() / (root[row] * root[column]);
+            sums[column] += value;
+            sums[row] += if row == column { 0.0 } else { value };
         }
         let norm = sums.iter().copied().fold(0.0, f64::max);
+        let solve = |x: &mut DMatrix<f64>| {
+            x.component_mul_assign(&root);
+            factor.solve(x)?;
+            x.component_mul_assign(&root);
+            Ok::<_, LinalgError>(())
+        };
         let mut x = DMatrix::from_element(order, 1, 1.0 / order.max(1) as f64);
         let (mut inverse_norm, mut last) = (0.0_f64, usize::MAX);
         for _ in 0..5 {
-            factor.solve(&mut x)?;
+            solve(&mut x)?;
             inverse_norm = inverse_norm.max(x.iter().map(|value| value.abs()).sum());
             let mut signs = x.map(f64::signum);
-            factor.solve(&mut signs)?;
+            solve(&mut signs)?;
             let at = (0..order).max_by(|i, j| signs[*i].abs().total_cmp(&signs[*j].abs())).unwrap_or(0);
             if at == last || order == 0 {
                 break;
@@ -550,10 +563,24 @@ mod tests {
         let n = 100;
         let (k, m) = (chain(n, true), CsMat::eye(n));
         let pencil = SymmetricPencil::new(&k, &m, &vec![true; n]).expect("sound");
-        let estimate = pencil.condition(&pencil.cholesky(0.0).expect("positive definite"), 0.0).expect("sizes");
+        let factor = pencil.cholesky(0.0).expect("positive definite");
         // |K| = 4; the inverse's largest column sum is the parabola's top.
         let exact = 4.0 * 0.5 * 50.0 * 51.0;
-        assert!((estimate / exact - 1.0).abs() < 1e-9, "{estimate} {exact}");
+        for scaled in [false, true] {
+            let estimate = pencil.condition(&factor, 0.0, scaled).expect("sizes");
+            assert!((estimate / exact - 1.0).abs() < 1e-9, "{estimate} {exact}");
+        }
+        // Rows in other units make the one worse, the other not.
+        let units: Vec<f64> = (0..n).map(|row| if row % 2 == 0 { 1.0 } else { 1e6 }).collect();
+        let mut entries = sprs::TriMat::new((n, n));
+        k.iter()
+            .for_each(|(value, (row, column))| entries.add_triplet(row, column, value * units[row] * units[column]));
+        let scaled: CsMat<f64> = entries.to_csr();
+        let pencil = SymmetricPencil::new(&scaled, &m, &vec![true; n]).expect("sound");
+        let factor = pencil.cholesky(0.0).expect("positive definite");
+        assert!(pencil.condition(&factor, 0.0, false).expect("sizes") > 1e10 * exact);
+        let estimate = pencil.condition(&factor, 0.0, true).expect("sizes");
+        assert!((estimate / exact - 1.0).abs() < 1e-6, "{estimate} {exact}");
     }
 
     #[test]

@@ -37,12 +37,21 @@ pub(super) struct Inner {
     pub shift: f64,
     /// Columns of the Lanczos basis.
     pub basis: usize,
-    /// Estimated condition number of `K_oo + shift M_oo` in the 1-norm; only with an observer.
-    pub condition: Option<f64>,
+    /// Estimated condition number of `K_oo + shift M_oo`; only with an observer.
+    pub condition: Option<Condition>,
+}
+
+/// Condition numbers in the 1-norm.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Condition {
+    /// Of the matrix as it is.
+    pub plain: f64,
+    /// Of the matrix scaled to a diagonal of 1.
+    pub scaled: f64,
 }
 
 impl Inner {
-    fn new(modes: PencilModes, constraint: DMatrix<f64>, shift: f64, condition: Option<f64>) -> Self {
+    fn new(modes: PencilModes, constraint: DMatrix<f64>, shift: f64, condition: Option<Condition>) -> Self {
         let omega_squared = modes.values.iter().map(|value| value.max(0.0)).collect();
         Self { omega_squared, psi: modes.vectors, constraint, shift, basis: modes.basis, condition }
     }
@@ -126,11 +135,14 @@ fn condition(
     factor: &PencilFactor,
     shift: f64,
     observer: &mut Observer,
-) -> Result<Option<f64>, StructureError> {
+) -> Result<Option<Condition>, StructureError> {
     if !observer.is_active() {
         return Ok(None);
     }
-    let estimate = observer.step("condition estimate", || pencil.condition(factor, shift));
+    let estimate = observer.step("condition estimate", || {
+        let [plain, scaled] = [false, true].map(|scaled| pencil.condition(factor, shift, scaled));
+        Ok(Condition { plain: plain?, scaled: scaled? })
+    });
     estimate.step("condition estimate", INDEFINITE_INNER).map(Some)
 }
 

@@ -180,6 +180,9 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
     let shown = Shown {
         rigid: shapes.omega_squared.iter().filter(|value| hz(**value) == 0.0).count(),
         lowest_hz: shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0),
+        // With a shift it tells of the rigid-body motions.
+        condition: full.condition.filter(|_| full.shift == 0.0).map(|condition| condition.scaled),
+        none_below_hz: shapes.omega_squared.is_empty().then_some(settings.cutoff_hz),
     };
     let centre = rigid.as_ref().map(|rigid| rigid.centre_m);
     let frequency_hz = curve_frequencies(settings.cutoff_hz);
@@ -422,7 +425,7 @@ fn conditions(reduction: &Reduction, full: &Inner) -> Result<Conditions, Structu
     };
     let stands = reduction.structure.static_flexibility().is_some();
     Ok(Conditions {
-        full_stiffness: full.condition,
+        full_stiffness: full.condition.map(|condition| condition.plain),
         inner_stiffness: reduction.facts.inner_condition,
         reduced_stiffness: if stands { condition(reduction.structure.k_zz())? } else { None },
         reduced_mass: condition(reduction.structure.m_zz())?,

@@ -135,11 +135,11 @@ pub(super) fn reduce_in_parts(
         factor_len: pencil.factor_len(),
         lanczos_basis: inner.basis,
         shift_hz: inner.shift.sqrt() / TAU,
-        inner_condition: inner.condition,
+        inner_condition: inner.condition.map(|condition| condition.plain),
     };
     let interface = Interface::new(model.points().clone(), &dofs);
     let structure = observer.step("second eigenproblem", || ReducedStructure::new(matrices, interface))?;
-    let shown = Shown { rigid: structure.rigid_motions(), lowest_hz: None };
+    let shown = Shown { rigid: structure.rigid_motions(), ..Shown::default() };
     let structure = structure.with_remarks(remarks(model, RigidMotions::new(model).as_ref(), shown));
     let inner_rows = pencil.rows().to_vec();
     Ok(Reduction { structure, facts, rows, inner_rows, inner })

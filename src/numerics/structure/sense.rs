@@ -18,6 +18,8 @@ const LOWEST_HZ: [f64; 2] = [0.01, 2e4];
 const MASS_SPREAD: f64 = 0.05;
 /// A finite element model has modes far beyond this frequency in Hz.
 const LEAST_HIGHEST_HZ: f64 = 1.0;
+/// A stiffness may lose all but this share of its digits by its condition.
+const LEAST_DIGITS: f64 = 1e-3;
 /// A machine that floats has so many modes at 0 Hz.
 const MOST_RIGID: usize = 6;
 /// Entries of a mass matrix add up, those of a stiffness cancel.
@@ -99,12 +101,16 @@ fn centre(
 }
 
 /// What the modes of a model have shown.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shown {
     /// Number of rigid-body motions.
     pub rigid: usize,
     /// Frequency of the lowest elastic mode in Hz, where that was looked for.
     pub lowest_hz: Option<f64>,
+    /// Frequency in Hz below which modes were looked for, where there is none.
+    pub none_below_hz: Option<f64>,
+    /// Condition number of the stiffness scaled to a diagonal of 1, where it is known.
+    pub condition: Option<f64>,
 }
 
 /// What looks wrong, one sentence each.
@@ -147,10 +153,26 @@ pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, shown: Show
             shown.rigid
         ));
     }
+    out.extend(shown.condition.and_then(few_digits));
+    if let Some(hz) = shown.none_below_hz {
+        out.push(format!(
+            "no mode below {hz} Hz (cutoff_hz): stiffness and mass may be in different units, or the cut-off is too low for this machine"
+        ));
+    }
     if let Some(hz) = shown.lowest_hz.filter(|hz| !(LOWEST_HZ[0]..=LOWEST_HZ[1]).contains(hz)) {
         out.push(format!("the lowest elastic mode lies at {hz:.3e} Hz: stiffness and mass may be in different units"));
     }
     out
+}
+
+/// A stiffness of which rounding leaves few digits.
+fn few_digits(condition: f64) -> Option<String> {
+    (condition * f64::EPSILON > LEAST_DIGITS).then(|| {
+        format!(
+            "the stiffness is ill-conditioned ({condition:.1e} when scaled to a diagonal of 1, by the rounding of double precision {:.0e}): fewer than three digits of the lowest frequencies may be right; are springs between nodes far stiffer than what is around them (1e3 to 1e6 times is enough), or is it nearly a mechanism?",
+            condition * f64::EPSILON
+        )
+    })
 }
 
 /// Rows with mass that nothing holds; modal coordinates may be like that.
