@@ -96,6 +96,8 @@ fn a_fixture_that_is_too_stiff_is_named_with_its_frequency() {
     assert!(found[0].message.contains("would swing on fixture `f1` at 2.9e11 Hz"), "{}", found[0]);
     let alone = fault("stiffness_n_per_m = 3e7", "stiffness_n_per_m = 1e25");
     assert!(alone.message.contains("too stiff"), "{alone}");
+    let light = fault("mass_kg = 3.0", "mass_kg = 1e-300");
+    assert!(light.message.contains("casting `part` (1e-300 kg) would swing"), "{light}");
 }
 
 /// The declared defaults are usual.

@@ -3,7 +3,7 @@
 use crate::hammer::HammerParameters;
 use std::f64::consts::TAU;
 
-use crate::parameter::{Fault, Parameters};
+use crate::parameter::{Fault, Parameters, short};
 use crate::workpiece::{Casting, Fixture, OFFSET_TOLERANCE_M, WorkpieceError};
 
 use super::model::{HammerUnit, Scene, Supply};
@@ -146,9 +146,10 @@ impl Scene {
             return None;
         }
         Some(format!(
-            "is {stiffness:e}, which is too stiff: casting `{}` ({mass_kg} kg) would swing on fixture `{}` at {frequency_hz:.1e} Hz, \
+            "is {stiffness:e}, which is too stiff: casting `{}` ({} kg) would swing on fixture `{}` at {frequency_hz:.1e} Hz, \
              and steps of at most {:.1e} s would never end; expected about {:.0e} for a stiff one",
             casting.name,
+            short(mass_kg),
             fixture.name,
             1.0 / frequency_hz,
             Fixture::default().stiffness_n_per_m
