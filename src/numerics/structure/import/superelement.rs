@@ -16,7 +16,7 @@ use crate::structure::label::{DofLabel, SCALAR};
 /// Entries that list points.
 const LISTS: [&str; 3] = ["EXTRN", "SECONCT", "SPOINT"];
 /// Entries that tell where points are and along which axes they move.
-const GRIDS: [&str; 7] = ["GRID", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"];
+const GRIDS: [&str; 8] = ["GRID", "GRDSET", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"];
 /// Most points of one `THRU`.
 const LONGEST_RANGE: i64 = 1_000_000;
 /// Coordinate systems that may refer to one another.
@@ -58,8 +58,8 @@ struct System {
 }
 
 struct Grid {
-    /// System of its coordinates, and of its displacements.
-    systems: [i64; 2],
+    /// System of its coordinates, and of its displacements; none: that of `GRDSET`.
+    systems: [Option<i64>; 2],
     at: Vector,
 }
 
@@ -69,6 +69,8 @@ struct Table {
     connected: Vec<i64>,
     scalar: BTreeSet<i64>,
     grids: BTreeMap<i64, Grid>,
+    /// Systems of grids that name none.
+    usual: [i64; 2],
     systems: BTreeMap<i64, System>,
 }
 
@@ -114,8 +116,13 @@ impl Table {
             }
             "GRID" => {
                 let at = vector(card, 2)?;
-                let systems = [whole(card.field(1), Some(0))?, whole(card.field(5), Some(0))?];
+                let system = |field: &str| (!field.is_empty()).then(|| whole(field, None)).transpose();
+                let systems = [system(card.field(1))?, system(card.field(5))?];
                 self.grids.insert(whole(card.field(0), None)?, Grid { systems, at });
+                Ok(())
+            }
+            "GRDSET" => {
+                self.usual = [whole(card.field(1), Some(0))?, whole(card.field(5), Some(0))?];
                 Ok(())
             }
             // Systems by three points have no coordinates of their own.
@@ -170,7 +177,7 @@ impl Table {
         let mut out = Nodes::default();
         let nodes: BTreeSet<i64> = labels.iter().filter(|label| label.dof != SCALAR).map(|label| label.node).collect();
         for (node, grid) in self.grids.iter().filter(|(node, _)| nodes.contains(node)) {
-            let [place, displacement] = grid.systems;
+            let [place, displacement] = [0, 1].map(|of| grid.systems[of].unwrap_or(self.usual[of]));
             let frame = self.frame(displacement, DEEPEST);
             let frame = frame.map_err(|reason| format!("displacements of GRID {node}: {reason}"))?;
             out.axes.insert(*node, frame.axes);
@@ -308,6 +315,9 @@ CORD2R*               10               0 1.000000000E+00 0.000000000E+00
         assert_eq!(table.labels, expected);
         assert!(!table.assumed);
         assert_eq!(table.nodes.positions[&3], [600.0, 0.0, 300.0]);
+        let usual = rows(&(PUNCH.replace(",3.,10\n", ",3.\n") + "GRDSET,,,,,,10\n")).expect("valid");
+        assert_eq!((usual.nodes.axes[&11], usual.nodes.axes[&3]), (table.nodes.axes[&11], BASIC_AXES));
+        assert_eq!((usual.nodes.positions[&11], usual.nodes.positions[&3]), ([4.0, 1.0, 2.0], [600.0, 0.0, 300.0]));
         // z along the basic x, x towards (0, 1, 0) from (1, 0, 0): (0, 1, 0) once z is taken out, y = z x x = (0, 0, 1).
         assert_eq!(table.nodes.axes[&11], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
         assert_eq!(table.nodes.positions[&11], [4.0, 1.0, 2.0]);
