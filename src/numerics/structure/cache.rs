@@ -24,7 +24,7 @@ use crate::files::{Limit, Staged, read};
 /// Folder of the caches.
 pub const CACHE_FOLDER: &str = ".decore-cache";
 /// First bytes of a cache file; the number changes with its layout.
-const MAGIC: &[u8; 16] = b"decore-reduced-4";
+const MAGIC: &[u8; 16] = b"decore-reduced-5";
 const HASH: usize = 32;
 
 /// Where a reduction came from.
