@@ -148,8 +148,9 @@ fn it_ends_where_the_target_is_reached_and_finds_better_rows_within_a_limit() {
 #[test]
 fn what_it_tells_of_models_is_what_surrogate_tells() {
     let study = Study::new();
-    let ended =
-        |goal: &[&str]| progress(&expect_code(study.refine(&[goal, &["--most-rows", "18", "--json"]].concat()), 0));
+    let ended = |goal: &[&str]| {
+        progress(&expect_code(study.refine(&[goal, &["--most-rows", "18", "--json"]].concat()), FAILED))
+    };
     for goal in [&["--maximise", "delivered_work_j"][..], &["--learn", "delivered_work_j", "--until-q2", "0.999999"]] {
         let told = ended(goal);
         let mut surrogate = decore();
