@@ -7,10 +7,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::outputs::{Form, Output, check_outputs, place};
+use super::outputs::{Form, Output, check_outputs};
 use super::text::plural;
 use super::written::Written;
-use crate::dataset::DatasetReader;
+use crate::dataset::{DatasetReader, place};
 use crate::features::{Column, FeatureSettings, Format, GroupBy, Role, Splits, files};
 
 /// What the files of an export hold, in the order in which it names them.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
 use super::text::shell_word;
-use crate::dataset::MANIFEST_NAME;
+use crate::dataset::{MANIFEST_NAME, check_ending};
 use crate::words::nearest;
 
 /// `out/<name of the study file>`.
@@ -94,19 +94,7 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
 /// Refuses a file to write whose name says that it is of another kind than those that end in one of `endings`; `flag`: what
 /// names it.
 pub(super) fn expect_ending(flag: &str, file: &Path, endings: &[&str]) -> Result<(), Failure> {
-    let shown = file.display();
-    let dotted = endings.iter().map(|ending| format!(".{ending}")).collect::<Vec<_>>().join(" or ");
-    if file.is_dir() {
-        return Err(Failure::Argument(format!(
-            "{flag} {shown} is a folder: give the name of a file that ends in {dotted}"
-        )));
-    }
-    let is = |ending: &&str| file.extension().is_some_and(|kind| kind.eq_ignore_ascii_case(ending));
-    if endings.iter().any(is) {
-        return Ok(());
-    }
-    let kinds = endings.iter().map(|ending| ending.to_uppercase()).collect::<Vec<_>>().join(" or ");
-    Err(Failure::Argument(format!("{flag} {shown}: what is written is {kinds}, so the name has to end in {dotted}")))
+    check_ending(file, endings).map_err(|error| Failure::Argument(format!("{flag} {error}")))
 }
 
 /// Names of what is in a folder, in order; none where it cannot be read.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::exit::{Failure, check_writable};
 use super::inputs::{expect_ending, expect_study, is_dataset};
 use super::text::tell;
-use crate::dataset::{own_files, owner};
+use crate::dataset::{check_free, is_part_of, own_files, place};
 use crate::engine::{Engine, Rows, checked};
 use crate::study::{CheckedStudy, Study};
 
@@ -128,14 +128,7 @@ pub(super) fn check_outputs(inputs: &[PathBuf], outputs: &[Output<'_>]) -> Resul
             Form::Folder { names, replace: false } => expect_free(flag, path, names)?,
             _ => {}
         }
-        if let Some(dataset) = owner(&place(path), &coming) {
-            return Err(Failure::Argument(format!(
-                "{flag} {}: this is a place where the dataset {} keeps its own files: give another name or folder (directly in the \
-                 dataset's folder any other name will do)",
-                path.display(),
-                dataset.display()
-            )));
-        }
+        check_free(path, &coming).map_err(|error| Failure::Argument(format!("{flag} {error}")))?;
     }
     asked().try_for_each(|(path, output)| match output.form {
         Form::File(_) | Form::Companion(_) => check_writable(folder_of(path), path),
@@ -185,7 +178,7 @@ fn refuse_inputs<'a>(
         }
         let input_place = place(&input);
         let holds = |(_, folder, is_dataset): &&(&Path, PathBuf, bool)| match is_dataset {
-            true => owner(&input_place, std::slice::from_ref(folder)).is_some_and(|owner| owner == folder),
+            true => is_part_of(&input_place, folder),
             false => input_place.parent().is_some_and(|parent| parent == folder),
         };
         if let Some((output, ..)) = folders.iter().find(holds) {
@@ -223,21 +216,6 @@ fn begins_with(path: &Path, line: &str) -> bool {
     let mut begin = Vec::new();
     let read = File::open(path).and_then(|file| file.take(line.len() as u64).read_to_end(&mut begin));
     read.is_ok() && begin == line.as_bytes()
-}
-
-/// Where a path leads: links are followed, and what is not there yet lies in the last folder above it that is.
-pub(super) fn place(path: &Path) -> PathBuf {
-    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let found = path.ancestors().find_map(|above| Some((above, above.canonicalize().ok()?)));
-    let Some((above, mut place)) = found else { return path };
-    for part in path.strip_prefix(above).into_iter().flat_map(Path::iter) {
-        if part == ".." {
-            place.pop();
-        } else {
-            place.push(part);
-        }
-    }
-    place
 }
 
 /// The folder that a file is in.

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::error::SurrogateError;
 use super::model::{Model, OutputModel, RowsProcess};
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
-use crate::dataset::DatasetInfo;
+use crate::dataset::{DatasetInfo, check_ending, check_free};
 use crate::files::{self, Limit, Staged, shielded};
 use crate::regression::{GaussianProcess, Points};
 
@@ -51,8 +51,11 @@ struct Figures {
 /// `..._success_weight` where rows failed.
 ///
 /// # Errors
+/// [`SurrogateError::Dataset`] for a name that does not end in `.parquet` or lies where a dataset keeps its own files,
 /// [`SurrogateError::Write`].
 pub fn write(model: &Model, path: &Path) -> Result<(), SurrogateError> {
+    check_ending(path, &["parquet"])?;
+    check_free(path, &[])?;
     let fault = |reason: String| SurrogateError::Write { path: path.to_owned(), reason };
     let figures = Figures { layout: LAYOUT, surrogate: model.surrogate.clone(), info: model.info.clone() };
     let figures = serde_json::to_string(&figures).map_err(|error| fault(error.to_string()))?;

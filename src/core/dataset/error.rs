@@ -223,6 +223,9 @@ pub enum DatasetError {
         /// The part.
         path: PathBuf,
     },
+    /// A place that is not to be written to, and what to do.
+    #[error("{0}")]
+    Target(String),
     /// A column that is not there.
     #[error("table `{table}` has no column `{column}`{}", hint(.known, .column))]
     UnknownColumn {
@@ -268,6 +271,7 @@ impl DatasetError {
                 | Self::DuplicateColumn { .. }
                 | Self::UnknownColumn { .. }
                 | Self::NotANumber { .. }
+                | Self::Target(_)
         )
     }
 }

@@ -12,6 +12,7 @@ use super::durable::StagedFile;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::parquet_file::{self, FileFormat, schema, study_metadata};
+use super::target::check_free;
 use crate::metrics::Signal;
 use crate::quantity::{CellColumn, Kind, Quantity};
 use crate::words::identifier;
@@ -74,8 +75,10 @@ fn signal_columns(signals: &[Signal]) -> Vec<TableColumn> {
 /// The file appears whole or not at all.
 ///
 /// # Errors
-/// [`DatasetError::DuplicateColumn`] if two columns have one name, the Parquet library's or the system's.
+/// [`DatasetError::Target`] where a dataset keeps its own files, [`DatasetError::DuplicateColumn`] if two columns have one name, the
+/// Parquet library's or the system's.
 pub fn write_table(path: &Path, info: &DatasetInfo, table: &str, columns: &[TableColumn]) -> Result<(), DatasetError> {
+    check_free(path, &[])?;
     let descriptions = descriptions(table, columns)?;
     let dictionary = serde_json::json!({ "table": table, "columns": descriptions }).to_string();
     let bytes = batch(info, &descriptions, columns)

@@ -10,7 +10,7 @@ use super::monitor::{Beginning, Monitor};
 use super::prepared::{Engine, Rows};
 use crate::dataset::{
     Chosen, DatasetError, DatasetWriter, Existing, Manifest, RowRecorder, RowSpan, StoredRow, SweepState, SweepStatus,
-    grow,
+    check_folder, grow,
 };
 use crate::run::{BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowSource, RowTask, run_batch};
 
@@ -64,8 +64,10 @@ impl Engine {
 /// too many failed.
 ///
 /// # Errors
-/// A folder that is in use, holds another study or cannot be written; threads that cannot be started.
+/// A folder that is in use, holds another study, lies in another dataset, would take the place of the study's files, or cannot be
+/// written; threads that cannot be started.
 pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Result<SweepStatus, EngineError> {
+    check_folder(folder, &rows.study().files())?;
     let (info, listener) = (rows.info(), settings.listener);
     let whole = RowSpan { first: 0, end: info.rows };
     let range = settings.rows.unwrap_or(whole);

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use decore::dataset::DatasetReader;
+use decore::surrogate::{SurrogateSettings, fit, write};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -141,6 +143,28 @@ fn bytes_are_the_same_for_any_number_of_threads() {
         (output.stdout, files)
     };
     assert!(bytes("1") == bytes("2"), "threads change bytes");
+}
+
+#[test]
+fn the_library_writes_a_model_over_nothing_of_a_dataset() {
+    let dataset = Dataset::new(60);
+    let reader = DatasetReader::open(&dataset.file("out")).expect("a dataset");
+    let settings = SurrogateSettings { outputs: vec!["delivered_work_j".to_owned()], ..SurrogateSettings::default() };
+    let model = fit(&reader, &settings).expect("a model");
+    let refused = [
+        ("out/runs/runs-000000000000.parquet", "keeps its own files"),
+        ("out/blows/new.parquet", "keeps its own files"),
+        ("out/manifest.json", "has to end in .parquet"),
+        ("study.toml", "has to end in .parquet"),
+        ("out", "is a folder"),
+    ];
+    for (name, words) in refused {
+        let before = fs::read(dataset.file(name)).ok();
+        let said = write(&model, &dataset.file(name)).expect_err("refused").to_string();
+        assert!(said.contains(words), "{name}: {said}");
+        assert!(before == fs::read(dataset.file(name)).ok(), "{name} was written");
+    }
+    write(&model, &dataset.file("out/model.parquet")).expect("beside what is the dataset's own");
 }
 
 #[test]
