@@ -1,13 +1,16 @@
-//! Tables as batches of Arrow: those of a dataset hold what is visited, those of rows in memory what the dataset holds.
+//! Tables as batches of Arrow: those of a dataset hold what is visited, those of rows in memory what the dataset holds. Datasets stay
+//! what they are: another one in their place is not read as them.
 
 use arrow_array::{Array, RecordBatch, RecordBatchReader};
 use arrow_schema::ArrowError;
-use decore::dataset::{Columns, DatasetReader, RowRecord, TableName, record_batches};
+use decore::dataset::{
+    Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, TableName, record_batches,
+};
 use decore::engine::{Engine, Rows, SweepSettings};
 use std::path::Path;
 use tempfile::TempDir;
 
-use crate::synthetic::dataset;
+use crate::synthetic::{ROWS, dataset, info, outcome, record};
 
 fn batches(reader: &DatasetReader, table: TableName) -> Vec<RecordBatch> {
     reader.batches(table).collect::<Result<_, ArrowError>>().expect("read")
@@ -41,6 +44,52 @@ fn a_damaged_part_ends_the_batches_with_its_name() {
     let error = batches.next().expect("an error").expect_err("damaged").to_string();
     assert!(error.contains(file), "{error}");
     assert!(batches.next().is_none());
+}
+
+#[test]
+fn a_dataset_that_was_replaced_is_not_read_as_what_it_was() {
+    let (_scratch, folder) = dataset();
+    let reader = DatasetReader::open(&folder).expect("a dataset");
+    let info = DatasetInfo { study_hash: "another".to_owned(), ..info() };
+    let mut writer = DatasetWriter::create(&folder, &info, Existing::Replace).expect("replaced");
+    // While its rows are not there yet, and when they are.
+    let batches = |reader: &DatasetReader| reader.batches(TableName::Runs).find_map(Result::err).map(|e| e.to_string());
+    assert!(batches(&reader).is_some_and(|said| said.contains("it was replaced")), "the parts of another are missing");
+    (0..ROWS).for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
+    writer.finish().expect("finished");
+    assert!(batches(&reader).is_some_and(|said| said.contains("it was replaced")), "batches are those of another");
+    for table in TableName::ALL {
+        let error = reader.visit(table, &["row"], |_| panic!("a row of another study")).expect_err("replaced");
+        assert!(matches!(&error, DatasetError::Replaced { path } if *path == folder), "{table:?}: {error}");
+    }
+    let again = DatasetReader::open(&folder).expect("a dataset");
+    assert_eq!(
+        again.batches(TableName::Runs).map(|batch| batch.expect("read").num_rows()).sum::<usize>(),
+        ROWS as usize
+    );
+}
+
+#[test]
+fn a_sweep_makes_no_dataset_inside_another_nor_over_its_study() {
+    let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
+    let scratch = TempDir::new().expect("scratch");
+    let folder = scratch.path().join("sweep");
+    let runs = folder.join("runs");
+    std::fs::create_dir_all(runs.join("hammers")).expect("made");
+    for name in ["pressure_grid.toml", "hammers/default.toml"] {
+        std::fs::copy(studies.join(name), runs.join(name)).expect("copied");
+    }
+    let refused = |study: &Path, output: &Path, words: &str| {
+        let engine = Engine::load(study, &["duration_s=0.02".to_owned()]).expect("a study");
+        let settings = SweepSettings { existing: Existing::Replace, ..SweepSettings::default() };
+        let said = engine.run(output, &settings).expect_err("refused").to_string();
+        assert!(said.contains(words), "{said}");
+    };
+    refused(&runs.join("pressure_grid.toml"), &folder, "would overwrite what its rows are computed from");
+    assert!(runs.join("pressure_grid.toml").exists());
+    let (_scratch, other) = dataset();
+    refused(&studies.join("pressure_grid.toml"), &other.join("blows/new"), "keeps its own files");
+    assert!(!other.join("blows/new").exists());
 }
 
 #[test]

@@ -1,20 +1,18 @@
 //! Tables as batches of Arrow: those of rows in memory, and those of a dataset as they are read.
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_schema::{ArrowError, SchemaRef};
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
 use super::columns::{Column, Columns, Source, TableName};
-use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use super::parquet_file::{batch, schema};
-use super::reader::DatasetReader;
+use super::reader::{DatasetReader, open_part};
 use super::record::{TableColumns, check_record};
 use crate::quantity::CellColumn;
 
@@ -53,6 +51,8 @@ fn push(table: &mut [CellColumn], columns: &[Column], source: &Source<'_>) {
 /// Batches of a table of a dataset, part by part; memory is bounded by one of them.
 pub struct Batches {
     schema: SchemaRef,
+    /// The dataset's folder, and the hash of its study.
+    dataset: (PathBuf, String),
     /// Parts that have not been begun.
     left: VecDeque<PathBuf>,
     /// The part that is being read, and where it is.
@@ -66,28 +66,27 @@ impl DatasetReader {
     /// Batches fail as [`DatasetReader::visit`] does, with the error of this library inside the Arrow library's.
     pub fn batches(&self, table: TableName) -> Batches {
         let left = self.parts(table).iter().map(|part| self.folder().join(&part.file)).collect();
-        Batches { schema: schema(&self.manifest().study, self.columns(table)), left, part: None }
+        let study = &self.manifest().study;
+        let dataset = (self.folder().to_owned(), study.study_hash.clone());
+        Batches { schema: schema(study, self.columns(table)), dataset, left, part: None }
     }
 }
 
 impl Batches {
-    fn open(path: PathBuf) -> Result<(PathBuf, ParquetRecordBatchReader), DatasetError> {
-        let file = File::open(&path).map_err(failed_to("open", &path))?;
-        let reader = ParquetRecordBatchReaderBuilder::try_new(file)
-            .and_then(|builder| builder.with_batch_size(BATCH_ROWS).build())
-            .map_err(|source| DatasetError::Parquet { path: path.clone(), source })?;
+    fn open(&self, path: PathBuf) -> Result<(PathBuf, ParquetRecordBatchReader), DatasetError> {
+        let (folder, study_hash) = &self.dataset;
+        let reader = open_part(folder, &path, study_hash)?.batches(BATCH_ROWS);
+        let reader = reader.map_err(|source| DatasetError::Parquet { path: path.clone(), source })?;
         Ok((path, reader))
     }
 
     fn read(&mut self) -> Result<Option<RecordBatch>, DatasetError> {
         loop {
-            let (path, reader) = match &mut self.part {
-                Some(part) => part,
-                None => match self.left.pop_front() {
-                    Some(path) => self.part.insert(Self::open(path)?),
-                    None => return Ok(None),
-                },
-            };
+            if self.part.is_none() {
+                let Some(path) = self.left.pop_front() else { return Ok(None) };
+                self.part = Some(self.open(path)?);
+            }
+            let Some((path, reader)) = &mut self.part else { return Ok(None) };
             let Some(batch) = reader.next() else {
                 self.part = None;
                 continue;

@@ -72,6 +72,15 @@ pub enum DatasetError {
         /// The dataset's folder.
         path: PathBuf,
     },
+    /// The dataset is another one than that which was opened.
+    #[error(
+        "{} holds another study, or more rows, than when it was opened: it was replaced or grown since; open it again",
+        path.display()
+    )]
+    Replaced {
+        /// The dataset's folder.
+        path: PathBuf,
+    },
     /// Shards that do not make a whole.
     #[error("failed to merge: {problem}; {advice}")]
     Shards {

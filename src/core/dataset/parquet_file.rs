@@ -12,7 +12,7 @@ use arrow_array::{
 };
 use arrow_buffer::{BooleanBuffer, Buffer, NullBuffer, OffsetBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::arrow::{ArrowSchemaConverter, ArrowWriter, ProjectionMask, add_encoded_arrow_schema_to_metadata};
 use parquet::basic::{Compression, ZstdLevel};
@@ -34,6 +34,9 @@ const ZSTD_LEVEL: i32 = 3;
 const ROW_GROUP_ROWS: usize = 65_536;
 /// Key of a part's metadata under which it describes its block.
 const BLOCK_KEY: &str = "decore.block";
+
+/// Key of the hash of a file's study.
+const STUDY_HASH_KEY: &str = "decore.study_hash";
 
 /// The data dictionary of a table, as JSON.
 pub fn dictionary_json(table: TableName, columns: &[ColumnDescription]) -> String {
@@ -77,7 +80,7 @@ fn study_entries(info: &DatasetInfo) -> [(&'static str, String); 5] {
     [
         ("decore.study_name", info.study_name.clone()),
         ("decore.study_text", info.study_text.clone()),
-        ("decore.study_hash", info.study_hash.clone()),
+        (STUDY_HASH_KEY, info.study_hash.clone()),
         ("decore.seed", info.seed.to_string()),
         ("decore.version", info.program_version.clone()),
     ]
@@ -227,6 +230,39 @@ pub fn check_study(
     }
 }
 
+/// A file whose footer is read.
+pub struct Opened {
+    builder: ParquetRecordBatchReaderBuilder<File>,
+}
+
+impl Opened {
+    /// Opens a file and reads its footer.
+    ///
+    /// # Errors
+    /// The Parquet library's or the system's.
+    pub fn new(path: &Path) -> Result<Self, DatasetError> {
+        let file = File::open(path).map_err(failed_to("open", path))?;
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file);
+        let builder = builder.map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
+        Ok(Self { builder })
+    }
+
+    /// Whether the file says that it is of the study with this hash.
+    pub fn is_of(&self, study_hash: &str) -> bool {
+        let entries = self.builder.metadata().file_metadata().key_value_metadata();
+        let mut entries = entries.into_iter().flatten();
+        entries.any(|entry| entry.key == STUDY_HASH_KEY && entry.value.as_deref() == Some(study_hash))
+    }
+
+    /// Its rows in batches of at most `rows`.
+    ///
+    /// # Errors
+    /// The Parquet library's.
+    pub fn batches(self, rows: usize) -> Result<ParquetRecordBatchReader, ParquetError> {
+        self.builder.with_batch_size(rows).build()
+    }
+}
+
 /// Calls `visit` with the chosen columns of every row of a file, in the order of `columns`.
 ///
 /// # Errors
@@ -236,9 +272,21 @@ pub fn visit_rows(
     columns: &[ColumnDescription],
     visit: &mut dyn FnMut(&[Cell<'_>]),
 ) -> Result<(), DatasetError> {
+    visit_opened(Opened::new(path)?, path, columns, visit)
+}
+
+/// As [`visit_rows`], of a file that is open; `path`: for errors.
+///
+/// # Errors
+/// As for [`visit_rows`].
+pub fn visit_opened(
+    opened: Opened,
+    path: &Path,
+    columns: &[ColumnDescription],
+    visit: &mut dyn FnMut(&[Cell<'_>]),
+) -> Result<(), DatasetError> {
     let parquet_error = |source| DatasetError::Parquet { path: path.to_owned(), source };
-    let file = File::open(path).map_err(failed_to("open", path))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(parquet_error)?;
+    let builder = opened.builder;
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
     let mask = ProjectionMask::columns(builder.parquet_schema(), names);
     let reader = builder.with_projection(mask).build().map_err(parquet_error)?;

@@ -7,7 +7,7 @@ use super::columns::{ColumnDescription, Columns, TableName};
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::manifest::{Manifest, Part, TimingsManifest, fingerprint};
-use super::parquet_file::visit_rows;
+use super::parquet_file::{Opened, visit_opened};
 use super::rebuild::{strays, timings_of_parts};
 use crate::quantity::Cell;
 
@@ -97,7 +97,7 @@ impl DatasetReader {
     /// Memory is bounded by one batch of rows.
     ///
     /// # Errors
-    /// [`DatasetError::UnknownColumn`], [`DatasetError::Damaged`], the Parquet library's or the system's.
+    /// [`DatasetError::UnknownColumn`], [`DatasetError::Replaced`], [`DatasetError::Damaged`], the Parquet library's or the system's.
     pub fn visit(
         &self,
         table: TableName,
@@ -109,7 +109,13 @@ impl DatasetReader {
             columns.push(self.column(table, name)?.clone());
         }
         for part in self.parts(table) {
-            visit_rows(&self.folder.join(&part.file), &columns, &mut visit)?;
+            let path = self.folder.join(&part.file);
+            visit_opened(
+                open_part(&self.folder, &path, &self.manifest.study.study_hash)?,
+                &path,
+                &columns,
+                &mut visit,
+            )?;
         }
         Ok(())
     }
@@ -152,6 +158,27 @@ impl DatasetReader {
     pub fn damage_of(&self, table: TableName) -> impl Iterator<Item = DatasetError> {
         self.parts(table).iter().filter_map(|part| check_part(&self.folder, part).err())
     }
+}
+
+/// Opens a part of the dataset in `folder`, which was of the study with this hash when it was opened: the names of parts are those of
+/// any study's.
+///
+/// # Errors
+/// [`DatasetError::Replaced`], [`DatasetError::Damaged`], the Parquet library's or the system's.
+pub fn open_part(folder: &Path, path: &Path, study_hash: &str) -> Result<Opened, DatasetError> {
+    let opened = Opened::new(path);
+    if opened.as_ref().is_ok_and(|part| part.is_of(study_hash)) {
+        return opened;
+    }
+    // Only now is it worth reading the manifest again.
+    if Manifest::read(folder).is_ok_and(|now| now.study.study_hash != study_hash) {
+        return Err(DatasetError::Replaced { path: folder.to_owned() });
+    }
+    opened.and(Err(DatasetError::Damaged {
+        path: path.to_owned(),
+        found: "the hash of another study in its metadata".to_owned(),
+        expected: format!("{study_hash}, that of the manifest's study"),
+    }))
 }
 
 /// Compares a part's length and checksum with the manifest's.
