@@ -1,10 +1,13 @@
 //! Values of Python as values of a study, and back.
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyMapping, PyString, PyTuple};
 
 use crate::quantity::Value;
+
+/// Lists and tables within each other at most: no key of a study has as many, and a list that holds itself has no end.
+const MOST_NESTED: usize = 16;
 
 /// A number or a text, numpy's included.
 pub fn value(from: &Bound<'_, PyAny>) -> PyResult<Value> {
@@ -33,7 +36,7 @@ pub fn settings(from: &Bound<'_, PyMapping>) -> PyResult<Vec<String>> {
         // A text alone needs no quotes, and stands in a dataset as the command line puts it there.
         let text = match value.cast::<PyString>() {
             Ok(text) => text.to_str()?.to_owned(),
-            Err(_) => toml(&value)?,
+            Err(_) => toml(&value, &path, 0)?,
         };
         Ok(format!("{path}={text}"))
     };
@@ -45,19 +48,25 @@ pub fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound
     from.items()?.iter().map(|item| item.extract::<(String, Bound<'py, PyAny>)>()).collect()
 }
 
-/// A value as TOML writes it.
-fn toml(from: &Bound<'_, PyAny>) -> PyResult<String> {
+/// The value of a setting as TOML writes it. `path`: the setting's, for errors; `depth`: lists and tables around the value.
+fn toml(from: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<String> {
+    if depth > MOST_NESTED {
+        return Err(PyValueError::new_err(format!(
+            "`{path}`: lists and tables stand more than {MOST_NESTED} deep in each other, or one holds itself; no key of a study \
+             takes that: give the value as the study file has it"
+        )));
+    }
     if let Ok(truth) = from.cast::<PyBool>() {
         return Ok(truth.is_true().to_string());
     }
     if from.is_instance_of::<PyList>() || from.is_instance_of::<PyTuple>() {
-        let parts: Vec<String> = from.try_iter()?.map(|part| toml(&part?)).collect::<PyResult<_>>()?;
+        let parts: Vec<String> = from.try_iter()?.map(|part| toml(&part?, path, depth + 1)).collect::<PyResult<_>>()?;
         return Ok(format!("[{}]", parts.join(", ")));
     }
     if let Ok(table) = from.cast::<PyDict>() {
         let pairs = table.iter().map(|(key, value)| {
             let key = toml::Value::from(key.extract::<String>()?);
-            Ok(format!("{key} = {}", toml(&value)?))
+            Ok(format!("{key} = {}", toml(&value, path, depth + 1)?))
         });
         return Ok(format!("{{ {} }}", pairs.collect::<PyResult<Vec<String>>>()?.join(", ")));
     }

@@ -172,6 +172,14 @@ def check_errors(scratch):
     check((str(file), line, "casting.part.mas_kg", "mass_kg") in found, f"what is wrong: {found}")
     raised(decore.StudyError, lambda: decore.Study(scratch / "absent.toml"))
     check(issubclass(decore.StudyError, decore.Error) and issubclass(decore.SweepError, decore.Error), "one family")
+    endless, table, deep = [], {}, []
+    endless.append(endless)
+    table["a"] = [table]
+    for _ in range(5000):
+        deep = [deep]
+    for nested in [endless, table, deep]:
+        said = raised(ValueError, lambda: decore.Study(PLACEMENT, {"title": nested}))
+        check("`title`" in str(said) and "holds itself" in str(said), f"a value without an end: {said}")
     study = decore.Study(PLACEMENT, SHORT)
     missing = raised(decore.StudyError, lambda: study.scene({"presure": 5.0})).problems
     check(any(problem.suggestion == "pressure" for problem in missing), f"{missing}")
