@@ -23,8 +23,12 @@ create_exception!(decore, DatasetError, Error, "A dataset cannot be written or r
 create_exception!(decore, SweepError, Error, "Rows could not be run or stored; what is done is kept.");
 create_exception!(decore, StudyWarning, PyUserWarning, "What about a study is possible but unlikely.");
 
+/// What a [`Problem`] has, in its order: for `pickle`.
+type Fields = (String, Option<usize>, Option<usize>, String, String, Option<String>, Option<String>, String);
+
 /// One fault of a study.
 #[pyclass(module = "decore", frozen, get_all)]
+#[derive(Clone)]
 pub struct Problem {
     /// Name of the file, or the value set over it.
     file: String,
@@ -54,6 +58,21 @@ impl Problem {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         format!("<decore.Problem {}{line} `{}`: {}>", self.file, self.key, self.message)
     }
+
+    /// Exceptions go from process to process with their problems.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Fields,))> {
+        let Self { file, line, column, key, message, expected, suggestion, text } = self.clone();
+        let fields = (file, line, column, key, message, expected, suggestion, text);
+        Ok((py.import("decore._decore")?.getattr("_problem")?, (fields,)))
+    }
+}
+
+/// A problem that comes from another process.
+#[pyfunction]
+#[pyo3(name = "_problem")]
+pub fn problem(fields: Fields) -> Problem {
+    let (file, line, column, key, message, expected, suggestion, text) = fields;
+    Problem { file, line, column, key, message, expected, suggestion, text }
 }
 
 impl Problem {

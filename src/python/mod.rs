@@ -31,6 +31,9 @@ fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(open, module)?)?;
+    // What `pickle` calls is no name of the package.
+    module.setattr("_problem", wrap_pyfunction!(error::problem, module)?)?;
+    module.setattr("_study", wrap_pyfunction!(study::unpickled, module)?)?;
     module.add_class::<study::Study>()?;
     module.add_class::<factor::Factor>()?;
     module.add_class::<row::Row>()?;

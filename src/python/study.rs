@@ -1,7 +1,7 @@
 //! A study: its rows, simulated one by one, as a function, or as a sweep.
 
 use std::ffi::CString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyMapping, PyString};
 
 use super::dataset::Dataset;
-use super::error::{Raise, StudyWarning, SweepError};
+use super::error::{Raise, StudyError, StudyWarning, SweepError};
 use super::factor::Factor;
 use super::function::{Definition, Function};
 use super::ready::{Asked, Chosen, Ready, Shared, Wanted};
@@ -22,7 +22,7 @@ use crate::dataset::{DatasetError, Existing, SweepState, TableName, table_batch}
 use crate::design::Level;
 use crate::engine::{checked, design_table};
 use crate::run::DEFAULT_RETRIES;
-use crate::study::{CheckedStudy, StudyError};
+use crate::study::{self, CheckedStudy};
 
 /// Threads at most, as on the command line.
 const MOST_THREADS: usize = 1024;
@@ -31,11 +31,21 @@ const MOST_THREADS: usize = 1024;
 #[pyclass(module = "decore", frozen)]
 pub struct Study {
     checked: CheckedStudy,
+    /// Its file, wherever the process goes.
+    path: PathBuf,
     retries: u32,
     ready: OnceLock<Shared>,
 }
 
 impl Study {
+    /// Reads a study file, with settings `path=value` over its own.
+    fn load(py: Python<'_>, path: &Path, overrides: Vec<String>, retries: u32) -> PyResult<Self> {
+        let file = path.to_owned();
+        let work = move |_: &_| checked(crate::study::Study::load(&file)?.with_overrides(&overrides)?);
+        let checked = Work::new(work).wait(py)?.map_err(|error| error.raise(py))?;
+        Ok(Self { checked, path: std::path::absolute(path)?, retries, ready: OnceLock::new() })
+    }
+
     /// The study ready to run.
     fn ready(&self, py: Python<'_>) -> PyResult<&Shared> {
         if let Some(ready) = self.ready.get() {
@@ -52,7 +62,7 @@ impl Study {
     /// The row that is meant: its index, or values by the names of the factors.
     fn asked(&self, py: Python<'_>, row: &Bound<'_, PyAny>) -> PyResult<Asked> {
         if let Ok(values) = row.cast::<PyMapping>() {
-            let levels: Result<Vec<Level>, StudyError> = self.checked.levels(&given(values)?);
+            let levels: Result<Vec<Level>, study::StudyError> = self.checked.levels(&given(values)?);
             return levels.map(Asked::Point).map_err(|error| error.raise(py));
         }
         let Ok(index) = row.extract::<i64>() else {
@@ -88,12 +98,11 @@ impl Study {
     #[pyo3(signature = (path, overrides=None, *, retries=DEFAULT_RETRIES))]
     fn new(py: Python<'_>, path: PathBuf, overrides: Option<&Bound<'_, PyMapping>>, retries: u32) -> PyResult<Self> {
         let overrides = overrides.map(settings).transpose()?.unwrap_or_default();
-        let work = move |_: &_| checked(crate::study::Study::load(&path)?.with_overrides(&overrides)?);
-        let checked = Work::new(work).wait(py)?.map_err(|error| error.raise(py))?;
-        for warning in checked.warnings() {
+        let study = Self::load(py, &path, overrides, retries)?;
+        for warning in study.checked.warnings() {
             warn(py, &warning.to_string())?;
         }
-        Ok(Self { checked, retries, ready: OnceLock::new() })
+        Ok(study)
     }
 
     /// Title of the study.
@@ -206,9 +215,31 @@ impl Study {
         }
     }
 
+    /// Other processes read the study again, from its file.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PathBuf, Vec<String>, u32, &str))> {
+        let study = self.checked.study();
+        let again = py.import("decore._decore")?.getattr("_study")?;
+        Ok((again, (self.path.clone(), study.overrides(), self.retries, study.hash())))
+    }
+
     fn __repr__(&self) -> String {
         format!("<decore.Study {}: {} rows>", self.title(), self.checked.row_count())
     }
+}
+
+/// A study that comes from another process, which has warned of it.
+///
+/// # Errors
+/// As for a study that is read; `StudyError` where its files are not what they were.
+#[pyfunction]
+#[pyo3(name = "_study")]
+pub fn unpickled(py: Python<'_>, path: PathBuf, overrides: Vec<String>, retries: u32, hash: &str) -> PyResult<Study> {
+    let study = Study::load(py, &path, overrides, retries)?;
+    if study.checked.study().hash() == hash {
+        return Ok(study);
+    }
+    let message = "the study, or a file that it names, was changed since it was handed to this process; read it anew and hand that on";
+    Err(StudyError::new_err(format!("{}: {message}", path.display())))
 }
 
 fn check_threads(threads: usize) -> PyResult<()> {

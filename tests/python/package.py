@@ -4,8 +4,11 @@ Usage: python package.py PROGRAM STUDIES, with the program `decore` and the fold
 machines that do other work at the same time.
 """
 
+import concurrent.futures
+import multiprocessing
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -191,6 +194,28 @@ def check_errors(scratch):
     check(any(issubclass(one.category, decore.StudyWarning) for one in caught), "40 bar are unlikely")
 
 
+def failing(study):
+    """The error of another study, raised in a process of its own."""
+    return [study, decore.Study(PLACEMENT, {"hammer.hammer.suply_bar": 4.5})]
+
+
+def check_processes(scratch):
+    """Exceptions with their problems, and studies, go from process to process."""
+    file = scratch / "handed_on.toml"
+    file.write_text(GRID.read_text().replace("hammers/", f"{STUDIES}/hammers/"))
+    study = decore.Study(file, SHORT, retries=2)
+    with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        error = raised(decore.StudyError, lambda: pool.submit(failing, study).result())
+        check(error.problems[0].suggestion == "hammer.hammer.supply_bar" and error.problems[0].text in str(error), f"problems: {error}")
+        rows = pool.submit(len, study).result()
+        check(rows == len(study), f"a study in another process: {rows}")
+    again = pickle.loads(pickle.dumps(study))
+    check(again.hash == study.hash and again.scene(3)["delivered_work_j"] == study.scene(3)["delivered_work_j"], "the same study")
+    handed = pickle.dumps(study)
+    file.write_text(file.read_text().replace("mass_kg = 0.517", "mass_kg = 0.6"))
+    check("changed since" in str(raised(decore.StudyError, lambda: pickle.loads(handed))), "another study in its place")
+
+
 def check_interrupt(scratch):
     """Ctrl-C ends a sweep of long rows within half a second; the same sweep goes on from the rows that ended, to the same bytes."""
     study = decore.Study(PLACEMENT, {"duration_s": 4.0, "design.rows": 12})
@@ -276,9 +301,11 @@ def main():
         check_functions()
         check_surrogate(scratch)
         check_errors(scratch)
+        check_processes(scratch)
         check_overhead()
         check_interrupt(scratch)
         check_rate(scratch)
 
 
-main()
+if __name__ == "__main__":
+    main()
