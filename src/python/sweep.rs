@@ -18,7 +18,23 @@ use crate::run::RowStatus;
 const TOLD_EVERY: Duration = Duration::from_millis(200);
 
 /// Sweeps that were interrupted and whose rows still run; a folder is theirs until they end.
-static ENDING: Mutex<Vec<Receiver<()>>> = Mutex::new(Vec::new());
+static ENDING: Mutex<Ending> = Mutex::new(Ending { process: 0, sweeps: Vec::new() });
+
+/// Sweeps that end by themselves.
+struct Ending {
+    /// The process whose threads run them: one that was forked has their channels and not their threads.
+    process: u32,
+    sweeps: Vec<Receiver<()>>,
+}
+
+impl Ending {
+    /// Notes a sweep that begins; those of this process that it has to wait for.
+    fn begin(&mut self, sweep: Receiver<()>) -> Vec<Receiver<()>> {
+        let process = std::process::id();
+        let earlier = std::mem::replace(self, Self { process, sweeps: vec![sweep] });
+        if earlier.process == process { earlier.sweeps } else { Vec::new() }
+    }
+}
 
 /// How far a sweep is.
 #[pyclass(module = "decore", frozen, get_all)]
@@ -108,7 +124,7 @@ impl Sweep {
         let (begin, own) = (Instant::now(), Arc::clone(&counts));
         let work = move |stop: &AtomicBool| {
             let (ends, ended) = sync_channel::<()>(0);
-            let earlier = std::mem::replace(&mut *lock(), vec![ended]);
+            let earlier = ENDING.lock().unwrap_or_else(PoisonError::into_inner).begin(ended);
             // A sweep drops its end of the channel when it ends.
             for earlier in earlier {
                 let _ = earlier.recv();
@@ -142,8 +158,4 @@ impl Sweep {
         }
         Ok(status)
     }
-}
-
-fn lock() -> std::sync::MutexGuard<'static, Vec<Receiver<()>>> {
-    ENDING.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -231,6 +231,13 @@ def check_interrupt(scratch):
     took = time.perf_counter() - begun[0]
     print(f"  Ctrl-C: {took:.2f} s")
     check(took < MOST_INTERRUPT_S, f"Ctrl-C took {took:.2f} s")
+    if "fork" in multiprocessing.get_all_start_methods():
+        child = multiprocessing.get_context("fork").Process(target=decore.Study(GRID, SHORT).run, args=(scratch / "forked",))
+        child.start()
+        child.join(60.0 * FACTOR)
+        code = child.exitcode
+        child.kill()
+        check(code == 0, f"a forked process waits for rows that it does not run: {code}")
     told = []
     check(study.run(scratch / "interrupted", progress=told.append).rows_done == 12, "the sweep goes on")
     check(told[0].done < 12, f"rows that ended are kept: {told[0]}")
