@@ -1,5 +1,6 @@
 //! Outputs as a function of factors, over arrays: what optimisers and samplers call.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -16,6 +17,7 @@ use crate::dataset::Source;
 use crate::design::Level;
 use crate::engine::{EngineError, Rows};
 use crate::quantity::Value;
+use crate::study::{CheckedStudy, FactorInfo};
 
 /// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output, NaN where a point could
 /// not be simulated. Without the axis of points for one point, without that of outputs for one output.
@@ -32,7 +34,7 @@ pub struct Function {
     threads: usize,
 }
 
-/// A function as it is asked for; all names are known.
+/// A function as it is asked for.
 pub struct Definition {
     /// Factors that are columns of X.
     pub factors: Vec<String>,
@@ -46,12 +48,58 @@ pub struct Definition {
     pub threads: usize,
 }
 
+impl Definition {
+    /// Holds the names and the fixed values to a study, so that a call can only fail by its points.
+    ///
+    /// # Errors
+    /// `ValueError` for a name that stands twice and a factor of texts as a column; `StudyError` with all factors that are unknown,
+    /// derived, overridden or without a value, and all values that a factor does not take.
+    fn check(&self, py: Python<'_>, checked: &CheckedStudy) -> PyResult<()> {
+        let wrong = |message: String| Err(PyValueError::new_err(message));
+        if let Some(name) = repeated(self.outputs.iter().map(|(name, _)| name)) {
+            return wrong(format!("output `{name}` is asked for twice: name each once"));
+        }
+        if let Some(name) = repeated(self.factors.iter()) {
+            return wrong(format!("factor `{name}` stands twice in `factors`: name each once"));
+        }
+        if let Some((name, _)) = self.fixed.iter().find(|(name, _)| self.factors.contains(name)) {
+            return wrong(format!("factor `{name}` is in `factors` and in `fixed`: leave it out of one of them"));
+        }
+        let factors = || checked.study().factors().iter().filter(|factor| self.factors.contains(&factor.name));
+        let is_text = |factor: &&FactorInfo| factor.values.iter().any(|value| value.number().is_none());
+        if let Some(text) = factors().find(is_text) {
+            let (name, domain) = (&text.name, text.domain());
+            return wrong(format!(
+                "factor `{name}` takes texts ({domain}), X holds numbers: give its value in `fixed`"
+            ));
+        }
+        // Any value that the factor takes stands for those of its column.
+        let taken = |name: &String| {
+            let factor = factors().find(|factor| factor.name == *name);
+            factor.and_then(|factor| factor.values.first().cloned()).unwrap_or(Value::Integer(0))
+        };
+        let columns = self.factors.iter().map(|name| (name.clone(), taken(name)));
+        let given: Vec<(String, Value)> = columns.chain(self.fixed.iter().cloned()).collect();
+        checked.levels(&given).map(drop).map_err(|error| error.raise(py))
+    }
+}
+
+/// A name that stands twice.
+fn repeated<'n>(names: impl Iterator<Item = &'n String>) -> Option<&'n String> {
+    let mut known = HashSet::new();
+    names.into_iter().find(|name| !known.insert(*name))
+}
+
 impl Function {
     /// The function of a study.
-    pub fn new(ready: &Shared, definition: Definition) -> Self {
+    ///
+    /// # Errors
+    /// As for [`Definition::check`].
+    pub fn new(py: Python<'_>, ready: &Shared, definition: Definition) -> PyResult<Self> {
+        definition.check(py, ready.engine.checked())?;
         let Definition { factors, fixed, outputs, single, threads } = definition;
         let (outputs, places) = outputs.into_iter().unzip();
-        Self { ready: Arc::clone(ready), factors, fixed, outputs, places, single, threads }
+        Ok(Self { ready: Arc::clone(ready), factors, fixed, outputs, places, single, threads })
     }
 
     /// The levels of the factors at a row of X.

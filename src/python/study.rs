@@ -189,7 +189,7 @@ impl Study {
         let ready = self.ready(py)?;
         let place = |name: String| Self::place(ready, &name).map(|place| (name, place));
         let outputs = names.into_iter().map(place).collect::<Result<_, _>>().map_err(|error| error.raise(py))?;
-        Ok(Function::new(ready, Definition { factors, fixed, outputs, single, threads }))
+        Function::new(py, ready, Definition { factors, fixed, outputs, single, threads })
     }
 
     /// Runs the rows that the dataset in `output` does not hold yet; the same call again goes on.

@@ -140,6 +140,24 @@ def check_functions():
     check("NaN" in str(raised(decore.StudyError, lambda: work([0.0, float("nan")]))), "no number is a fault")
     check("did you mean" in str(raised(decore.DatasetError, lambda: study.function("delivered_wrk_j"))), "a near output")
     raised(decore.DatasetError, lambda: study.function("status"))
+    rest = {"standoff": 0.08, "fixture_stiffness": 3e7}
+    for words, factors, fixed in [
+        ("no factor of the design", ["position", "presure"], rest),
+        ("no factor of the design", None, {"presure": 5.0}),
+        ("has no value", ["position"], rest),
+        ("is NaN", ["position", "pressure"], rest | {"standoff": float("nan")}),
+    ]:
+        said = raised(decore.StudyError, lambda: study.function("delivered_work_j", factors=factors, fixed=fixed))
+        check(words in str(said) and said.problems, f"{factors}, {fixed}: {said}")
+    grid = decore.Study(GRID, SHORT)
+    for words, call in [
+        ("stands twice", lambda: study.function("delivered_work_j", factors=["position"] * 2)),
+        ("in `factors` and in `fixed`", lambda: study.function("delivered_work_j", factors=["position"], fixed={"position": 0.0})),
+        ("asked for twice", lambda: study.function(["delivered_work_j"] * 2)),
+        ("takes texts (R3 | R5)", lambda: grid.function("delivered_work_j")),
+    ]:
+        said = str(raised(ValueError, call))
+        check(words in said, said)
 
 
 def check_surrogate(scratch):
