@@ -20,7 +20,7 @@ use crate::quantity::Value;
 use crate::study::{CheckedStudy, FactorInfo};
 
 /// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output, NaN where a point could
-/// not be simulated. Without the axis of points for one point, without that of outputs for one output.
+/// not be simulated or a factor does not take its value (NaN, infinity, what lies between whole numbers or listed values). Without the axis of points for one point, without that of outputs for one output.
 #[pyclass(module = "decore", frozen)]
 pub struct Function {
     ready: Shared,
@@ -101,13 +101,6 @@ impl Function {
         let (outputs, places) = outputs.into_iter().unzip();
         Ok(Self { ready: Arc::clone(ready), factors, fixed, outputs, places, single, threads })
     }
-
-    /// The levels of the factors at a row of X.
-    fn levels(&self, py: Python<'_>, x: &[f64]) -> PyResult<Vec<Level>> {
-        let own = self.factors.iter().zip(x).map(|(name, x)| (name.clone(), Value::Real(*x)));
-        let given: Vec<(String, Value)> = own.chain(self.fixed.iter().cloned()).collect();
-        self.ready.engine.checked().levels(&given).map_err(|error| error.raise(py))
-    }
 }
 
 #[pymethods]
@@ -137,6 +130,12 @@ impl Function {
         let numpy = py.import("numpy").map_err(|error| {
             PyImportError::new_err(format!("{error}: functions over arrays take numpy; install it beside decore"))
         })?;
+        let masked = numpy.getattr("ma")?;
+        let x = match masked.call_method1("isMaskedArray", (x,))?.is_truthy()? {
+            // What is masked is no number: numpy would hand on what lies below the mask.
+            true => masked.call_method1("filled", (x.call_method1("astype", ("float64",))?, f64::NAN))?,
+            false => x.clone(),
+        };
         let array = numpy.call_method1("ascontiguousarray", (x, "float64"))?;
         let shape: Vec<usize> = array.getattr("shape")?.extract()?;
         let width = self.factors.len();
@@ -146,13 +145,17 @@ impl Function {
                 format!("X has the shape {shape:?}, expected ({width},) or (points, {width}): columns {names}");
             return Err(PyValueError::new_err(message));
         }
-        let values = PyBuffer::<f64>::get(&array)?.to_vec(py)?;
-        let points: Vec<Vec<Level>> = match width {
-            0 => vec![self.levels(py, &[])?; shape.first().copied().filter(|_| shape.len() == 2).unwrap_or(1)],
-            width => values.chunks_exact(width).map(|x| self.levels(py, x)).collect::<PyResult<_>>()?,
+        let x = PyBuffer::<f64>::get(&array)?.to_vec(py)?;
+        let rows = shape.first().copied().filter(|_| shape.len() == 2).unwrap_or(1);
+        let task = Task {
+            ready: Arc::clone(&self.ready),
+            factors: self.factors.clone(),
+            fixed: self.fixed.clone(),
+            x,
+            rows,
+            places: self.places.clone(),
+            threads: self.threads,
         };
-        let rows = points.len();
-        let task = Task { ready: Arc::clone(&self.ready), points, places: self.places.clone(), threads: self.threads };
         let found = Work::new(move |stop| task.run(stop)).wait(py)?.map_err(|error| error.raise(py))?;
         let outputs = Some(self.places.len()).filter(|_| !self.single);
         let shape: Vec<usize> = Some(rows).filter(|_| shape.len() == 2).into_iter().chain(outputs).collect();
@@ -172,7 +175,12 @@ impl Function {
 /// Points to be simulated.
 struct Task {
     ready: Arc<Ready>,
-    points: Vec<Vec<Level>>,
+    factors: Vec<String>,
+    fixed: Vec<(String, Value)>,
+    /// A value per factor, point by point.
+    x: Vec<f64>,
+    /// Points.
+    rows: usize,
     places: Vec<usize>,
     threads: usize,
 }
@@ -181,20 +189,34 @@ impl Task {
     /// The outputs point by point; what is left out after a stop is not asked for any more.
     fn run(&self, stop: &AtomicBool) -> Result<Vec<f64>, EngineError> {
         let engine = &self.ready.engine;
-        let outcomes = match self.points.as_slice() {
+        let (places, points): (Vec<usize>, Vec<Vec<Level>>) =
+            (0..self.rows).filter_map(|row| Some((row, self.levels(row)?))).unzip();
+        let outcomes = match points.as_slice() {
             // No other thread is worth its start.
             [only] => vec![engine.outcome_at(only)],
             points => engine.outcomes_at(points, self.threads, stop)?.unwrap_or_default(),
         };
-        let mut found = Vec::with_capacity(outcomes.len() * self.places.len());
-        for (levels, outcome) in self.points.iter().zip(outcomes) {
-            let record = self.ready.record(&Asked::Point(levels.clone()), outcome);
+        let width = self.places.len();
+        let mut found = vec![f64::NAN; self.rows * width];
+        for ((row, levels), outcome) in places.into_iter().zip(points).zip(outcomes) {
+            let record = self.ready.record(&Asked::Point(levels), outcome);
             let source = Source::new(&self.ready.info, &record);
             let column = |place: &usize| self.ready.columns.runs.get(*place);
-            let number = |value: Value<&str>| value.number();
             let cells = self.places.iter().filter_map(column).map(|column| column.cell(&source));
-            found.extend(cells.map(|cell| cell.and_then(number).unwrap_or(f64::NAN)));
+            for (found, cell) in found.iter_mut().skip(row * width).zip(cells) {
+                *found = cell.and_then(|value| value.number()).unwrap_or(f64::NAN);
+            }
         }
         Ok(found)
+    }
+
+    /// The levels of the factors at a point; `None` where one of them does not take its value, which is all that can be wrong
+    /// with what [`Definition::check`] let pass.
+    fn levels(&self, row: usize) -> Option<Vec<Level>> {
+        let width = self.factors.len();
+        let own = self.x.get(row * width..(row + 1) * width)?;
+        let own = self.factors.iter().zip(own).map(|(name, x)| (name.clone(), Value::Real(*x)));
+        let given: Vec<(String, Value)> = own.chain(self.fixed.iter().cloned()).collect();
+        self.ready.engine.checked().levels(&given).ok()
     }
 }

@@ -137,7 +137,11 @@ def check_functions():
     check(work(numpy.asfortranarray([[0.0, 5.0], [0.01, 4.0]]))[1] == many[2], "columns in Fortran's order")
     check(study.function(["delivered_work_j"])([[0.0, 5, 0.08, 3e7]]).shape == (1, 1), "a list of outputs is an axis")
     check("(points, 2)" in str(raised(ValueError, lambda: work([1.0, 2.0, 3.0]))), "the shape that was expected")
-    check("NaN" in str(raised(decore.StudyError, lambda: work([0.0, float("nan")]))), "no number is a fault")
+    found = work([[0.0, float("nan")], [0.0, 5.0], [float("inf"), 5.0]])
+    check(numpy.isnan(found).tolist() == [True, False, True] and found[1] == one, f"no number is no point: {found}")
+    masked = numpy.ma.array([[0.0, 5.0], [0.0, 4.0]])
+    masked[1, 1] = numpy.ma.masked
+    check(numpy.isnan(work(masked)).tolist() == [False, True] and numpy.isnan(work([0.0, float("nan")])), "nor is what is masked")
     check("did you mean" in str(raised(decore.DatasetError, lambda: study.function("delivered_wrk_j"))), "a near output")
     raised(decore.DatasetError, lambda: study.function("status"))
     rest = {"standoff": 0.08, "fixture_stiffness": 3e7}

@@ -165,7 +165,8 @@ class Factor:
 class Function:
     """`f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output.
 
-    NaN where a point could not be simulated. Without the axis of points for one point, without that of outputs where one output was
+    NaN where a point could not be simulated or a factor does not take its value (NaN, infinity, a masked one, one between whole numbers
+    or listed values). Without the axis of points for one point, without that of outputs where one output was
     asked for by its name alone: a float where both are left out. Needs numpy.
     """
 
