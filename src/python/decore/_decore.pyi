@@ -1,9 +1,9 @@
 """The compiled module; the package's names are those of `decore`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, SupportsFloat, SupportsIndex, TypeAlias, final
 
 from numpy.typing import ArrayLike
 
@@ -31,7 +31,9 @@ __all__ = [
 __version__: str
 
 _Value: TypeAlias = float | int | str
-_Setting: TypeAlias = _Value | bool | Sequence[_Setting] | Mapping[str, _Setting]
+# What is taken: numbers of NumPy and of others too.
+_Given: TypeAlias = SupportsFloat | SupportsIndex | str
+_Setting: TypeAlias = _Given | Sequence[_Setting] | Mapping[str, _Setting]
 
 class Error(Exception):
     """What decore raises; all its exceptions are of this class."""
@@ -280,7 +282,7 @@ class Surrogate:
         """Reads the file of models that `save` or `decore surrogate --output` wrote."""
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the models to a Parquet file, as `decore surrogate --output`."""
-    def predict(self, factors: Mapping[str, Sequence[float | str]]) -> Table:
+    def predict(self, factors: Mapping[str, Iterable[_Given]]) -> Table:
         """What rows would give that were not run: a list of values for each factor; as `decore predict`."""
     @property
     def warnings(self) -> list[str]:
@@ -328,7 +330,7 @@ class Study:
         """The design: a row per run, a column per factor. Nothing is run."""
     def scene(
         self,
-        row: int | Mapping[str, _Value],
+        row: SupportsIndex | Mapping[str, _Given],
         *,
         signals: bool | Sequence[str] | None = None,
         signal_interval_s: float = 1e-4,
@@ -343,7 +345,7 @@ class Study:
         outputs: str | Sequence[str],
         *,
         factors: Sequence[str] | None = None,
-        fixed: Mapping[str, _Value] | None = None,
+        fixed: Mapping[str, _Given] | None = None,
         threads: int = 0,
     ) -> Function:
         """Outputs (columns of the table of runs) as a function of factors, over arrays.
