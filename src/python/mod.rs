@@ -1,7 +1,8 @@
 //! The module of the Python package `decore`: the calls of [`crate::engine`] and [`crate::dataset`] that the command line makes, for
 //! notebooks and programs. What is around it in Python is in `decore/` beside this file, with the types of all it has.
 //!
-//! Nothing here holds the interpreter while it simulates, reads or writes.
+//! Nothing here holds the interpreter while it simulates, reads or writes. Values become Python's objects, and objects values, with it
+//! alone: there other threads get their turn every few milliseconds.
 
 mod dataset;
 mod error;

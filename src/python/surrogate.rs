@@ -11,7 +11,7 @@ use serde_json::json;
 use super::error::Raise;
 use super::table::Table;
 use super::value::{entries, value};
-use super::wait::Work;
+use super::wait::{Work, give_way};
 use crate::dataset::table_batch;
 use crate::surrogate::{Model, Predicted, Row, predict_rows, read, write};
 use crate::words::{did_you_mean, nearest};
@@ -42,8 +42,11 @@ impl Surrogate {
                 return Err(PyKeyError::new_err(format!("factor `{name}` has no values")));
             };
             let (_, values) = given.swap_remove(at);
-            let texts =
-                values.try_iter()?.map(|one| Ok(value(&one?)?.to_string())).collect::<PyResult<Vec<String>>>()?;
+            let text = |(row, one): (usize, PyResult<Bound<'_, PyAny>>)| {
+                give_way(factors.py(), row)?;
+                Ok(value(&one?)?.to_string())
+            };
+            let texts = values.try_iter()?.enumerate().map(text).collect::<PyResult<Vec<String>>>()?;
             if place > 0 && texts.len() != rows.len() {
                 let message = format!("factor `{name}` has {} values, those before it {}", texts.len(), rows.len());
                 return Err(PyValueError::new_err(message));

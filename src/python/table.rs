@@ -14,6 +14,7 @@ use pyo3::types::PyCapsule;
 
 use super::error::{DatasetError, Error};
 use super::value::object;
+use super::wait::give_way;
 use crate::dataset::{DatasetReader, TableName};
 use crate::quantity::Value;
 use crate::words::{did_you_mean, nearest};
@@ -86,11 +87,13 @@ impl Table {
             PyKeyError::new_err(format!("table `{}` has no column `{column}`{hint}", self.name))
         })?;
         let mut values = Vec::new();
-        for batch in self.batches() {
+        let mut batches = self.batches();
+        while let Some(batch) = py.detach(|| batches.next()) {
             let batch = batch.map_err(failed)?;
             let array = batch.column(place);
             for row in 0..array.len() {
                 values.push(cell(py, array, row)?);
+                give_way(py, row)?;
             }
         }
         Ok(values)

@@ -62,6 +62,22 @@ impl<T: Send + 'static, F: FnOnce(&AtomicBool) -> T + Send + 'static> Work<T, F>
     }
 }
 
+/// Items that are made objects, or read from them, before other Python threads get their turn: some 5 ms, the interpreter's own
+/// interval.
+const ROUND: usize = 1 << 14;
+
+/// After every round of items, by their index: lets other Python threads run and hears Ctrl-C.
+///
+/// # Errors
+/// What a signal handler raised.
+pub fn give_way(py: Python<'_>, item: usize) -> PyResult<()> {
+    if item % ROUND < ROUND - 1 {
+        return Ok(());
+    }
+    py.detach(std::thread::yield_now);
+    py.check_signals()
+}
+
 fn hear<T: Send>(py: Python<'_>, told: &mut Receiver<T>, time: Duration) -> Result<T, RecvTimeoutError> {
     py.detach(move || told.recv_timeout(time))
 }
