@@ -86,15 +86,10 @@ pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
     let model = crate::surrogate::read(&arguments.model)?;
     let predicted = crate::surrogate::predict(&model, &arguments.table)?;
     write_table(&arguments.output, &model.info, "predictions", &predicted.columns)?;
-    let (rows, outside, path) = (predicted.rows, predicted.outside, arguments.output.display());
+    let (rows, path) = (predicted.rows, arguments.output.display());
     let mut written = Written::default();
     written.table("predictions", &arguments.output, rows)?;
-    if outside > 0 {
-        written.warn(format!(
-            "{outside} of {rows} rows lie outside the ranges of the factors or beyond what the model's rows cover (column `extrapolated`): what is said there is a guess"
-        ));
-    }
-    model.surrogate.warnings().into_iter().for_each(|warning| written.warn(warning));
+    predicted.warnings(&model).into_iter().for_each(|warning| written.warn(warning));
     written.print(arguments.json, &format_args!("{rows} rows predicted: {path}"))?;
     Ok(Exit::Done)
 }

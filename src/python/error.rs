@@ -1,9 +1,11 @@
 //! What is raised: exceptions that keep the file, line, key and suggestion of a fault.
 
+use std::ffi::CString;
+
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyUserWarning};
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyList, PyType};
 
 use crate::dataset;
 use crate::engine::EngineError;
@@ -22,6 +24,17 @@ create_exception!(decore, MachineError, Error, "A machine's files cannot be read
 create_exception!(decore, DatasetError, Error, "A dataset cannot be written or read, or lacks what is asked for.");
 create_exception!(decore, SweepError, Error, "Rows could not be run or stored; what is done is kept.");
 create_exception!(decore, StudyWarning, PyUserWarning, "What about a study is possible but unlikely.");
+create_exception!(decore, PredictionWarning, PyUserWarning, "What of a prediction cannot be relied on.");
+
+/// Tells what is to be looked at.
+///
+/// # Errors
+/// The warning, where Python is to raise warnings of its kind.
+pub fn warn(py: Python<'_>, kind: &Bound<'_, PyType>, text: &str) -> PyResult<()> {
+    // A text of a study holds no zero; one that does ends there.
+    let text = CString::new(text.split('\0').next().unwrap_or_default())?;
+    PyErr::warn(py, kind, &text, 1)
+}
 
 /// What a [`Problem`] has, in its order: for `pickle`.
 type Fields = (String, Option<usize>, Option<usize>, String, String, Option<String>, Option<String>, String);

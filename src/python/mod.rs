@@ -51,5 +51,6 @@ fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("MachineError", py.get_type::<error::MachineError>())?;
     module.add("DatasetError", py.get_type::<error::DatasetError>())?;
     module.add("SweepError", py.get_type::<error::SweepError>())?;
-    module.add("StudyWarning", py.get_type::<error::StudyWarning>())
+    module.add("StudyWarning", py.get_type::<error::StudyWarning>())?;
+    module.add("PredictionWarning", py.get_type::<error::PredictionWarning>())
 }

@@ -1,6 +1,5 @@
 //! A study: its rows, simulated one by one, as a function, or as a sweep.
 
-use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
@@ -9,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyMapping, PyString};
 
 use super::dataset::Dataset;
-use super::error::{Raise, StudyError, StudyWarning, SweepError};
+use super::error::{Raise, StudyError, StudyWarning, SweepError, warn};
 use super::factor::Factor;
 use super::function::{Definition, Function};
 use super::ready::{Asked, Chosen, Ready, Shared, Wanted};
@@ -54,7 +53,7 @@ impl Study {
         let (checked, retries) = (self.checked.clone(), self.retries);
         let made = Work::new(move |_| Ready::new(&checked, retries)).wait(py)?.map_err(|error| error.raise(py))?;
         for note in made.engine.notes() {
-            warn(py, note)?;
+            warn(py, &py.get_type::<StudyWarning>(), note)?;
         }
         Ok(self.ready.get_or_init(|| Arc::new(made)))
     }
@@ -100,7 +99,7 @@ impl Study {
         let overrides = overrides.map(settings).transpose()?.unwrap_or_default();
         let study = Self::load(py, &path, overrides, retries)?;
         for warning in study.checked.warnings() {
-            warn(py, &warning.to_string())?;
+            warn(py, &py.get_type::<StudyWarning>(), &warning.to_string())?;
         }
         Ok(study)
     }
@@ -268,11 +267,4 @@ fn chosen(signals: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Chosen>> {
             Err(_) => Ok(Some(Chosen::Named(one.extract()?))),
         },
     }
-}
-
-/// Tells what looks wrong.
-fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    // A text of a study holds no zero; one that does ends there.
-    let text = CString::new(text.split('\0').next().unwrap_or_default())?;
-    PyErr::warn(py, &py.get_type::<StudyWarning>(), &text, 1)
 }

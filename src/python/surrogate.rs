@@ -8,12 +8,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 use serde_json::json;
 
-use super::error::Raise;
+use super::error::{PredictionWarning, Raise, warn};
 use super::table::Table;
 use super::value::{entries, value};
 use super::wait::{Work, give_way};
 use crate::dataset::table_batch;
-use crate::surrogate::{Model, Predicted, Row, predict_rows, read, write};
+use crate::surrogate::{Model, Row, predict_rows, read, write};
 use crate::words::{did_you_mean, nearest};
 
 /// Models of the outputs of a dataset over its factors.
@@ -72,7 +72,8 @@ impl Surrogate {
         py.detach(|| write(&self.model, &file)).map_err(|error| error.raise(py))
     }
 
-    /// What rows would give that were not run: a list of values for each factor; as `decore predict`.
+    /// What rows would give that were not run: a list of values for each factor; as `decore predict`, with its
+    /// warnings.
     fn predict(&self, py: Python<'_>, factors: &Bound<'_, PyMapping>) -> PyResult<Table> {
         let cells = self.rows(factors)?;
         let model = Arc::clone(&self.model);
@@ -80,8 +81,12 @@ impl Surrogate {
             let rows = cells.iter().enumerate().map(|(row, cells)| Row { place: format!("row {row}"), cells });
             predict_rows(&model, &rows.collect::<Vec<_>>())
         });
-        let Predicted { columns, .. } = predicted.wait(py)?.map_err(|error| error.raise(py))?;
-        let batch = table_batch(&self.model.info, "predictions", &columns).map_err(|error| error.raise(py))?;
+        let predicted = predicted.wait(py)?.map_err(|error| error.raise(py))?;
+        for warning in predicted.warnings(&self.model) {
+            warn(py, &py.get_type::<PredictionWarning>(), &warning)?;
+        }
+        let batch =
+            table_batch(&self.model.info, "predictions", &predicted.columns).map_err(|error| error.raise(py))?;
         Ok(Table::new("predictions", batch))
     }
 

@@ -22,6 +22,20 @@ pub struct Predicted {
     pub outside: usize,
 }
 
+impl Predicted {
+    /// What of it cannot be relied on, a sentence each: rows that are a guess, poor models.
+    pub fn warnings(&self, model: &Model) -> Vec<String> {
+        let (outside, rows) = (self.outside, self.rows);
+        let guess = (outside > 0).then(|| {
+            format!(
+                "{outside} of {rows} rows lie outside the ranges of the factors or beyond what the model's rows cover (column \
+                 `extrapolated`): what is said there is a guess"
+            )
+        });
+        guess.into_iter().chain(model.surrogate.warnings()).collect()
+    }
+}
+
 /// Predicts the rows of a CSV or Parquet file with a column for each factor, named like it or `factor_` and its name.
 ///
 /// # Errors

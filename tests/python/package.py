@@ -174,6 +174,11 @@ def check_surrogate(scratch):
     models.save(scratch / "python.parquet")
     rows = {"position": [0.0, 0.02], "pressure": [5.0, 5.5], "standoff": numpy.array([0.08, 0.07]), "fixture_stiffness": (3e7, 2e7)}
     said = models.predict(rows)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        models.predict(rows | {"pressure": [5.0, 50.0]})
+    told = [str(one.message) for one in caught if issubclass(one.category, decore.PredictionWarning)]
+    check(any("1 of 2 rows lie outside" in one for one in told), f"an extrapolation is said: {told}")
     pandas.DataFrame(rows).to_csv(scratch / "rows.csv", index=False)
     command = [PROGRAM, "surrogate", scratch / "models", "--outputs", "delivered_work_j", "--output", scratch / "command.parquet"]
     subprocess.run(command, check=True, capture_output=True)

@@ -16,6 +16,7 @@ __all__ = [
     "Factor",
     "Function",
     "MachineError",
+    "PredictionWarning",
     "Problem",
     "Progress",
     "Row",
@@ -55,6 +56,9 @@ class SweepError(Error):
 
 class StudyWarning(UserWarning):
     """What about a study is possible but unlikely."""
+
+class PredictionWarning(UserWarning):
+    """What of a prediction cannot be relied on: rows that are extrapolated, poor models."""
 
 @final
 class Problem:
@@ -283,7 +287,10 @@ class Surrogate:
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the models to a Parquet file, as `decore surrogate --output`."""
     def predict(self, factors: Mapping[str, Iterable[_Given]]) -> Table:
-        """What rows would give that were not run: a list of values for each factor; as `decore predict`."""
+        """What rows would give that were not run: a list of values for each factor; as `decore predict`.
+
+        Warns by `PredictionWarning` of rows that are extrapolated (column `extrapolated`) and of models that are poor.
+        """
     @property
     def warnings(self) -> list[str]:
         """What cannot be relied on, a sentence each."""
