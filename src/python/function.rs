@@ -1,6 +1,5 @@
 //! Outputs as a function of factors, over arrays: what optimisers and samplers call.
 
-use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -12,6 +11,7 @@ use pyo3::types::{PyByteArray, PyTuple};
 use super::error::Raise;
 use super::factor::ends;
 use super::ready::{Asked, Ready, Shared};
+use super::value::repeated;
 use super::wait::Work;
 use crate::dataset::Source;
 use crate::design::Level;
@@ -82,12 +82,6 @@ impl Definition {
         let given: Vec<(String, Value)> = columns.chain(self.fixed.iter().cloned()).collect();
         checked.levels(&given).map(drop).map_err(|error| error.raise(py))
     }
-}
-
-/// A name that stands twice.
-fn repeated<'n>(names: impl Iterator<Item = &'n String>) -> Option<&'n String> {
-    let mut known = HashSet::new();
-    names.into_iter().find(|name| !known.insert(*name))
 }
 
 impl Function {

@@ -17,14 +17,12 @@ mod table;
 mod value;
 mod wait;
 
-use std::path::PathBuf;
-
 use pyo3::prelude::*;
 
 /// Opens the dataset in a folder.
 #[pyfunction]
-fn open(py: Python<'_>, dataset: PathBuf) -> PyResult<dataset::Dataset> {
-    dataset::Dataset::open(py, &dataset)
+fn open(py: Python<'_>, dataset: value::FilePath) -> PyResult<dataset::Dataset> {
+    dataset::Dataset::open(py, &dataset.0)
 }
 
 #[pymodule]

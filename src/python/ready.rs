@@ -7,9 +7,9 @@ use arrow_array::RecordBatch;
 use crate::dataset::{Columns, DatasetError, DatasetInfo, RowRecord, record_batches, signals_batch};
 use crate::design::Level;
 use crate::engine::{Engine, EngineError, Rows};
-use crate::metrics::{Instant, Signal};
+use crate::metrics::{Instant, Signal, signal_list};
 use crate::run::RowOutcome;
-use crate::study::CheckedStudy;
+use crate::study::{CheckedStudy, Study};
 
 /// A study ready to run.
 pub struct Ready {
@@ -82,6 +82,7 @@ impl Ready {
     /// As for [`Engine::outcome_with_signals`]; [`DatasetError::UnknownColumn`] for a signal that the row does not have.
     pub fn simulate(&self, asked: &Asked, wanted: Option<&Wanted>) -> Result<Simulated, EngineError> {
         let engine = &self.engine;
+        wanted.map_or(Ok(()), |wanted| wanted.check(engine.study()))?;
         let (outcome, signals) = match (asked, wanted) {
             (Asked::Row(row), None) => (engine.outcome(*row), None),
             (Asked::Point(levels), None) => (engine.outcome_at(levels), None),
@@ -89,7 +90,7 @@ impl Ready {
             (Asked::Point(levels), Some(wanted)) => engine.outcome_with_signals_at(levels, wanted.interval_s)?,
         };
         let signals = match (signals, wanted) {
-            (Some(signals), Some(wanted)) => Some(signals_batch(&self.info, &wanted.of(signals)?)?),
+            (Some(signals), Some(wanted)) => Some(signals_batch(&self.info, &wanted.of(signals))?),
             _ => None,
         };
         let record = self.record(asked, outcome);
@@ -99,20 +100,27 @@ impl Ready {
 }
 
 impl Wanted {
-    /// The signals that are asked for, the time first.
-    fn of(&self, signals: Vec<Signal>) -> Result<Vec<Signal>, DatasetError> {
-        let Chosen::Named(names) = &self.chosen else { return Ok(signals) };
-        if let Some(unknown) = names.iter().find(|name| !signals.iter().any(|signal| signal.name == **name)) {
-            return Err(DatasetError::UnknownColumn {
+    /// Holds the names to the signals of a study, before any row is simulated for them.
+    fn check(&self, study: &Study) -> Result<(), DatasetError> {
+        let Chosen::Named(names) = &self.chosen else { return Ok(()) };
+        let known = signal_list(&study.hammer_names(), &study.fixture_names(), &study.outputs().points);
+        match names.iter().find(|name| !known.iter().any(|signal| signal.name == **name)) {
+            None => Ok(()),
+            Some(unknown) => Err(DatasetError::UnknownColumn {
                 table: "signals",
                 column: unknown.clone(),
-                known: signals.into_iter().map(|signal| signal.name).collect(),
-            });
+                known: known.into_iter().map(|signal| signal.name).collect(),
+            }),
         }
+    }
+
+    /// The signals that are asked for, the time first.
+    fn of(&self, signals: Vec<Signal>) -> Vec<Signal> {
+        let Chosen::Named(names) = &self.chosen else { return signals };
         let (times, others): (Vec<Signal>, Vec<Signal>) =
             signals.into_iter().partition(|signal| signal.name == Instant::time_s.name);
         let named = names.iter().filter_map(|name| others.iter().find(|signal| signal.name == *name).cloned());
-        Ok(times.into_iter().chain(named).collect())
+        times.into_iter().chain(named).collect()
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyMapping, PyString};
+use pyo3::types::{PyInt, PyMapping, PyString};
 
 use super::dataset::Dataset;
 use super::error::{Raise, StudyError, StudyWarning, SweepError, warn};
@@ -15,7 +15,7 @@ use super::ready::{Asked, Chosen, Ready, Shared, Wanted};
 use super::row::Row;
 use super::sweep::Sweep;
 use super::table::Table;
-use super::value::{given, settings};
+use super::value::{FilePath, given, repeated, settings, truth};
 use super::wait::Work;
 use crate::dataset::{DatasetError, Existing, SweepState, TableName, table_batch};
 use crate::design::Level;
@@ -64,12 +64,14 @@ impl Study {
             let levels: Result<Vec<Level>, study::StudyError> = self.checked.levels(&given(values)?);
             return levels.map(Asked::Point).map_err(|error| error.raise(py));
         }
-        let Ok(index) = row.extract::<i64>() else {
+        let index = row.extract::<i64>();
+        // A whole number that is too large for any row is one nevertheless.
+        if truth(row).is_some() || (index.is_err() && !row.is_instance_of::<PyInt>()) {
             let found = row.get_type().name()?;
             return Err(PyTypeError::new_err(format!("expected the index of a row or a mapping, found {found}")));
-        };
+        }
         let rows = self.checked.row_count();
-        let index = usize::try_from(index).ok().filter(|index| *index < rows);
+        let index = index.ok().and_then(|index| usize::try_from(index).ok()).filter(|index| *index < rows);
         index
             .map(Asked::Row)
             .ok_or_else(|| PyIndexError::new_err(format!("the study has the rows 0 to {}, not {row}", rows - 1)))
@@ -95,9 +97,9 @@ impl Study {
     /// Reads a study file, with values set over its own.
     #[new]
     #[pyo3(signature = (path, overrides=None, *, retries=DEFAULT_RETRIES))]
-    fn new(py: Python<'_>, path: PathBuf, overrides: Option<&Bound<'_, PyMapping>>, retries: u32) -> PyResult<Self> {
+    fn new(py: Python<'_>, path: FilePath, overrides: Option<&Bound<'_, PyMapping>>, retries: u32) -> PyResult<Self> {
         let overrides = overrides.map(settings).transpose()?.unwrap_or_default();
-        let study = Self::load(py, &path, overrides, retries)?;
+        let study = Self::load(py, &path.0, overrides, retries)?;
         for warning in study.checked.warnings() {
             warn(py, &py.get_type::<StudyWarning>(), &warning.to_string())?;
         }
@@ -196,7 +198,7 @@ impl Study {
     fn run(
         &self,
         py: Python<'_>,
-        output: PathBuf,
+        output: FilePath,
         threads: usize,
         progress: Option<&Bound<'_, PyAny>>,
         replace: bool,
@@ -205,12 +207,12 @@ impl Study {
         check_threads(threads)?;
         let told = listener(py, progress)?;
         let existing = if replace { Existing::Replace } else { Existing::Resume };
-        let (ready, folder) = (Arc::clone(self.ready(py)?), output.clone());
+        let (ready, folder) = (Arc::clone(self.ready(py)?), output.0.clone());
         let sweep = Sweep { ready, folder, threads, existing, max_failed };
         let status = sweep.run(py, told)?.map_err(|error| error.raise(py))?;
         match status.state {
             SweepState::TooManyFailed => Err(SweepError::new_err(status.message)),
-            _ => Dataset::open(py, &output),
+            _ => Dataset::open(py, &output.0),
         }
     }
 
@@ -262,9 +264,17 @@ fn listener(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Opt
 fn chosen(signals: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Chosen>> {
     match signals {
         None => Ok(None),
-        Some(one) => match one.cast::<PyBool>() {
-            Ok(all) => Ok(all.is_true().then_some(Chosen::All)),
-            Err(_) => Ok(Some(Chosen::Named(one.extract()?))),
+        Some(one) => match truth(one) {
+            Some(all) => Ok(all.then_some(Chosen::All)),
+            None => {
+                let names: Vec<String> = one.extract()?;
+                if let Some(name) = repeated(&names) {
+                    return Err(PyValueError::new_err(format!(
+                        "signal `{name}` stands twice in `signals`: name each once"
+                    )));
+                }
+                Ok(Some(Chosen::Named(names)))
+            }
         },
     }
 }

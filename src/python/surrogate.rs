@@ -1,6 +1,5 @@
 //! Models of a dataset's outputs, and what they say of rows not run.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::exceptions::{PyKeyError, PyValueError};
@@ -10,7 +9,7 @@ use serde_json::json;
 
 use super::error::{PredictionWarning, Raise, warn};
 use super::table::Table;
-use super::value::{entries, value};
+use super::value::{FilePath, entries, value};
 use super::wait::{Work, give_way};
 use crate::dataset::table_batch;
 use crate::surrogate::{Model, Row, predict_rows, read, write};
@@ -62,14 +61,14 @@ impl Surrogate {
 impl Surrogate {
     /// Reads the file of models that `save` or `decore surrogate --output` wrote.
     #[new]
-    fn load(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
-        let model = py.detach(|| read(&file)).map_err(|error| error.raise(py))?;
+    fn load(py: Python<'_>, file: FilePath) -> PyResult<Self> {
+        let model = py.detach(|| read(&file.0)).map_err(|error| error.raise(py))?;
         Ok(Self::new(model))
     }
 
     /// Writes the models to a Parquet file, as `decore surrogate --output`.
-    fn save(&self, py: Python<'_>, file: PathBuf) -> PyResult<()> {
-        py.detach(|| write(&self.model, &file)).map_err(|error| error.raise(py))
+    fn save(&self, py: Python<'_>, file: FilePath) -> PyResult<()> {
+        py.detach(|| write(&self.model, &file.0)).map_err(|error| error.raise(py))
     }
 
     /// What rows would give that were not run: a list of values for each factor; as `decore predict`, with its

@@ -10,7 +10,7 @@ use arrow_array::{Array, RecordBatch, RecordBatchIterator, RecordBatchReader};
 use arrow_schema::{ArrowError, DataType, SchemaRef};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::PyCapsule;
+use pyo3::types::{PyCapsule, PyIterator, PyList};
 
 use super::error::{DatasetError, Error};
 use super::value::object;
@@ -132,6 +132,17 @@ impl Table {
     /// The values of a column as a list; no library is needed.
     fn __getitem__(&self, py: Python<'_>, column: &str) -> PyResult<Vec<Py<PyAny>>> {
         self.values(py, column)
+    }
+
+    /// Whether there is a column of this name.
+    fn __contains__(&self, column: &Bound<'_, PyAny>) -> bool {
+        column.extract::<String>().is_ok_and(|column| self.schema().index_of(&column).is_ok())
+    }
+
+    /// Names of the columns.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        let schema = self.schema();
+        PyList::new(py, schema.fields().iter().map(|field| field.name()))?.try_iter()
     }
 
     fn __repr__(&self) -> String {

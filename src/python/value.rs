@@ -1,20 +1,47 @@
 //! Values of Python as values of a study, and back.
 
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use pyo3::Borrowed;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyList, PyMapping, PyString, PyTuple};
+use pyo3::types::{PyDict, PyList, PyMapping, PyString, PyTuple};
 
 use crate::quantity::Value;
 
 /// Lists and tables within each other at most: no key of a study has as many, and a list that holds itself has no end.
 const MOST_NESTED: usize = 16;
 
+/// A path of a file or folder, as Python's own `open` takes it.
+pub struct FilePath(pub PathBuf);
+
+impl<'py> FromPyObject<'_, 'py> for FilePath {
+    type Error = PyErr;
+
+    fn extract(from: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let text = from.py().import("os")?.call_method1("fsdecode", (from,))?;
+        Ok(Self(text.extract()?))
+    }
+}
+
+/// Whether a value is true; `None` if it is no truth value, numpy's included.
+pub fn truth(from: &Bound<'_, PyAny>) -> Option<bool> {
+    from.extract().ok()
+}
+
+/// A name that stands twice.
+pub fn repeated<'n>(names: impl IntoIterator<Item = &'n String>) -> Option<&'n String> {
+    let mut known = HashSet::new();
+    names.into_iter().find(|name| !known.insert(*name))
+}
+
 /// A number or a text, numpy's included.
 pub fn value(from: &Bound<'_, PyAny>) -> PyResult<Value> {
     if let Ok(text) = from.cast::<PyString>() {
         return Ok(Value::Text(text.to_str()?.to_owned()));
     }
-    if !from.is_instance_of::<PyBool>() {
+    if truth(from).is_none() {
         if let Ok(whole) = from.extract::<i64>() {
             return Ok(Value::Integer(whole));
         }
@@ -56,8 +83,8 @@ fn toml(from: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<String> {
              takes that: give the value as the study file has it"
         )));
     }
-    if let Ok(truth) = from.cast::<PyBool>() {
-        return Ok(truth.is_true().to_string());
+    if let Some(truth) = truth(from) {
+        return Ok(truth.to_string());
     }
     if from.is_instance_of::<PyList>() || from.is_instance_of::<PyTuple>() {
         let parts: Vec<String> = from.try_iter()?.map(|part| toml(&part?, path, depth + 1)).collect::<PyResult<_>>()?;

@@ -91,6 +91,8 @@ def check_readers(dataset):
             check(seen == own, f"{column.name} in pandas")
         check(len(table) == arrow.num_rows > 0, f"rows of {table}")
     check("did you mean" in str(raised(KeyError, lambda: dataset.runs["delivered_wrk_j"])), "the nearest column")
+    check(list(dataset.runs) == [column.name for column in dataset.runs.columns], "a table goes over its columns")
+    check("row" in dataset.runs and "rows" not in dataset.runs and 0 not in dataset.runs, "a table has its columns")
 
 
 def check_signals(scratch, dataset):
@@ -215,7 +217,20 @@ def check_errors(scratch):
     study = decore.Study(PLACEMENT, SHORT)
     missing = raised(decore.StudyError, lambda: study.scene({"presure": 5.0})).problems
     check(any(problem.suggestion == "pressure" for problem in missing), f"{missing}")
-    raised(IndexError, lambda: study.scene(240))
+    for row in [240, -1, 2**70]:
+        check(f"0 to 239, not {row}" in str(raised(IndexError, lambda: study.scene(row))), f"row {row}")
+    for row in [True, numpy.True_, "3", 3.0]:
+        raised(TypeError, lambda: study.scene(row))
+    values = {"position": 0.0, "pressure": 5.0, "standoff": 0.08, "fixture_stiffness": 3e7}
+    for truth in [True, numpy.True_]:
+        raised(TypeError, lambda: study.scene(values | {"position": truth}))
+    check("name each once" in str(raised(ValueError, lambda: study.scene(0, signals=["time_s"] * 2))), "a signal twice")
+    begin = time.perf_counter()
+    long = decore.Study(PLACEMENT, {"duration_s": 600.0})
+    near = str(raised(decore.DatasetError, lambda: long.scene(0, signals=["hammer_casting_force"], signal_interval_s=1.0)))
+    check("did you mean `hammer_casting_force_n`" in near and time.perf_counter() - begin < 10.0 * FACTOR, f"no such signal: {near}")
+    check(len(decore.Study(os.fsencode(PLACEMENT), SHORT)) == 240, "a path of bytes")
+    check("expected str, bytes or os.PathLike" in str(raised(TypeError, lambda: decore.open(3))), "no path")
     raised(decore.DatasetError, lambda: decore.open(scratch / "absent"))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

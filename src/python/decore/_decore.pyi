@@ -1,6 +1,6 @@
 """The compiled module; the package's names are those of `decore`."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, SupportsFloat, SupportsIndex, TypeAlias, final
@@ -32,6 +32,7 @@ __all__ = [
 __version__: str
 
 _Value: TypeAlias = float | int | str
+_Path: TypeAlias = str | bytes | PathLike[str] | PathLike[bytes]
 # What is taken: numbers of NumPy and of others too.
 _Given: TypeAlias = SupportsFloat | SupportsIndex | str
 _Setting: TypeAlias = _Given | Sequence[_Setting] | Mapping[str, _Setting]
@@ -116,6 +117,10 @@ class Table:
     def __len__(self) -> int: ...
     def __getitem__(self, column: str, /) -> list[float | int | str | None]:
         """The values of a column; no library is needed."""
+    def __contains__(self, column: object, /) -> bool:
+        """Whether there is a column of this name."""
+    def __iter__(self) -> Iterator[str]:
+        """Names of the columns."""
     def __arrow_c_schema__(self) -> Any: ...
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...
 
@@ -282,9 +287,9 @@ class Dataset:
 class Surrogate:
     """Models of the outputs of a dataset over its factors; `str` has them in words."""
 
-    def __new__(cls, file: str | PathLike[str]) -> Surrogate:
+    def __new__(cls, file: _Path) -> Surrogate:
         """Reads the file of models that `save` or `decore surrogate --output` wrote."""
-    def save(self, file: str | PathLike[str]) -> None:
+    def save(self, file: _Path) -> None:
         """Writes the models to a Parquet file, as `decore surrogate --output`."""
     def predict(self, factors: Mapping[str, Iterable[_Given]]) -> Table:
         """What rows would give that were not run: a list of values for each factor; as `decore predict`.
@@ -307,7 +312,7 @@ class Study:
 
     def __new__(
         cls,
-        path: str | PathLike[str],
+        path: _Path,
         overrides: Mapping[str, _Setting] | None = None,
         *,
         retries: int = ...,
@@ -362,7 +367,7 @@ class Study:
         """
     def run(
         self,
-        output: str | PathLike[str],
+        output: _Path,
         *,
         threads: int = 0,
         progress: bool | Callable[[Progress], object] | None = None,
@@ -375,5 +380,5 @@ class Study:
         ended are kept. The files are those that the command line writes.
         """
 
-def open(dataset: str | PathLike[str]) -> Dataset:
+def open(dataset: _Path) -> Dataset:
     """Opens the dataset in a folder."""
