@@ -46,7 +46,7 @@ impl Row {
     /// The value of a column of the table of runs.
     fn __getitem__(&self, py: Python<'_>, column: &str) -> PyResult<Py<PyAny>> {
         let values = self.runs.get().values(py, column)?;
-        Ok(values.into_iter().next().unwrap_or_else(|| py.None()))
+        Ok(values.iter().next().map_or_else(|| py.None(), Bound::unbind))
     }
 
     fn __repr__(&self) -> String {

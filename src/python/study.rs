@@ -26,6 +26,9 @@ use crate::study::{self, CheckedStudy};
 /// Threads at most, as on the command line.
 const MOST_THREADS: usize = 1024;
 
+/// What [`unpickled`] takes.
+type Handed = (PathBuf, Vec<String>, u32, String);
+
 /// A study, held to its machine. The machine is reduced when the first row is run.
 #[pyclass(module = "decore", frozen)]
 pub struct Study {
@@ -217,10 +220,10 @@ impl Study {
     }
 
     /// Other processes read the study again, from its file.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PathBuf, Vec<String>, u32, &str))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Handed)> {
         let study = self.checked.study();
         let again = py.import("decore._decore")?.getattr("_study")?;
-        Ok((again, (self.path.clone(), study.overrides(), self.retries, study.hash())))
+        Ok((again, (self.path.clone(), study.overrides(), self.retries, study.hash().to_owned())))
     }
 
     fn __repr__(&self) -> String {

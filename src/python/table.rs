@@ -79,20 +79,20 @@ impl Table {
     ///
     /// # Errors
     /// `KeyError` for a column that is not there, [`DatasetError`] where a part cannot be read.
-    pub fn values(&self, py: Python<'_>, column: &str) -> PyResult<Vec<Py<PyAny>>> {
+    pub fn values<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyList>> {
         let schema = self.schema();
         let place = schema.index_of(column).map_err(|_| {
             let names = schema.fields().iter().map(|field| field.name().as_str());
             let hint = did_you_mean(nearest(column, names));
             PyKeyError::new_err(format!("table `{}` has no column `{column}`{hint}", self.name))
         })?;
-        let mut values = Vec::new();
+        let values = PyList::empty(py);
         let mut batches = self.batches();
         while let Some(batch) = py.detach(|| batches.next()) {
             let batch = batch.map_err(failed)?;
             let array = batch.column(place);
             for row in 0..array.len() {
-                values.push(cell(py, array, row)?);
+                values.append(cell(py, array, row)?)?;
                 give_way(py, row)?;
             }
         }
@@ -130,7 +130,7 @@ impl Table {
     }
 
     /// The values of a column as a list; no library is needed.
-    fn __getitem__(&self, py: Python<'_>, column: &str) -> PyResult<Vec<Py<PyAny>>> {
+    fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyList>> {
         self.values(py, column)
     }
 
