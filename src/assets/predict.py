@@ -3,7 +3,7 @@
     python predict.py model.parquet rows.csv predicted.csv
 
 The rows have a column for each factor, named like it or `factor_` and its name, also as decore's own tables have it. NumPy computes;
-pyarrow reads and writes Parquet (files that end in .parquet; others are CSV). In a program: `model = load("model.parquet")`, then `predict(model, {"pressure": [5.0, 5.5], ...})`.
+pyarrow reads and writes Parquet (files that end in .parquet; others are CSV, cells between commas). In a program: `model = load("model.parquet")`, then `predict(model, {"pressure": [5.0, 5.5], ...})`.
 """
 
 import csv
@@ -70,7 +70,7 @@ def _scaled(factor, values):
     """Places of values in a factor's range, 0 to 1; numbers of names. And whether they lie outside it or beyond what rows cover."""
     if factor["names"]:
         # Names may be numbers, which a table of another program has as such.
-        values = [str(value) for value in values]
+        values = [str(int(value)) if isinstance(value, float) and value.is_integer() else str(value) for value in values]
         unknown = set(values) - set(factor["names"])
         if unknown:
             raise ValueError(f"{factor['name']}: {sorted(unknown)} are none of {factor['names']}")
@@ -199,8 +199,18 @@ def _read(path):
 
         return parquet.read_table(path).to_pydict()
     with open(path, newline="", encoding="utf-8-sig") as file:
-        header, *lines = ([cell.strip() for cell in line] for line in csv.reader(file) if line)
-    return {name: [line[place] for line in lines] for place, name in enumerate(header)}
+        reader = csv.reader(file)
+        lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if line]
+    if not lines:
+        raise ValueError(f"{path} is empty: expected a line of names and rows")
+    (_, header), *rows = lines
+    for name in header:
+        if header.count(name) > 1:
+            raise ValueError(f"{path}: {header.count(name)} columns are `{name}`: rename those that are not meant")
+    for number, row in rows:
+        if len(row) != len(header):
+            raise ValueError(f"{path}, line {number}: {len(row)} cells, where the first line has {len(header)}")
+    return {name: [row[place] for _, row in rows] for place, name in enumerate(header)}
 
 
 def main(model, rows, output):
@@ -214,7 +224,8 @@ def main(model, rows, output):
         parquet.write_table(pyarrow.table(found), output)
         return
     with open(output, "w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([list(found), *zip(*(values.tolist() for values in found.values()))])
+        cells = ([str(value).lower() if isinstance(value, bool) else value for value in values.tolist()] for values in found.values())
+        csv.writer(file, lineterminator="\n").writerows([list(found), *zip(*cells)])
 
 
 if __name__ == "__main__":

@@ -102,14 +102,20 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }
 
+/// The longest interval in s of signals that are compared with a measurement: the low-pass of 4 kHz needs eight thousand values a
+/// second.
+const COMPARED_INTERVAL_S: f64 = 1e-4;
+
 /// The row's outcome, and measured channels beside its signals. What is shown has an interval of its own, whether signals are
 /// written or not: where theirs is another one the row is run for each, which gives the same outcome.
 fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<(RowOutcome, Vec<ChannelBeside>), Failure> {
     let row = arguments.row;
     let written_s = arguments.signals.as_ref().map(|_| arguments.signal_interval_s);
     let scene = engine.checked().scene(row).ok().filter(|_| arguments.shows());
-    let shown_s =
-        scene.as_ref().map(|scene| SceneView::page_interval_s(SignalRecorder::count(scene), scene.duration_s));
+    let most_s = if arguments.measured.is_given() { COMPARED_INTERVAL_S } else { f64::INFINITY };
+    let shown_s = scene
+        .as_ref()
+        .map(|scene| SceneView::page_interval_s(SignalRecorder::count(scene), scene.duration_s).min(most_s));
     let mut intervals_s: Vec<f64> = written_s.into_iter().chain(shown_s).collect();
     intervals_s.dedup();
     // Signals that would not fit are refused before the row is run for anything else.

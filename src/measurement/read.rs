@@ -72,11 +72,11 @@ pub struct Measured {
 pub fn read(file: &Path, time: (&str, Unit), channels: &[(&str, Unit)]) -> Result<Vec<Measured>, MeasurementError> {
     let columns: Vec<&str> = std::iter::once(&time).chain(channels).map(|(column, _)| *column).collect();
     let rows = column_rows(file, &columns).map_err(MeasurementError::File)?;
-    let numbers = |cell: usize| -> Result<Vec<f64>, MeasurementError> {
+    let numbers = |cell: usize, unit: Unit| -> Result<Vec<f64>, MeasurementError> {
         let fault = |(at, row)| fault(file, (at, row), (cell, columns[cell]));
-        rows.iter().enumerate().map(|(at, row)| number(row, cell).ok_or_else(|| fault((at, row)))).collect()
+        rows.iter().enumerate().map(|(at, row)| number(row, cell, unit).ok_or_else(|| fault((at, row)))).collect()
     };
-    let times_s: Vec<f64> = numbers(0)?.into_iter().map(|value| time.1.factor * value).collect();
+    let times_s = numbers(0, time.1)?;
     for (pair, row) in times_s.windows(2).zip(rows.iter().skip(1)) {
         if let [before_s, time_s] = *pair
             && time_s <= before_s
@@ -86,14 +86,15 @@ pub fn read(file: &Path, time: (&str, Unit), channels: &[(&str, Unit)]) -> Resul
         }
     }
     let channel = |(place, (_, unit)): (usize, &(&str, Unit))| {
-        let values = numbers(place + 1)?.into_iter().map(|value| unit.factor * value).collect();
-        Ok(Measured { times_s: times_s.clone(), values })
+        Ok(Measured { times_s: times_s.clone(), values: numbers(place + 1, *unit)? })
     };
     channels.iter().enumerate().map(channel).collect()
 }
 
-fn number(row: &TableRow, cell: usize) -> Option<f64> {
-    row.cells.get(cell)?.parse::<f64>().ok().filter(|number| number.is_finite())
+/// A cell in the unit of the SI; `None` where it is none, or beyond all numbers.
+fn number(row: &TableRow, cell: usize, unit: Unit) -> Option<f64> {
+    let number = row.cells.get(cell)?.parse::<f64>().ok()?;
+    Some(unit.factor * number).filter(|number| number.is_finite())
 }
 
 fn fault(file: &Path, (at, row): (usize, &TableRow), (cell, column): (usize, &str)) -> MeasurementError {

@@ -8,7 +8,7 @@ use super::neighbours::Neighbours;
 use super::reach::moves;
 use super::result::{Index, IndexName, Intervals, Method, OutputSensitivity, Sensitivity, UnitName, Used};
 use super::table::{FactorColumn, OutputColumn, Table, differ};
-use super::units::{Units, Whole};
+use super::units::{NOT_RUN, Units, Whole};
 use crate::analysis::{
     AnalysisError, Bootstrap, Effects, Estimate, Estimator, FactorValues, MOST_SHAPLEY_FACTORS, SaltelliBlocks,
     SobolIndices, Trajectories, given, morris, shapley, sobol,
@@ -276,7 +276,7 @@ impl Task<'_> {
             let unit = units.name.plural();
             notes.push(format!("intervals of fewer than {FEW_UNITS} {unit} hold the truth less often than they say"));
         }
-        if used.whole < used.of {
+        if used.left_out.iter().any(|left_out| left_out.reason != NOT_RUN) {
             notes.push(
                 "what is left out is no sample of all: a factor by which rows fail decides more than is said here (success of a row over \
                  the factors: `decore surrogate`)"

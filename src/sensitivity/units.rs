@@ -6,6 +6,9 @@ use super::error::SensitivityError;
 use super::result::{LeftOut, UnitName, Used};
 use super::table::{OutputColumn, Table};
 
+/// Why rows that are still to come are left out.
+pub const NOT_RUN: &str = "not run yet";
+
 /// Rows that are named of those without an output.
 const MOST_NAMED: usize = 1000;
 
@@ -74,7 +77,7 @@ impl Units {
         let mut left_out: Vec<LeftOut> = left_out.into_values().collect();
         let missing = self.rows.saturating_sub(table.rows.len() as u64);
         if missing > 0 {
-            left_out.push(LeftOut { reason: "not run yet".to_owned(), count: missing, rows: Vec::new() });
+            left_out.push(LeftOut { reason: NOT_RUN.to_owned(), count: missing, rows: Vec::new() });
         }
         let used = Used { unit: self.name, whole: starts.len() as u64, of: self.count(), left_out };
         Whole { starts, used }

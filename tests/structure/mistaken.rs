@@ -194,11 +194,21 @@ fn of_several_abaqus_blocks_the_one_of_the_type_is_read() {
     case.files.damping = None;
 
     case.write("K", format!("{stiffness}{mass}{stiffness}"));
-    case.fails("K, line 10: a second block of entries that may be the stiffness, the first begins at line 2");
+    case.fails("K, line 10: a second block of entries that may be the stiffness, the first begins at line 1");
     case.write("K", format!("{}{stiffness}{mass}", stiffness.replace(", TYPE=STIFFNESS", "")));
     case.fails("K, line 6: a second block");
     case.write("K", stiffness);
-    case.fails("K: no mass: expected *MATRIX, TYPE=MASS, found TYPE STIFFNESS (line 2)");
+    case.fails("K: no mass: expected *MATRIX, TYPE=MASS, found TYPE STIFFNESS (line 1)");
+    // Of matrix input `TYPE` is the shape, and `MATRIX` says which it is, if anything does.
+    let input = |text: &str, words: &str| text.replace("*MATRIX, TYPE=STIFFNESS", words);
+    case.files.mass.path = case.write("M", mass);
+    for words in ["*MATRIX INPUT, NAME=STIF, TYPE=SYMMETRIC", "*MATRIX INPUT, NAME=S, MATRIX=STIFFNESS, TYPE=SYMMETRIC"]
+    {
+        case.write("K", input(stiffness, words));
+        assert_eq!(dense(case.read().expect("valid").stiffness()), [[3e6, -1e6], [-1e6, 1e6]], "{words}");
+    }
+    case.write("K", input(stiffness, "*MATRIX INPUT, NAME=M, MATRIX=MASS"));
+    case.fails("K: no stiffness: expected *MATRIX, TYPE=STIFFNESS, found TYPE MASS (line 1)");
     case.write("K", "*USER ELEMENT,NODES=2,LINEAR\n1,2,3\n*MATRIX,TYPE=STIFFNESS\n 1.0\n 0.5, 1.0\n");
     case.fails("K, line 1: a matrix of a user element or substructure");
 }

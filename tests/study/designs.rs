@@ -237,6 +237,8 @@ fn faults_of_tables_name_file_line_and_column() {
         &good.replace("remark", "factor_steps"),
         &["a column `steps` and a column `factor_steps`: rename the one that is not meant"],
     );
+    holds(&good.replace("remark", "steps"), &["both are `steps`: rename the one that is not meant"]);
+    holds("steps;guide;position\n1,500;tied;0\n1,250;tied;0\n", &["is 1,500 a thousand or a decimal comma?"]);
     holds("steps,guide,position\n", &["has no rows"]);
     let missing = message(parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'none.parquet'\n{TABLE}")));
     assert!(missing.contains("cannot read") && missing.contains("none.parquet"), "{missing}");

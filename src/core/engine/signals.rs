@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::error::EngineError;
 use crate::dataset::SignalColumn;
-use crate::metrics::{MeanSettings, signal_list};
+use crate::metrics::{MeanSettings, SignalRecorder, signal_list};
 use crate::scene::Scene;
 use crate::study::{CheckedStudy, FactorInfo};
 use crate::words::{did_you_mean, nearest};
@@ -70,7 +70,7 @@ impl KeptSignals {
             signals.push(place);
         }
         let columns = signals.iter().filter_map(|place| known.get(*place).cloned()).collect();
-        let instants = (longest_duration_s(checked) / interval_s).floor() + 1.0;
+        let instants = SignalRecorder::instants(longest_duration_s(checked), interval_s);
         let row_bytes = (instants * (signals.len() + 2) as f64 * CELL_BYTES).min(1e18) as u64;
         let chosen = (!outputs.signal_rows.is_empty()).then(|| outputs.signal_rows.iter().copied().collect());
         Ok(Some(Self { settings: MeanSettings { interval_s, signals }, columns, rows: chosen, row_bytes }))

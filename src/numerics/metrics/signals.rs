@@ -426,7 +426,12 @@ impl SignalRecorder {
 
     /// Bytes in memory of the signals of a scene recorded every `interval_s`.
     pub fn bytes(scene: &Scene, interval_s: f64) -> f64 {
-        ((scene.duration_s / interval_s + ROUNDING).floor() + 1.0) * (Self::count(scene) * size_of::<f64>()) as f64
+        Self::instants(scene.duration_s, interval_s) * (Self::count(scene) * size_of::<f64>()) as f64
+    }
+
+    /// Number of instants every `interval_s` of a duration, its begin and as far as it is one its end included.
+    pub fn instants(duration_s: f64, interval_s: f64) -> f64 {
+        (duration_s / interval_s + ROUNDING).floor() + 1.0
     }
 
     /// The values recorded so far of one signal, by its place in [`signal_list`].

@@ -52,7 +52,7 @@ impl Together {
         let into = scaled(f64::recip);
         let flexibility = SymmetricEigen::new(into.tr_mul(&(self.flexibility * &into)));
         let [least_rad_s, most_rad_s] = range_rad_s;
-        let omega = |lambda: &f64| lambda.max(0.0).sqrt().recip().clamp(least_rad_s, most_rad_s);
+        let omega = |lambda: &f64| lambda.max(0.0).sqrt().recip().min(most_rad_s).max(least_rad_s);
         Standing {
             omega_rad_s: flexibility.eigenvalues.iter().map(omega).collect(),
             rows: scaled(|root| root) * &flexibility.eigenvectors,

@@ -97,6 +97,12 @@ fn rows_that_are_not_run_yet_and_constant_outputs_are_said() {
     assert!(left_out.to_string().contains("done, but without this output"), "{left_out}");
     let pairs = found["outputs"][1]["indices"].as_array().expect("a list").iter();
     assert_eq!(pairs.filter(|index| index["index"] == "s2").count(), 3);
+
+    // Rows that are to come failed by no factor.
+    let begun = Dataset { scratch: TempDir::new().expect("scratch folder") };
+    begun.run("kind = \"saltelli\"\nbase_points = 64", &["--stub-row-ms", "0", "--shard", "1/2"]);
+    let shown = text(&begun.analyse(&["--output", "delivered_work_j", "--bootstrap", "0"]).stdout);
+    assert!(shown.contains("rows: not run yet") && !shown.contains("no sample of all"), "{shown}");
 }
 
 #[test]

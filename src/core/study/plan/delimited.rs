@@ -9,7 +9,8 @@ use crate::files::{self, Limit};
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
 /// The cells of these columns, row by row, each with its line. Between semicolons and tabs a comma in a number stands for the decimal
-/// point, if no number of the columns has a point itself: then it might as well part thousands.
+/// point, if no number of the columns has a point itself: then it might as well part thousands, as it might where all have three
+/// digits behind it, which is refused.
 ///
 /// # Errors
 /// What is wrong with the file, in words.
@@ -30,12 +31,15 @@ pub(super) fn read(file: &Path, columns: &[&str], place: Place<'_>) -> Result<Ve
         reader(text, separator).records().map(row).collect::<Result<_, String>>()?;
     let mut cells = rows.iter().flat_map(|(_, cells)| cells);
     if separator != b',' && !cells.any(|cell| cell.contains('.') && is_number(cell)) {
-        for cell in rows.iter_mut().flat_map(|(_, cells)| cells).filter(|cell| cell.contains(',')) {
-            let point = cell.replacen(',', ".", 1);
-            if is_number(&point) {
-                *cell = point;
-            }
+        let is_comma = |cell: &&mut String| cell.contains(',') && is_number(&cell.replacen(',', ".", 1));
+        let commas: Vec<&mut String> = rows.iter_mut().flat_map(|(_, cells)| cells).filter(is_comma).collect();
+        if let (Some(first), true) = (commas.first(), commas.iter().all(|cell| may_part_thousands(cell))) {
+            return Err(told(&format_args!(
+                "is {first} a thousand or a decimal comma? All commas in the columns that are read have three digits behind them: write \
+                 the numbers with decimal points, or without commas"
+            )));
         }
+        commas.into_iter().for_each(|cell| *cell = cell.replacen(',', ".", 1));
     }
     Ok(rows)
 }
@@ -50,6 +54,15 @@ fn text(bytes: &[u8]) -> Result<&str, String> {
         format!("line {line}: not text in UTF-8 (Latin-1 or Windows-1252?): save it as UTF-8")
     })?;
     Ok(text.trim_start_matches('\u{feff}'))
+}
+
+/// Whether a number with a comma may be a whole one: `1,250`, but not `0,250` or `1,25`.
+fn may_part_thousands(cell: &str) -> bool {
+    let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    let parts = cell.trim_start_matches(['+', '-']).split_once(',');
+    parts.is_some_and(|(whole, rest)| {
+        (1..=3).contains(&whole.len()) && !whole.starts_with('0') && rest.len() == 3 && digits(whole) && digits(rest)
+    })
 }
 
 fn is_number(cell: &str) -> bool {

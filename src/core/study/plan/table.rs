@@ -90,6 +90,18 @@ pub fn column_rows(file: &Path, columns: &[&str]) -> Result<Vec<TableRow>, Strin
 }
 
 fn rows(file: &Path, columns: &[&str], place: Place<'_>) -> Result<Vec<TableRow>, String> {
+    let place: Place<'_> = &|column, header| {
+        let found = place(column, header)?;
+        match header.iter().enumerate().position(|(other, name)| other != found && Some(name) == header.get(found)) {
+            None => Ok(found),
+            Some(other) => Err(format!(
+                "{}: columns {} and {} both are `{column}`: rename the one that is not meant",
+                file.display(),
+                found.min(other) + 1,
+                found.max(other) + 1
+            )),
+        }
+    };
     let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
     let rows: Vec<TableRow> = if is_parquet {
         let rows = parquet::read(file, columns, place)?.into_iter().enumerate();

@@ -23,7 +23,7 @@ pub(super) const FORMAT: Format = Format {
     }],
 };
 
-/// Reads a matrix: the block of the file, or of several the one whose keyword has the `TYPE` that is asked for.
+/// Reads a matrix: the block of the file, or of several the one whose keyword names the matrix that is asked for.
 fn read(given: &Given) -> Result<Imported, StructureError> {
     let Given { file, bytes, kind, listed, .. } = *given;
     let mut lines = Lines::new(file, bytes);
@@ -45,7 +45,9 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
                 );
                 return Err(lines.fault(reason));
             }
-            met.push(Block { line: lines.number, ..block });
+            // Entries before any keyword begin where they stand.
+            let line = if block.line == 0 { lines.number } else { block.line };
+            met.push(Block { line, ..block });
         }
         if met.last().is_some_and(|block| block.may_be(kind)) {
             entries.read(&lines)?;
@@ -82,9 +84,10 @@ fn keyword(kind: Kind) -> &'static str {
 /// Entries after a keyword as `*MATRIX, TYPE=STIFFNESS`, or before the first one.
 #[derive(Default)]
 struct Block {
-    /// Line of its first entry.
+    /// Line of its keyword, or of its first entry; 0 before it is known.
     line: usize,
-    /// Its `TYPE` in capitals, where it has one.
+    /// The matrix that its keyword names, in capitals, where it names one: by `TYPE` of `*MATRIX`, by `MATRIX` of `*MATRIX INPUT`,
+    /// whose `TYPE` is the shape.
     matrix: Option<String>,
 }
 
@@ -96,9 +99,13 @@ impl Block {
                 FORMAT=MATRIX INPUT or COORDINATE; of CalculiX take *FREQUENCY, SOLVER=MATRIXSTORAGE and `format = \"calculix\"`";
             return Err(lines.fault(reason));
         }
-        let parameters = words.iter().filter_map(|word| word.split_once('='));
-        let matrix =
-            parameters.into_iter().find(|(name, _)| name.trim() == "TYPE").map(|(_, value)| value.trim().to_owned());
+        let named_by = match words.first().map(String::as_str) {
+            Some("*MATRIX") => "TYPE",
+            Some("*MATRIX INPUT") => "MATRIX",
+            _ => return Ok(Self { line: lines.number, matrix: None }),
+        };
+        let mut parameters = words.iter().filter_map(|word| word.split_once('='));
+        let matrix = parameters.find(|(name, _)| name.trim() == named_by).map(|(_, value)| value.trim().to_owned());
         Ok(Self { line: lines.number, matrix })
     }
 
