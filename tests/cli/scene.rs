@@ -70,15 +70,17 @@ fn a_page_depends_on_study_and_row_alone() {
     assert_eq!(&phases[..3], ["extension", "first impact", "hammering"], "no periodic blow within 0.15 s");
 }
 
+/// The paper's rig over a short time with further arguments, run in a folder.
+fn quick_rig(folder: &Path, further: &[&str], code: i32) -> Output {
+    let rig = study("paper_rig.toml");
+    decore(folder, &[&["scene", rig.to_str().expect("path")], &QUICK[..], further].concat(), code)
+}
+
 /// Signals that are written have an interval of their own.
 #[test]
 fn what_is_drawn_does_not_depend_on_signals_written_beside_it() {
     let scratch = TempDir::new().expect("scratch folder");
-    let rig = study("paper_rig.toml");
-    let scene = |further: &[&str], code: i32| {
-        let arguments = [&["scene", rig.to_str().expect("path")], &QUICK[..], further].concat();
-        decore(scratch.path(), &arguments, code)
-    };
+    let scene = |further: &[&str], code: i32| quick_rig(scratch.path(), further, code);
     let drawn = |further: &[&str]| {
         scene(&[&["--plot", "row.svg", "--html", "row.html"], further].concat(), 0);
         ["row.svg", "row.html"].map(|file| fs::read_to_string(scratch.path().join(file)).expect("drawn"))
@@ -149,11 +151,7 @@ fn a_stored_row_is_run_again_and_compared() {
 #[test]
 fn a_measurement_stands_beside_its_signal() {
     let scratch = TempDir::new().expect("scratch folder");
-    let rig = study("paper_rig.toml");
-    let scene = |further: &[&str], code: i32| {
-        let arguments = [&["scene", rig.to_str().expect("path")], &QUICK[..], further].concat();
-        decore(scratch.path(), &arguments, code)
-    };
+    let scene = |further: &[&str], code: i32| quick_rig(scratch.path(), further, code);
     // The signals themselves are a measurement that nothing differs from.
     scene(&["--signals", "signals.parquet", "--signal-interval-s", "2e-5"], 0);
     let same = ["--measured", "signals.parquet", "--channel", "hammer_arm_velocity_m_s=hammer_arm_velocity_m_s"];
