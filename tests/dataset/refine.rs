@@ -227,6 +227,7 @@ fn a_table_is_refined_by_one_at_a_time() {
     let mut first = study.learn("400").spawn().expect("starts");
     let begun = Instant::now();
     while study.rows().lines().count() == 1 + START && begun.elapsed() < Duration::from_secs(120) {
+        assert_eq!(first.try_wait().expect("known"), None, "it ended before it added a row");
         std::thread::sleep(Duration::from_millis(2));
     }
     for folder in ["out", "other"] {

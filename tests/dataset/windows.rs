@@ -1,10 +1,13 @@
 //! What Windows lets happen to a sweep that runs.
 #![cfg(windows)]
 
-use std::fs;
+use std::fs::{self, File};
+use std::thread;
+use std::time::Duration;
 
 use crate::synthetic::{ROWS, contract, dataset, info, outcome, record};
 use decore::dataset::{DatasetError, DatasetWriter, Existing};
+use decore::files::Staged;
 use tempfile::TempDir;
 
 #[test]
@@ -21,4 +24,21 @@ fn a_folder_in_use_stays_where_it_is() {
     assert!(!folder.join(".lock").exists());
     let (_scratch, whole) = dataset();
     assert_eq!(contract(&folder), contract(&whole));
+}
+
+#[test]
+fn a_file_that_is_being_read_is_replaced_once_its_reader_is_through() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let target = scratch.path().join("rows.csv");
+    fs::write(&target, "before").expect("written");
+    let held = File::open(&target).expect("opens");
+    let reader = thread::spawn(move || {
+        thread::sleep(Duration::from_millis(200));
+        drop(held);
+    });
+    let staged = Staged::write(scratch.path(), &target, b"after").expect("written");
+    staged.put_in_place().expect("in place");
+    reader.join().expect("ends");
+    assert_eq!(fs::read(&target).expect("read"), b"after");
+    assert_eq!(fs::read_dir(scratch.path()).expect("folder").count(), 1);
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::error::DatasetError;
 #[cfg(test)]
 use super::trace::{Event, note};
-use crate::files::Staged;
+use crate::files::{self, Staged};
 
 /// Adds what was tried, and on what, to an error of the system.
 pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
@@ -50,12 +50,12 @@ impl StagedFile {
     }
 }
 
-/// Renames a file or folder; a file takes the place of one that is there.
+/// [`files::rename`].
 ///
 /// # Errors
 /// The system's.
 pub fn rename(from: &Path, to: &Path) -> Result<(), DatasetError> {
-    fs::rename(from, to).map_err(failed_to("rename into place", to))
+    files::rename(from, to).map_err(failed_to("rename into place", to))
 }
 
 /// Makes a folder and those above it, if they are not there.

@@ -9,7 +9,7 @@ use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
 pub use shield::shielded;
-pub use staged::{Staged, is_passing_name};
+pub use staged::{Staged, is_passing_name, rename};
 
 /// Most bytes of what is no regular file (a pipe, a device) and so tells no size before.
 const MOST_STREAMED: u64 = 64_000_000;

@@ -1,8 +1,11 @@
 //! Files that are either whole or not there.
 
 use std::ffi::OsString;
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -58,10 +61,47 @@ impl Staged {
     /// Moves the file into place, over one that is there. The name outlives a power cut once the folder is synced.
     ///
     /// # Errors
-    /// The system's.
+    /// The system's; on Windows not before [`rename`] has tried again.
     pub fn put_in_place(self) -> io::Result<()> {
-        self.file.persist(&self.target).map(drop).map_err(|error| error.error)
+        let Self { file, target } = self;
+        let mut left = Some(file);
+        patiently(|| {
+            let Some(file) = left.take() else { return Ok(()) };
+            file.persist(&target).map(drop).map_err(|error| {
+                left = Some(error.file);
+                error.error
+            })
+        })
     }
+}
+
+/// Renames a file or folder; a file takes the place of one that is there. Windows refuses it as long as another program has
+/// the file open, such as a reader or a virus scanner that is through in a moment: it is tried again, for a second in all.
+///
+/// # Errors
+/// The system's.
+pub fn rename(from: &Path, to: &Path) -> io::Result<()> {
+    patiently(|| fs::rename(from, to))
+}
+
+/// Waits before it is tried again.
+const WAITS_MS: [u64; 10] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512];
+
+fn patiently(mut attempt: impl FnMut() -> io::Result<()>) -> io::Result<()> {
+    for wait_ms in WAITS_MS {
+        match attempt() {
+            Err(error) if is_held_by_another(&error) => thread::sleep(Duration::from_millis(wait_ms)),
+            done => return done,
+        }
+    }
+    attempt()
+}
+
+/// Whether the system refuses as another program has the file open, or for what cannot be told from it.
+fn is_held_by_another(error: &io::Error) -> bool {
+    /// `ERROR_ACCESS_DENIED`, `ERROR_SHARING_VIOLATION`.
+    const HELD: [i32; 2] = [5, 32];
+    cfg!(windows) && error.raw_os_error().is_some_and(|code| HELD.contains(&code))
 }
 
 const PASSING_SUFFIX: &str = ".partial";
