@@ -277,8 +277,8 @@ fn no_rows_per_part_is_an_error() {
 
 #[test]
 fn parts_have_a_size_that_depends_on_the_design_only() {
-    let sizes = [0, 1, 16_384, 100_000, 1_000_000, u64::MAX].map(rows_per_part);
-    assert_eq!(sizes, [64, 64, 64, 512, 4096, 4096]);
+    let sizes = [0, 1, 4_096, 100_000, 1_000_000, u64::MAX].map(rows_per_part);
+    assert_eq!(sizes, [64, 64, 64, 2048, 4096, 4096]);
 }
 
 #[test]

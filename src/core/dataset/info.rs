@@ -140,13 +140,14 @@ impl DatasetInfo {
     }
 }
 
-/// Rows per part for a design of `rows` rows: about 256 parts, each a power of two from 64 to 4096 rows.
+/// Rows per part for a design of `rows` rows: about 64 parts, each a power of two from 64 to 4096 rows.
 ///
-/// Small parts let readers see results early; large ones keep the files of a long sweep few and their writing cheap. A row
-/// is safe in the journal before its part is written. The number depends on the design only, never on timing.
+/// Small parts let readers see results early; large ones keep the files of a long sweep few and their writing cheap, as a file takes
+/// as long for each of its columns as some hundred rows. A row is safe in the journal before its part is written. The number depends
+/// on the design only, never on timing.
 pub fn rows_per_part(rows: u64) -> u64 {
     // Clamped before rounding up: `next_power_of_two` overflows near the end of u64.
-    (rows / 256).clamp(64, 4096).next_power_of_two()
+    (rows / 64).clamp(64, 4096).next_power_of_two()
 }
 
 quantities! {

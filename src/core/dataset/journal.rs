@@ -25,6 +25,8 @@ use crate::files::{Limit, read};
 pub const JOURNAL: &str = ".journal";
 /// Bytes by which a file grows.
 const SPAN: usize = 1 << 18;
+/// What it grows by.
+static ZEROS: [u8; SPAN] = [0; SPAN];
 /// What a file starts with.
 const MAGIC: &[u8; 16] = b"decore journal1\n";
 /// No design has more rows.
@@ -188,7 +190,12 @@ fn map_zeros(mut file: &File, (left, more): (usize, usize)) -> io::Result<MmapMu
     let end = file.seek(SeekFrom::End(0))?;
     // Written, not left as a hole: the system refuses zeros for which there is no room, but ends a process that touches a
     // hole for which there is none.
-    file.write_all(&vec![0; more])?;
+    let mut rest = more;
+    while rest > 0 {
+        let zeros = ZEROS.get(..rest).unwrap_or(&ZEROS);
+        file.write_all(zeros)?;
+        rest -= zeros.len();
+    }
     // SAFETY: the lock of the dataset keeps other writers away; readers of this process only append through this map.
     unsafe { MmapOptions::new().offset(end - left as u64).len(left + more).map_mut(file) }
 }
