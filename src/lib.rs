@@ -21,12 +21,13 @@
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
 //! modes, and [`study::CheckedStudy::scene`] one of the study and the row's index.
 //!
-//! # Three packages
+//! # Four packages
 //!
 //! What computes is the package `decore-numerics` in `src/numerics/`: a row from its scene and machine to its outputs, designs,
-//! indices and regressions of plain numbers. It is fully optimised. What a study takes besides, from its file to its tables, is
-//! `decore-core` in `src/core/`: it works once per row or table and is optimised a little. This package reads and prints, and is
-//! not optimised at all: more would lengthen a first build and save nobody time (`Cargo.toml`, profiles). The modules of both
+//! indices and regressions of plain numbers. It is fully optimised. The tables that every row goes into are `decore-tables` in
+//! `src/tables/`, optimised well. What a study takes besides, from its file to its rows, is `decore-core` in `src/core/`: it works
+//! once per row or study and is optimised a little. This package reads and prints, and is
+//! not optimised at all: more would lengthen a first build and save nobody time (`Cargo.toml`, profiles). The modules of all
 //! stand here under their names too, and programs need not know of them:
 //!
 //! ```
@@ -76,10 +77,12 @@
 //! metrics     : hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system
 //!
+//! decore-tables
+//! dataset     : design files integrate metrics quantity run words
+//!
 //! decore-core
 //! expression  :
 //! study       : contact design expression files hammer parameter quantity scene structure words workpiece
-//! dataset     : design files integrate metrics quantity run words
 //! engine      : dataset design integrate metrics quantity run scene structure study system words
 //! features    : dataset design files metrics quantity random run study
 //!

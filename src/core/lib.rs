@@ -1,9 +1,8 @@
-//! What a study takes to run, over what computes a row: studies, datasets and the engine that joins them. The documentation of the
+//! What a study takes to run, over what computes a row and what keeps it: study files and the engine that joins them. The documentation of the
 //! package `decore`, which hands all of this on, shows the flow and who may import whom.
 #![deny(missing_docs)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
-pub mod dataset;
 pub mod engine;
 pub mod expression;
 pub mod features;
@@ -13,3 +12,4 @@ pub use decore_numerics::{
     analysis, contact, design, files, hammer, integrate, linalg, metrics, number, parameter, plot, quantity, random,
     regression, run, scene, signal, structure, system, words, workpiece,
 };
+pub use decore_tables::dataset;

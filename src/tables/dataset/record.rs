@@ -11,6 +11,10 @@ use crate::run::{RowOutcome, RowStatus};
 
 /// What stands before the cells of an instant of `signals`.
 const INSTANT: u8 = FREE_TAG;
+/// What a number takes: its tag and eight bytes.
+const CELL_BYTES: usize = 9;
+/// What the texts of most rows take.
+const TEXT_BYTES: usize = 256;
 
 /// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, those of its blows, and of the instants of its signals.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,7 +27,8 @@ pub struct StoredRow {
 impl StoredRow {
     /// The row of a record, whose blows are given in the table's form.
     pub fn new(info: &DatasetInfo, columns: &Columns, record: &RowRecord) -> Self {
-        let mut writer = RowWriter::new(record.row, record.outcome.status != RowStatus::Done);
+        let failed = record.outcome.status != RowStatus::Done;
+        let mut writer = RowWriter::with_room(record.row, failed, room(columns, record));
         let mut source = Source::new(info, record);
         writer.cells(&columns.runs, &source);
         writer.cells(&columns.timings, &source);
@@ -111,6 +116,14 @@ impl TableColumns {
     }
 }
 
+/// The bytes of a record's cells, but for long texts: asked for at once, as a row that grows is copied again and again.
+fn room(columns: &Columns, record: &RowRecord) -> usize {
+    let (blows, instants) =
+        record.outcome.metrics.as_ref().map_or((0, 0), |metrics| (metrics.blows.len(), metrics.signals.len()));
+    let cells = columns.runs.len() + columns.timings.len() + blows * columns.blows.len();
+    TEXT_BYTES + CELL_BYTES * cells + (1 + CELL_BYTES * columns.signals.len()) * instants
+}
+
 /// Builds the bytes of a row.
 pub struct RowWriter {
     row: u64,
@@ -121,7 +134,12 @@ pub struct RowWriter {
 impl RowWriter {
     /// Begins a row.
     pub fn new(row: u64, failed: bool) -> Self {
-        let mut bytes = Vec::with_capacity(1024);
+        Self::with_room(row, failed, TEXT_BYTES)
+    }
+
+    /// Begins a row that will take about `bytes`.
+    fn with_room(row: u64, failed: bool, bytes: usize) -> Self {
+        let mut bytes = Vec::with_capacity(bytes);
         bytes.extend_from_slice(&row.to_le_bytes());
         bytes.push(u8::from(failed));
         Self { row, failed, bytes }
