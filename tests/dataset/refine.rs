@@ -224,10 +224,14 @@ fn no_row_that_is_added_is_a_copy() {
 #[test]
 fn a_table_is_refined_by_one_at_a_time() {
     let study = Study::new();
-    let mut first = study.learn("400").spawn().expect("starts");
+    let words = study.file("words");
+    let mut first = study.learn("400");
+    first.stderr(fs::File::create(&words).expect("a file"));
+    let mut first = first.spawn().expect("starts");
     let begun = Instant::now();
     while study.rows().lines().count() == 1 + START && begun.elapsed() < Duration::from_secs(120) {
-        assert_eq!(first.try_wait().expect("known"), None, "it ended before it added a row");
+        let ended = first.try_wait().expect("known");
+        assert_eq!(ended, None, "before it added a row: {}", fs::read_to_string(&words).expect("words"));
         std::thread::sleep(Duration::from_millis(2));
     }
     for folder in ["out", "other"] {
