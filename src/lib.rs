@@ -26,9 +26,9 @@
 //! What computes is the package `decore-numerics` in `src/numerics/`: a row from its scene and machine to its outputs, designs,
 //! indices and regressions of plain numbers. It is fully optimised. The tables that every row goes into are `decore-tables` in
 //! `src/tables/`, optimised well. What a study takes besides, from its file to its rows, is `decore-core` in `src/core/`: it works
-//! once per row or study and is optimised a little. This package reads and prints, and is
-//! not optimised at all: more would lengthen a first build and save nobody time (`Cargo.toml`, profiles). The modules of all
-//! stand here under their names too, and programs need not know of them:
+//! once per row or study and is optimised a little. This package reads and prints, and is not optimised at all: more would lengthen
+//! a first build and save nobody time (`Cargo.toml`, profiles). The modules of all stand here under their names too, and programs
+//! need not know of them:
 //!
 //! ```
 //! use std::path::Path;

@@ -1,5 +1,5 @@
-//! What a study takes to run, over what computes a row and what keeps it: study files and the engine that joins them. The documentation of the
-//! package `decore`, which hands all of this on, shows the flow and who may import whom.
+//! What a study takes to run, over what computes a row and what keeps it: study files and the engine that joins them. The
+//! documentation of the package `decore`, which hands all of this on, shows the flow and who may import whom.
 #![deny(missing_docs)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 

@@ -25,7 +25,7 @@ use crate::files::{Limit, read};
 pub const JOURNAL: &str = ".journal";
 /// Bytes by which a file grows.
 const SPAN: usize = 1 << 18;
-/// What it grows by.
+/// What is written where it grows; made once, as a span is too large to be made anew each time.
 static ZEROS: [u8; SPAN] = [0; SPAN];
 /// What a file starts with.
 const MAGIC: &[u8; 16] = b"decore journal1\n";
