@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -23,13 +24,14 @@ const BAR_COLUMNS: u16 = 80;
 
 /// Progress of a batch: rows done, failed, rows per second, time left.
 pub(super) struct Progress {
-    state: Mutex<State>,
+    rows: u64,
+    /// Rows done before this run.
+    before: u64,
+    // Counted by the threads that run rows, which do nothing else here.
+    done: AtomicU64,
+    failed: AtomicU64,
+    display: Mutex<Display>,
     started: Instant,
-}
-
-struct State {
-    tally: Tally,
-    display: Display,
 }
 
 enum Display {
@@ -75,44 +77,40 @@ impl Progress {
     }
 
     fn new(rows: u64, display: Display) -> Self {
-        let tally = Tally { rows, before: 0, done: 0, failed: 0 };
-        Self { state: Mutex::new(State { tally, display }), started: Instant::now() }
+        let [done, failed] = [0, 0].map(AtomicU64::new);
+        Self { rows, before: 0, done, failed, display: Mutex::new(display), started: Instant::now() }
     }
 
     /// Begins with `done` rows from earlier runs, of which `failed` are not done; they do not count in the rate.
     pub fn resumed(self, done: u64, failed: u64) -> Self {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        state.tally = Tally { before: done, done, failed, ..state.tally };
-        drop(state);
-        self
+        Self { before: done, done: AtomicU64::new(done), failed: AtomicU64::new(failed), ..self }
     }
 
     /// Writes the last line, or leaves the bar as it is and goes to the next line.
     pub fn finish(&self) {
-        self.update(Moment::End);
+        self.show(true);
     }
 
     /// Counts a row that ended.
     pub fn row_ended(&self, status: RowStatus) {
-        self.update(Moment::RowEnded(status));
-    }
-
-    /// Shows that time passed.
-    pub fn tick(&self) {
-        self.update(Moment::Tick);
-    }
-
-    fn update(&self, moment: Moment) {
-        let elapsed = self.started.elapsed();
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Moment::RowEnded(status) = moment {
-            state.tally.done += 1;
-            state.tally.failed += u64::from(status != RowStatus::Done);
+        if status != RowStatus::Done {
+            self.failed.fetch_add(1, Ordering::Relaxed);
         }
-        let State { tally, display } = &mut *state;
-        let at_end = matches!(moment, Moment::End);
-        let text = Text { tally: *tally, elapsed, at_end };
-        match display {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Shows the rows that ended and that time passed.
+    pub fn tick(&self) {
+        self.show(false);
+    }
+
+    fn show(&self, at_end: bool) {
+        let elapsed = self.started.elapsed();
+        let [done, failed] = [&self.done, &self.failed].map(|count| count.load(Ordering::Relaxed));
+        let tally = Tally { rows: self.rows, before: self.before, done, failed };
+        let text = Text { tally, elapsed, at_end };
+        let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
+        match &mut *display {
             Display::Bar { bar, narrow } => {
                 bar.set_position(tally.done);
                 bar.set_message(if *narrow { text.short() } else { text.to_string() });
@@ -129,12 +127,6 @@ impl Progress {
             }
         }
     }
-}
-
-enum Moment {
-    RowEnded(RowStatus),
-    Tick,
-    End,
 }
 
 #[derive(Debug, Clone, Copy)]

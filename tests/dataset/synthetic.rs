@@ -9,7 +9,7 @@ use decore::dataset::{DatasetInfo, DatasetWriter, Existing, Factor, Manifest, Ro
 use decore::integrate::Counters;
 use decore::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Percussion, RunMetrics, RunTotals};
 use decore::quantity::{Kind, Value};
-use decore::run::{BatchProgress, BatchSettings, RowOutcome, RowStatus, run_batch};
+use decore::run::{BatchSettings, RowOutcome, RowStatus, run_batch};
 use tempfile::TempDir;
 
 /// Rows of the synthetic study.
@@ -139,17 +139,10 @@ pub fn record(row: u64, outcome: RowOutcome) -> RowRecord {
     }
 }
 
-struct Silent;
-
-impl BatchProgress for Silent {
-    fn row_ended(&self, _: RowStatus) {}
-    fn tick(&self) {}
-}
-
 /// Writes the synthetic dataset through the batch runner.
 pub fn write(folder: &Path, threads: usize) -> Manifest {
     let stop = AtomicBool::new(false);
-    let settings = BatchSettings { threads, window: 32, stop: &stop, progress: &Silent };
+    let settings = BatchSettings { threads, window: 32, stop: &stop, tick: &|| () };
     let mut writer = DatasetWriter::create(folder, &info(), Existing::Refuse).expect("created");
     run_batch(0..ROWS, &settings, &outcome, |row, outcome: RowOutcome| {
         // Wall times differ between runs; the rest must not.

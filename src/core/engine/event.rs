@@ -34,9 +34,9 @@ pub enum SweepEvent<'a> {
         /// Of these, rows with another status than done.
         failed: u64,
     },
-    /// A row ended.
+    /// A row ended; told on the thread that ran it, which waits for the listener.
     RowEnded(RowStatus),
-    /// Time passed: at least every half second while rows run.
+    /// Time passed: told four times a second while rows run, on the thread that began the sweep.
     Tick,
     /// No more rows are run.
     Ends,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::event::{Listener, SweepEvent};
 use crate::dataset::{Place, RowError, SweepState, SweepStatus, host_name};
-use crate::run::{BatchProgress, RowOutcome, RowStatus};
+use crate::run::{RowOutcome, RowStatus};
 use crate::structure::peak_memory_bytes;
 
 /// Time between two writings of the status file.
@@ -33,6 +33,7 @@ pub(super) struct Monitor<'a> {
     started_unix_s: u64,
     tally: Mutex<Tally>,
 }
+
 #[derive(Default)]
 struct Tally {
     done: u64,
@@ -54,8 +55,9 @@ impl<'a> Monitor<'a> {
         monitor
     }
 
-    /// Notes how a row ended; returns the number of rows that are not done, those of earlier runs included.
+    /// Notes how a row ended and tells of it; returns the number of rows that are not done, those of earlier runs included.
     pub fn note(&self, row: u64, outcome: &RowOutcome) -> u64 {
+        (self.beginning.listener)(SweepEvent::RowEnded(outcome.status));
         let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
         tally.done += 1;
         tally.row_time_s += outcome.wall_time_s;
@@ -117,7 +119,9 @@ impl<'a> Monitor<'a> {
         }
     }
 
-    fn write_now_and_then(&self) {
+    /// Tells that time passed, and keeps the status file up to date.
+    pub fn tick(&self) {
+        (self.beginning.listener)(SweepEvent::Tick);
         let elapsed = self.started.elapsed();
         {
             let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
@@ -127,17 +131,5 @@ impl<'a> Monitor<'a> {
             tally.written = elapsed;
         }
         self.write(&self.status(SweepState::Running, String::new()));
-    }
-}
-
-impl BatchProgress for Monitor<'_> {
-    fn row_ended(&self, status: RowStatus) {
-        (self.beginning.listener)(SweepEvent::RowEnded(status));
-        self.write_now_and_then();
-    }
-
-    fn tick(&self) {
-        (self.beginning.listener)(SweepEvent::Tick);
-        self.write_now_and_then();
     }
 }

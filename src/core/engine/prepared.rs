@@ -16,8 +16,8 @@ use crate::dataset::{DatasetError, DatasetInfo, RETRIES};
 use crate::design::Level;
 use crate::metrics::{MeanRecorder, MeanSettings, Signal, SignalRecorder};
 use crate::run::{
-    BatchProgress, BatchSettings, DEFAULT_RETRIES, DEFAULT_WINDOW, JobSource, RowJob, RowOutcome, RowSource, RowStatus,
-    RowTask, run_batch, run_jobs, run_one_by_one,
+    BatchSettings, DEFAULT_RETRIES, DEFAULT_WINDOW, JobSource, RowJob, RowOutcome, RowSource, RowTask, run_batch,
+    run_jobs, run_one_by_one,
 };
 use crate::scene::Scene;
 use crate::structure::StructureError;
@@ -186,7 +186,7 @@ impl Engine {
         threads: usize,
         stop: &AtomicBool,
     ) -> Result<Option<Vec<RowOutcome>>, EngineError> {
-        let settings = BatchSettings { threads, window: DEFAULT_WINDOW, stop, progress: &Untold };
+        let settings = BatchSettings { threads, window: DEFAULT_WINDOW, stop, tick: &|| () };
         let mut outcomes = Vec::with_capacity(points.len());
         let summary = run_batch(0..points.len() as u64, &settings, &Points { engine: self, points }, |_, outcome| {
             outcomes.push(outcome);
@@ -278,15 +278,6 @@ impl RowTask for Points<'_> {
     fn keep(&self, _: u64, outcome: RowOutcome) -> RowOutcome {
         outcome
     }
-}
-
-/// Tells nobody.
-struct Untold;
-
-impl BatchProgress for Untold {
-    fn row_ended(&self, _: RowStatus) {}
-
-    fn tick(&self) {}
 }
 
 /// Rows of an engine as what is to be done.

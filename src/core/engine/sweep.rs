@@ -98,7 +98,8 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
     // Rows that wait for their turn hold their signals, of which a part has what is allowed at a time.
     let window = if info.signals.is_empty() { DEFAULT_WINDOW } else { info.rows_per_part.max(2 * threads) };
     let window = window.min(DEFAULT_WINDOW);
-    let batch = BatchSettings { threads: settings.threads, window, stop: limit.stop, progress: &monitor };
+    let tick = || monitor.tick();
+    let batch = BatchSettings { threads: settings.threads, window, stop: limit.stop, tick: &tick };
     let left = writer.rows_left();
     let left = left.iter().flat_map(|span| span.first..span.end);
     let summary = run_batch(left, &batch, &task, |_, row| writer.accept(row?));

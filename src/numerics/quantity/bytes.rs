@@ -6,6 +6,7 @@ use super::value::{Cell, Value};
 pub const FREE_TAG: u8 = 5;
 
 /// Appends a cell, as [`super::take_cells`] takes it.
+#[inline]
 pub fn put_cell(bytes: &mut Vec<u8>, cell: Cell<'_>) {
     let (tag, number) = match cell {
         None => return bytes.push(0),

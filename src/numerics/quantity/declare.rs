@@ -1,5 +1,6 @@
 //! Output quantities described once: name, unit, text and getter come from the field that holds the value.
 
+use super::bytes::put_cell;
 use super::value::{Cell, Kind, Value};
 
 /// One output quantity of the type `T`.
@@ -35,6 +36,11 @@ pub trait QuantityField {
     const KIND: Kind;
     /// The value, if there is one.
     fn value(&self) -> Cell<'_>;
+    /// Appends it as [`put_cell`](super::put_cell) does. A call, as the code of all quantities together must be short.
+    #[inline(never)]
+    fn put(&self, bytes: &mut Vec<u8>) {
+        put_cell(bytes, self.value());
+    }
 }
 
 impl QuantityField for f64 {
@@ -98,10 +104,19 @@ macro_rules! quantities {
             pub const QUANTITIES: &'static [$crate::quantity::Quantity<Self>] =
                 &[$($($crate::quantity::Quantity { unit: $unit, ..Self::$field },)?)+];
 
+            /// Appends the values of all quantities, in their order, as [`put_cell`]($crate::quantity::put_cell) does.
+            pub fn put_cells(&self, bytes: &mut Vec<u8>) {
+                $( $crate::quantity::quantities! { @put self bytes $field $($unit)? } )+
+            }
+
             $( $crate::quantity::quantities! {
                 @one $field: $type, [$($text)+] $($unit [$($heading)?] [$($main)?])?
             } )+
         }
+    };
+    (@put $of:ident $bytes:ident $field:ident) => {};
+    (@put $of:ident $bytes:ident $field:ident $unit:literal) => {
+        $crate::quantity::QuantityField::put(&$of.$field, $bytes);
     };
     (@one $field:ident: $type:ty, [$($text:literal)+]) => {};
     (@one $field:ident: $type:ty, [$($text:literal)+] $unit:literal [$($heading:literal)?] [$($main:ident)?]) => {

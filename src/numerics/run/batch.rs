@@ -16,16 +16,8 @@ pub const DEFAULT_WINDOW: u64 = 1024;
 const MOST_READY: u64 = 64;
 /// Rows that end later than this after the last time tell the calling thread at once.
 const LONGEST_WAIT: Duration = Duration::from_millis(5);
-/// Longest time between two calls of [`BatchProgress::tick`].
-const TICK: Duration = Duration::from_millis(500);
-
-/// Told about rows as they end, in the order of their ends. Called from several threads.
-pub trait BatchProgress: Sync {
-    /// A row ended.
-    fn row_ended(&self, status: RowStatus);
-    /// Time passed: at least every half second while the runner waits for rows.
-    fn tick(&self);
-}
+/// Time between two calls of [`BatchSettings::tick`].
+const TICK: Duration = Duration::from_millis(250);
 
 /// How to run a batch.
 #[derive(Clone, Copy)]
@@ -40,8 +32,8 @@ pub struct BatchSettings<'a> {
     pub window: u64,
     /// Set from outside (another thread, a signal handler) to start no more rows.
     pub stop: &'a AtomicBool,
-    /// Told about rows as they end.
-    pub progress: &'a dyn BatchProgress,
+    /// Called on the calling thread every quarter of a second while it waits for rows or hands them over.
+    pub tick: &'a dyn Fn(),
 }
 
 /// What a batch did.
@@ -152,8 +144,8 @@ pub fn run_batch<T: RowTask, E: std::error::Error + 'static>(
         // Closes the queue on every way out, a panic of the sink included; otherwise the threads would wait for ever.
         let _closed = CloseOnDrop(&queue);
         // A broadcast, because a row that waits for nested parallel work could else pick up another thread's loop.
-        scope.spawn_broadcast(|_, _| queue.run_rows(task, settings.progress));
-        queue.deliver(sink, settings.progress)
+        scope.spawn_broadcast(|_, _| queue.run_rows(task));
+        queue.deliver(sink, &mut Ticker { tick: settings.tick, last: Instant::now() })
     });
     let (rows, failed) = result?;
     Ok(BatchSummary { rows, failed, stopped: queue.has_rows_left() })
@@ -222,9 +214,9 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     }
 
     /// One thread's loop.
-    fn run_rows<T: RowTask<Kept = K>>(&self, task: &T, progress: &dyn BatchProgress) {
+    fn run_rows<T: RowTask<Kept = K>>(&self, task: &T) {
         let _ended = EndThreadOnDrop(self);
-        task.run(&mut ThreadRows { queue: self, task, progress, started: Vec::new() });
+        task.run(&mut ThreadRows { queue: self, task, started: Vec::new() });
     }
 
     /// Notes what a row gave; wakes the calling thread only now and then, as short rows would else cost a switch each.
@@ -277,10 +269,10 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     fn deliver<E: std::error::Error + 'static>(
         &self,
         mut sink: impl FnMut(u64, K) -> Result<(), E>,
-        progress: &dyn BatchProgress,
+        ticker: &mut Ticker<'_>,
     ) -> Result<(u64, u64), BatchError<E>> {
         let (mut rows, mut failed) = (0, 0);
-        while let Some(ready) = self.next_outcome(rows, progress) {
+        while let Some(ready) = self.next_outcome(rows, ticker) {
             failed += u64::from(ready.failed);
             let row = ready.row;
             sink(row, ready.kept).map_err(|source| BatchError::Sink { row, source })?;
@@ -297,29 +289,38 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     }
 
     /// Waits for the outcome with this ticket; `None` when all threads have ended without it.
-    fn next_outcome(&self, ticket: u64, progress: &dyn BatchProgress) -> Option<Ready<K>> {
-        let mut state = self.lock();
+    fn next_outcome(&self, ticket: u64, ticker: &mut Ticker<'_>) -> Option<Ready<K>> {
         loop {
+            ticker.look();
+            let mut state = self.lock();
             if let Some(outcome) = state.ready.remove(&ticket) {
                 return Some(outcome);
             }
             if state.threads == 0 {
                 return None;
             }
-            let waited = self.arrived.wait_timeout(state, TICK);
-            let (woken, timeout) = waited.unwrap_or_else(PoisonError::into_inner);
-            state = woken;
-            if timeout.timed_out() {
-                drop(state);
-                progress.tick();
-                state = self.lock();
-            }
+            drop(self.arrived.wait_timeout(state, TICK).unwrap_or_else(PoisonError::into_inner));
         }
     }
 
     /// Whether the stop flag left rows; asks for the next one, so only for when the batch is over.
     fn has_rows_left(&self) -> bool {
         self.lock().rows.next().is_some()
+    }
+}
+
+/// Tells that time passed.
+struct Ticker<'t> {
+    tick: &'t dyn Fn(),
+    last: Instant,
+}
+
+impl Ticker<'_> {
+    fn look(&mut self) {
+        if self.last.elapsed() >= TICK {
+            (self.tick)();
+            self.last = Instant::now();
+        }
     }
 }
 
@@ -345,7 +346,6 @@ impl<I: Iterator<Item = u64>, K> Drop for EndThreadOnDrop<'_, '_, I, K> {
 struct ThreadRows<'r, 'a, T: RowTask, I> {
     queue: &'r Queue<'a, I, T::Kept>,
     task: &'r T,
-    progress: &'r dyn BatchProgress,
     /// Rows that have not ended, with their tickets.
     started: Vec<(u64, u64)>,
 }
@@ -362,7 +362,6 @@ impl<T: RowTask, I: Iterator<Item = u64>> RowSource for ThreadRows<'_, '_, T, I>
         let (_, ticket) = self.started.swap_remove(at);
         let status = outcome.status;
         let kept = self.task.keep(row, outcome);
-        self.progress.row_ended(status);
         self.queue.hand_in(ticket, Ready { row, failed: status != RowStatus::Done, kept });
     }
 }
@@ -377,17 +376,10 @@ mod tests {
     use super::*;
     use crate::integrate::Counters;
 
-    struct Silent;
-
-    impl BatchProgress for Silent {
-        fn row_ended(&self, _: RowStatus) {}
-        fn tick(&self) {}
-    }
-
     static NEVER: AtomicBool = AtomicBool::new(false);
 
     fn settings(threads: usize) -> BatchSettings<'static> {
-        BatchSettings { threads, window: DEFAULT_WINDOW, stop: &NEVER, progress: &Silent }
+        BatchSettings { threads, window: DEFAULT_WINDOW, stop: &NEVER, tick: &|| () }
     }
 
     fn outcome(row: u64) -> RowOutcome {
@@ -435,6 +427,21 @@ mod tests {
         let one = collect(0..100, &settings(1), outcome);
         let two = collect(0..100, &settings(2), outcome);
         assert_eq!(one, two);
+    }
+
+    #[test]
+    fn time_is_told_of_while_a_row_runs_and_between_many() {
+        for row_ms in [600, 1] {
+            let ticks = AtomicU64::new(0);
+            let tick = || _ = ticks.fetch_add(1, Ordering::SeqCst);
+            let work = |row| {
+                sleep(Duration::from_millis(row_ms));
+                outcome(row)
+            };
+            collect(0..600 / row_ms, &BatchSettings { tick: &tick, ..settings(1) }, work);
+            // Not more often than asked for, however slow the machine.
+            assert!(ticks.into_inner() >= 2, "rows of {row_ms} ms");
+        }
     }
 
     #[test]

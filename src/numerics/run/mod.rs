@@ -8,8 +8,7 @@ mod row;
 mod twins;
 
 pub use batch::{
-    BatchError, BatchProgress, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowSource, RowTask, run_batch,
-    run_one_by_one,
+    BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowSource, RowTask, run_batch, run_one_by_one,
 };
 pub use group::{JobSource, run_jobs, run_jobs_in, run_jobs_over};
 pub use job::{DEFAULT_RETRIES, RowJob, TIGHTENING};

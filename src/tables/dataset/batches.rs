@@ -8,7 +8,8 @@ use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_schema::{ArrowError, SchemaRef};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
-use super::columns::{Column, Columns, Source, TableName};
+use super::column::{Column, Source};
+use super::columns::{Columns, TableName};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use super::parquet_file::{batch, schema};

@@ -4,16 +4,15 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::cells::Part;
+use super::column::{Column, ColumnDescription, ColumnGroup, Get, Read, ScatterGroup, Source, scatter_name};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use crate::integrate::Counters;
-use crate::metrics::{
-    Aggregates, Blow, CastingMetrics, HammerMetrics, Instant, RunMetrics, RunTotals, Scatter, ScatterOf,
-};
-use crate::quantity::{Cell, Kind, Quantity, Value};
+use crate::metrics::{Aggregates, Blow, CastingMetrics, HammerMetrics, Instant, RunTotals, Scatter};
+use crate::quantity::{Kind, Quantity};
 use crate::run::RowOutcome;
 use crate::words::identifier;
 
@@ -48,117 +47,6 @@ impl TableName {
     }
 }
 
-/// What a column is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ColumnGroup {
-    /// The row itself: index, status.
-    Row,
-    /// A factor of the design.
-    Factor,
-    /// An output of one hammer.
-    Hammer,
-    /// An output of one casting.
-    Casting,
-    /// An output over all hammers or castings.
-    Aggregate,
-    /// An output of the run as a whole.
-    Run,
-    /// One blow.
-    Blow,
-    /// A signal at one instant.
-    Signal,
-    /// Work and accuracy of the solver.
-    Solver,
-    /// A figure of a table outside the dataset: a time signal, an error.
-    Other,
-}
-
-/// A column without its getter: an entry of the data dictionary.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct ColumnDescription {
-    /// Name: letters, digits and underscores; unique in its table even without regard to case.
-    pub name: String,
-    /// Type.
-    #[serde(rename = "type")]
-    pub kind: Kind,
-    /// Unit; `1` for numbers without one, empty for text.
-    pub unit: String,
-    /// What it is, in words.
-    pub description: String,
-    /// What it is about.
-    pub group: ColumnGroup,
-    /// The factor, hammer or casting, named as in the study.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub subject: Option<String>,
-    /// Name of the quantity, without hammer or casting.
-    pub quantity: String,
-    /// Whether it is a main output, whose scatter twins measure. No entry of the dictionary.
-    #[serde(skip)]
-    pub main: bool,
-}
-
-impl ColumnDescription {
-    /// Name of the column that holds the scatter of this one, where its row has twins.
-    pub fn scatter_name(&self) -> String {
-        scatter_name(&self.name)
-    }
-}
-
-fn scatter_name(name: &str) -> String {
-    format!("{name}_scatter")
-}
-
-/// What a row of a table is made from.
-pub struct Source<'a> {
-    info: &'a DatasetInfo,
-    record: &'a RowRecord,
-    aggregates: Option<Aggregates>,
-    /// The blow, for the table of blows.
-    pub blow: Option<&'a Blow>,
-    /// The instant, for the table of signals: time and means.
-    pub instant: Option<&'a [f64]>,
-}
-
-impl<'a> Source<'a> {
-    /// A row of `runs` or `timings`.
-    pub fn new(info: &'a DatasetInfo, record: &'a RowRecord) -> Self {
-        Self {
-            info,
-            record,
-            aggregates: record.outcome.metrics.as_ref().map(Aggregates::of),
-            blow: None,
-            instant: None,
-        }
-    }
-
-    fn outcome(&self) -> &RowOutcome {
-        &self.record.outcome
-    }
-
-    fn metrics(&self) -> Option<&RunMetrics> {
-        self.outcome().metrics.as_ref()
-    }
-
-    fn scatter(&self) -> Option<&Scatter> {
-        self.metrics()?.scatter.as_ref()
-    }
-}
-
-/// A column of a table.
-pub struct Column {
-    /// Everything but the getter.
-    pub description: ColumnDescription,
-    get: Box<dyn for<'s> Fn(&'s Source<'_>) -> Cell<'s> + Send + Sync>,
-}
-
-impl Column {
-    /// The column's value for one row of its table.
-    pub fn cell<'s>(&self, source: &'s Source<'_>) -> Cell<'s> {
-        (self.get)(source)
-    }
-}
-
 /// The columns of all tables of one dataset.
 pub struct Columns {
     /// Of `runs`.
@@ -169,6 +57,8 @@ pub struct Columns {
     pub timings: Vec<Column>,
     /// Of `signals`; empty where the dataset has no such table.
     pub signals: Vec<Column>,
+    /// How those of each table are written, in the order of [`TableName::KNOWN`].
+    parts: [Vec<Part>; 4],
 }
 
 impl Columns {
@@ -177,12 +67,10 @@ impl Columns {
     /// # Errors
     /// [`DatasetError::DuplicateColumn`] if two names of the study give the same column.
     pub fn new(info: &DatasetInfo) -> Result<Self, DatasetError> {
-        let columns = Self {
-            runs: run_columns(info),
-            blows: blow_columns(),
-            timings: timing_columns(),
-            signals: signal_columns(info),
-        };
+        let [runs, blows, timings, signals] =
+            [run_columns(info), blow_columns(), timing_columns(), signal_columns(info)];
+        let parts = [&runs, &blows, &timings, &signals].map(|columns| Part::of(columns));
+        let columns = Self { runs, blows, timings, signals, parts };
         for table in TableName::KNOWN {
             check_unique(&columns.describe(table))?;
         }
@@ -199,6 +87,12 @@ impl Columns {
         }
     }
 
+    /// Appends the cells of one row of a table to `bytes`, column by column.
+    pub fn put(&self, table: TableName, source: &Source<'_>, bytes: &mut Vec<u8>) {
+        let parts = self.parts.get(table as usize);
+        parts.into_iter().flatten().for_each(|part| part.put(self.of(table), source, bytes));
+    }
+
     /// The tables that the dataset has.
     pub fn tables(&self) -> impl Iterator<Item = TableName> {
         TableName::KNOWN.into_iter().filter(|table| !self.of(*table).is_empty())
@@ -206,7 +100,7 @@ impl Columns {
 
     /// The columns of a table without their getters, in order.
     pub fn describe(&self, table: TableName) -> Vec<ColumnDescription> {
-        self.of(table).iter().map(|column| column.description.clone()).collect()
+        self.of(table).iter().map(|column| (*column.description).clone()).collect()
     }
 }
 
@@ -271,28 +165,20 @@ impl<'a> About<'a> {
         }
     }
 
-    /// Columns of quantities; `part` finds what has the values.
+    /// Columns of quantities; `get` says of what.
     fn columns<T: 'static>(
         &self,
         quantities: &[Quantity<T>],
-        part: impl for<'s> Fn(&'s Source<'_>) -> Option<&'s T> + Copy + Send + Sync + 'static,
+        get: impl Fn(Read<T>) -> Get,
     ) -> impl Iterator<Item = Column> {
         quantities.iter().map(move |quantity| {
-            let get = quantity.value;
             let described = self.describe(quantity.name, quantity.kind, quantity.unit, &quantity.description());
-            Column {
-                description: ColumnDescription { main: quantity.main, ..described },
-                get: Box::new(move |source| part(source).and_then(get)),
-            }
+            Column::new(ColumnDescription { main: quantity.main, ..described }, get(quantity.value))
         })
     }
 
     /// Columns of the scatter of the main quantities, `<quantity>_scatter`.
-    fn scatter<T: 'static>(
-        &self,
-        quantities: &[Quantity<T>],
-        part: impl Fn(&Scatter) -> Option<&ScatterOf> + Copy + Send + Sync + 'static,
-    ) -> impl Iterator<Item = Column> {
+    fn scatter<T: 'static>(&self, quantities: &[Quantity<T>], group: ScatterGroup) -> impl Iterator<Item = Column> {
         quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
             let (name, column) = (quantity.name, scatter_name(quantity.name));
             let (of, unit) = match quantity.kind {
@@ -302,10 +188,7 @@ impl<'a> About<'a> {
                 }
             };
             let text = format!("Scatter ({of}) of {name}.");
-            Column {
-                description: self.describe(&column, Kind::Real, unit, &text),
-                get: Box::new(move |source| part(source.scatter()?)?.get(name).copied()?.map(Value::Real)),
-            }
+            Column::new(self.describe(&column, Kind::Real, unit, &text), Get::Scatter(group, name))
         })
     }
 }
@@ -316,43 +199,42 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
         [ColumnGroup::Row, ColumnGroup::Aggregate, ColumnGroup::Run, ColumnGroup::Solver].map(About::all);
     let mut columns = row_column();
     let ending = [RowOutcome::status, RowOutcome::reason, RowOutcome::time_reached_s];
-    columns.extend(row.columns(&ending, |source| Some(source.outcome())));
+    columns.extend(row.columns(&ending, Get::Outcome));
     columns.extend(factor_columns(info));
-    columns.extend(aggregate.columns(Aggregates::QUANTITIES, |source| source.aggregates.as_ref()));
+    columns.extend(aggregate.columns(Aggregates::QUANTITIES, Get::Aggregates));
     for (index, name) in info.hammers.iter().enumerate() {
         let hammer = About::one(ColumnGroup::Hammer, "Hammer", name);
-        columns.extend(hammer.columns(HammerMetrics::QUANTITIES, move |source| source.metrics()?.hammers.get(index)));
+        columns.extend(hammer.columns(HammerMetrics::QUANTITIES, |read| Get::Hammer(index, read)));
         if twins {
-            columns.extend(hammer.scatter(HammerMetrics::QUANTITIES, move |scatter| scatter.hammers.get(index)));
+            columns.extend(hammer.scatter(HammerMetrics::QUANTITIES, ScatterGroup::Hammer(index)));
         }
     }
     for (index, name) in info.castings.iter().enumerate() {
         let casting = About::one(ColumnGroup::Casting, "Casting", name);
-        columns
-            .extend(casting.columns(CastingMetrics::QUANTITIES, move |source| source.metrics()?.castings.get(index)));
+        columns.extend(casting.columns(CastingMetrics::QUANTITIES, |read| Get::Casting(index, read)));
         if twins {
-            columns.extend(casting.scatter(CastingMetrics::QUANTITIES, move |scatter| scatter.castings.get(index)));
+            columns.extend(casting.scatter(CastingMetrics::QUANTITIES, ScatterGroup::Casting(index)));
         }
     }
-    columns.extend(run.columns(RunTotals::QUANTITIES, |source| Some(&source.metrics()?.totals)));
+    columns.extend(run.columns(RunTotals::QUANTITIES, Get::Totals));
     if twins {
-        columns.extend(run.scatter(RunTotals::QUANTITIES, |scatter| Some(&scatter.totals)));
-        columns.extend(run.columns(Scatter::QUANTITIES, |source| source.scatter()));
+        columns.extend(run.scatter(RunTotals::QUANTITIES, ScatterGroup::Totals));
+        columns.extend(run.columns(Scatter::QUANTITIES, Get::Twins));
     }
-    columns.extend(solver.columns(&[RowOutcome::modes, RowOutcome::states], |source| Some(source.outcome())));
+    columns.extend(solver.columns(&[RowOutcome::modes, RowOutcome::states], Get::Outcome));
     let counted = About { prefix: "solver_".to_owned(), ..solver };
-    columns.extend(counted.columns(Counters::QUANTITIES, |source| Some(&source.outcome().counters)));
+    columns.extend(counted.columns(Counters::QUANTITIES, Get::Counters));
     columns
 }
 
 /// The index of the row, by which rows of all tables belong together.
 fn row_column() -> Vec<Column> {
-    About::all(ColumnGroup::Row).columns(RowRecord::QUANTITIES, |source| Some(source.record)).collect()
+    About::all(ColumnGroup::Row).columns(RowRecord::QUANTITIES, Get::Record).collect()
 }
 
 fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column> {
-    info.factors.iter().enumerate().map(|(index, factor)| Column {
-        description: ColumnDescription {
+    info.factors.iter().enumerate().map(|(index, factor)| {
+        let description = ColumnDescription {
             name: format!("factor_{}", identifier(&factor.name, "n")),
             // Names among which a design chooses.
             kind: if factor.kind == Kind::Text { Kind::Category } else { factor.kind },
@@ -362,34 +244,25 @@ fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column> {
             subject: Some(factor.name.clone()),
             quantity: "factor".to_owned(),
             main: false,
-        },
-        get: Box::new(move |source| source.record.factors.get(index).map(Value::borrowed)),
+        };
+        Column::new(description, Get::Factor(index))
     })
 }
 
 fn blow_columns() -> Vec<Column> {
-    type Names = fn(&DatasetInfo) -> &[String];
     let about = About::all(ColumnGroup::Blow);
-    let named = |column: &str, text: &str, names: Names, index: fn(&Blow) -> usize| Column {
-        description: about.describe(column, Kind::Category, "", text),
-        get: Box::new(move |source| names(source.info).get(index(source.blow?)).map(|name| Value::Text(name.as_str()))),
-    };
+    let named = |column: &str, text: &str, get: Get| Column::new(about.describe(column, Kind::Category, "", text), get);
     let mut columns = row_column();
-    columns.push(named("hammer", "Name of the hammer, as in the study.", |info| &info.hammers, |blow| blow.hammer));
-    columns.push(named(
-        "casting",
-        "Name of the casting struck, as in the study.",
-        |info| &info.castings,
-        |blow| blow.casting,
-    ));
-    columns.extend(about.columns(Blow::QUANTITIES, |source| source.blow));
+    columns.push(named("hammer", "Name of the hammer, as in the study.", Get::BlowHammer));
+    columns.push(named("casting", "Name of the casting struck, as in the study.", Get::BlowCasting));
+    columns.extend(about.columns(Blow::QUANTITIES, Get::Blow));
     columns
 }
 
 fn timing_columns() -> Vec<Column> {
     let mut columns = row_column();
     let about = About::all(ColumnGroup::Solver);
-    columns.extend(about.columns(&[RowOutcome::wall_time_s], |source| Some(source.outcome())));
+    columns.extend(about.columns(&[RowOutcome::wall_time_s], Get::Outcome));
     columns
 }
 
@@ -399,10 +272,7 @@ fn signal_columns(info: &DatasetInfo) -> Vec<Column> {
         return Vec::new();
     }
     let about = About::all(ColumnGroup::Signal);
-    let column = |(place, description): (usize, ColumnDescription)| Column {
-        description,
-        get: Box::new(move |source| source.instant?.get(place).copied().map(Value::Real)),
-    };
+    let column = |(place, description)| Column::new(description, Get::Instant(place));
     let time = about.describe(Instant::time_s.name, Kind::Real, Instant::time_s.unit, "Instant.");
     let signals =
         info.signals.iter().map(|signal| about.describe(&signal.name, Kind::Real, &signal.unit, &signal.description));

@@ -42,6 +42,8 @@
 //! entries of the Arrow schema too. Texts of which there are few (status, kind, names) are dictionaries of Arrow.
 
 mod batches;
+mod cells;
+mod column;
 mod columns;
 mod difference;
 mod durable;
@@ -72,7 +74,8 @@ mod verify;
 mod writer;
 
 pub use batches::{Batches, record_batches};
-pub use columns::{Column, ColumnDescription, ColumnGroup, Columns, Source, TableName};
+pub use column::{Column, ColumnDescription, ColumnGroup, Source};
+pub use columns::{Columns, TableName};
 pub use difference::differences;
 pub use error::DatasetError;
 pub use growth::{Growth, grow};

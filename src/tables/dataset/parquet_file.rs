@@ -22,7 +22,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::schema::types::{ColumnPath, SchemaDescriptor};
 use serde_json::json;
 
-use super::columns::{ColumnDescription, TableName};
+use super::column::ColumnDescription;
+use super::columns::TableName;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::columns::{ColumnDescription, Columns, TableName};
+use super::column::ColumnDescription;
+use super::columns::{Columns, TableName};
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::manifest::{Manifest, Part, TimingsManifest, fingerprint};

@@ -3,7 +3,8 @@
 //! Every row goes through these bytes, whether it was just computed, comes from the journal of a killed run, or from a part
 //! that must be written anew: that is why all of them give the same files.
 
-use super::columns::{Column, Columns, Source};
+use super::column::{Column, Source};
+use super::columns::{Columns, TableName};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use crate::quantity::{Cell, CellColumn, FREE_TAG, Value, put_cell, take_cells};
@@ -30,16 +31,16 @@ impl StoredRow {
         let failed = record.outcome.status != RowStatus::Done;
         let mut writer = RowWriter::with_room(record.row, failed, room(columns, record));
         let mut source = Source::new(info, record);
-        writer.cells(&columns.runs, &source);
-        writer.cells(&columns.timings, &source);
+        columns.put(TableName::Runs, &source, &mut writer.bytes);
+        columns.put(TableName::Timings, &source, &mut writer.bytes);
         for blow in record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows) {
             source.blow = Some(blow);
-            writer.cells(&columns.blows, &source);
+            columns.put(TableName::Blows, &source, &mut writer.bytes);
         }
         for instant in record.outcome.metrics.iter().flat_map(|metrics| &metrics.signals) {
             source.instant = Some(instant);
             writer.instant();
-            writer.cells(&columns.signals, &source);
+            columns.put(TableName::Signals, &source, &mut writer.bytes);
         }
         writer.finish()
     }
@@ -145,10 +146,6 @@ impl RowWriter {
         Self { row, failed, bytes }
     }
 
-    fn cells(&mut self, columns: &[Column], source: &Source<'_>) {
-        columns.iter().for_each(|column| self.cell(column.cell(source)));
-    }
-
     /// Begins an instant of the table of signals, whose cells follow.
     pub fn instant(&mut self) {
         self.bytes.push(INSTANT);
@@ -209,7 +206,41 @@ pub fn check_record(info: &DatasetInfo, record: &RowRecord) -> Result<(), Datase
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrate::Counters;
+    use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals};
     use crate::quantity::Kind;
+
+    /// The end of a row without outputs.
+    fn outcome() -> RowOutcome {
+        RowOutcome {
+            status: RowStatus::Invalid,
+            reason: "none".to_owned(),
+            time_reached_s: 0.5,
+            modes: 3,
+            states: 7,
+            metrics: None,
+            counters: Counters { steps: 9, ..Counters::default() },
+            wall_time_s: 0.1,
+        }
+    }
+
+    /// Outputs of two hammers and a casting, with a blow of each.
+    fn metrics() -> RunMetrics {
+        let hammer = |x: u64| HammerMetrics {
+            first_impact_time_s: Some(0.1 * x as f64),
+            contact_count: x,
+            delivered_work_j: x as f64,
+            ..HammerMetrics::default()
+        };
+        RunMetrics {
+            hammers: vec![hammer(2), hammer(3)],
+            castings: vec![CastingMetrics { peak_velocity_m_s: 0.7, ..CastingMetrics::default() }],
+            blows: [0, 1].map(|hammer| Blow { hammer, energy_j: 5.0 + hammer as f64, ..Blow::default() }).to_vec(),
+            totals: RunTotals { delivered_work_j: 5.0, ..RunTotals::default() },
+            scatter: None,
+            signals: Vec::new(),
+        }
+    }
 
     /// Columns of these kinds.
     fn tables(runs: &[Kind], timings: &[Kind], blows: &[Kind]) -> TableColumns {
@@ -235,6 +266,37 @@ mod tests {
         // Two blows, the second of another kind than its column.
         cells[3..].iter().for_each(|cell| expected.blows[0].push(*cell));
         assert_eq!(found, expected);
+    }
+
+    /// What structs write at once is what the columns' getters give, in the columns' order.
+    #[test]
+    fn a_row_is_the_cells_of_its_columns() {
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let info =
+            DatasetInfo { hammers: names(&["a", "b"]), castings: names(&["c"]), twins: 1, ..DatasetInfo::empty() };
+        let columns = Columns::new(&info).expect("unique");
+        for metrics in [Some(metrics()), None] {
+            let record = RowRecord { row: 4, factors: Vec::new(), outcome: RowOutcome { metrics, ..outcome() } };
+            let mut found = TableColumns::new(&columns);
+            StoredRow::new(&info, &columns, &record).append_to(&mut found).expect("whole");
+            let mut source = Source::new(&info, &record);
+            let mut blows = vec![Vec::new(); columns.blows.len()];
+            for blow in record.outcome.metrics.iter().flat_map(|metrics| &metrics.blows) {
+                source.blow = Some(blow);
+                blows.iter_mut().zip(&columns.blows).for_each(|(cells, column)| {
+                    cells.push(column.cell(&source).map(|value| value.to_string()));
+                });
+            }
+            let texts = |cells: &CellColumn| -> Vec<_> {
+                cells.cells().map(|cell| cell.map(|value| value.to_string())).collect()
+            };
+            let single = |columns: &[Column]| -> Vec<Vec<_>> {
+                columns.iter().map(|column| vec![column.cell(&source).map(|value| value.to_string())]).collect()
+            };
+            assert_eq!(found.runs.iter().map(texts).collect::<Vec<_>>(), single(&columns.runs));
+            assert_eq!(found.timings.iter().map(texts).collect::<Vec<_>>(), single(&columns.timings));
+            assert_eq!(found.blows.iter().map(texts).collect::<Vec<_>>(), blows);
+        }
     }
 
     #[test]

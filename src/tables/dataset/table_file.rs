@@ -7,7 +7,8 @@ use arrow_array::{ArrayRef, RecordBatch};
 use arrow_schema::{ArrowError, Field, Schema};
 use parquet::errors::ParquetError;
 
-use super::columns::{ColumnDescription, ColumnGroup, check_unique};
+use super::column::{ColumnDescription, ColumnGroup};
+use super::columns::check_unique;
 use super::durable::StagedFile;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
