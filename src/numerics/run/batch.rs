@@ -15,7 +15,7 @@ pub const DEFAULT_WINDOW: u64 = 1024;
 /// Rows that are ready at most before the calling thread is told.
 const MOST_READY: u64 = 64;
 /// Rows that end later than this after the last time tell the calling thread at once.
-const LONGEST_WAIT: Duration = Duration::from_millis(5);
+const LONGEST_WAIT: Duration = Duration::from_millis(20);
 /// Time between two calls of [`BatchSettings::tick`].
 const TICK: Duration = Duration::from_millis(250);
 
