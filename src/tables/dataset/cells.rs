@@ -63,28 +63,28 @@ impl Whole {
 
 /// Columns of a table that are written in one way.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Part {
+pub enum Segment {
     /// All that a struct has.
     Whole(Whole),
     /// Each by its getter.
     Each(Range<usize>),
 }
 
-impl Part {
-    /// The parts of a table with these columns.
+impl Segment {
+    /// The segments of a table with these columns.
     pub fn of(columns: &[Column]) -> Vec<Self> {
-        let mut parts = Vec::new();
+        let mut segments = Vec::new();
         let mut first = 0;
         for run in columns.chunk_by(|one, next| Whole::of(one) == Whole::of(next)) {
             let range = first..first + run.len();
             first = range.end;
             let whole = run.first().and_then(Whole::of).filter(|whole| whole.columns() == run.len());
-            parts.push(whole.map_or(Self::Each(range), Self::Whole));
+            segments.push(whole.map_or(Self::Each(range), Self::Whole));
         }
-        parts
+        segments
     }
 
-    /// Appends the part's cells of one row.
+    /// Appends the segment's cells of one row.
     pub fn put(&self, columns: &[Column], source: &Source<'_>, bytes: &mut Vec<u8>) {
         match self {
             Self::Whole(whole) => {

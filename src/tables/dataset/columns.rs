@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::cells::Part;
+use super::cells::Segment;
 use super::column::{Column, ColumnDescription, ColumnGroup, Get, Read, ScatterGroup, Source, scatter_name};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
@@ -58,7 +58,7 @@ pub struct Columns {
     /// Of `signals`; empty where the dataset has no such table.
     pub signals: Vec<Column>,
     /// How those of each table are written, in the order of [`TableName::KNOWN`].
-    parts: [Vec<Part>; 4],
+    segments: [Vec<Segment>; 4],
 }
 
 impl Columns {
@@ -69,8 +69,8 @@ impl Columns {
     pub fn new(info: &DatasetInfo) -> Result<Self, DatasetError> {
         let [runs, blows, timings, signals] =
             [run_columns(info), blow_columns(), timing_columns(), signal_columns(info)];
-        let parts = [&runs, &blows, &timings, &signals].map(|columns| Part::of(columns));
-        let columns = Self { runs, blows, timings, signals, parts };
+        let segments = [&runs, &blows, &timings, &signals].map(|columns| Segment::of(columns));
+        let columns = Self { runs, blows, timings, signals, segments };
         for table in TableName::KNOWN {
             check_unique(&columns.describe(table))?;
         }
@@ -89,8 +89,8 @@ impl Columns {
 
     /// Appends the cells of one row of a table to `bytes`, column by column.
     pub fn put(&self, table: TableName, source: &Source<'_>, bytes: &mut Vec<u8>) {
-        let parts = self.parts.get(table as usize);
-        parts.into_iter().flatten().for_each(|part| part.put(self.of(table), source, bytes));
+        let segments = self.segments.get(table as usize);
+        segments.into_iter().flatten().for_each(|segment| segment.put(self.of(table), source, bytes));
     }
 
     /// The tables that the dataset has.
