@@ -119,8 +119,7 @@ impl<'a> Source<'a> {
 /// Reads a value of a `T`, as [`Quantity::value`] does.
 pub type Read<T> = for<'a> fn(&'a T) -> Cell<'a>;
 
-/// Where a column has its value from. Plain data and small: a row's thread goes through all of them after each row, when neither they
-/// nor their code are in a cache (code that writes a struct's quantities at once is longer, and was slower).
+/// Where a column has its value from. Plain data: which columns are all that a struct has can be seen from it.
 #[derive(Clone, Copy)]
 pub enum Get {
     Record(Read<RowRecord>),
