@@ -33,6 +33,7 @@ pub fn info() -> DatasetInfo {
         settings: BTreeMap::new(),
         seed: 18_446_744_073_709_551_615,
         program_version: "0.1.0".to_owned(),
+        columns_hash: "of these columns".to_owned(),
         rows: ROWS,
         rows_per_part: 64,
         factors: vec![

@@ -385,6 +385,24 @@ fn another_study_is_refused_with_what_changed() {
     assert_eq!(files(&folder), before);
 }
 
+/// A program of the same version whose tables have one column more would leave parts of two kinds.
+#[test]
+fn other_columns_are_refused_before_a_row_runs() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
+    writer.write(&record(0, outcome(0))).expect("taken");
+    drop(writer);
+    let changed = DatasetInfo { columns_hash: "of one more".to_owned(), ..info() };
+    let error = DatasetWriter::create(scratch.path(), &changed, Existing::Resume).err().expect("refused");
+    assert!(matches!(error, DatasetError::Changed { .. }), "{error}");
+    let said = error.to_string();
+    assert!(said.contains("holds 1 of 150 rows"), "rows in the journal count: {said}");
+    assert!(said.contains("columns of the tables: those of another program of this version"), "{said}");
+    // A dataset of a program that did not say which columns it has is gone on with.
+    let silent = DatasetInfo { columns_hash: String::new(), ..info() };
+    DatasetWriter::create(scratch.path(), &silent, Existing::Resume).expect("opened");
+}
+
 #[test]
 fn a_dataset_has_one_writer_at_a_time() {
     let scratch = TempDir::new().expect("scratch folder");

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::signals::KeptSignals;
-use crate::dataset::{DatasetInfo, Factor, RowRecord, rows_per_part};
+use crate::dataset::{Columns, DatasetInfo, Factor, RowRecord, rows_per_part};
 use crate::design::Quality;
 use crate::quantity::Kind;
 use crate::run::RowOutcome;
@@ -18,7 +18,7 @@ pub fn dataset_info(
 ) -> DatasetInfo {
     let (study, rows) = (checked.study(), checked.row_count() as u64);
     let names = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
-    DatasetInfo {
+    let mut info = DatasetInfo {
         study_name: study.title().to_owned(),
         study_text: study.text().to_owned(),
         study_hash: study.hash().to_owned(),
@@ -30,6 +30,7 @@ pub fn dataset_info(
         settings,
         seed: study.seed(),
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        columns_hash: String::new(),
         rows,
         rows_per_part: signals.map_or(rows_per_part(rows), |kept| kept.rows_per_part(rows_per_part(rows))),
         factors: study.factors().iter().map(factor).collect(),
@@ -39,7 +40,10 @@ pub fn dataset_info(
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
         signals: signals.map_or_else(Vec::new, |kept| kept.columns.clone()),
-    }
+    };
+    // Two columns of one name are refused where a dataset is made.
+    info.columns_hash = Columns::new(&info).map(|columns| columns.hash()).unwrap_or_default();
+    info
 }
 
 /// A row as the tables take it.

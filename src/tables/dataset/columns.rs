@@ -93,6 +93,16 @@ impl Columns {
         segments.into_iter().flatten().for_each(|segment| segment.put(self.of(table), source, bytes));
     }
 
+    /// Hash of what a cell of each table is: name, type and unit of every column, in order.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for column in TableName::KNOWN.into_iter().flat_map(|table| self.of(table)) {
+            let ColumnDescription { name, kind, unit, .. } = &*column.description;
+            hasher.update(format!("{name}\t{kind:?}\t{unit}\n").as_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
     /// The tables that the dataset has.
     pub fn tables(&self) -> impl Iterator<Item = TableName> {
         TableName::KNOWN.into_iter().filter(|table| !self.of(*table).is_empty())
@@ -281,6 +291,7 @@ fn signal_columns(info: &DatasetInfo) -> Vec<Column> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::info::Factor;
     use super::*;
     use crate::run::RowStatus;
 
@@ -308,6 +319,21 @@ mod tests {
             };
             assert!(name.trim_end_matches("_scatter").ends_with(suffix), "{name} [{unit}]");
         }
+    }
+
+    /// The hash tells tables apart by what a cell is, not by what is said of it.
+    #[test]
+    fn the_hash_is_of_names_types_and_units() {
+        let factor = |kind: Kind, unit: &str, description: &str| {
+            let [name, unit, description] = ["load", unit, description].map(str::to_owned);
+            let factors = vec![Factor { name, kind, unit, description }];
+            Columns::new(&DatasetInfo { factors, ..DatasetInfo::empty() }).expect("unique").hash()
+        };
+        let hash = factor(Kind::Real, "N", "Load.");
+        assert_eq!(hash, factor(Kind::Real, "N", "The load."));
+        assert_ne!(hash, factor(Kind::Count, "N", "Load."));
+        assert_ne!(hash, factor(Kind::Real, "kN", "Load."));
+        assert_ne!(hash, Columns::new(&DatasetInfo::empty()).expect("unique").hash());
     }
 
     /// What is declared of a row's end and not in a table would be lost.

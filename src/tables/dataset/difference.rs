@@ -7,13 +7,19 @@ use super::info::{DatasetInfo, RETRIES};
 /// Most differences that are listed one by one.
 const LISTED: usize = 12;
 
+/// Whether both have the same columns, or one was made by a program that did not say which.
+pub fn has_same_columns(one: &DatasetInfo, other: &DatasetInfo) -> bool {
+    [&one.columns_hash, &other.columns_hash].iter().any(|hash| hash.is_empty())
+        || one.columns_hash == other.columns_hash
+}
+
 /// Whether rows of both go into one dataset: titles, comments and layout do not count.
 pub fn is_same_study(one: &DatasetInfo, other: &DatasetInfo) -> bool {
     let key = |info: &DatasetInfo| {
         let DatasetInfo { study_hash, seed, program_version, rows, rows_per_part, .. } = info.clone();
         (study_hash, seed, program_version, rows, rows_per_part, info.inputs.clone(), info.settings.clone())
     };
-    key(one) == key(other)
+    key(one) == key(other) && has_same_columns(one, other)
 }
 
 /// Settings outside the study that are budgets of a row.
@@ -55,6 +61,9 @@ pub fn differences(before: &DatasetInfo, now: &DatasetInfo) -> Vec<String> {
     }
     if before.program_version != now.program_version {
         found.push(format!("version of decore: {} -> {}", before.program_version, now.program_version));
+    }
+    if !has_same_columns(before, now) {
+        found.push("columns of the tables: those of another program of this version".to_owned());
     }
     if found.is_empty() {
         found.push("values in a hammer file that the study names".to_owned());

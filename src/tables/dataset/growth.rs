@@ -8,6 +8,7 @@ use std::fs::File;
 use std::path::Path;
 
 use super::columns::TableName;
+use super::difference::has_same_columns;
 use super::durable::{failed_to, rename, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
@@ -89,6 +90,7 @@ fn has_grown(manifest: &Manifest, info: &DatasetInfo, rows_hash: &dyn Fn(u64) ->
     whole
         && !before.frame_hash.is_empty()
         && frame(before) == frame(info)
+        && has_same_columns(before, info)
         && before.rows < info.rows
         && before.rows_hash == rows_hash(before.rows)
 }

@@ -77,6 +77,9 @@ pub struct DatasetInfo {
     pub seed: u64,
     /// Version of the program.
     pub program_version: String,
+    /// Hash of the tables' columns, by which a program of the same version that has others is known. Empty: not known.
+    #[serde(default)]
+    pub columns_hash: String,
     /// Rows of the design.
     pub rows: u64,
     /// Rows per part file; `rows_per_part(rows)` unless there is a reason for another number.
@@ -127,6 +130,7 @@ impl DatasetInfo {
             settings: BTreeMap::new(),
             seed: 0,
             program_version: String::new(),
+            columns_hash: String::new(),
             rows: 0,
             rows_per_part: 64,
             factors: Vec::new(),

@@ -446,9 +446,9 @@ fn look(folder: &Path, existing: Existing) -> Result<Found, DatasetError> {
     match (known(folder), existing) {
         (Ok(Known { manifest, .. }), Existing::Refuse) => Err(DatasetError::Exists {
             path: folder.to_owned(),
-            study: manifest.study.study_name,
-            rows_done: manifest.rows_done,
+            rows_done: rows_there(folder, &manifest)?,
             rows: manifest.study.rows,
+            study: manifest.study.study_name,
         }),
         (Ok(known), _) => Ok(Found::Dataset(Box::new(known))),
         (Err(DatasetError::Missing { .. }), _) => Err(DatasetError::Occupied { path: folder.to_owned() }),
@@ -493,10 +493,15 @@ fn refuse_change(
     }
     Err(DatasetError::Changed {
         path: folder.to_owned(),
-        rows_done: manifest.rows_done,
+        rows_done: rows_there(folder, manifest)?,
         rows: manifest.study.rows,
         differences,
     })
+}
+
+/// Number of rows that a dataset has, those in its journal included.
+fn rows_there(folder: &Path, manifest: &Manifest) -> Result<u64, DatasetError> {
+    Ok(manifest.rows_done + journal::count(folder, &|row| !manifest.has(row))?.0)
 }
 
 /// Whether a folder is absent, empty, or holds only what a dataset's creation leaves when it is interrupted.
