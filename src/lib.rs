@@ -61,17 +61,15 @@
 //! linalg      : number
 //! number      :
 //! parameter   :
-//! plot        :
 //! quantity    :
 //! random      :
 //! regression  : linalg number random
-//! signal      :
 //! words       :
 //! contact     : number parameter
 //! workpiece   : parameter
 //! hammer      : contact number parameter
 //! integrate   : number quantity
-//! structure   : files linalg parameter plot words
+//! structure   : files linalg parameter words
 //! scene       : hammer integrate parameter quantity structure workpiece
 //! system      : contact hammer integrate number scene workpiece
 //! metrics     : hammer integrate quantity scene system workpiece
@@ -82,12 +80,14 @@
 //!
 //! decore-core
 //! expression  :
+//! signal      :
 //! study       : contact design expression files hammer parameter quantity scene structure words workpiece
 //! engine      : dataset design integrate metrics quantity run scene structure study system words
-//! features    : dataset design files metrics quantity random run study
+//! features    : dataset design files metrics quantity random run signal study
 //!
 //! decore
 //! guide       :
+//! plot        :
 //! measurement : metrics signal study
 //! accuracy    : integrate metrics plot quantity run scene system
 //! report      : dataset metrics quantity run
@@ -95,7 +95,7 @@
 //! paper       : engine measurement metrics plot run scene signal study system
 //! sensitivity : analysis dataset design metrics quantity run study
 //! surrogate   : dataset files number quantity random regression sensitivity study
-//! page        : dataset hammer metrics quantity report run scene sensitivity surrogate
+//! page        : dataset hammer metrics plot quantity report run scene sensitivity signal structure surrogate
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
 //! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words
 //! cli         : accuracy analysis comparison dataset design engine features files guide integrate measurement metrics page paper plot quantity refinement report run scene sensitivity structure study surrogate system words
@@ -127,7 +127,7 @@
 //! - [`page`]: pages of HTML that are one file each.
 //! - [`paper`]: the publication that the model follows, beside what decore gives for its rig.
 //! - [`plot`]: charts and scatter matrices as SVG; the only module that calls plotters.
-//! - [`signal`]: measured signals beside calculated ones: filter, density, lost samples, shift in time.
+//! - [`signal`]: signals, measured ones beside calculated ones: spectrum, filter, density, lost samples, shift in time.
 //! - [`measurement`]: a measured channel beside a calculated signal.
 //! - [`words`]: the name that a mistyped one stands for; names of a study as columns have them.
 //! - [`cli`]: one file per command.
@@ -153,6 +153,8 @@ pub mod measurement;
 pub mod page;
 #[allow(clippy::disallowed_methods)]
 pub mod paper;
+#[allow(clippy::disallowed_methods)]
+pub mod plot;
 #[cfg(feature = "python")]
 #[allow(clippy::disallowed_methods)]
 pub mod python;
@@ -167,6 +169,5 @@ pub mod surrogate;
 
 pub use decore_core::{
     analysis, contact, dataset, design, engine, expression, features, files, hammer, integrate, linalg, metrics,
-    number, parameter, plot, quantity, random, regression, run, scene, signal, structure, study, system, words,
-    workpiece,
+    number, parameter, quantity, random, regression, run, scene, signal, structure, study, system, words, workpiece,
 };

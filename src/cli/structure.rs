@@ -15,10 +15,11 @@ use super::text::{plural, say};
 use super::written::Written;
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
 use crate::engine::{RowScene, Rows, reduction_settings};
+use crate::page::quality_page;
 use crate::run::run_row;
 use crate::structure::{
     CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
-    SelectionSettings, assess, quality_page, write_model,
+    SelectionSettings, assess, write_model,
 };
 use crate::study::{InterfaceDemand, StructureSettings, StructureSource, load_structure};
 

@@ -6,10 +6,12 @@
 pub mod engine;
 pub mod expression;
 pub mod features;
+#[allow(clippy::disallowed_methods)]
+pub mod signal;
 pub mod study;
 
 pub use decore_numerics::{
-    analysis, contact, design, files, hammer, integrate, linalg, metrics, number, parameter, plot, quantity, random,
-    regression, run, scene, signal, structure, system, words, workpiece,
+    analysis, contact, design, files, hammer, integrate, linalg, metrics, number, parameter, quantity, random,
+    regression, run, scene, structure, system, words, workpiece,
 };
 pub use decore_tables::dataset;

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::error::MeasurementError;
 use super::read::Measured;
-use crate::metrics::Spectrum;
+use crate::signal::Spectrum;
 use crate::signal::{
     Butterworth, Grid, Offset, Offsets, dominant_frequency_hz, offset, peak, relative_difference, resampled, rms,
     spikes,

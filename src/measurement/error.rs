@@ -1,7 +1,7 @@
 //! Why a measurement cannot stand beside a signal.
 
-use crate::metrics::SpectrumError;
 use crate::signal::SignalError;
+use crate::signal::SpectrumError;
 
 /// Why a measurement cannot stand beside a signal.
 #[derive(Debug, thiserror::Error)]

@@ -20,16 +20,12 @@ pub mod integrate;
 pub mod linalg;
 pub mod metrics;
 pub mod number;
-#[allow(clippy::disallowed_methods)]
-pub mod plot;
 pub mod quantity;
 pub mod random;
 #[allow(clippy::disallowed_methods)]
 pub mod regression;
 pub mod run;
 pub mod scene;
-#[allow(clippy::disallowed_methods)]
-pub mod signal;
 pub mod structure;
 pub mod system;
 pub mod words;

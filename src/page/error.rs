@@ -1,7 +1,7 @@
 //! Why pages cannot be made.
 
 use crate::dataset::DatasetError;
-use crate::metrics::SpectrumError;
+use crate::signal::SpectrumError;
 
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -9,12 +9,11 @@ use super::error::PageError;
 use super::samples::{Samples, Scale};
 use crate::dataset::DatasetInfo;
 use crate::hammer::HammerParameters;
-use crate::metrics::{
-    Blow, CastingMetrics, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf, Spectrum,
-};
+use crate::metrics::{Blow, CastingMetrics, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf};
 use crate::quantity::{Quantity, Value};
 use crate::run::RowOutcome;
 use crate::scene::{HammerUnit, Scene};
+use crate::signal::Spectrum;
 
 /// Least interval in s at which a page reads the signals.
 const LEAST_INTERVAL_S: f64 = 2e-5;

@@ -1,8 +1,7 @@
 //! Why the paper's rig could not be compared.
 
 use crate::engine::EngineError;
-use crate::metrics::SpectrumError;
-use crate::signal::SignalError;
+use crate::signal::{SignalError, SpectrumError};
 use crate::study::StudyError;
 
 /// Why the paper's rig could not be compared.

@@ -7,10 +7,10 @@ use super::mobility::Mobility;
 use super::quoted::SHIFTED_BELOW_HZ;
 use crate::engine::{Engine, RowScene};
 use crate::measurement::{LOW_PASS_HZ, LOW_PASS_ORDER};
-use crate::metrics::{Blow, FixtureSignals, HammerMetrics, HammerSignals, RunMetrics, Signal, SignalOf, Spectrum};
+use crate::metrics::{Blow, FixtureSignals, HammerMetrics, HammerSignals, RunMetrics, Signal, SignalOf};
 use crate::run::{RowOutcome, run_row};
 use crate::scene::{Scene, Supply};
-use crate::signal::{Butterworth, dominant_frequency_hz, peak, rms};
+use crate::signal::{Butterworth, Spectrum, dominant_frequency_hz, peak, rms};
 use crate::study::Study;
 use crate::system::InterfaceModes;
 

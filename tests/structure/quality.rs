@@ -5,10 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use decore::page::quality_page;
 use decore::structure::{
     Damping, DofLabel, FeModel, InterfacePoint, InterfacePoints, MOBILITY_SHARE, ModalOptions, ModeSelection,
     ModelMatrices, PointPlace, QualityReport, QualitySettings, ReductionSettings, SelectionSettings, StructureModes,
-    assess, quality_page, reduce,
+    assess, reduce,
 };
 use nalgebra::DMatrix;
 use serde_json::Value;

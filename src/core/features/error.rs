@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use parquet::errors::ParquetError;
 
 use crate::dataset::DatasetError;
-use crate::metrics::SpectrumError;
+use crate::signal::SpectrumError;
 use crate::study::StudyError;
 
 /// Why there is no table of features.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::metrics::Spectrum;
+use crate::signal::Spectrum;
 
 /// Nominal midband frequencies in Hz, from the band with the exact one of `1000 G^-5` Hz up.
 const NOMINAL_HZ: [f64; 10] = [31.5, 63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16_000.0];

@@ -6,8 +6,9 @@ use super::column::{Column, Role};
 use super::error::FeaturesError;
 use super::octaves::{BANDS, HIGHEST, LEAST_LINES, Octave};
 use crate::dataset::{DatasetReader, RowRecord, SignalColumn, TableName};
-use crate::metrics::{CastingSignals, Instant, Signal, SignalOf, Spectrum, signal_list};
+use crate::metrics::{CastingSignals, Instant, Signal, SignalOf, signal_list};
 use crate::quantity::{Cell, CellColumn, Kind, Value};
+use crate::signal::Spectrum;
 
 /// Figures without the bands.
 const PLAIN: usize = 3;

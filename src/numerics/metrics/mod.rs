@@ -7,7 +7,6 @@
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
 //! - [`Phase`]: the parts of a hammer's work
 //! - [`SignalRecorder`], [`MeanRecorder`]: time signals, and means of chosen ones
-//! - [`Spectrum`]: amplitudes of a signal's frequencies
 
 mod aggregates;
 mod at;
@@ -23,7 +22,6 @@ mod recorder;
 mod scatter;
 mod signal_means;
 mod signals;
-mod spectrum;
 mod statistics;
 
 pub use aggregates::Aggregates;
@@ -37,4 +35,3 @@ pub use signals::{
     CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, PointSignals, Signal, SignalOf,
     SignalRecorder, signal_list,
 };
-pub use spectrum::{Spectrum, SpectrumError};

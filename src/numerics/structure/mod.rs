@@ -32,7 +32,6 @@ mod partition;
 mod place;
 mod points;
 mod quality;
-mod quality_page;
 mod reduced;
 mod reduction;
 mod rest;
@@ -54,7 +53,6 @@ pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePo
 pub use quality::{
     Conditions, MOBILITY_SHARE, MobilityCurve, ModePair, QualityReport, QualitySettings, StaticStiffness, assess,
 };
-pub use quality_page::quality_page;
 pub use reduced::{Damping, ModalOptions, ReducedStructure};
 pub use reduction::{ReductionFacts, ReductionSettings, reduce, reduce_observed};
 pub use selection::{ModeSelection, ResidualModes, SelectionSettings};

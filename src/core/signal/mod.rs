@@ -1,5 +1,6 @@
-//! Measured signals beside calculated ones: plain slices in, plain data out.
+//! Signals, measured ones beside calculated ones: plain slices in, plain data out.
 //!
+//! - [`Spectrum`]: amplitudes of a signal's frequencies
 //! - [`Butterworth`]: a low-pass, and filtering that shifts nothing in time
 //! - [`welch`]: power spectral density
 //! - [`spikes`]: samples that a vibrometer lost, marked and left as they are
@@ -13,6 +14,7 @@ mod butterworth;
 mod compare;
 mod error;
 mod offset;
+mod spectrum;
 mod spikes;
 mod welch;
 
@@ -20,5 +22,6 @@ pub use butterworth::{Butterworth, MOST_ORDER, Section};
 pub use compare::{dominant_frequency_hz, peak, relative_difference, rms};
 pub use error::SignalError;
 pub use offset::{Grid, Offset, Offsets, offset, resampled};
+pub use spectrum::{Spectrum, SpectrumError};
 pub use spikes::spikes;
 pub use welch::{Density, WELCH_SAMPLES, welch};

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::quality::{MobilityCurve, ModePair, QualityReport};
 use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, document, escape, panels};
+use crate::structure::{MobilityCurve, ModePair, QualityReport};
 
 const FULL: Color = COLORS[5];
 const REDUCED: Color = COLORS[0];
