@@ -47,11 +47,12 @@ per_lane! {
     }
 }
 
-/// A pressure in Pa and its inverse.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pressure<R> {
-    pub pa: R,
-    pub inverse: R,
+per_lane! {
+    /// A pressure in Pa and its inverse.
+    pub(super) struct Pressure<R> {
+        pub pa: R,
+        pub inverse: R,
+    }
 }
 
 /// `psi` of choked flow.
@@ -126,6 +127,15 @@ impl<R: Number> FlowFunction<R> {
         let flow = area_m2 * high * self.flow_factor * self.psi((high - low) * inverse);
         R::select(open, R::select(forward, flow, -flow), none)
     }
+}
+
+/// Share of an orifice that stands open, of `x`, the share of its way that what covers it has gone: the smooth step
+/// `q^2 (3 - 2 q)`, `q` = `x` clamped to [0, 1].
+#[inline(always)]
+pub(super) fn smooth_step<R: Number>(x: R) -> R {
+    // In this order of arguments a NaN remains one.
+    let q = R::splat(0.0).greatest(R::splat(1.0).least(x));
+    q * q * (R::splat(3.0) - R::splat(2.0) * q)
 }
 
 /// Even and odd parts by Horner's rule in `s^2`: two short chains instead of one long one.
@@ -215,5 +225,12 @@ pub(super) mod tests {
         assert!((forward / choked_flow(1.4, air().specific_energy_j_per_kg, 6e5, 1e-5) - 1.0).abs() < 1e-14);
         assert_eq!(forward, -flow.mass_flow(low, high, 1e-5));
         assert_eq!((flow.mass_flow(high, high, 1e-5), flow.mass_flow(high, low, 0.0)), (0.0, 0.0));
+    }
+
+    /// The step is smooth: 0, 1/2, 1 with zero slope at both ends.
+    #[test]
+    fn analytic_smooth_step() {
+        assert_eq!([-3.0, 0.0, 0.5, 1.0, 7.0].map(smooth_step), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert!(smooth_step(1e-4) < 3.1e-8 && 1.0 - smooth_step(1.0 - 1e-4) < 3.1e-8);
     }
 }
