@@ -109,3 +109,20 @@ impl std::fmt::Debug for ExportFormat {
         formatter.write_str(self.name())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first of two would hide the other: no ending of a file, and no name of a form, stands for two.
+    #[test]
+    fn endings_and_names_are_of_one_format_each() {
+        let endings = MatrixFormat::ALL.iter().flat_map(|format| format.entry().endings.iter().copied());
+        for mut words in [endings.collect::<Vec<_>>(), ExportFormat::all().map(ExportFormat::name).collect()] {
+            let count = words.len();
+            words.sort_unstable();
+            words.dedup();
+            assert!(count > 5 && words.len() == count, "{words:?}");
+        }
+    }
+}
