@@ -63,7 +63,7 @@ pub fn differences(before: &DatasetInfo, now: &DatasetInfo) -> Vec<String> {
         found.push(format!("version of decore: {} -> {}", before.program_version, now.program_version));
     }
     if !has_same_columns(before, now) {
-        found.push("columns of the tables: those of another program of this version".to_owned());
+        found.push("columns of the tables: this program has others".to_owned());
     }
     if found.is_empty() {
         found.push("values in a hammer file that the study names".to_owned());
