@@ -5,10 +5,9 @@ use serde::Serialize;
 
 use super::error::MeasurementError;
 use super::read::Measured;
-use crate::signal::Spectrum;
 use crate::signal::{
-    Butterworth, Grid, Offset, Offsets, dominant_frequency_hz, offset, peak, relative_difference, resampled, rms,
-    spikes,
+    Butterworth, Grid, Offset, Offsets, Spectrum, dominant_frequency_hz, offset, peak, relative_difference, resampled,
+    rms, spikes,
 };
 
 /// Cut-off frequency of the low-pass in Hz: the paper's.

@@ -1,7 +1,6 @@
 //! Why a measurement cannot stand beside a signal.
 
 use crate::signal::SignalError;
-use crate::signal::SpectrumError;
 
 /// Why a measurement cannot stand beside a signal.
 #[derive(Debug, thiserror::Error)]
@@ -52,7 +51,4 @@ pub enum MeasurementError {
     /// Filtering and shifting.
     #[error("{0}")]
     Signal(#[from] SignalError),
-    /// A spectrum.
-    #[error("{0}")]
-    Spectrum(#[from] SpectrumError),
 }

@@ -1,7 +1,7 @@
 //! Why pages cannot be made.
 
 use crate::dataset::DatasetError;
-use crate::signal::SpectrumError;
+use crate::signal::SignalError;
 
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -14,7 +14,7 @@ pub enum PageError {
     Json(#[from] serde_json::Error),
     /// A spectrum could not be computed.
     #[error("{0}")]
-    Spectrum(#[from] SpectrumError),
+    Spectrum(#[from] SignalError),
     /// The signals could not be packed.
     #[error("failed to pack the page's signals: {0}")]
     Pack(#[from] std::io::Error),

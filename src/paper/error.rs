@@ -1,7 +1,7 @@
 //! Why the paper's rig could not be compared.
 
 use crate::engine::EngineError;
-use crate::signal::{SignalError, SpectrumError};
+use crate::signal::SignalError;
 use crate::study::StudyError;
 
 /// Why the paper's rig could not be compared.
@@ -22,7 +22,4 @@ pub enum PaperError {
     /// Filtering.
     #[error("{0}")]
     Signal(#[from] SignalError),
-    /// A spectrum.
-    #[error("{0}")]
-    Spectrum(#[from] SpectrumError),
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use parquet::errors::ParquetError;
 
 use crate::dataset::DatasetError;
-use crate::signal::SpectrumError;
+use crate::signal::SignalError;
 use crate::study::StudyError;
 
 /// Why there is no table of features.
@@ -66,7 +66,7 @@ pub enum FeaturesError {
     },
     /// A signal has no spectrum.
     #[error("{0}")]
-    Spectrum(#[from] SpectrumError),
+    Spectrum(#[from] SignalError),
     /// The table cannot be written as Parquet.
     #[error("the table cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),

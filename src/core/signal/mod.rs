@@ -22,6 +22,6 @@ pub use butterworth::{Butterworth, MOST_ORDER, Section};
 pub use compare::{dominant_frequency_hz, peak, relative_difference, rms};
 pub use error::SignalError;
 pub use offset::{Grid, Offset, Offsets, offset, resampled};
-pub use spectrum::{Spectrum, SpectrumError};
+pub use spectrum::Spectrum;
 pub use spikes::spikes;
 pub use welch::{Density, WELCH_SAMPLES, welch};

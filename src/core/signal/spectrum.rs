@@ -1,19 +1,8 @@
 //! Amplitudes of the frequencies in a part of a signal.
 
-use realfft::{FftError, RealFftPlanner};
+use realfft::RealFftPlanner;
 
-/// Why a spectrum could not be computed.
-#[derive(Debug, thiserror::Error)]
-pub enum SpectrumError {
-    /// The transform refused its input.
-    #[error("failed to transform a signal of {samples} samples: {source}")]
-    Transform {
-        /// Samples of the signal.
-        samples: usize,
-        /// What the library says.
-        source: FftError,
-    },
-}
+use super::error::SignalError;
 
 /// Amplitude spectrum of a real signal.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,15 +21,15 @@ impl Spectrum {
     /// The transform is the portable one, the same on every processor.
     ///
     /// # Errors
-    /// [`SpectrumError::Transform`]; none is known for finite lengths.
-    pub fn of(values: &[f64], interval_s: f64) -> Result<Self, SpectrumError> {
+    /// [`SignalError::Transform`]; none is known for finite lengths.
+    pub fn of(values: &[f64], interval_s: f64) -> Result<Self, SignalError> {
         let n = values.len();
         if n == 0 {
             return Ok(Self { resolution_hz: 0.0, amplitudes: Vec::new() });
         }
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
         let (mut input, mut output) = (values.to_vec(), transform.make_output_vec());
-        transform.process(&mut input, &mut output).map_err(|source| SpectrumError::Transform { samples: n, source })?;
+        transform.process(&mut input, &mut output).map_err(|source| SignalError::Transform { samples: n, source })?;
         let weight = |line: usize| if line == 0 || 2 * line == n { 1.0 } else { 2.0 };
         let amplitude =
             |(line, value): (usize, &realfft::num_complex::Complex<f64>)| weight(line) * value.norm() / n as f64;
