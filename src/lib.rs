@@ -21,10 +21,11 @@
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
 //! modes, and [`study::CheckedStudy::scene`] one of the study and the row's index.
 //!
-//! # Four packages
+//! # Five packages
 //!
-//! What computes is the package `decore-numerics` in `src/numerics/`: a row from its scene and machine to its outputs, designs,
-//! indices and regressions of plain numbers. It is fully optimised. The tables that every row goes into are `decore-tables` in
+//! What knows nothing of hammers and machines is the package `decore-ground` in `src/ground/`: designs, indices of plain numbers,
+//! quantities. What computes is `decore-numerics` in `src/numerics/`: a row from its scene and machine to its outputs, and regressions.
+//! Both are fully optimised. The tables that every row goes into are `decore-tables` in
 //! `src/tables/`, optimised well. What a study takes besides, from its file to its rows, is `decore-core` in `src/core/`: it works
 //! once per row or study and is optimised a little. This package reads and prints, and is not optimised at all: more would lengthen
 //! a first build and save nobody time (`Cargo.toml`, profiles). The modules of all stand here under their names too, and programs
@@ -54,17 +55,19 @@
 //! Within a module the files import each other one way too.
 //!
 //! ```text
-//! decore-numerics
+//! decore-ground
 //! analysis    : quantity random
 //! design      : random
 //! files       :
+//! quantity    :
+//! random      :
+//! words       :
+//!
+//! decore-numerics
 //! linalg      : number
 //! number      :
 //! parameter   :
-//! quantity    :
-//! random      :
 //! regression  : linalg number random
-//! words       :
 //! contact     : number parameter
 //! workpiece   : parameter
 //! hammer      : contact number parameter

@@ -11,8 +11,8 @@ fn source() -> std::path::PathBuf {
 }
 
 /// Folders of the packages below, whose modules stand in the same table.
-fn below() -> [std::path::PathBuf; 3] {
-    ["core", "numerics", "tables"].map(|package| source().join(package))
+fn below() -> [std::path::PathBuf; 4] {
+    ["core", "ground", "numerics", "tables"].map(|package| source().join(package))
 }
 
 /// The table of `lib.rs`: lines `module : imported imported`.

@@ -146,7 +146,7 @@ pub fn beside(
         spikes_s: spikes(values).into_iter().map(|place| times_s[place] - offset_s).collect(),
         rms,
         peak,
-        frequency_hz: Compared::frequency_hz(longest(&parts), interval_s)?,
+        frequency_hz: Compared::frequency_hz(longest(&parts), interval_s),
         pieces,
     })
 }
@@ -225,9 +225,9 @@ pub(super) fn longest<'a>(parts: &[Part<'a>]) -> Part<'a> {
     parts.iter().rev().max_by_key(|[ours, _]| ours.len()).copied().unwrap_or_default()
 }
 
-fn frequency(values: &[f64], interval_s: f64) -> Result<Option<f64>, MeasurementError> {
-    let spectrum = Spectrum::of(values, interval_s)?;
-    Ok(dominant_frequency_hz(&spectrum.amplitudes, spectrum.resolution_hz))
+fn frequency(values: &[f64], interval_s: f64) -> Option<f64> {
+    let spectrum = Spectrum::of(values, interval_s);
+    dominant_frequency_hz(&spectrum.amplitudes, spectrum.resolution_hz)
 }
 
 impl Compared {
@@ -242,12 +242,12 @@ impl Compared {
     }
 
     /// Frequencies in Hz of the highest lines; `None` where a signal has none, and of too few samples.
-    pub(super) fn frequency_hz([ours, theirs]: Part<'_>, interval_s: f64) -> Result<Option<Self>, MeasurementError> {
+    pub(super) fn frequency_hz([ours, theirs]: Part<'_>, interval_s: f64) -> Option<Self> {
         if ours.len() < LEAST_SAMPLES {
-            return Ok(None);
+            return None;
         }
-        let both = frequency(ours, interval_s)?.zip(frequency(theirs, interval_s)?);
-        Ok(both.map(|(ours, theirs)| Self::of(ours, theirs)))
+        let both = frequency(ours, interval_s).zip(frequency(theirs, interval_s));
+        both.map(|(ours, theirs)| Self::of(ours, theirs))
     }
 }
 

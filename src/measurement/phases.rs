@@ -121,7 +121,7 @@ pub fn phases(beside: &Beside, interval_s: f64, had: &[Phase]) -> Result<Phases,
             longest_s: [whole.start, whole.end].map(|at| interval_s * at as f64),
             rms,
             peak,
-            frequency_hz: Compared::frequency_hz(longest(&parts), interval_s)?,
+            frequency_hz: Compared::frequency_hz(longest(&parts), interval_s),
             density: density(longest(&parts), interval_s)?,
         });
     }

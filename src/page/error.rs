@@ -1,7 +1,6 @@
 //! Why pages cannot be made.
 
 use crate::dataset::DatasetError;
-use crate::signal::SignalError;
 
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -12,9 +11,6 @@ pub enum PageError {
     /// What the page is told could not be written as JSON.
     #[error("failed to write the page's data as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// A spectrum could not be computed.
-    #[error("{0}")]
-    Spectrum(#[from] SignalError),
     /// The signals could not be packed.
     #[error("failed to pack the page's signals: {0}")]
     Pack(#[from] std::io::Error),

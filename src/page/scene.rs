@@ -242,7 +242,7 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
         });
     }
     let blows = outcome.metrics.as_ref().map_or(&[][..], |metrics| &metrics.blows);
-    let spectra = spectra(view, blows, &mut data)?;
+    let spectra = spectra(view, blows, &mut data);
     let measured = measured(view, &mut data);
     let title = format!("{}, row {}", info.study_name, view.row);
     let meta = Meta {
@@ -399,7 +399,7 @@ fn with_spectra<'a>(view: &SceneView<'a>) -> Vec<WithSpectra<'a>> {
 }
 
 /// Spectra by phase, of what was measured too: of all signals over the time that they have in common, without a gap.
-fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Result<Vec<Spectra<'a>>, PageError> {
+fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Vec<Spectra<'a>> {
     let (mut spectra, interval_s) = (Vec::new(), view.interval_s);
     for WithSpectra { hammer, signal } in with_spectra(view) {
         let curves: Vec<&MeasuredCurve<'a>> =
@@ -419,10 +419,10 @@ fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Resu
                 [phase.from_s, phase.to_s]
             };
             let measured = curves.iter().map(|curve| {
-                let lines = curve.whole(&samples).map(|part| Lines::of(part, interval_s, data)).transpose()?;
-                Ok(MeasuredLines { column: curve.column, lines })
+                let lines = curve.whole(&samples).map(|part| Lines::of(part, interval_s, data));
+                MeasuredLines { column: curve.column, lines }
             });
-            let measured = measured.collect::<Result<Vec<_>, PageError>>()?;
+            let measured = measured.collect();
             spectra.push(Spectra {
                 hammer,
                 quantity: signal.quantity,
@@ -432,12 +432,12 @@ fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Resu
                 from_s,
                 to_s,
                 cut_from_s: is_cut.then_some([phase.from_s, phase.to_s]),
-                lines: Lines::of(part, interval_s, data)?,
+                lines: Lines::of(part, interval_s, data),
                 measured,
             });
         }
     }
-    Ok(spectra)
+    spectra
 }
 
 /// The values of `samples` that a signal has, whose first value is that of sample `first`.
@@ -471,10 +471,10 @@ impl<'a> MeasuredCurve<'a> {
 
 impl Lines {
     /// The spectrum of a part of a signal, its lines among the page's data.
-    fn of(part: &[f64], interval_s: f64, data: &mut Samples) -> Result<Self, PageError> {
-        let spectrum = Spectrum::of(part, interval_s)?;
+    fn of(part: &[f64], interval_s: f64, data: &mut Samples) -> Self {
+        let spectrum = Spectrum::of(part, interval_s);
         let lines = spectrum.up_to(MOST_FREQUENCY_HZ);
         let (resolution_hz, count) = (spectrum.resolution_hz, lines.len());
-        Ok(Self { resolution_hz, offset: data.numbers(lines), count })
+        Self { resolution_hz, offset: data.numbers(lines), count }
     }
 }

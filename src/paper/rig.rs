@@ -187,7 +187,7 @@ fn named<'s>(signals: Option<&'s [Signal]>, of: SignalOf, quantity: &'static str
 
 /// Frequency in Hz of the highest line above those that the paper sets apart.
 fn dominant_hz(values: &[f64]) -> Result<f64, PaperError> {
-    let Spectrum { resolution_hz, mut amplitudes } = Spectrum::of(values, INTERVAL_S)?;
+    let Spectrum { resolution_hz, mut amplitudes } = Spectrum::of(values, INTERVAL_S);
     let apart = amplitudes.iter_mut().enumerate().filter(|(line, _)| *line as f64 * resolution_hz < SHIFTED_BELOW_HZ);
     apart.for_each(|(_, amplitude)| *amplitude = 0.0);
     dominant_frequency_hz(&amplitudes, resolution_hz).ok_or(PaperError::Missing("vibration of the arm"))

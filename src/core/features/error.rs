@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use parquet::errors::ParquetError;
 
 use crate::dataset::DatasetError;
-use crate::signal::SignalError;
 use crate::study::StudyError;
 
 /// Why there is no table of features.
@@ -64,9 +63,6 @@ pub enum FeaturesError {
         /// The name.
         column: String,
     },
-    /// A signal has no spectrum.
-    #[error("{0}")]
-    Spectrum(#[from] SignalError),
     /// The table cannot be written as Parquet.
     #[error("the table cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),

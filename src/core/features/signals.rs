@@ -77,7 +77,7 @@ impl SignalRows {
     fn take(&mut self, run: &Means) -> Result<(), FeaturesError> {
         // A run of one instant says nothing.
         let Some(interval_s) = run.interval_s else { return Ok(()) };
-        let figures = run.velocities.iter().map(|values| figures(values, interval_s)).collect::<Result<_, _>>()?;
+        let figures = run.velocities.iter().map(|values| figures(values, interval_s)).collect();
         self.rows.insert(run.row, figures);
         self.interval_s = Some(interval_s);
         Ok(())
@@ -112,10 +112,10 @@ fn velocities(reader: &DatasetReader) -> Vec<(usize, &str)> {
 }
 
 /// The figures of means over `interval_s`, one every `interval_s`; none of a velocity with a gap.
-fn figures(means: &[f64], interval_s: f64) -> Result<HeaveFigures, FeaturesError> {
+fn figures(means: &[f64], interval_s: f64) -> HeaveFigures {
     let mut found: HeaveFigures = [None; PLAIN + BANDS];
     if !means.iter().all(|value| value.is_finite()) {
-        return Ok(found);
+        return found;
     }
     // The first and the last mean are over a part of the interval.
     let whole = means.get(1..means.len().saturating_sub(1)).unwrap_or(&[]);
@@ -123,11 +123,11 @@ fn figures(means: &[f64], interval_s: f64) -> Result<HeaveFigures, FeaturesError
     found[0] = rms(means);
     found[1] = accelerations.iter().map(|value| value.abs()).reduce(f64::max);
     found[2] = rms(&accelerations);
-    let spectrum = Spectrum::of(means, interval_s)?;
+    let spectrum = Spectrum::of(means, interval_s);
     for (place, band) in found.iter_mut().skip(PLAIN).zip(Octave::all()) {
         *place = band.rms(&spectrum, interval_s);
     }
-    Ok(found)
+    found
 }
 
 /// Root mean square; `None` of nothing.
@@ -216,20 +216,20 @@ mod tests {
     fn analytic_accelerations() {
         let interval_s = 0.25;
         let cosine: Vec<f64> = (0..40).map(|k| [3.0, 0.0, -3.0, 0.0][k % 4]).collect();
-        let found = figures(&cosine, interval_s).expect("figures");
+        let found = figures(&cosine, interval_s);
         let expected = [4.5_f64.sqrt(), 12.0, 12.0].map(Some);
         assert_eq!(found[..PLAIN], expected);
         // The halves of the interval at both ends are left out.
         let ramp: Vec<f64> = [100.0].into_iter().chain((0..9).map(f64::from)).chain([-100.0]).collect();
-        assert_eq!(figures(&ramp, interval_s).expect("figures")[1..PLAIN], [Some(4.0), Some(4.0)]);
+        assert_eq!(figures(&ramp, interval_s)[1..PLAIN], [Some(4.0), Some(4.0)]);
         // 2 Hz is half the sampling rate: no band.
         assert_eq!(found[PLAIN..], [None; BANDS]);
     }
 
     #[test]
     fn nothing_is_not_zero() {
-        assert_eq!(figures(&[1.0, f64::NAN, 2.0], 0.25).expect("figures"), [None; PLAIN + BANDS]);
-        assert_eq!(figures(&[3.0, 4.0, 5.0], 0.25).expect("figures")[1..], [None; PLAIN + BANDS - 1]);
+        assert_eq!(figures(&[1.0, f64::NAN, 2.0], 0.25), [None; PLAIN + BANDS]);
+        assert_eq!(figures(&[3.0, 4.0, 5.0], 0.25)[1..], [None; PLAIN + BANDS - 1]);
     }
 
     #[test]

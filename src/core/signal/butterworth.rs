@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use realfft::num_complex::Complex;
+use rustfft::num_complex::Complex;
 
 use super::error::SignalError;
 

@@ -1,7 +1,5 @@
 //! Why signals cannot be treated.
 
-use realfft::FftError;
-
 /// Why a signal could not be treated.
 #[derive(Debug, thiserror::Error)]
 pub enum SignalError {
@@ -26,13 +24,5 @@ pub enum SignalError {
         least: usize,
         /// What for.
         purpose: &'static str,
-    },
-    /// A transform refused its input.
-    #[error("failed to transform a signal of {samples} samples: {source}")]
-    Transform {
-        /// Samples of the signal.
-        samples: usize,
-        /// What the library says.
-        source: FftError,
     },
 }

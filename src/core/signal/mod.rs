@@ -16,6 +16,7 @@ mod error;
 mod offset;
 mod spectrum;
 mod spikes;
+mod transform;
 mod welch;
 
 pub use butterworth::{Butterworth, MOST_ORDER, Section};

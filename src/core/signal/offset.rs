@@ -1,9 +1,9 @@
 //! How much later one signal shows what another shows, by cross-correlation.
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use rustfft::num_complex::Complex;
 
 use super::error::SignalError;
+use super::transform::Transform;
 
 /// A shift between two signals.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Offsets {
 /// have add nothing. With the sign of `later` turned the shift is where `c_k` is smallest.
 ///
 /// # Errors
-/// [`SignalError::Short`] for less than two samples; [`SignalError::Transform`], of which none is known for finite lengths.
+/// [`SignalError::Short`] for less than two samples.
 pub fn offset(first: &[f64], later: &[Option<f64>], interval_s: f64) -> Result<Offsets, SignalError> {
     let samples = first.len().min(later.len());
     if samples < 2 {
@@ -37,7 +37,7 @@ pub fn offset(first: &[f64], later: &[Option<f64>], interval_s: f64) -> Result<O
     let length = (first.len() + later.len()).next_power_of_two();
     let mean = mean(later.iter().copied().flatten());
     let centred_later: Vec<f64> = later.iter().map(|value| value.map_or(0.0, |value| value - mean)).collect();
-    let products = products(&centred(first), &centred_later, length)?;
+    let products = products(&centred(first), &centred_later, length);
     let of = |sign: f64| {
         // Shifts from all of `later` before `first` to all of it after: negative ones stand at the end.
         let shifts = 1 - first.len() as i64..later.len() as i64;
@@ -66,22 +66,17 @@ fn centred(values: &[f64]) -> Vec<f64> {
     values.iter().map(|value| value - mean).collect()
 }
 
-/// All `sum_j first_j later_(j + k)`, `k` modulo `length`, by transforms.
-fn products(first: &[f64], later: &[f64], length: usize) -> Result<Vec<f64>, SignalError> {
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let failed = |source| SignalError::Transform { samples: length, source };
-    let transformed = |values: &[f64]| -> Result<Vec<Complex<f64>>, SignalError> {
-        let (mut input, mut output) = (forward.make_input_vec(), forward.make_output_vec());
-        input[..values.len()].copy_from_slice(values);
-        forward.process(&mut input, &mut output).map_err(failed)?;
-        Ok(output)
+/// All `sum_j first_j later_(j + k)`, `k` modulo `length`, by transforms: that of the conjugate is the conjugate of the inverse.
+fn products(first: &[f64], later: &[f64], length: usize) -> Vec<f64> {
+    let transform = Transform::of(length);
+    let transformed = |values: &[f64]| {
+        let mut all: Vec<Complex<f64>> = values.iter().map(Complex::from).collect();
+        all.resize(length, Complex::ZERO);
+        transform.run(all)
     };
-    let mut lines: Vec<Complex<f64>> =
-        (transformed(first)?.iter().zip(transformed(later)?)).map(|(first, later)| first.conj() * later).collect();
-    let mut products = inverse.make_output_vec();
-    inverse.process(&mut lines, &mut products).map_err(failed)?;
-    Ok(products)
+    let (first, later) = (transformed(first), transformed(later));
+    let lines = first.iter().zip(later).map(|(first, later)| first * later.conj()).collect();
+    transform.run(lines).into_iter().map(|product| product.re).collect()
 }
 
 /// Correlation coefficient of two signals of equal length; 0 where one does not vary.

@@ -1,8 +1,6 @@
 //! Amplitudes of the frequencies in a part of a signal.
 
-use realfft::RealFftPlanner;
-
-use super::error::SignalError;
+use super::transform::Transform;
 
 /// Amplitude spectrum of a real signal.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,24 +17,17 @@ impl Spectrum {
     /// A sine of amplitude `a` that fits the length a whole number of times has one line, of height `a`.
     ///
     /// The transform is the portable one, the same on every processor.
-    ///
-    /// # Errors
-    /// [`SignalError::Transform`]; none is known for finite lengths.
-    pub fn of(values: &[f64], interval_s: f64) -> Result<Self, SignalError> {
+    pub fn of(values: &[f64], interval_s: f64) -> Self {
         let n = values.len();
         if n == 0 {
-            return Ok(Self { resolution_hz: 0.0, amplitudes: Vec::new() });
+            return Self { resolution_hz: 0.0, amplitudes: Vec::new() };
         }
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-        let (mut input, mut output) = (values.to_vec(), transform.make_output_vec());
-        transform.process(&mut input, &mut output).map_err(|source| SignalError::Transform { samples: n, source })?;
         let weight = |line: usize| if line == 0 || 2 * line == n { 1.0 } else { 2.0 };
-        let amplitude =
-            |(line, value): (usize, &realfft::num_complex::Complex<f64>)| weight(line) * value.norm() / n as f64;
-        Ok(Self {
+        let lines = Transform::of(n).lines(values.iter().copied());
+        Self {
             resolution_hz: 1.0 / (n as f64 * interval_s),
-            amplitudes: output.iter().enumerate().map(amplitude).collect(),
-        })
+            amplitudes: (0..).zip(lines).map(|(line, value)| weight(line) * value.norm() / n as f64).collect(),
+        }
     }
 
     /// The lines up to `most_hz`.
@@ -62,7 +53,7 @@ mod tests {
                 lines.iter().map(part).sum()
             };
             let values: Vec<f64> = (0..n).map(sample).collect();
-            let spectrum = Spectrum::of(&values, 2e-5).expect("spectrum");
+            let spectrum = Spectrum::of(&values, 2e-5);
             assert!((spectrum.resolution_hz * n as f64 * 2e-5 - 1.0).abs() < 1e-14);
             assert_eq!(spectrum.amplitudes.len(), n / 2 + 1);
             for (line, amplitude) in spectrum.amplitudes.iter().enumerate() {
@@ -72,7 +63,7 @@ mod tests {
         }
         // Half the sampling rate is a line of its own.
         let highest: Vec<f64> = (0..8).map(|j| if j % 2 == 0 { 0.5 } else { -0.5 }).collect();
-        let spectrum = Spectrum::of(&highest, 0.125).expect("spectrum");
+        let spectrum = Spectrum::of(&highest, 0.125);
         assert!((spectrum.amplitudes[4] - 0.5).abs() < 1e-15);
         assert_eq!((spectrum.up_to(2.0).len(), spectrum.up_to(9.0).len()), (3, 5));
     }

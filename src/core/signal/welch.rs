@@ -2,9 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
-
 use super::error::SignalError;
+use super::transform::Transform;
 
 /// Samples of a segment unless another number is asked for.
 pub const WELCH_SAMPLES: usize = 256;
@@ -25,20 +24,19 @@ pub struct Density {
 /// `scaling="density"`.
 ///
 /// # Errors
-/// [`SignalError::Short`] for less than two samples; [`SignalError::Transform`], of which none is known for finite lengths.
+/// [`SignalError::Short`] for less than two samples.
 pub fn welch(values: &[f64], rate_hz: f64, segment: usize) -> Result<Density, SignalError> {
     let n = segment.min(values.len());
     if n < 2 {
         return Err(SignalError::Short { samples: n, least: 2, purpose: "take a density" });
     }
     let window: Vec<f64> = (0..n).map(|k| 0.5 - 0.5 * (TAU * k as f64 / n as f64).cos()).collect();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let (mut output, mut power, mut segments) = (transform.make_output_vec(), vec![0.0; n / 2 + 1], 0.0);
+    let transform = Transform::of(n);
+    let (mut power, mut segments) = (vec![0.0; n / 2 + 1], 0.0);
     for part in values.windows(n).step_by(n - n / 2) {
         let mean = part.iter().sum::<f64>() / n as f64;
-        let mut input: Vec<f64> = part.iter().zip(&window).map(|(value, weight)| weight * (value - mean)).collect();
-        transform.process(&mut input, &mut output).map_err(|source| SignalError::Transform { samples: n, source })?;
-        power.iter_mut().zip(&output).for_each(|(sum, line)| *sum += line.norm_sqr());
+        let lines = transform.lines(part.iter().zip(&window).map(|(value, weight)| weight * (value - mean)));
+        power.iter_mut().zip(lines).for_each(|(sum, line)| *sum += line.norm_sqr());
         segments += 1.0;
     }
     let scale = 1.0 / (segments * rate_hz * window.iter().map(|weight| weight * weight).sum::<f64>());

@@ -18,6 +18,17 @@ impl<S> Observer<S> for () {
     fn event(&mut self, _system: &S, _guard: usize, _t: f64, _y: &[f64]) {}
 }
 
+/// An observer that belongs to somebody else.
+impl<S, O: Observer<S> + ?Sized> Observer<S> for &mut O {
+    fn step(&mut self, system: &S, step: &Step<'_>) {
+        (**self).step(system, step);
+    }
+
+    fn event(&mut self, system: &S, guard: usize, t: f64, y: &[f64]) {
+        (**self).event(system, guard, t, y);
+    }
+}
+
 /// Two observers, shown the same.
 impl<S, A: Observer<S>, B: Observer<S>> Observer<S> for (A, B) {
     fn step(&mut self, system: &S, step: &Step<'_>) {

@@ -54,8 +54,8 @@ where
     let begin = Instant::now();
     let (mut outcome, extra) = match build_placed(scene, modes) {
         Ok(model) => {
-            let (outcome, extra) = simulate(scene, &model, observer(&model));
-            (outcome, Some(extra))
+            let mut extra = observer(&model);
+            (simulate(scene, &model, &mut extra), Some(extra))
         }
         Err(error) => (RowOutcome::invalid(error.to_string()), None),
     };
@@ -63,16 +63,13 @@ where
     (outcome, extra)
 }
 
-fn simulate<O>(scene: &Scene, model: &Arc<CoupledModel>, extra: O) -> (RowOutcome, O)
-where
-    O: Observer<Coupled>,
-{
+/// Not generic over the observer, for which the integration would be compiled anew wherever one is passed.
+fn simulate(scene: &Scene, model: &Arc<CoupledModel>, extra: &mut dyn Observer<Coupled>) -> RowOutcome {
     let mut system = Coupled::new(model);
     let mut observers = (Recorder::new(model, scene), extra);
     let span = Span { y0: model.initial_state(), t_end: scene.duration_s };
     let end = scene.solver.method.integrate(&mut system, &mut observers, &settings(scene), &span);
-    let (recorder, extra) = observers;
-    (outcome(scene, &system, recorder, end), extra)
+    outcome(scene, &system, observers.0, end)
 }
 
 /// Accuracy and effort that a scene asks for.

@@ -255,34 +255,49 @@ impl Base {
     /// Brings the modes to time `t`, those of slower groups where they would not last until the next rebase, and writes the free motion of the
     /// points from there.
     #[inline(always)]
-    fn rebase_points<W: Number, Q: Number, const P: usize>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+    fn rebase_points<W: Number, Q: Number>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
+        let points = unrolled::<W>(condensation.points());
         let tau = t - self.time_s;
-        let terms = scaled_powers(tau);
-        let mut room = Integrals::NONE;
+        let terms = &scaled_powers(tau);
         if condensation.groups.len() > 1 {
             self.falling.put(z, condensation.points());
         }
         for (at, group) in condensation.groups.iter().enumerate() {
-            if self.octaves[at].age_s(tau) < group.patience_s {
-                self.octaves[at]
-                    .pass::<W, Q, P>(&group.kernel, &Passed { terms: &terms, tau, z, falling: &self.falling });
-                continue;
+            let (octave, kernel) = (&mut self.octaves[at], &group.kernel);
+            if octave.age_s(tau) < group.patience_s {
+                let passed = &Passed { terms, tau, z, falling: &self.falling };
+                for_points!(points, octave.pass::<W, Q>(kernel, passed));
+            } else {
+                let base = &mut *self;
+                for_points!(points, base.move_modes::<W>(condensation, at, Since { tau, z }));
+                // Not in the code for each number of points: it is long and the same.
+                self.sum_all::<W, Q>(condensation, at);
             }
-            let own_terms = scaled_powers(self.octaves[at].age_s(tau));
-            let z = self.octaves[at].integrals::<W, P>(&terms, z, &mut room);
-            for block in group.blocks.clone() {
-                for first in (0..WIDTH).step_by(2 * W::LANES) {
-                    let mover = Mover { base: self, condensation, terms: &own_terms, z };
-                    let [displacement, velocity] = mover.moved::<W, P>((block, first));
-                    put_pair(displacement, &mut self.displacement[block], first);
-                    put_pair(velocity, &mut self.velocity[block], first);
-                }
-            }
-            self.octaves[at].begin();
-            self.sum_all::<W, Q>(condensation, at);
         }
         self.gather();
         self.time_s = t;
+    }
+
+    /// Brings the modes of group `at` from its own base to a time after the base of all, which is their base from then on.
+    #[inline(always)]
+    fn move_modes<W: Number, const P: usize>(
+        &mut self,
+        condensation: &Condensation,
+        at: usize,
+        Since { tau, z }: Since<'_>,
+    ) {
+        let mut room = Integrals::NONE;
+        let own_terms = scaled_powers(self.octaves[at].age_s(tau));
+        let z = self.octaves[at].integrals::<W, P>(&scaled_powers(tau), z, &mut room);
+        for block in condensation.groups[at].blocks.clone() {
+            for first in (0..WIDTH).step_by(2 * W::LANES) {
+                let mover = Mover { base: self, condensation, terms: &own_terms, z };
+                let [displacement, velocity] = mover.moved::<W, P>((block, first));
+                put_pair(displacement, &mut self.displacement[block], first);
+                put_pair(velocity, &mut self.velocity[block], first);
+            }
+        }
+        self.octaves[at].begin();
     }
 }
 
@@ -410,7 +425,7 @@ impl OverArrays for Rebase<'_> {
     #[inline(always)]
     fn compute<W: Number, Q: Number>(self) {
         let Self { base, condensation, t, z } = self;
-        for_points!(unrolled::<W>(condensation.points()), base.rebase_points::<W, Q>(condensation, t, z));
+        base.rebase_points::<W, Q>(condensation, t, z);
     }
 }
 
