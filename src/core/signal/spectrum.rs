@@ -1,6 +1,6 @@
 //! Amplitudes of the frequencies in a part of a signal.
 
-use super::transform::Transform;
+use super::transform::RealTransform;
 
 /// Amplitude spectrum of a real signal.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ impl Spectrum {
             return Self { resolution_hz: 0.0, amplitudes: Vec::new() };
         }
         let weight = |line: usize| if line == 0 || 2 * line == n { 1.0 } else { 2.0 };
-        let lines = Transform::of(n).lines(values.iter().copied());
+        let lines = RealTransform::of(n).lines(values.iter().copied());
         Self {
             resolution_hz: 1.0 / (n as f64 * interval_s),
             amplitudes: (0..).zip(lines).map(|(line, value)| weight(line) * value.norm() / n as f64).collect(),

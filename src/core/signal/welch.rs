@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::error::SignalError;
-use super::transform::Transform;
+use super::transform::RealTransform;
 
 /// Samples of a segment unless another number is asked for.
 pub const WELCH_SAMPLES: usize = 256;
@@ -31,7 +31,7 @@ pub fn welch(values: &[f64], rate_hz: f64, segment: usize) -> Result<Density, Si
         return Err(SignalError::Short { samples: n, least: 2, purpose: "take a density" });
     }
     let window: Vec<f64> = (0..n).map(|k| 0.5 - 0.5 * (TAU * k as f64 / n as f64).cos()).collect();
-    let transform = Transform::of(n);
+    let transform = RealTransform::of(n);
     let (mut power, mut segments) = (vec![0.0; n / 2 + 1], 0.0);
     for part in values.windows(n).step_by(n - n / 2) {
         let mean = part.iter().sum::<f64>() / n as f64;
