@@ -50,7 +50,7 @@ impl SignalRows {
     /// Reads the table of signals; memory is that of one run's means.
     ///
     /// # Errors
-    /// Those of reading; [`FeaturesError::Spectrum`].
+    /// Those of reading.
     pub fn read(reader: &DatasetReader) -> Result<Self, FeaturesError> {
         let (castings, columns): (Vec<usize>, Vec<&str>) = velocities(reader).into_iter().unzip();
         let mut found = Self { castings, ..Self::default() };

@@ -34,7 +34,7 @@ pub struct Features {
 ///
 /// # Errors
 /// Those of reading, [`FeaturesError::NoRows`], [`FeaturesError::Casting`], [`FeaturesError::Twice`], [`FeaturesError::NoGroups`] and
-/// [`FeaturesError::EmptyPart`] of splits, [`FeaturesError::Spectrum`].
+/// [`FeaturesError::EmptyPart`] of splits.
 pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Features, FeaturesError> {
     let info = &reader.manifest().study;
     let outline = DesignOutline::read(&info.study_text, &info.overrides, &info.study_name)?;
