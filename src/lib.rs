@@ -24,7 +24,7 @@
 //! # Five packages
 //!
 //! What knows nothing of hammers and machines is the package `decore-ground` in `src/ground/`: designs, indices of plain numbers,
-//! quantities. What computes is `decore-numerics` in `src/numerics/`: a row from its scene and machine to its outputs, and regressions.
+//! signals. What computes is `decore-numerics` in `src/numerics/`: a row from its scene and machine to its outputs, and regressions.
 //! Both are fully optimised. The tables that every row goes into are `decore-tables` in
 //! `src/tables/`, optimised well. What a study takes besides, from its file to its rows, is `decore-core` in `src/core/`: it works
 //! once per row or study and is optimised a little. This package reads and prints, and is not optimised at all: more would lengthen
@@ -61,6 +61,7 @@
 //! files       :
 //! quantity    :
 //! random      :
+//! signal      :
 //! words       :
 //!
 //! decore-numerics
@@ -83,7 +84,6 @@
 //!
 //! decore-core
 //! expression  :
-//! signal      :
 //! study       : contact design expression files hammer parameter quantity scene structure words workpiece
 //! engine      : dataset design integrate metrics quantity run scene structure study system words
 //! features    : dataset design files metrics quantity random run signal study

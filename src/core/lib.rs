@@ -6,12 +6,10 @@
 pub mod engine;
 pub mod expression;
 pub mod features;
-#[allow(clippy::disallowed_methods)]
-pub mod signal;
 pub mod study;
 
 pub use decore_numerics::{
     analysis, contact, design, files, hammer, integrate, linalg, metrics, number, parameter, quantity, random,
-    regression, run, scene, structure, system, words, workpiece,
+    regression, run, scene, signal, structure, system, words, workpiece,
 };
 pub use decore_tables::dataset;

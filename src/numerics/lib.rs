@@ -24,4 +24,4 @@ pub mod structure;
 pub mod system;
 pub mod workpiece;
 
-pub use decore_ground::{analysis, design, files, quantity, random, words};
+pub use decore_ground::{analysis, design, files, quantity, random, signal, words};
