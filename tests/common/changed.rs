@@ -1,6 +1,6 @@
 //! The coupled system with a change of what an integrator sees of it: a planted error, an event that is hidden.
 
-use decore::integrate::{GuardSample, Rebasing, Settings, Switching, System};
+use decore::integrate::{GuardSample, Rebasing, Settings, Switching, System, Taken};
 use decore::system::Coupled;
 
 /// What is changed; what is left as it is here is as the system within has it.
@@ -52,6 +52,10 @@ impl<C: Change> Rebasing for Changed<C> {
 
     fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
         self.inner.rebase(t, y, rate);
+    }
+
+    fn stepped(&mut self, taken: &Taken<'_>) {
+        self.inner.stepped(taken);
     }
 }
 

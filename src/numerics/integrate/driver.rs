@@ -15,6 +15,7 @@ use crate::integrate::observer::Observer;
 use crate::integrate::step::{Ingredients, Step};
 use crate::integrate::stepper::{Plan, Settings, Stepper, Trial};
 use crate::integrate::system::{GuardSample, InLanes, Rebasing, Switching, System};
+use crate::integrate::taken::Taken;
 use crate::number::{Mask, Number};
 
 /// Steps between two looks at the clock.
@@ -118,6 +119,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         self.look_at_the_clock();
         self.stepper.load(lane, system.row(lane), settings);
         self.lanes[lane].load(start.t0, start.t_end, settings);
+        self.lanes[lane].horizon = system.row(lane).horizon();
         write(start.y0, lane, &mut self.y);
     }
 
@@ -239,9 +241,9 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
         let (t, remaining) = (self.lanes[at].t, self.lanes[at].stop - self.lanes[at].t);
         let mut plan = self.stepper.plan(at, t);
-        if t + plan.h > system.row(at).horizon() {
+        if t + plan.h > self.lanes[at].horizon {
             self.rebase(system, at);
-            let room = system.row(at).horizon() - t;
+            let room = self.lanes[at].horizon - t;
             plan = self.stepper.plan(at, t);
             if plan.h > room {
                 plan = Plan { h: room, end: None };
@@ -267,6 +269,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         read(&self.rates[of.clone()], at, &mut self.rate[of.clone()]);
         system.row_mut(at).rebase(self.lanes[at].t, &mut self.state, &mut self.rate);
         system.rebased(at);
+        self.lanes[at].horizon = system.row(at).horizon();
         write(&self.state[of.clone()], at, &mut self.y[of.clone()]);
         write(&self.rate[of.clone()], at, &mut self.rates[of]);
     }
@@ -295,7 +298,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             }
         }
         if self.lanes.iter().any(Lane::is_good) {
-            self.end_steps(system, observers);
+            self.end_steps(system, observers, (t, h));
         }
         for at in 0..R::LANES {
             if !self.lanes[at].is_running() {
@@ -310,42 +313,22 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
     }
 
-    /// Ends the good steps, each at its first event, shows them to the observers and moves the states.
-    fn end_steps<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O]) {
+    /// Ends the good steps, each at its first event, shows them to rows and observers and moves the states.
+    fn end_steps<O: Observer<S::Row>>(&mut self, system: &mut S, observers: &mut [O], (t, h): (R, R)) {
         let n = self.y.len();
-        let (t1, h) = (self.gathered(|lane| lane.t + lane.plan.h), self.gathered(|lane| lane.plan.h));
         let good = self.mask(Lane::is_good);
         let last = P::DENSE.last() * n..(P::DENSE.last() + 1) * n;
+        let t1 = self.gathered(|lane| lane.t + lane.plan.h);
         system.sample_guards(t1, &self.y_new, &self.rates[last.clone()], &mut self.samples_new);
-        let ends = Ends { h, start: &self.samples, end: &self.samples_new };
-        let suspects = suspects(&ends);
-        for (at, lane) in self.lanes.iter_mut().enumerate().filter(|(at, _)| good.lane(*at)) {
+        self.cut(system, h, good);
+        let theta = self.gathered(|lane| lane.accepted.unwrap_or(0.0));
+        system.stepped(&Taken { accepted: good, t, h, theta, rates: &self.rates, dense: P::DENSE });
+        for (at, lane) in self.lanes.iter().enumerate().filter(|(at, _)| good.lane(*at)) {
+            let Some(theta) = lane.accepted.filter(|theta| *theta > 0.0) else { continue };
             let of = Ingredients { ends: [&self.y, &self.y_new], rates: &self.rates, dense: P::DENSE };
             let mut step = Step::new(&of, at, (lane.t, lane.plan.h));
-            lane.hits.clear();
-            let mut theta = 1.0;
-            if suspects.lane(at) {
-                if self.stepper.locates() {
-                    let place = Place { ends: &ends, lane: at, fresh: &lane.fresh };
-                    let memory = Memory { hits: &mut lane.hits, y: &mut self.state };
-                    theta = first_events(system.row(at), &step, &place, memory);
-                } else {
-                    // What has happened in the step is noticed at its end.
-                    let hits = self.samples_new.iter().enumerate().filter(|(_, end)| end.value.lane(at) > 0.0);
-                    lane.hits.extend(hits.map(|(guard, _)| guard));
-                }
-            }
-            if theta < 1.0 {
-                step.state(theta, &mut self.state);
-                write(&self.state, at, &mut self.y_new);
-                let of = Ingredients { ends: [&self.y, &self.y_new], rates: &self.rates, dense: P::DENSE };
-                step = Step::new(&of, at, (lane.t, lane.plan.h));
-                step.theta_end = theta;
-            }
-            if theta > 0.0 {
-                observers[at].step(system.row(at), &step);
-            }
-            lane.accepted = Some(theta);
+            step.theta_end = theta;
+            observers[at].step(system.row(at), &step);
         }
         // The rate at the end is the first of the next step; after an event it will be computed anew.
         if self.lanes.iter().all(|lane| !lane.is_running() || lane.accepted.is_some()) {
@@ -357,6 +340,34 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             let (first, others) = self.rates.split_at_mut(n);
             blend(good, &others[last.start - n..last.end - n], first);
             blend_samples(good, &self.samples_new, &mut self.samples);
+        }
+    }
+
+    /// Finds the first event within each good step, of length `h`, and cuts the step there.
+    fn cut(&mut self, system: &S, h: R, good: R::Mask) {
+        let ends = Ends { h, start: &self.samples, end: &self.samples_new };
+        let suspects = suspects(&ends);
+        for (at, lane) in self.lanes.iter_mut().enumerate().filter(|(at, _)| good.lane(*at)) {
+            lane.hits.clear();
+            let mut theta = 1.0;
+            if suspects.lane(at) {
+                if self.stepper.locates() {
+                    let of = Ingredients { ends: [&self.y, &self.y_new], rates: &self.rates, dense: P::DENSE };
+                    let step = Step::new(&of, at, (lane.t, lane.plan.h));
+                    let place = Place { ends: &ends, lane: at, fresh: &lane.fresh };
+                    let memory = Memory { hits: &mut lane.hits, y: &mut self.state };
+                    theta = first_events(system.row(at), &step, &place, memory);
+                    if theta < 1.0 {
+                        step.state(theta, &mut self.state);
+                        write(&self.state, at, &mut self.y_new);
+                    }
+                } else {
+                    // What has happened in the step is noticed at its end.
+                    let hits = self.samples_new.iter().enumerate().filter(|(_, end)| end.value.lane(at) > 0.0);
+                    lane.hits.extend(hits.map(|(guard, _)| guard));
+                }
+            }
+            lane.accepted = Some(theta);
         }
     }
 

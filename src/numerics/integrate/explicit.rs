@@ -1,5 +1,7 @@
 //! The explicit pair as a stepper: stages, error norm, step size control.
 
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
 use crate::integrate::step::Dense;
@@ -24,6 +26,7 @@ const LEAST_ERROR_LOG: f64 = -9.210_340_371_976_182;
 pub struct Tsit5<R = f64> {
     tolerance: R,
     inverse_scales: Vec<R>,
+    without_scale: Range<usize>,
     /// State of the present stage.
     stage: Vec<R>,
     /// Logarithm of each lane's last accepted error, and that of the present step's.
@@ -129,6 +132,7 @@ impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
         Self {
             tolerance: R::splat(1.0),
             inverse_scales: vec![R::splat(0.0); row.controlled()],
+            without_scale: row.without_scale(),
             stage: vec![R::splat(0.0); row.dimension()],
             last_error_log: R::splat(0.0),
             error_log: R::splat(0.0),
@@ -153,8 +157,8 @@ impl<S: InLanes<R>, R: Number> Stepper<S, R> for Tsit5<R> {
 
     fn attempt(&mut self, system: &mut S, mut trial: Trial<'_, R>) -> Result<R, String> {
         self.stages(system, &mut trial);
-        let inverse_scales = &self.inverse_scales;
-        let norm = ErrorNorm { inverse_scales, h: trial.h, rates: trial.rates, n: trial.y.len() };
+        let (inverse_scales, without_scale) = (&self.inverse_scales, &self.without_scale);
+        let norm = ErrorNorm { inverse_scales, without_scale, h: trial.h, rates: trial.rates, n: trial.y.len() };
         let judgement = Judgement { norm, tolerance: self.tolerance, last_error_log: self.last_error_log };
         let error;
         (error, self.error_log, self.change) = R::dispatch(judgement);
@@ -256,6 +260,8 @@ impl<R: Number> WithSimd for Judgement<'_, R> {
 /// Largest error estimate over the controlled components, each in units of its scale; NaN if any is not finite.
 struct ErrorNorm<'e, R> {
     inverse_scales: &'e [R],
+    /// Components that are passed over.
+    without_scale: &'e Range<usize>,
     h: R,
     rates: &'e [R],
     /// Length of a stage.
@@ -267,36 +273,37 @@ impl<R: Number> WithSimd for ErrorNorm<'_, R> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> R {
-        let Self { inverse_scales, h, rates, n } = self;
-        let len = inverse_scales.len();
-        let k: [&[R]; STAGES] = std::array::from_fn(|j| &rates[j * n..j * n + len]);
-        let (scale_blocks, scales_left) = inverse_scales.as_chunks::<BLOCK>();
-        let k_blocks = k.map(|k| k.as_chunks::<BLOCK>().0);
+        let Self { inverse_scales, without_scale, h, rates, n } = self;
         // A NaN must survive: a maximum alone would drop it, a sum keeps it.
         let (mut largest, mut sum) = ([R::splat(0.0); BLOCK], [R::splat(0.0); BLOCK]);
-        for (block, scales) in scale_blocks.iter().enumerate() {
-            let mut estimate = [R::splat(0.0); BLOCK];
-            for (k, weight) in k_blocks.iter().zip(ERROR) {
-                let k = &k[block];
+        for part in [0..without_scale.start, without_scale.end..inverse_scales.len()] {
+            let k: [&[R]; STAGES] = std::array::from_fn(|j| &rates[j * n..][part.clone()]);
+            let (scale_blocks, scales_left) = inverse_scales[part].as_chunks::<BLOCK>();
+            let k_blocks = k.map(|k| k.as_chunks::<BLOCK>().0);
+            for (block, scales) in scale_blocks.iter().enumerate() {
+                let mut estimate = [R::splat(0.0); BLOCK];
+                for (k, weight) in k_blocks.iter().zip(ERROR) {
+                    let k = &k[block];
+                    for i in 0..BLOCK {
+                        estimate[i] = R::splat(weight).mul_add(k[i], estimate[i]);
+                    }
+                }
                 for i in 0..BLOCK {
-                    estimate[i] = R::splat(weight).mul_add(k[i], estimate[i]);
+                    let value = (h * estimate[i] * scales[i]).abs();
+                    largest[i] = value.greatest(largest[i]);
+                    sum[i] += value;
                 }
             }
-            for i in 0..BLOCK {
-                let value = (h * estimate[i] * scales[i]).abs();
-                largest[i] = value.greatest(largest[i]);
-                sum[i] += value;
+            let done = scale_blocks.len() * BLOCK;
+            for (i, scale) in scales_left.iter().enumerate() {
+                let mut estimate = R::splat(0.0);
+                for (k, weight) in k.iter().zip(ERROR) {
+                    estimate = R::splat(weight).mul_add(k[done + i], estimate);
+                }
+                let value = (h * estimate * *scale).abs();
+                largest[0] = value.greatest(largest[0]);
+                sum[0] += value;
             }
-        }
-        let done = len - scales_left.len();
-        for (i, scale) in scales_left.iter().enumerate() {
-            let mut estimate = R::splat(0.0);
-            for (k, weight) in k.iter().zip(ERROR) {
-                estimate = R::splat(weight).mul_add(k[done + i], estimate);
-            }
-            let value = (h * estimate * *scale).abs();
-            largest[0] = value.greatest(largest[0]);
-            sum[0] += value;
         }
         let finite = ((sum[0] + sum[1]) + (sum[2] + sum[3])).less(R::splat(f64::INFINITY));
         let largest = largest[0].greatest(largest[1]).greatest(largest[2].greatest(largest[3]));
@@ -315,7 +322,9 @@ mod tests {
         const CONTROLLED: usize = 2 * BLOCK + 2;
         let n = CONTROLLED + 1;
         let inverse_scales: Vec<f64> = (1..=CONTROLLED).map(|i| 1.0 / i as f64).collect();
-        let norm = |rates: &[f64]| f64::dispatch(ErrorNorm { inverse_scales: &inverse_scales, h: 0.1, rates, n });
+        let norm = |rates: &[f64]| {
+            f64::dispatch(ErrorNorm { inverse_scales: &inverse_scales, without_scale: &(0..0), h: 0.1, rates, n })
+        };
         let mut rates = vec![0.0; STAGES * n];
         let last = (STAGES - 1) * n;
         rates[last..].fill(6.6);

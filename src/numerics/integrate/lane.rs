@@ -35,6 +35,8 @@ pub(super) struct Lane {
     pub t_end: f64,
     /// Time that the present step must not pass.
     pub stop: f64,
+    /// Time up to which what its row carries outside the state holds, see [`crate::integrate::Rebasing::horizon`].
+    pub horizon: f64,
     /// The present step.
     pub plan: Plan,
     /// Its error, and the fraction of it that is accepted; `None` if it is not.
@@ -62,6 +64,7 @@ impl Lane {
             t: 0.0,
             t_end: 0.0,
             stop: 0.0,
+            horizon: 0.0,
             plan: Plan { h: 0.0, end: None },
             error: f64::NAN,
             accepted: None,

@@ -8,6 +8,7 @@
 //! - `system`: what is integrated, alone or side by side
 //! - `tsit5`: coefficients of the explicit pair
 //! - `step`, `observer`: an accepted step with its dense output, and who sees it
+//! - `taken`: the steps of all lanes
 //! - `stepper`: what the driver asks of a method
 //! - `explicit`: the default method
 //! - `fixed`, `rk4`, `trapezoid`: rules at a fixed step
@@ -28,6 +29,7 @@ mod rk4;
 mod step;
 mod stepper;
 mod system;
+mod taken;
 mod trapezoid;
 mod tsit5;
 
@@ -42,4 +44,5 @@ pub use rk4::Rk4;
 pub use step::{Dense, Step};
 pub use stepper::{Plan, Settings, Stepper, Trial};
 pub use system::{GuardSample, InLanes, Rebasing, Switching, System};
+pub use taken::Taken;
 pub use trapezoid::Trapezoid;

@@ -43,6 +43,21 @@ impl Dense {
         }
     }
 
+    /// Coefficients of the weights of the rates in the interpolant's own rate, by powers of the fraction from 0 on.
+    pub(super) const fn slopes(self) -> [[f64; 4]; STAGES] {
+        let mut slopes = self.coefficients();
+        let mut rate = 0;
+        while rate < STAGES {
+            let mut power = 0;
+            while power < 4 {
+                slopes[rate][power] *= (power + 1) as f64;
+                power += 1;
+            }
+            rate += 1;
+        }
+        slopes
+    }
+
     /// Weights of the rates at fraction `theta`; what a method does not have carries none.
     #[inline]
     fn weights(self, theta: f64) -> [f64; STAGES] {
@@ -174,8 +189,26 @@ impl<'a> Step<'a> {
 
     /// Largest absolute rate of a sum of components with coefficients: a practical bound of its rate within the step.
     pub fn largest_rate(&self, terms: impl Iterator<Item = (usize, f64)> + Clone) -> f64 {
-        let rate = |j: usize| terms.clone().map(|(index, c)| c * self.rates.at(j * self.n + index)).sum::<f64>().abs();
-        (0..self.dense.rates()).map(rate).fold(0.0, f64::max)
+        match (self.dense, self.rates.lanes) {
+            (Dense::Hermite, lanes) => self.largest::<{ Dense::Hermite.rates() }>(lanes, terms),
+            (Dense::Tsit5, 1) => self.largest::<STAGES>(1, terms),
+            (Dense::Tsit5, 4) => self.largest::<STAGES>(4, terms),
+            (Dense::Tsit5, _) => self.largest::<STAGES>(8, terms),
+        }
+    }
+
+    /// The same of `RATES` rates in one of some lanes.
+    #[inline(always)]
+    fn largest<const RATES: usize>(&self, lanes: usize, terms: impl Iterator<Item = (usize, f64)>) -> f64 {
+        let mut sums = [0.0; RATES];
+        // All of one length, to which an index is held once.
+        let rates: [&[f64]; RATES] = std::array::from_fn(|j| &self.rates.all[j * self.n * lanes..][..self.n * lanes]);
+        for (index, c) in terms {
+            for (sum, rate) in sums.iter_mut().zip(rates) {
+                *sum += c * rate[index * lanes + self.rates.lane];
+            }
+        }
+        sums.iter().fold(0.0, |largest, sum| if sum.abs() > largest { sum.abs() } else { largest })
     }
 
     /// Component `index` of the state at fraction `theta`.

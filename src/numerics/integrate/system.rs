@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::integrate::taken::Taken;
 use crate::number::Number;
 
 /// An initial value problem `y' = f(t, y)`.
@@ -18,6 +19,12 @@ pub trait System {
     /// Number of leading components under error control: those that have a scale.
     fn controlled(&self) -> usize {
         self.scales().len()
+    }
+
+    /// Controlled components in one row that have no scale of their own: infinite ones stand for them, as their errors follow from
+    /// those of others. Default: none.
+    fn without_scale(&self) -> Range<usize> {
+        0..0
     }
 
     /// Writes `f(t, y)` into `rate`. A state outside the model's validity gives NaN, and the step is rejected.
@@ -90,6 +97,9 @@ pub trait Rebasing: Switching {
 
     /// Brings the part outside `y` to time `t`; changes `y` and its rate to the new representation of the same state.
     fn rebase(&mut self, _t: f64, _y: &mut [f64], _rate: &mut [f64]) {}
+
+    /// Takes note of an accepted step, before any switch at its end. Default: nothing.
+    fn stepped(&mut self, _taken: &Taken<'_>) {}
 }
 
 /// Rows integrated side by side, one in each lane of `R`, all of one shape: with the same components of the state and guards.
@@ -111,6 +121,9 @@ pub trait InLanes<R: Number> {
 
     /// Takes note that what the row in a lane carries outside `y` has changed.
     fn rebased(&mut self, lane: usize);
+
+    /// Takes note of the steps of all lanes, as [`Rebasing::stepped`].
+    fn stepped(&mut self, taken: &Taken<'_, R>);
 
     /// Writes `f(t, y)` of each lane into `rate`.
     fn rhs(&mut self, t: R, y: &[R], rate: &mut [R]);
@@ -134,6 +147,10 @@ impl<S: Rebasing> InLanes<f64> for S {
     fn switched(&mut self, _: usize) {}
 
     fn rebased(&mut self, _: usize) {}
+
+    fn stepped(&mut self, taken: &Taken<'_>) {
+        Rebasing::stepped(self, taken);
+    }
 
     fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
         System::rhs(self, t, y, rate);

@@ -63,12 +63,12 @@ impl HammerTrack {
 
     /// Follows a step: the time with the gate open, and the window if one is open.
     pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
-        if system.is_closed(system.model().hammers()[self.hammer].strike) {
-            // The chisel rests on the casting where the supply is switched on.
-            if system.strokes(self.hammer) > self.impact_of {
-                step.write_start(scratch);
-                self.impact(system, At { t: step.t0, y: scratch });
-            }
+        // The chisel may rest on the casting where the supply is switched on.
+        if system.strokes(self.hammer) > self.impact_of
+            && system.is_closed(system.model().hammers()[self.hammer].strike)
+        {
+            step.write_start(scratch);
+            self.impact(system, At { t: step.t0, y: scratch });
         }
         if system.gate_open(self.hammer) {
             self.gated_s += step.t1() - step.t0;
@@ -196,14 +196,15 @@ impl Window {
         let blow = &mut self.recorded.blow;
         let model = system.model();
         let slot = &model.hammers()[blow.hammer];
-        let support = system.guard_support(slot.strike);
         let theta = step.fraction(self.end_s);
         if system.is_closed(slot.strike) && force_reach(system, blow.hammer, step) > blow.peak_force_n {
+            let support = system.guard_support(slot.strike);
             let force = |t: f64, y: &[f64]| system.contact_force(slot.strike, t, y);
             let (value, _) = peak(step, theta, Probe { support, scratch }, force);
             blow.peak_force_n = blow.peak_force_n.max(value);
         }
         if speed_reach(system, blow.hammer, step) > blow.casting_peak_velocity_m_s {
+            let support = system.guard_support(slot.strike);
             let (row, chisel) =
                 (model.elements().contact_row(slot.strike), model.layout().velocity(slot.points[body::CHISEL]));
             let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;

@@ -1,7 +1,7 @@
 //! Watches an integration and computes the outputs as it goes; no trajectory is stored.
 
 use super::at::At;
-use super::audit::{Audit, chamber_residual};
+use super::audit::{chamber_residual, energy_residual};
 use super::casting::CastingTrack;
 use super::hammer::HammerTrack;
 use super::outputs::{RunMetrics, RunTotals};
@@ -13,7 +13,6 @@ use crate::system::{ContactKind, Coupled, CoupledModel};
 pub struct Recorder {
     hammers: Vec<HammerTrack>,
     castings: Vec<CastingTrack>,
-    audit: Audit,
     scratch: Vec<f64>,
 }
 
@@ -24,7 +23,6 @@ impl Recorder {
         Self {
             hammers: (0..layout.hammers).map(|h| HammerTrack::new(h, &scene.outputs)).collect(),
             castings: model.castings().iter().map(|slot| CastingTrack::new(layout, slot)).collect(),
-            audit: Audit::new(model, scene.duration_s),
             scratch: vec![0.0; layout.dimension()],
         }
     }
@@ -39,7 +37,7 @@ impl Recorder {
         let totals = RunTotals {
             delivered_work_j: sum(hammers.iter().map(|hammer| hammer.delivered_work_j)),
             delivered_impulse_n_s: sum(hammers.iter().map(|hammer| hammer.delivered_impulse_n_s)),
-            energy_residual: self.audit.energy_residual(system, end),
+            energy_residual: energy_residual(system, end),
             chamber_residual: chamber_residual(system, end),
         };
         let castings = self.castings.into_iter().map(CastingTrack::finish).collect();
@@ -60,7 +58,6 @@ impl Observer<Coupled> for Recorder {
         for track in &mut self.castings {
             track.step(step, &mut self.scratch);
         }
-        self.audit.step(system, step, &mut self.scratch);
     }
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {

@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use super::at::At;
-use super::audit::Audit;
 use crate::hammer::body;
 use crate::integrate::{Observer, Step};
 use crate::quantity::{Quantity, quantities};
@@ -380,8 +378,8 @@ pub struct SignalRecorder {
     signals: Vec<Signal>,
     reads: Vec<Read>,
     scratch: Vec<f64>,
-    /// The books, where signals of the energy balance are read.
-    audit: Option<Audit>,
+    /// Whether signals of the energy balance are read.
+    energy: bool,
     /// Energy stored at rest in J, once a step has been seen.
     rest_energy_j: Option<f64>,
 }
@@ -414,7 +412,7 @@ impl SignalRecorder {
             signals,
             reads,
             scratch: vec![0.0; model.layout().dimension()],
-            audit: energy.then(|| Audit::new(model, scene.duration_s)),
+            energy,
             rest_energy_j: None,
         }
     }
@@ -456,26 +454,25 @@ impl SignalRecorder {
     }
 
     /// The energy balance at a state.
-    fn energies(&mut self, state: &State<'_>) -> Option<EnergySignals> {
-        let audit = self.audit.as_ref()?;
+    fn energies(&mut self, state: &State<'_>) -> EnergySignals {
         let State { system, time_s: t, y, .. } = *state;
         let model = system.model();
         let at_rest = || system.at_rest().stored_energy(0.0, model.initial_state());
         let rest_energy_j = *self.rest_energy_j.get_or_insert_with(at_rest);
         let work_put_in_j = y[model.layout().work_in()];
         let stored_energy_j = system.stored_energy(t, y) - rest_energy_j;
-        let dissipated_energy_j = audit.dissipated_energy(system, At { t, y });
-        Some(EnergySignals {
+        let dissipated_energy_j = system.dissipated_energy(t, y);
+        EnergySignals {
             work_put_in_j,
             stored_energy_j,
             dissipated_energy_j,
             energy_unaccounted_j: work_put_in_j - stored_energy_j - dissipated_energy_j,
-        })
+        }
     }
 
     /// Appends the values of the signals that are kept at a state.
     fn append(&mut self, state: &State<'_>) {
-        let energies = self.energies(state);
+        let energies = self.energy.then(|| self.energies(state));
         for read in &self.reads {
             let to = &mut self.signals[read.begin..];
             match read.part {
@@ -564,8 +561,6 @@ impl Observer<Coupled> for SignalRecorder {
         let mut scratch = std::mem::take(&mut self.scratch);
         loop {
             let time_s = self.next_s();
-            let followed_s = time_s.min(step.t1());
-            self.audit.iter_mut().for_each(|audit| audit.follow(system, step, followed_s, &mut scratch));
             if time_s > step.t1() {
                 break;
             }

@@ -8,32 +8,7 @@ use crate::number::{Number, OverArrays, in_widest, load, store};
 use crate::system::impulse_response::{Block, Condensation, Lanes};
 use crate::system::kernel::{Free, GAMMAS, Kernel, ORDER, TERMS, for_points};
 use crate::system::octave::{Falling, Integrals, Octave, Parts, Passed, Terms, WIDTH, scaled_powers, splat};
-
-/// Some registers of a block's modes, whose sums hide each other's latency.
-type Pair<W> = [W; 2];
-
-/// Those of numbers of a block's modes from mode `first` on.
-#[inline(always)]
-fn pair<W: Number>(lanes: &Lanes, first: usize) -> Pair<W> {
-    [load(lanes, first), load(lanes, first + W::LANES)]
-}
-
-#[inline(always)]
-fn put_pair<W: Number>(pair: Pair<W>, lanes: &mut Lanes, first: usize) {
-    store(pair[0], lanes, first);
-    store(pair[1], lanes, first + W::LANES);
-}
-
-/// `a + b c`, rounded once.
-#[inline(always)]
-fn fused<W: Number>(a: Pair<W>, b: Pair<W>, c: Pair<W>) -> Pair<W> {
-    [b[0].mul_add(c[0], a[0]), b[1].mul_add(c[1], a[1])]
-}
-
-#[inline(always)]
-fn product<W: Number>(a: Pair<W>, b: Pair<W>) -> Pair<W> {
-    [a[0] * b[0], a[1] * b[1]]
-}
+use crate::system::pairs::{Pair, fused, pair, product, put_pair, unrolled};
 
 /// The modes at the last rebase, and what follows from them.
 #[derive(Debug, Clone)]
@@ -402,13 +377,6 @@ impl Dissipation<'_> {
     fn total<W: Number, const P: usize>(&self) -> f64 {
         self.0.total::<W, P, Self>()
     }
-}
-
-/// How many points loops are unrolled for; 0 is any number. Numbers one by one are those of processors that call a library for each fused
-/// product: nothing is won there, and a third of this module's code is saved.
-#[inline(always)]
-fn unrolled<W: Number>(points: usize) -> usize {
-    if W::LANES > 1 { points } else { 0 }
 }
 
 /// A rebase to be done.

@@ -8,11 +8,11 @@ use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
 use crate::scene::{Environment, HammerUnit, ModeTreatment, Scene};
 use crate::system::elements::{Contact, ContactKind, Elements, ElementsBuilder, Spring};
-use crate::system::impulse_response::{self, Condensation};
+use crate::system::impulse_response::{self, Condensation, SCALED_INTEGRALS};
 use crate::system::layout::Layout;
 use crate::system::modal::TiedGuides;
 use crate::system::model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT, Sums};
-use crate::system::placed::{InterfaceModes, PlacedModes};
+use crate::system::placed::{Condensed, InterfaceModes, PlacedModes};
 use crate::workpiece::WorkpieceError;
 
 /// Error scale of a body's position in m. At tolerance 1 it would be 29.5 kN in the contact of chisel and casting, 0.4 of the
@@ -126,7 +126,8 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     check_shapes(scene, placed)?;
     let numbering = Numbering::new(scene)?;
     let modes = placed.excited();
-    let condensation = condensation(scene.solver.modes, placed);
+    let condensed = condensed(scene, placed);
+    let condensation = condensed.as_ref().map(|condensed| &condensed.condensation);
     let count = modes.omega_squared.len();
     let layout = Layout {
         modes: count,
@@ -153,6 +154,7 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
         tied: tied_guides(scene, &modes.phi)?,
         modes: Arc::clone(modes),
         condensation: condensation.cloned(),
+        damping: condensed.map(|condensed| condensed.damping),
         ambient_pressure_pa: scene.environment.ambient_pressure_pa,
         gas_constant_j_per_kg_k: scene.environment.gas_constant_j_per_kg_k,
         initial: Vec::new(),
@@ -162,13 +164,13 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
 }
 
 /// The modes condensed, if the scene asks for it or it costs less.
-fn condensation(treatment: ModeTreatment, placed: &PlacedModes) -> Option<&Arc<Condensation>> {
-    let condense = match treatment {
+fn condensed(scene: &Scene, placed: &PlacedModes) -> Option<Condensed> {
+    let condense = match scene.solver.modes {
         ModeTreatment::Automatic => impulse_response::pays(placed.excited()),
         ModeTreatment::Integrated => false,
         ModeTreatment::Condensed => true,
     };
-    if condense { placed.condensation() } else { None }
+    if condense { placed.condensed(scene.duration_s) } else { None }
 }
 
 fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
@@ -355,9 +357,8 @@ fn scales(layout: &Layout, numbering: &Numbering, phi: &DMatrix<f64>, condensati
     let scaled = |unit: &[f64], scale: f64| unit.iter().map(|u| u * scale).collect::<Vec<_>>();
     let mut scales = Vec::with_capacity(layout.states());
     if condensation.is_some() {
-        scales.extend(scaled(&unit, VELOCITY_SCALE_M_S));
-        scales.extend(scaled(&unit, POSITION_SCALE_M));
-        // Integrals of higher order err by what the lower ones do.
+        let integrals: [f64; SCALED_INTEGRALS] = [VELOCITY_SCALE_M_S, POSITION_SCALE_M];
+        integrals.iter().for_each(|scale| scales.extend(scaled(&unit, *scale)));
         scales.resize(layout.structure[0], f64::INFINITY);
         scales.extend(scaled(&bodies, POSITION_SCALE_M));
     } else {

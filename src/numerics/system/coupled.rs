@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use crate::system::base::Base;
 use crate::system::discrete::Discrete;
+use crate::system::dissipation::Dissipation;
 use crate::system::model::CoupledModel;
+use crate::system::moments::Moments;
 use crate::system::rates::Rates;
 
 /// A coupled model being integrated: which contacts are closed, which supplies and gates are open, and scratch memory.
@@ -13,6 +15,9 @@ pub struct Coupled {
     pub(super) model: Arc<CoupledModel>,
     /// The condensed modes at their last rebase; `None` if modes are integrated.
     pub(super) base: Option<Base>,
+    /// What they have dissipated.
+    pub(super) dissipation: Option<Dissipation>,
+    pub(super) moments: Option<Moments<f64>>,
     pub(super) discrete: Discrete,
     /// Whether forces of contacts follow the state alone, see [`crate::integrate::Switching::follow_state`].
     pub(super) following: bool,
@@ -25,8 +30,14 @@ impl Coupled {
     /// The model at rest.
     pub fn new(model: &Arc<CoupledModel>) -> Self {
         let discrete = Discrete::at_rest(model);
+        let mut moments = model.condensation.as_ref().map(|condensation| Moments::new(condensation.points()));
+        if let (Some(moments), Some(damping)) = (&mut moments, &model.damping) {
+            moments.begin(0, damping);
+        }
         Self {
             base: model.condensation.as_deref().map(Base::at_rest),
+            dissipation: model.damping.as_deref().map(Dissipation::at_rest),
+            moments,
             following: false,
             released_energy_j: 0.0,
             rates: Rates::new(model, &discrete),
@@ -58,6 +69,15 @@ impl Coupled {
     /// Whether a hammer's percussion gate is open.
     pub fn gate_open(&self, hammer: usize) -> bool {
         self.discrete.gate_open[hammer]
+    }
+
+    /// Brings the modes to the next node of what they dissipate, see [`Moments::follow`]; gives the time of the node after it, s.
+    pub(super) fn at_node(&mut self, moments: &[f64]) -> f64 {
+        let (Some(dissipation), Some(damping)) = (&mut self.dissipation, &self.model.damping) else {
+            return f64::INFINITY;
+        };
+        dissipation.advance(damping, moments);
+        dissipation.next_s(damping)
     }
 
     pub(super) fn refresh_gate(&mut self, contact: usize, t: f64) {

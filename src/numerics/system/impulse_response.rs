@@ -24,7 +24,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use crate::system::kernel::{GAMMAS, Kernel, ORDER};
 use crate::system::modal::Modes;
@@ -34,6 +34,9 @@ use crate::system::octave::{self, WIDTH};
 /// its amplitude, `g'` by 5e-7 and `g''` by 3e-6, close to critical damping by three times that; slower modes err far less. With
 /// 5 rad there are fewer rebases, but ten times these errors, which blows that creep amplify beyond a preset's promise.
 const TURN_RAD: f64 = 4.0;
+/// Integrals of each point's force that have a scale of their own: those of its impulse and of that one's. Higher ones err by what
+/// these do.
+pub(super) const SCALED_INTEGRALS: usize = 2;
 /// Time in s that a right-hand side advances by on average, a sixth of a step between contacts.
 const ADVANCE_S: f64 = 8e-6;
 
@@ -52,12 +55,15 @@ pub(super) fn pays(modes: &Modes) -> bool {
     condensed + rebase * ADVANCE_S * fastest(modes) / TURN_RAD < integrated
 }
 
-/// Largest magnitude of an eigenvalue of each mode, rad/s: its natural circular frequency unless it is damped aperiodically.
+/// Largest magnitude of an eigenvalue of a mode, rad/s: its natural circular frequency unless it is damped aperiodically.
+pub(super) fn rate(omega_squared: f64, damping: f64) -> f64 {
+    let decay = 0.5 * damping;
+    omega_squared.sqrt().max(decay + (decay * decay - omega_squared).max(0.0).sqrt())
+}
+
+/// Those of all modes.
 fn rates(modes: &Modes) -> impl Iterator<Item = f64> {
-    modes.omega_squared.iter().zip(&modes.damping).map(|(omega_squared, damping)| {
-        let decay = 0.5 * damping;
-        omega_squared.sqrt().max(decay + (decay * decay - omega_squared).max(0.0).sqrt())
-    })
+    modes.omega_squared.iter().zip(&modes.damping).map(|(omega_squared, damping)| rate(*omega_squared, *damping))
 }
 
 /// The largest of them.
@@ -65,41 +71,46 @@ fn fastest(modes: &Modes) -> f64 {
     rates(modes).fold(0.0, f64::max)
 }
 
-/// Coefficients of `g` that its equation gives.
-const SOUGHT: usize = GAMMAS - 1;
+/// The Chebyshev points of `0 < x < 1`, each with its powers from 0 on, as many as there are points: where the equation of an impulse
+/// response is to hold.
+#[derive(Debug)]
+pub(super) struct Collocation(DMatrix<f64>);
 
-/// The Chebyshev points of `0 < x < 1`, each with its powers from 0 on.
-type Nodes = [[f64; SOUGHT]; SOUGHT];
-
-fn nodes() -> Nodes {
-    let node = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / SOUGHT as f64);
-    std::array::from_fn(|i| std::array::from_fn(|j| node(i).powi(j as i32)))
-}
-
-/// `gamma_1` to `gamma_GAMMAS` of a mode, `gamma_k` in s^(1-k), for times up to the horizon `T`.
-///
-/// With `g'' = sum_j a_j x^j`, `x = tau / T`, and its integrals `g' = 1 + ...`, `g = tau + ...` the equation of `g` holds at the
-/// `nodes`: one small linear system for `T a_j`. `None` if the mode is not finite.
-fn impulse_response(omega_squared: f64, damping: f64, horizon_s: f64, nodes: &Nodes) -> Option<[f64; GAMMAS]> {
-    let mut gamma = [0.0; GAMMAS];
-    gamma[0] = 1.0;
-    if omega_squared == 0.0 && damping == 0.0 {
-        // Floats, however far the horizon.
-        return Some(gamma);
+impl Collocation {
+    /// That for `gamma_1` to `gamma_count`, of which the equation gives all but the first.
+    pub fn new(count: usize) -> Self {
+        let sought = count.saturating_sub(1);
+        let point = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / sought as f64);
+        Self(DMatrix::from_fn(sought, sought, |i, j| point(i).powi(j as i32)))
     }
-    let (by_velocity, by_displacement) = (damping * horizon_s, omega_squared * horizon_s * horizon_s);
-    let matrix = SMatrix::<f64, SOUGHT, SOUGHT>::from_fn(|i, j| {
-        let (x, power, j) = (nodes[i][1], nodes[i][j], j as f64);
-        power * (1.0 + x / (j + 1.0) * (by_velocity + by_displacement * x / (j + 2.0)))
-    });
-    let load = SVector::<f64, SOUGHT>::from_fn(|i, _| -by_velocity - by_displacement * nodes[i][1]);
-    let solution = matrix.lu().solve(&load)?;
-    let mut factor = 1.0 / horizon_s;
-    for (j, value) in solution.iter().enumerate() {
-        gamma[j + 1] = value * factor;
-        factor *= (j + 1) as f64 / horizon_s;
+
+    /// `gamma_1` to `gamma_count` of a mode, `gamma_k` in s^(1-k), for times up to the horizon `T`; zeros after them.
+    ///
+    /// With `g'' = sum_j a_j x^j`, `x = tau / T`, and its integrals `g' = 1 + ...`, `g = tau + ...` the equation of `g` holds at the
+    /// points: one small linear system for `T a_j`. `None` if the mode is not finite.
+    pub fn impulse_response(&self, omega_squared: f64, damping: f64, horizon_s: f64) -> Option<[f64; GAMMAS]> {
+        let mut gamma = [0.0; GAMMAS];
+        gamma[0] = 1.0;
+        if omega_squared == 0.0 && damping == 0.0 {
+            // Floats, however far the horizon.
+            return Some(gamma);
+        }
+        let sought = self.0.nrows();
+        let x = |i: usize| self.0.get((i, 1)).copied().unwrap_or(0.5);
+        let (by_velocity, by_displacement) = (damping * horizon_s, omega_squared * horizon_s * horizon_s);
+        let matrix = DMatrix::from_fn(sought, sought, |i, j| {
+            let (x, power, j) = (x(i), self.0[(i, j)], j as f64);
+            power * (1.0 + x / (j + 1.0) * (by_velocity + by_displacement * x / (j + 2.0)))
+        });
+        let load = DVector::from_fn(sought, |i, _| -by_velocity - by_displacement * x(i));
+        let solution = matrix.lu().solve(&load)?;
+        let mut factor = 1.0 / horizon_s;
+        for (j, value) in solution.iter().enumerate() {
+            gamma[j + 1] = value * factor;
+            factor *= (j + 1) as f64 / horizon_s;
+        }
+        gamma.iter().all(|gamma| gamma.is_finite()).then_some(gamma)
     }
-    gamma.iter().all(|gamma| gamma.is_finite()).then_some(gamma)
 }
 
 /// Constants of the condensation.
@@ -174,11 +185,12 @@ impl Condensation {
         let mut falling: Vec<usize> = (0..rate.len()).collect();
         falling.sort_by(|a, b| rate[*b].total_cmp(&rate[*a]));
         let rate: Vec<f64> = falling.iter().map(|mode| rate[*mode]).collect();
-        let nodes = nodes();
+        let collocation = Collocation::new(GAMMAS);
         for group in octave::groups(&rate, condensation.horizon_s, points) {
             let horizon_s = group.factor * condensation.horizon_s;
             let member = |mode: &usize| -> Option<Member> {
-                let gamma = impulse_response(modes.omega_squared[*mode], modes.damping[*mode], horizon_s, &nodes)?;
+                let gamma =
+                    collocation.impulse_response(modes.omega_squared[*mode], modes.damping[*mode], horizon_s)?;
                 Some(Member { mode: *mode, gamma })
             };
             let members = falling[group.modes].iter().map(member).collect::<Option<Vec<Member>>>()?;
@@ -258,8 +270,6 @@ pub(super) type Series = [f64; ORDER + 2];
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DVector;
-
     use super::*;
 
     /// The polynomial of a mode against the closed form `g = (exp(a t) - exp(b t)) / (a - b)`, oscillating, nearly critical and
@@ -275,7 +285,7 @@ mod tests {
                 phi: DMatrix::from_element(1, 1, 1.0),
             };
             let horizon_s = TURN_RAD / fastest(&one);
-            let gamma = impulse_response(omega * omega, 2.0 * decay, horizon_s, &nodes()).unwrap();
+            let gamma = Collocation::new(GAMMAS).impulse_response(omega * omega, 2.0 * decay, horizon_s).unwrap();
             for part in 0..=50_u32 {
                 let t = horizon_s * f64::from(part) / 50.0;
                 let terms: Vec<f64> = (0..=ORDER)

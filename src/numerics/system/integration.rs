@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use crate::hammer::chamber;
-use crate::integrate::{GuardSample, Rebasing, Switching, System};
+use crate::integrate::{GuardSample, Rebasing, Switching, System, Taken};
 use crate::system::coupled::Coupled;
+use crate::system::impulse_response::SCALED_INTEGRALS;
 
 impl System for Coupled {
     fn dimension(&self) -> usize {
@@ -13,6 +14,11 @@ impl System for Coupled {
 
     fn scales(&self) -> &[f64] {
         &self.model.scales
+    }
+
+    fn without_scale(&self) -> Range<usize> {
+        let points = self.model.condensation.as_ref().map_or(0, |condensation| condensation.points());
+        SCALED_INTEGRALS * points..if points > 0 { self.model.layout.structure[0] } else { 0 }
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
@@ -125,6 +131,13 @@ impl Rebasing for Coupled {
             // The rates of the first integrals are the forces: they stay.
             rate[condensation.points()..].fill(0.0);
             self.rates.put_base(0, base);
+        }
+    }
+
+    fn stepped(&mut self, taken: &Taken<'_>) {
+        if let Some(mut moments) = self.moments.take() {
+            moments.follow(taken, |_, own| self.at_node(own));
+            self.moments = Some(moments);
         }
     }
 }

@@ -4,11 +4,12 @@ use std::mem::{Discriminant, discriminant};
 use std::sync::Arc;
 
 use crate::contact::ContactLaw;
-use crate::integrate::{GuardSample, InLanes};
+use crate::integrate::{GuardSample, InLanes, Taken};
 use crate::number::Number;
 use crate::system::coupled::Coupled;
 use crate::system::layout::Layout;
 use crate::system::model::CoupledModel;
+use crate::system::moments::Moments;
 use crate::system::rates::Rates;
 
 /// What rows side by side have in common: the layout of the state, which points each element joins, and the kinds of laws. Numbers
@@ -45,6 +46,7 @@ impl Shape {
 pub struct CoupledLanes<R: Number> {
     rows: Vec<Coupled>,
     rates: Rates<R>,
+    moments: Option<Moments<R>>,
 }
 
 impl<R: Number> CoupledLanes<R> {
@@ -52,15 +54,26 @@ impl<R: Number> CoupledLanes<R> {
     pub fn new(model: &Arc<CoupledModel>) -> Self {
         let row = Coupled::new(model);
         let rates = Rates::new(model, &row.discrete);
-        Self { rows: vec![row; R::LANES], rates }
+        let moments = model.condensation.as_ref().map(|condensation| Moments::new(condensation.points()));
+        let mut lanes = Self { rows: vec![row; R::LANES], rates, moments };
+        (0..R::LANES).for_each(|lane| lanes.begin(lane));
+        lanes
     }
 
     /// Puts a model of the same shape, at rest, into a lane.
     pub fn load(&mut self, lane: usize, model: &Arc<CoupledModel>) {
         self.rows[lane] = Coupled::new(model);
         self.rates.put_model(lane, model);
+        self.begin(lane);
         self.switched(lane);
         self.rebased(lane);
+    }
+
+    /// Begins to follow what the row in a lane dissipates.
+    fn begin(&mut self, lane: usize) {
+        if let (Some(moments), Some(damping)) = (&mut self.moments, &self.rows[lane].model.damping) {
+            moments.begin(lane, damping);
+        }
     }
 
     /// The row in a lane.
@@ -87,6 +100,12 @@ impl<R: Number> InLanes<R> for CoupledLanes<R> {
 
     fn rebased(&mut self, lane: usize) {
         self.rows[lane].base.iter().for_each(|base| self.rates.put_base(lane, base));
+    }
+
+    fn stepped(&mut self, taken: &Taken<'_, R>) {
+        if let Some(moments) = &mut self.moments {
+            moments.follow(taken, |lane, own| self.rows[lane].at_node(own));
+        }
     }
 
     fn rhs(&mut self, t: R, y: &[R], rate: &mut [R]) {

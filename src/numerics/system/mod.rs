@@ -7,8 +7,10 @@
 //! - `products`: products of short vectors
 //! - `modal`: the structure's modes, integrated, and guides tied to it
 //! - `kernel`: motion of interface points from integrals of the forces on them
+//! - `pairs`: numbers of some modes in registers
 //! - `octave`: groups of modes by how fast they are, and the free motion of slower ones between their own rebases
 //! - `impulse_response`, `base`: impulse-response condensation of the modes to their interface points, and the modes at a rebase
+//! - `moments`, `dissipation`: repeated integrals of the forces from node to node, and what condensed modes dissipate by them
 //! - `placed`: the structure's modes as scenes at one place share them
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
@@ -21,6 +23,7 @@ mod base;
 mod builder;
 mod coupled;
 mod discrete;
+mod dissipation;
 mod elements;
 mod impulse_response;
 mod integration;
@@ -29,8 +32,10 @@ mod lanes;
 mod layout;
 mod modal;
 mod model;
+mod moments;
 mod motion;
 mod octave;
+mod pairs;
 mod placed;
 mod products;
 mod rates;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::hammer::{HammerModel, body};
+use crate::system::dissipation::Damping;
 use crate::system::elements::Elements;
 use crate::system::impulse_response::Condensation;
 use crate::system::layout::Layout;
@@ -65,6 +66,8 @@ pub struct CoupledModel {
     pub(super) modes: Arc<Modes>,
     /// The modes condensed to the interface points; `None` if they are integrated.
     pub(super) condensation: Option<Arc<Condensation>>,
+    /// What these dissipate follows from; `None` if modes are integrated.
+    pub(super) damping: Option<Arc<Damping>>,
     pub(super) elements: Elements,
     pub(super) hammers: Vec<HammerSlot>,
     pub(super) castings: Vec<CastingSlot>,
@@ -106,11 +109,6 @@ impl CoupledModel {
     /// Specific gas constant in J/(kg K).
     pub fn gas_constant_j_per_kg_k(&self) -> f64 {
         self.gas_constant_j_per_kg_k
-    }
-
-    /// Circular frequency of the fastest of the condensed modes, rad/s; `None` if modes are integrated.
-    pub fn condensed_fastest_rad_s(&self) -> Option<f64> {
-        self.condensation.as_ref().map(|condensation| condensation.fastest_rad_s)
     }
 
     /// State at rest, quadratures zero.

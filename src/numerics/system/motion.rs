@@ -3,6 +3,7 @@
 use crate::hammer::{HammerState, body};
 use crate::system::base::Since;
 use crate::system::coupled::Coupled;
+use crate::system::dissipation::Dissipation;
 
 impl Coupled {
     /// Displacement and velocity of interface point `node` of the structure at time `t`.
@@ -116,20 +117,19 @@ impl Coupled {
         }
     }
 
-    /// Energy dissipated up to a state, J, what opening contacts released included; without what condensed modes dissipate,
-    /// see [`Coupled::condensed_dissipation_w`].
-    pub fn dissipated_energy(&self, y: &[f64]) -> f64 {
-        y[self.model.layout.dissipated()] + self.released_energy_j
+    /// Energy dissipated up to a state within or at the end of the last step, J, what opening contacts released included.
+    pub fn dissipated_energy(&self, t: f64, y: &[f64]) -> f64 {
+        let model = &self.model;
+        let own = y[model.layout.dissipated()] + self.released_energy_j;
+        let condensed = (&self.base, &model.condensation, &self.dissipation, &model.damping);
+        let (Some(base), Some(condensation), Some(dissipation), Some(damping)) = condensed else { return own };
+        let power_w = base.dissipation_w(condensation, t, &y[model.layout.structure_displacements()]);
+        own + dissipation.up_to_j(damping, t, power_w)
     }
 
-    /// Power that condensed modes dissipate at a state, W; only the structure's part of `y` is read. 0 for integrated modes,
-    /// whose dissipation is part of [`Coupled::dissipated_energy`].
-    pub fn condensed_dissipation_w(&self, t: f64, y: &[f64]) -> f64 {
-        match (&self.base, &self.model.condensation) {
-            (Some(base), Some(condensation)) => {
-                base.dissipation_w(condensation, t, &y[self.model.layout.structure_displacements()])
-            }
-            _ => 0.0,
-        }
+    /// Energy dissipated up to the end of a run, where its last interval ends too, J.
+    pub fn dissipated_to_the_end(&self, y: &[f64]) -> f64 {
+        let condensed = self.dissipation.as_ref().map_or(0.0, Dissipation::whole_j);
+        y[self.model.layout.dissipated()] + self.released_energy_j + condensed
     }
 }

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::system::dissipation::{Damping, interval_s};
 use crate::system::impulse_response::Condensation;
 use crate::system::modal::Modes;
 
@@ -49,17 +50,24 @@ impl InterfaceModes {
     }
 }
 
+/// Modes condensed, and what they dissipate follows from in runs of one duration.
+#[derive(Debug, Clone)]
+pub(super) struct Condensed {
+    pub condensation: Arc<Condensation>,
+    pub damping: Arc<Damping>,
+}
+
 /// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
 #[derive(Debug)]
 pub struct PlacedModes {
     interface: InterfaceModes,
     excited: OnceLock<Arc<Modes>>,
-    condensation: OnceLock<Option<Arc<Condensation>>>,
+    condensed: OnceLock<Option<Condensed>>,
 }
 
 impl From<InterfaceModes> for PlacedModes {
     fn from(interface: InterfaceModes) -> Self {
-        Self { interface, excited: OnceLock::new(), condensation: OnceLock::new() }
+        Self { interface, excited: OnceLock::new(), condensed: OnceLock::new() }
     }
 }
 
@@ -77,8 +85,19 @@ impl PlacedModes {
         self.excited.get_or_init(|| Arc::new(self.interface.excited()))
     }
 
-    /// These condensed, see [`Condensation::new`].
-    pub(super) fn condensation(&self) -> Option<&Arc<Condensation>> {
-        self.condensation.get_or_init(|| Condensation::new(self.excited()).map(Arc::new)).as_ref()
+    /// These condensed, see [`Condensation::new`], for runs of `duration_s`: usually that of the first run.
+    pub(super) fn condensed(&self, duration_s: f64) -> Option<Condensed> {
+        let new = |condensation: Arc<Condensation>, interval_s: f64| -> Option<Condensed> {
+            let damping = Arc::new(Damping::new(&condensation, interval_s)?);
+            Some(Condensed { condensation, damping })
+        };
+        let first = || {
+            let condensation = Arc::new(Condensation::new(self.excited())?);
+            let interval_s = interval_s(&condensation, duration_s);
+            new(condensation, interval_s)
+        };
+        let first = self.condensed.get_or_init(first).clone()?;
+        let interval_s = interval_s(&first.condensation, duration_s);
+        if first.damping.interval_s == interval_s { Some(first) } else { new(first.condensation, interval_s) }
     }
 }

@@ -34,6 +34,30 @@ pub(super) fn long_sum<R: Number>(a: &[R], b: &[R]) -> R {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + sum(a_left, b_left)
 }
 
+/// Copies a few numbers, of which there are equally many: for these a call of the library's function takes longer.
+#[inline(always)]
+pub(super) fn copy<R: Number>(from: &[R], to: &mut [R]) {
+    let ((from, from_left), (to, to_left)) = (from.as_chunks::<LANES>(), to.as_chunks_mut::<LANES>());
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+    for (to, from) in to_left.iter_mut().zip(from_left) {
+        *to = *from;
+    }
+}
+
+/// Sets a few numbers to zero, as [`copy`].
+#[inline(always)]
+pub(super) fn clear<R: Number>(numbers: &mut [R]) {
+    let (blocks, left) = numbers.as_chunks_mut::<LANES>();
+    for block in blocks {
+        *block = [R::splat(0.0); LANES];
+    }
+    for number in left {
+        *number = R::splat(0.0);
+    }
+}
+
 /// Sets a lane of numbers that stand one after the other.
 pub(super) fn put_all<'v, R: Number>(own: &mut [R], lane: usize, values: impl IntoIterator<Item = &'v f64>) {
     for (own, value) in own.iter_mut().zip(values) {

@@ -14,7 +14,7 @@ use crate::system::kernel::{Free, Kernel, TERMS};
 use crate::system::layout::{HammerQuadrature, Layout};
 use crate::system::modal::{GuideShares, ModalRates, Motion};
 use crate::system::model::CoupledModel;
-use crate::system::products::{long_sum, put_all};
+use crate::system::products::{clear, copy, long_sum, put_all};
 
 /// Sums over one right-hand side.
 struct Power<R> {
@@ -59,7 +59,8 @@ struct Contact<R: Number> {
 struct ElementRows<R> {
     /// Where each row begins, and the last ends.
     begins: Vec<usize>,
-    entries: Vec<(usize, R)>,
+    points: Vec<usize>,
+    coefficients: Vec<R>,
 }
 
 impl<R: Number> ElementRows<R> {
@@ -67,23 +68,32 @@ impl<R: Number> ElementRows<R> {
     #[inline(always)]
     fn from(&self, first: usize) -> impl Iterator<Item = Row<'_, R>> {
         let ends = self.begins[first..].windows(2);
-        ends.map(|ends| Row { entries: &self.entries[ends[0]..ends[1]] })
+        ends.map(|ends| Row {
+            points: &self.points[ends[0]..ends[1]],
+            coefficients: &self.coefficients[ends[0]..ends[1]],
+        })
     }
 }
 
 /// The entries of a row.
 #[derive(Debug, Clone, Copy)]
 struct Row<'r, R> {
-    entries: &'r [(usize, R)],
+    points: &'r [usize],
+    coefficients: &'r [R],
 }
 
 impl<R: Number> Row<'_, R> {
+    #[inline(always)]
+    fn entries(&self) -> impl Iterator<Item = (usize, R)> {
+        self.points.iter().copied().zip(self.coefficients.iter().copied())
+    }
+
     /// `r u` of the displacements and of the velocities, of which there are equally many.
     #[inline(always)]
     fn values(&self, displacement: &[R], velocity: &[R]) -> [R; 2] {
         let velocity = &velocity[..displacement.len()];
         let mut sums = [R::splat(0.0); 2];
-        for &(point, coefficient) in self.entries {
+        for (point, coefficient) in self.entries() {
             sums[0] = coefficient.mul_add(displacement[point], sums[0]);
             sums[1] = coefficient.mul_add(velocity[point], sums[1]);
         }
@@ -93,7 +103,7 @@ impl<R: Number> Row<'_, R> {
     /// Adds `-r' f` to the forces on the points.
     #[inline(always)]
     fn apply(&self, force: R, forces: &mut [R]) {
-        for &(point, coefficient) in self.entries {
+        for (point, coefficient) in self.entries() {
             forces[point] = (-coefficient).mul_add(force, forces[point]);
         }
     }
@@ -141,10 +151,10 @@ impl<R: Number> Rates<R> {
         let points = layout.bodies + interface;
         let rows = 0..model.elements.springs().len() + model.elements.contacts().len();
         let mut begins = vec![0];
-        let mut entries = Vec::new();
+        let mut of_rows = Vec::new();
         for row in rows {
-            entries.extend(model.elements.row(row).map(|(point, _)| (point, zero)));
-            begins.push(entries.len());
+            of_rows.extend(model.elements.row(row).map(|(point, _)| point));
+            begins.push(of_rows.len());
         }
         let structure = match &model.condensation {
             Some(condensation) => Structure::Condensed {
@@ -160,7 +170,7 @@ impl<R: Number> Rates<R> {
         };
         let mut rates = Self {
             layout,
-            rows: ElementRows { begins, entries },
+            rows: ElementRows { begins, coefficients: vec![zero; of_rows.len()], points: of_rows },
             springs: vec![Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero }; model.elements.springs().len()],
             contacts: model.elements.contacts().iter().map(Contact::like).collect(),
             hammers: (model.hammers.iter())
@@ -193,8 +203,8 @@ impl<R: Number> Rates<R> {
     pub fn put_model(&mut self, lane: usize, model: &CoupledModel) {
         let elements = &model.elements;
         for row in 0..self.rows.begins.len() - 1 {
-            let own = &mut self.rows.entries[self.rows.begins[row]..self.rows.begins[row + 1]];
-            for ((_, own), (_, coefficient)) in own.iter_mut().zip(elements.row(row)) {
+            let own = &mut self.rows.coefficients[self.rows.begins[row]..self.rows.begins[row + 1]];
+            for (own, (_, coefficient)) in own.iter_mut().zip(elements.row(row)) {
                 own.put(lane, &coefficient);
             }
         }
@@ -263,7 +273,7 @@ impl<R: Number> Rates<R> {
     fn write(&mut self, t: R, y: &[R], rate: &mut [R]) {
         let mut power = Power { put_in: R::splat(0.0), dissipated: R::splat(0.0) };
         self.gather(t, y);
-        self.force.fill(R::splat(0.0));
+        clear(&mut self.force);
         self.hammers(y, rate, &mut power);
         self.elements(rate, &mut power);
         self.accelerations(y, rate, &mut power);
@@ -276,8 +286,8 @@ impl<R: Number> Rates<R> {
     fn gather(&mut self, t: R, y: &[R]) {
         let layout = &self.layout;
         let b = layout.bodies;
-        self.displacement[..b].copy_from_slice(&y[layout.position(0)..layout.velocities()]);
-        self.velocity[..b].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
+        copy(&y[layout.position(0)..layout.velocities()], &mut self.displacement[..b]);
+        copy(&y[layout.velocity(0)..layout.velocity(b)], &mut self.velocity[..b]);
         // Only tied guides ask for accelerations, and hammers' mounts are the first points.
         let accelerated = self.tied.as_ref().map_or(0, GuideShares::guides);
         let mut motion = Motion {
@@ -373,7 +383,7 @@ impl<R: Number> Rates<R> {
     fn accelerations(&mut self, y: &[R], rate: &mut [R], power: &mut Power<R>) {
         let layout = &self.layout;
         let b = layout.bodies;
-        rate[layout.position(0)..layout.velocities()].copy_from_slice(&y[layout.velocity(0)..layout.velocity(b)]);
+        copy(&y[layout.velocity(0)..layout.velocity(b)], &mut rate[layout.position(0)..layout.velocities()]);
         let acceleration = &mut rate[layout.velocity(0)..layout.velocity(b)];
         for ((acceleration, force), inverse) in acceleration.iter_mut().zip(&self.force).zip(&self.inverse_mass) {
             *acceleration = *force * *inverse;
@@ -386,8 +396,8 @@ impl<R: Number> Rates<R> {
             // `z_1' = F`, `z_{k+1}' = z_k`.
             Structure::Condensed { .. } => {
                 let (points, states) = (force.len(), layout.structure[0]);
-                rate[..points].copy_from_slice(force);
-                rate[points..states].copy_from_slice(&y[..states - points]);
+                copy(force, &mut rate[..points]);
+                copy(&y[..states - points], &mut rate[points..states]);
             }
             // `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode.
             Structure::Integrated { modes, free, loss } => {
@@ -422,7 +432,7 @@ impl<R: Number> Rates<R> {
     #[inline(always)]
     fn relative_acceleration(&self, row: &Row<'_, R>, t: R, y: &[R], rate: &[R]) -> R {
         let mut relative = R::splat(0.0);
-        for &(point, coefficient) in row.entries {
+        for (point, coefficient) in row.entries() {
             let acceleration = match point.checked_sub(self.layout.bodies) {
                 None => rate[self.layout.velocity(point)],
                 Some(node) => self.interface_acceleration(node, t, y, rate),
