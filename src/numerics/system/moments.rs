@@ -19,7 +19,7 @@ pub(super) struct Moments<R: Number> {
     points: usize,
     /// By order from 1 on, then by point; room for all orders.
     values: Vec<R>,
-    /// The forces within a step, see [`Taken::slope`]: by power, then by point.
+    /// The forces within a step, see [`Taken::slopes`]: by power, then by point.
     forces: Vec<R>,
     /// Time of the next node of each lane, s.
     next_s: R,
