@@ -1,7 +1,5 @@
 //! One accepted step with its dense output.
 
-use std::ops::Range;
-
 use crate::integrate::tsit5::{self, STAGES};
 use crate::number::Number;
 
@@ -227,11 +225,6 @@ impl<'a> Step<'a> {
     /// Writes the whole state at fraction `theta` into `y`.
     pub fn state(&self, theta: f64, y: &mut [f64]) {
         self.write(theta, 0..self.n, y);
-    }
-
-    /// Writes a range of components of the state at fraction `theta` into `y`; the others are left as they are.
-    pub fn range(&self, components: Range<usize>, theta: f64, y: &mut [f64]) {
-        self.write(theta, components, y);
     }
 
     /// Rate of component `index` of the interpolated state at fraction `theta`: at both ends that of the system.

@@ -188,7 +188,8 @@ impl Advance<'_> {
                 let mut displacement = fused(product(xx, x), xv, v);
                 let mut velocity = fused(product(vx, x), vv, v);
                 let mut last = None;
-                for (gamma, moments) in block.gamma.iter().zip(moments.chunks_exact(points)) {
+                // Displacement meets each coefficient one order later than velocity.
+                for (k, moments) in moments.chunks_exact(points).take(block.gamma.len() + 1).enumerate() {
                     let mut load = splat(0.0);
                     for (shape, moment) in shapes.iter().zip(moments) {
                         load = fused(load, splat(*moment), pair(shape, first));
@@ -196,9 +197,10 @@ impl Advance<'_> {
                     if let Some(gamma) = last {
                         displacement = fused(displacement, gamma, load);
                     }
-                    let gamma = pair(gamma, first);
-                    velocity = fused(velocity, gamma, load);
-                    last = Some(gamma);
+                    last = block.gamma.get(k).map(|gamma| pair(gamma, first));
+                    if let Some(gamma) = last {
+                        velocity = fused(velocity, gamma, load);
+                    }
                 }
                 put_pair(displacement, displacements, first);
                 put_pair(velocity, velocities, first);
@@ -223,12 +225,19 @@ mod tests {
         (-ratio * omega * t).exp() * (damped * t).sin() / damped
     }
 
-    /// Under constant forces the power at every node and the energy up to the end are those of the closed form, whatever the number of
+    /// Its displacement, as a share of the static one.
+    fn step_displacement(omega: f64, ratio: f64, t: f64) -> f64 {
+        let damped = omega * (1.0 - ratio * ratio).sqrt();
+        let (sine, cosine) = (damped * t).sin_cos();
+        1.0 - (-ratio * omega * t).exp() * (cosine + ratio * omega / damped * sine)
+    }
+
+    /// Under constant forces the power at every node, displacements of slow modes and the energy up to the end are those of the closed form, whatever the number of
     /// points that loops are unrolled for: modes of several blocks, fast ones that need all coefficients and slow ones that need few.
     #[test]
     fn analytic_step_forces() {
         let (fastest, ratio, duration_s) = (30_000.0, 0.02, 0.01);
-        let omega = |s: usize| fastest * 0.9_f64.powi(s as i32);
+        let omega = |s: usize| fastest * 0.88_f64.powi(s as i32);
         let count = 40;
         for points in [1, 2, 3, 4, 5, 6, 8, 11] {
             let force: Vec<f64> = (0..points).map(|n| [40.0, -15.0, 25.0][n % 3]).collect();
@@ -246,7 +255,8 @@ mod tests {
             let damping = Damping::new(&condensation, interval_s(&condensation, duration_s)).unwrap();
             let needed: Vec<usize> = damping.blocks.iter().map(|block| block.gamma.len()).collect();
             assert_eq!((needed[0], damping.orders()), (GAMMAS, GAMMAS + 1));
-            assert!(needed[2] < needed[1] && needed[1] < GAMMAS, "{needed:?}");
+            // An odd number too, whose last coefficient is not next to nothing.
+            assert_eq!(needed, [GAMMAS, 5, 4]);
             let mut dissipation = Dissipation::at_rest(&damping);
             let mut last_s = 0.0;
             let largest_w = (0..4000).map(|i| power_at(duration_s * f64::from(i) / 4000.0)).fold(0.0, f64::max);
@@ -256,6 +266,12 @@ mod tests {
                 let moments: Vec<f64> =
                     terms[1..=damping.orders()].iter().flat_map(|term| force.iter().map(move |f| f * term)).collect();
                 dissipation.advance(&damping, &moments);
+                for s in 0..count {
+                    let found = dissipation.displacement[s / WIDTH][s % WIDTH] * omega(s).powi(2) / modal_force[s];
+                    let exact = step_displacement(omega(s), ratio, t);
+                    let near = (found - exact).abs() < IMPULSE_RESPONSE_ERROR;
+                    assert!(s < WIDTH || near, "mode {s}, {t} s: {found} and {exact}");
+                }
                 let (found, exact) = (dissipation.powers_w[0], power_at(t));
                 // What the impulse responses err by adds up over the 25 nodes until it is damped away, and enters the square twice.
                 assert!(
