@@ -24,7 +24,8 @@ const MOST_NAMES: usize = 200;
 /// What stands for the texts beyond [`MOST_NAMES`].
 const OTHERS: &str = "others";
 /// Outputs that are shown first, in this order, and whether small values are the good ones.
-const MAIN: [(&str, bool); 8] = [
+const MAIN: [(&str, bool); 9] = [
+    (RunTotals::energy_given_j.name, false),
     (RunTotals::delivered_work_j.name, false),
     (Aggregates::total_first_impact_energy_j.name, false),
     (Aggregates::mean_periodic_energy_j.name, false),

@@ -11,13 +11,14 @@ use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
 
-/// Column by which rows are ranked unless another is asked for: the work delivered to the castings over the whole run.
-pub const DEFAULT_RANKING: &str = RunTotals::delivered_work_j.name;
+/// Column by which rows are ranked by default: the energy given to the castings. The damping of fixtures hardly changes its order.
+pub const DEFAULT_RANKING: &str = RunTotals::energy_given_j.name;
 
 /// Figures shown beside the ranking for the best rows.
-const BESIDE: [&str; 8] = [
+const BESIDE: [&str; 9] = [
     DEFAULT_RANKING,
-    Aggregates::total_first_impact_work_j.name,
+    RunTotals::delivered_work_j.name,
+    Aggregates::total_fixture_damper_loss_j.name,
     Aggregates::total_first_impact_energy_j.name,
     Aggregates::mean_periodic_energy_j.name,
     Aggregates::mean_hit_frequency_hz.name,
@@ -39,8 +40,10 @@ const SUBJECT_RANGES: [(&str, &str); 10] = [
     (CastingMetrics::peak_point_velocity_m_s.name, "peak velocity of a casting's points"),
 ];
 /// Outputs of whole rows whose ranges over the rows are shown, with their titles.
-const ROW_RANGES: [(&str, &str); 4] = [
+const ROW_RANGES: [(&str, &str); 6] = [
+    (RunTotals::energy_given_j.name, "energy given to the castings in a row"),
     (RunTotals::delivered_work_j.name, "work delivered in a row"),
+    (Aggregates::total_fixture_damper_loss_j.name, "part of it lost in fixture dampers"),
     (Aggregates::total_periodic_power_w.name, "impact power of a row"),
     (Aggregates::total_air_used_nl.name, "air used in a row"),
     (Aggregates::work_per_air_j_per_nl.name, "work per air in a row"),

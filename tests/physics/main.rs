@@ -16,6 +16,7 @@ mod fixed_step_rig;
 mod fragile;
 mod hard_cases;
 mod lanes;
+mod ledger;
 mod metrics;
 mod outputs;
 mod presets;

@@ -117,7 +117,12 @@ impl StubRows {
             hammers,
             castings: vec![casting; castings],
             blows: (0..blows).map(blow).collect(),
-            totals: RunTotals { delivered_work_j, energy_residual: 1e-5 * unit(row, 8), ..RunTotals::default() },
+            totals: RunTotals {
+                delivered_work_j,
+                energy_given_j: delivered_work_j,
+                energy_residual: 1e-5 * unit(row, 8),
+                ..RunTotals::default()
+            },
             scatter: None,
             signals: Vec::new(),
         }

@@ -192,6 +192,13 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
     )
     .scattering(Sum),
     target(
+        "energy_given_j",
+        "J",
+        Casting(CastingMetrics::energy_given_j.name),
+        "Energy given to the casting: work of the chisels while they push it on.",
+    )
+    .scattering(Sum),
+    target(
         "work_in_windows_j",
         "J",
         Blows(|struck| Some(struck.work_j), "sum of blows.work_j"),

@@ -38,6 +38,18 @@ quantities! {
         pub total_periodic_power_w: f64 => "W",
         /// Sum over the hammers of mean work delivered by a periodic blow times hit frequency.
         pub total_periodic_work_rate_w: f64 => "W",
+        /// Sum over the hammers of the mean energy that a periodic strike gives to the casting times hit frequency.
+        pub total_strike_energy_rate_w: f64 => "W",
+        /// Sum over the hammers of the casting's mean gain of kinetic energy in a periodic strike times hit frequency.
+        pub total_strike_kinetic_energy_rate_w: f64 => "W",
+        /// Sum over the hammers of the mean momentum that a periodic strike gives to the casting times hit frequency.
+        pub total_strike_momentum_rate_n: f64 => "N",
+        /// Part of the delivered work that was lost in the dampers of all fixtures.
+        pub total_fixture_damper_loss_j: f64 => "J",
+        /// Part of the delivered work that went through the fixtures into the machine.
+        pub total_structure_work_j: f64 => "J",
+        /// Energy lost in the contacts of the chisels with the castings.
+        pub total_strike_contact_loss_j: f64 => "J",
         /// Largest chisel-casting force of all first impacts.
         pub max_first_impact_peak_force_n: Option<f64> => "N",
         /// Largest absolute heave velocity of all castings.
@@ -61,6 +73,9 @@ impl Aggregates {
     pub fn of(run: &RunMetrics) -> Self {
         let hammers = |value: fn(&HammerMetrics) -> Option<f64>| run.hammers.iter().filter_map(value);
         let castings = || run.castings.iter();
+        let rate = |of_blow: fn(&HammerMetrics) -> Option<f64>| {
+            sum(run.hammers.iter().filter_map(|h| Some(of_blow(h)? * h.hit_frequency_hz?)))
+        };
         let energies = || hammers(|h| h.first_impact_energy_j);
         let air = sum(run.hammers.iter().map(|h| h.air_used_nl));
         Self {
@@ -76,8 +91,14 @@ impl Aggregates {
             total_first_impact_work_j: sum(hammers(|h| h.first_impact_work_j)),
             mean_periodic_energy_j: mean(hammers(|h| h.periodic_energy_mean_j)),
             mean_hit_frequency_hz: mean(hammers(|h| h.hit_frequency_hz)),
-            total_periodic_power_w: sum(hammers(|h| Some(h.periodic_energy_mean_j? * h.hit_frequency_hz?))),
-            total_periodic_work_rate_w: sum(hammers(|h| Some(h.periodic_work_mean_j? * h.hit_frequency_hz?))),
+            total_periodic_power_w: rate(|h| h.periodic_energy_mean_j),
+            total_periodic_work_rate_w: rate(|h| h.periodic_work_mean_j),
+            total_strike_energy_rate_w: rate(|h| h.periodic_strike_energy_mean_j),
+            total_strike_kinetic_energy_rate_w: rate(|h| h.periodic_strike_kinetic_energy_mean_j),
+            total_strike_momentum_rate_n: rate(|h| h.periodic_strike_momentum_mean_n_s),
+            total_fixture_damper_loss_j: sum(castings().map(|c| c.fixture_damper_loss_j)),
+            total_structure_work_j: sum(castings().map(|c| c.structure_work_j)),
+            total_strike_contact_loss_j: sum(castings().map(|c| c.strike_contact_loss_j)),
             max_first_impact_peak_force_n: hammers(|h| h.first_impact_peak_force_n).reduce(f64::max),
             max_casting_peak_velocity_m_s: castings().map(|c| c.peak_velocity_m_s).reduce(f64::max),
             max_casting_point_velocity_m_s: castings().map(|c| c.peak_point_velocity_m_s).reduce(f64::max),

@@ -33,6 +33,13 @@ quantities! {
         pub peak_force_n: f64 => "N" ("peak force"),
         /// Largest absolute velocity of the casting at the strike point within the blow's window.
         pub casting_peak_velocity_m_s: f64 => "m/s" ("casting"),
+        /// Kinetic energy that the casting gained by the strike: from the blow's start to where the casting's kinetic energy is
+        /// largest within the window.
+        pub strike_kinetic_energy_j: f64 => "J",
+        /// Energy given to the casting by the strike: the work of the chisel-casting force over that time.
+        pub strike_energy_j: f64 => "J",
+        /// Momentum given to the casting by the strike: the impulse of the chisel-casting force over that time.
+        pub strike_momentum_n_s: f64 => "N s",
     }
 }
 

@@ -1,9 +1,10 @@
 //! What is kept of one casting while it moves, and the outputs that follow from it.
 
+use super::at::At;
 use super::outputs::CastingMetrics;
 use super::peak::{Probe, peak, reach};
 use crate::integrate::Step;
-use crate::system::{CastingSlot, Layout, MEASURING_POINT};
+use crate::system::{CastingQuadrature, CastingSlot, Coupled, HammerQuadrature, Layout, MEASURING_POINT};
 
 /// The largest absolute velocity of one point.
 struct PointPeak {
@@ -61,14 +62,12 @@ impl CastingTrack {
     pub fn new(layout: &Layout, slot: &CastingSlot) -> Self {
         let points =
             (slot.points.iter()).map(|point| (point.name.clone(), PointPeak::new(layout, slot.heave, &point.row)));
-        let last = slot.points.iter().flat_map(|point| &point.row).map(|(body, _)| *body).fold(slot.heave, usize::max);
-        let velocities: Vec<usize> = (slot.heave..=last).map(|body| layout.velocity(body)).collect();
         Self {
             heave: PointPeak::new(layout, slot.heave, &[(slot.heave, 1.0)]),
             points: points.collect(),
             rotates: slot.points.iter().any(|point| point.row.len() > 1),
-            reaches: vec![0.0; velocities.len()],
-            velocities,
+            reaches: vec![0.0; slot.velocities.len()],
+            velocities: slot.velocities.clone(),
         }
     }
 
@@ -83,8 +82,8 @@ impl CastingTrack {
         }
     }
 
-    /// The outputs; of points that are equally fast the first counts.
-    pub fn finish(self) -> CastingMetrics {
+    /// The outputs at the end of the run; of points that are equally fast the first counts.
+    pub fn finish(self, system: &Coupled, casting: usize, end: At<'_>) -> CastingMetrics {
         let of = |point: &PointPeak| {
             let peak = if self.rotates { point } else { &self.heave };
             (peak.largest_m_s, peak.time_s)
@@ -92,7 +91,7 @@ impl CastingTrack {
         let mut metrics = CastingMetrics {
             peak_velocity_m_s: self.heave.largest_m_s,
             peak_velocity_time_s: self.heave.time_s,
-            ..CastingMetrics::default()
+            ..ledger(system, casting, end)
         };
         for (name, point) in &self.points {
             let (largest, time_s) = of(point);
@@ -105,5 +104,24 @@ impl CastingTrack {
             }
         }
         metrics
+    }
+}
+
+/// Where the work of the hammers on a casting went; each figure by itself, none as the rest of the others.
+fn ledger(system: &Coupled, casting: usize, At { t, y }: At<'_>) -> CastingMetrics {
+    let model = system.model();
+    let quadrature = |quantity| y[model.layout().casting_quadrature(casting, quantity)];
+    let striking = || model.hammers().iter().enumerate().filter(|(_, hammer)| hammer.casting == casting);
+    let work = |(hammer, _)| y[model.layout().quadrature(hammer, HammerQuadrature::Work)];
+    let still_stored = striking().map(|(_, hammer)| system.contact_energy(hammer.strike, t, y)).sum::<f64>();
+    CastingMetrics {
+        delivered_work_j: striking().map(work).fold(0.0, |sum, work| sum + work),
+        energy_given_j: quadrature(CastingQuadrature::Given),
+        fixture_damper_loss_j: quadrature(CastingQuadrature::FixtureLoss),
+        fixture_spring_energy_j: system.fixture_energy(casting, t, y),
+        structure_work_j: quadrature(CastingQuadrature::StructureWork),
+        kinetic_energy_j: model.casting_energy(casting, y),
+        strike_contact_loss_j: quadrature(CastingQuadrature::ContactWork) - still_stored,
+        ..CastingMetrics::default()
     }
 }

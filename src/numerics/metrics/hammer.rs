@@ -24,6 +24,7 @@ struct Window {
     end_s: f64,
     work_at_start: f64,
     impulse_at_start: f64,
+    kinetic_at_start: f64,
 }
 
 /// What is remembered of one hammer.
@@ -130,6 +131,7 @@ impl HammerTrack {
             end_s: t + self.settings.blow_window_s,
             work_at_start: quadrature(HammerQuadrature::Work),
             impulse_at_start: quadrature(HammerQuadrature::Impulse),
+            kinetic_at_start: model.casting_energy(slot.casting, y),
         });
         self.blows += 1;
         self.last_blow_s = t;
@@ -171,6 +173,8 @@ impl HammerTrack {
         let count = |chosen: &dyn Fn(BlowKind) -> bool| {
             self.recorded.iter().filter(|recorded| chosen(recorded.blow.kind)).count() as u64
         };
+        let over_blows =
+            |value: fn(&Blow) -> f64| self.recorded.iter().fold(0.0, |sum, recorded| sum + value(&recorded.blow));
         let (blank, blows) = (count(&|kind| kind == BlowKind::Blank), count(&BlowKind::is_percussion));
         let metrics = HammerMetrics {
             stroke_count: system.strokes(self.hammer) as u64,
@@ -178,6 +182,9 @@ impl HammerTrack {
             blank_blow_count: blank,
             percussion,
             percussion_period,
+            strike_momentum_n_s: over_blows(|blow| blow.strike_momentum_n_s),
+            strike_energy_j: over_blows(|blow| blow.strike_energy_j),
+            strike_kinetic_energy_j: over_blows(|blow| blow.strike_kinetic_energy_j),
             delivered_work_j: quadrature(HammerQuadrature::Work),
             delivered_impulse_n_s: quadrature(HammerQuadrature::Impulse),
             arm_rms_extension_m_s: rms(arm_at_impact, first_impact_s),
@@ -210,6 +217,27 @@ impl Window {
             let speed = |t: f64, y: &[f64]| y[chisel] - system.relative_motion(row, t, y).1;
             let (value, _) = peak(step, theta, Probe { support, scratch }, speed);
             blow.casting_peak_velocity_m_s = blow.casting_peak_velocity_m_s.max(value);
+        }
+        self.watch_strike(system, step, scratch);
+    }
+
+    /// Follows the casting's kinetic energy to its largest value, where the strike ends.
+    fn watch_strike(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
+        let (model, blow) = (system.model(), &mut self.recorded.blow);
+        let largest = self.kinetic_at_start + blow.strike_kinetic_energy_j;
+        if model.casting_energy_by(blow.casting, |velocity| reach(step, std::iter::once((velocity, 1.0)), 0.0))
+            <= largest
+        {
+            return;
+        }
+        let kinetic = |_: f64, y: &[f64]| model.casting_energy(blow.casting, y);
+        let support = &model.castings()[blow.casting].velocities;
+        let (energy, theta) = peak(step, step.fraction(self.end_s), Probe { support, scratch }, kinetic);
+        if energy > largest {
+            let at = |q| step.component(model.layout().quadrature(blow.hammer, q), theta);
+            blow.strike_kinetic_energy_j = energy - self.kinetic_at_start;
+            blow.strike_energy_j = at(HammerQuadrature::Work) - self.work_at_start;
+            blow.strike_momentum_n_s = at(HammerQuadrature::Impulse) - self.impulse_at_start;
         }
     }
 }
@@ -251,6 +279,9 @@ fn first_impact(recorded: &[Recorded]) -> HammerMetrics {
         first_impact_impulse_n_s: first.map(|blow| blow.impulse_n_s),
         first_impact_peak_force_n: first.map(|blow| blow.peak_force_n),
         first_impact_casting_peak_velocity_m_s: first.map(|blow| blow.casting_peak_velocity_m_s),
+        first_impact_strike_momentum_n_s: first.map(|blow| blow.strike_momentum_n_s),
+        first_impact_strike_energy_j: first.map(|blow| blow.strike_energy_j),
+        first_impact_strike_kinetic_energy_j: first.map(|blow| blow.strike_kinetic_energy_j),
         ..HammerMetrics::default()
     }
 }
@@ -264,6 +295,8 @@ fn periodic(recorded: &[Recorded], metrics: HammerMetrics) -> HammerMetrics {
     let (energies, works) = (figures(|blow| blow.energy_j), figures(|blow| blow.work_j));
     let (impulses, forces) = (figures(|blow| blow.impulse_n_s), figures(|blow| blow.peak_force_n));
     let speeds = figures(|blow| blow.casting_peak_velocity_m_s);
+    let (momenta, given) = (figures(|blow| blow.strike_momentum_n_s), figures(|blow| blow.strike_energy_j));
+    let kinetic = figures(|blow| blow.strike_kinetic_energy_j);
     // Over the strokes: intervals between blows, the time and the arm's integral from the first blow to the last.
     let (mut intervals, mut span_s, mut arm_integral) = (0, 0.0, 0.0);
     for stroke in strokes(&periodic) {
@@ -287,6 +320,12 @@ fn periodic(recorded: &[Recorded], metrics: HammerMetrics) -> HammerMetrics {
         periodic_peak_force_mean_error_n: standard_error(&forces),
         periodic_casting_peak_velocity_mean_m_s: mean(&speeds),
         periodic_casting_peak_velocity_mean_error_m_s: standard_error(&speeds),
+        periodic_strike_momentum_mean_n_s: mean(&momenta),
+        periodic_strike_momentum_mean_error_n_s: standard_error(&momenta),
+        periodic_strike_energy_mean_j: mean(&given),
+        periodic_strike_energy_mean_error_j: standard_error(&given),
+        periodic_strike_kinetic_energy_mean_j: mean(&kinetic),
+        periodic_strike_kinetic_energy_mean_error_j: standard_error(&kinetic),
         arm_rms_steady_m_s: (span_s > 0.0).then(|| (arm_integral.max(0.0) / span_s).sqrt()),
         ..metrics
     }

@@ -29,6 +29,12 @@ quantities! {
         pub first_impact_peak_force_n: Option<f64> => "N" main,
         /// Largest absolute velocity of the casting at the strike point within the first impact's window.
         pub first_impact_casting_peak_velocity_m_s: Option<f64> => "m/s" main,
+        /// Momentum given to the casting by the first impact's strike: until the casting's kinetic energy is largest.
+        pub first_impact_strike_momentum_n_s: Option<f64> => "N s" main,
+        /// Energy given to the casting by the first impact's strike.
+        pub first_impact_strike_energy_j: Option<f64> => "J" main,
+        /// Kinetic energy that the casting gained by the first impact's strike.
+        pub first_impact_strike_kinetic_energy_j: Option<f64> => "J" main,
         /// Number of strokes: times the supply was switched on.
         pub stroke_count: u64 => "1",
         /// Number of blows of the percussion that reached the casting, settling ones included.
@@ -66,6 +72,24 @@ quantities! {
         pub periodic_casting_peak_velocity_mean_m_s: Option<f64> => "m/s" main,
         /// Standard error of that mean velocity.
         pub periodic_casting_peak_velocity_mean_error_m_s: Option<f64> => "m/s",
+        /// Mean momentum that the strike of a periodic blow gives to the casting.
+        pub periodic_strike_momentum_mean_n_s: Option<f64> => "N s" main,
+        /// Standard error of that mean momentum.
+        pub periodic_strike_momentum_mean_error_n_s: Option<f64> => "N s",
+        /// Mean energy that the strike of a periodic blow gives to the casting.
+        pub periodic_strike_energy_mean_j: Option<f64> => "J" main,
+        /// Standard error of that mean energy.
+        pub periodic_strike_energy_mean_error_j: Option<f64> => "J",
+        /// Mean kinetic energy that the casting gains in the strike of a periodic blow.
+        pub periodic_strike_kinetic_energy_mean_j: Option<f64> => "J" main,
+        /// Standard error of that mean kinetic energy.
+        pub periodic_strike_kinetic_energy_mean_error_j: Option<f64> => "J",
+        /// Momentum given to the casting by the strikes of all blows.
+        pub strike_momentum_n_s: f64 => "N s" main,
+        /// Energy given to the casting by the strikes of all blows.
+        pub strike_energy_j: f64 => "J" main,
+        /// Kinetic energy that the casting gained in the strikes of all blows.
+        pub strike_kinetic_energy_j: f64 => "J" main,
         /// Work delivered to the casting over the whole run: the integral of force times the casting's velocity.
         pub delivered_work_j: f64 => "J" main,
         /// Impulse of the chisel-casting force over the whole run.
@@ -100,6 +124,22 @@ quantities! {
         pub peak_point: String => "",
         /// Largest absolute velocity at the casting's measuring point, where one is chosen.
         pub measuring_point_peak_velocity_m_s: Option<f64> => "m/s",
+        /// Work of all hammers on this casting over the run. It is the sum of `fixture_damper_loss_j`, `fixture_spring_energy_j`,
+        /// `structure_work_j` and `kinetic_energy_j`.
+        pub delivered_work_j: f64 => "J",
+        /// Energy given to the casting over the run: the work of the chisels while they push the casting on. It leaves out the
+        /// energy that the casting returns to the chisels, so it is larger than the delivered work.
+        pub energy_given_j: f64 => "J" main,
+        /// Part of the delivered work lost in the dampers of the casting's fixtures.
+        pub fixture_damper_loss_j: f64 => "J" main,
+        /// Part of the delivered work stored in the springs of the casting's fixtures at the end of the run.
+        pub fixture_spring_energy_j: f64 => "J",
+        /// Part of the delivered work passed on to the machine through the casting's fixtures.
+        pub structure_work_j: f64 => "J" main,
+        /// Part of the delivered work that is kinetic energy of the casting at the end of the run.
+        pub kinetic_energy_j: f64 => "J",
+        /// Energy lost in the contacts of the chisels with this casting; the hammers supply it on top of the delivered work.
+        pub strike_contact_loss_j: f64 => "J" main,
     }
 }
 
@@ -111,6 +151,9 @@ quantities! {
         pub delivered_work_j: f64 => "J" main,
         /// Impulse of the chisel-casting forces over the whole run, all hammers.
         pub delivered_impulse_n_s: f64 => "N s" main,
+        /// Energy given to all castings over the run: the work of the chisels while they push the castings on. It leaves out the
+        /// energy that castings return to the chisels.
+        pub energy_given_j: f64 => "J" main,
         /// Audit of the run: (work put in by gas and gravity - stored - dissipated) / work put in, the latter at least 1 J.
         pub energy_residual: f64 => "1",
         /// Audit of the chambers, the largest over them: what the energy of its gas misses by its own equation, over the

@@ -34,13 +34,15 @@ impl Recorder {
             self.hammers.into_iter().map(|track| track.finish(system, end)).unzip();
         let mut blows: Vec<_> = blows.into_iter().flatten().collect();
         blows.sort_by(|a, b| a.start_time_s.total_cmp(&b.start_time_s).then(a.hammer.cmp(&b.hammer)));
+        let castings = self.castings.into_iter().enumerate();
+        let castings: Vec<_> = castings.map(|(casting, track)| track.finish(system, casting, end)).collect();
         let totals = RunTotals {
             delivered_work_j: sum(hammers.iter().map(|hammer| hammer.delivered_work_j)),
             delivered_impulse_n_s: sum(hammers.iter().map(|hammer| hammer.delivered_impulse_n_s)),
+            energy_given_j: sum(castings.iter().map(|casting| casting.energy_given_j)),
             energy_residual: energy_residual(system, end),
             chamber_residual: chamber_residual(system, end),
         };
-        let castings = self.castings.into_iter().map(CastingTrack::finish).collect();
         RunMetrics { hammers, castings, blows, totals, scatter: None, signals: Vec::new() }
     }
 }

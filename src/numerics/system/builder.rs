@@ -1,5 +1,6 @@
 //! From a scene and the structure's modes at its interface points to a coupled model. The only part that knows scenes.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
@@ -99,6 +100,12 @@ impl Numbering {
         }
     }
 
+    /// The bodies of a casting: its heave and the rotations that the scene needs.
+    fn casting_bodies(&self, casting: usize) -> Range<usize> {
+        let heave = self.first_casting_body[casting];
+        heave..heave + 1 + self.rotations[casting].iter().filter(|active| **active).count()
+    }
+
     /// The row of the casting's motion at a point: `z + y tx - x ty`.
     fn casting_point(&self, casting: usize, at_m: [f64; 2], sign: f64) -> Row {
         let heave = self.first_casting_body[casting];
@@ -134,6 +141,7 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
         structure: condensation.map_or([count; 2], |condensed| [condensed.states(), 0]),
         bodies: numbering.bodies,
         hammers: scene.hammers.len(),
+        castings: scene.castings.len(),
     };
     let mut elements = ElementsBuilder::default();
     let mut hammers = Vec::with_capacity(scene.hammers.len());
@@ -148,7 +156,7 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
         supports: supports(&elements, &layout),
         sums: sums(&elements, &layout),
         elements,
-        castings: castings(scene, &numbering),
+        castings: castings(scene, &numbering, &layout),
         body_mass: body_masses(scene, &numbering, &hammers),
         hammers,
         tied: tied_guides(scene, &modes.phi)?,
@@ -208,7 +216,11 @@ fn add_hammer(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &Sce
     if !numbering.tied {
         elements.spring(
             vec![(points[body::GUIDE], 1.0), (numbering.bodies + h, -1.0)],
-            Spring { stiffness_n_per_m: unit.parameters.guide.stiffness_n_per_m, damping_n_s_per_m: 0.0 },
+            Spring {
+                stiffness_n_per_m: unit.parameters.guide.stiffness_n_per_m,
+                damping_n_s_per_m: 0.0,
+                casting: None,
+            },
         );
     }
     let mut percussion = 0;
@@ -288,7 +300,11 @@ fn add_fixtures(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &S
             row.push((point, -1.0));
             elements.spring(
                 row,
-                Spring { stiffness_n_per_m: fixture.stiffness_n_per_m, damping_n_s_per_m: fixture.damping_n_s_per_m },
+                Spring {
+                    stiffness_n_per_m: fixture.stiffness_n_per_m,
+                    damping_n_s_per_m: fixture.damping_n_s_per_m,
+                    casting: Some(c),
+                },
             );
             point += 1;
         }
@@ -304,9 +320,12 @@ fn tied_guides(scene: &Scene, phi: &DMatrix<f64>) -> Result<Option<TiedGuides>, 
     TiedGuides::new(phi, mass).map(Some).ok_or(BuildError::GuideMass)
 }
 
-fn castings(scene: &Scene, numbering: &Numbering) -> Vec<CastingSlot> {
-    let slot =
-        |c: usize| CastingSlot { heave: numbering.first_casting_body[c], points: casting_points(scene, numbering, c) };
+fn castings(scene: &Scene, numbering: &Numbering, layout: &Layout) -> Vec<CastingSlot> {
+    let slot = |c: usize| CastingSlot {
+        heave: numbering.first_casting_body[c],
+        velocities: numbering.casting_bodies(c).map(|body| layout.velocity(body)).collect(),
+        points: casting_points(scene, numbering, c),
+    };
     (0..scene.castings.len()).map(slot).collect()
 }
 
@@ -343,9 +362,8 @@ fn body_masses(scene: &Scene, numbering: &Numbering, hammers: &[HammerSlot]) -> 
 /// Error scales of the states.
 fn scales(layout: &Layout, numbering: &Numbering, phi: &DMatrix<f64>, condensation: Option<&Condensation>) -> Vec<f64> {
     let mut bodies = vec![1.0; layout.bodies];
-    for (first, active) in numbering.first_casting_body.iter().zip(&numbering.rotations) {
-        let rotations = active.iter().filter(|active| **active).count();
-        bodies[first + 1..first + 1 + rotations].fill(1.0 / ROTATION_LEVER_M);
+    for casting in 0..layout.castings {
+        bodies[numbering.casting_bodies(casting)][1..].fill(1.0 / ROTATION_LEVER_M);
     }
     // What the structure's states matter by is what they move the interface points.
     // One scale for all modes: those that hardly move a point are held to the energy of those that do. An explicit method

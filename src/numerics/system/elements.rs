@@ -38,6 +38,8 @@ pub struct Spring {
     pub stiffness_n_per_m: f64,
     /// Damping in N s/m.
     pub damping_n_s_per_m: f64,
+    /// Casting that it holds on the structure; `None` for the spring of a guide.
+    pub casting: Option<usize>,
 }
 
 /// A one-sided contact; its row follows those of the springs.

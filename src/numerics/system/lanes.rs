@@ -18,7 +18,10 @@ use crate::system::rates::Rates;
 pub struct Shape {
     layout: Layout,
     tied: bool,
-    springs: usize,
+    /// Casting that each spring holds.
+    held: Vec<Option<usize>>,
+    /// Casting that each hammer strikes.
+    struck: Vec<usize>,
     points: Vec<usize>,
     begins: Vec<usize>,
     laws: Vec<Discriminant<ContactLaw>>,
@@ -33,7 +36,8 @@ impl Shape {
         Self {
             layout: Layout { modes, ..model.layout },
             tied: model.tied.is_some(),
-            springs: elements.springs().len(),
+            held: elements.springs().iter().map(|spring| spring.casting).collect(),
+            struck: model.hammers.iter().map(|hammer| hammer.casting).collect(),
             points: elements.matrix().indices().to_vec(),
             begins: elements.matrix().indptr().raw_storage().to_vec(),
             laws: elements.contacts().iter().map(|contact| discriminant(&contact.law)).collect(),

@@ -2,8 +2,8 @@
 //!
 //! `y = [structure | positions (b bodies) | structure' | velocities (b) | pressures (4 N) | quadratures]`. The structure's two
 //! parts are the modal displacements and velocities or, condensed, the integrals of the interface forces and nothing.
-//! Hammers come first among the bodies, then castings. Quadratures: per hammer four of its own and two per chamber, then work
-//! put in and energy dissipated.
+//! Hammers come first among the bodies, then castings. Quadratures: per hammer four of its own and two per chamber, per casting
+//! four, then work put in and energy dissipated.
 
 use std::ops::Range;
 
@@ -27,6 +27,24 @@ impl HammerQuadrature {
     const COUNT: usize = 4;
 }
 
+/// Quadratures of one casting: where the work of the hammers goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CastingQuadrature {
+    /// Energy dissipated in the dampers of its fixtures, J.
+    FixtureLoss = 0,
+    /// Work of its fixtures on the structure, J.
+    StructureWork = 1,
+    /// Work that the chisels did on their contacts with it beyond the work on the casting, J: lost there, or still stored.
+    ContactWork = 2,
+    /// Work of the chisels on it while they push it on: the integral of their power where it is positive, J.
+    Given = 3,
+}
+
+impl CastingQuadrature {
+    /// Number of quadratures.
+    const COUNT: usize = 4;
+}
+
 /// Quadratures of one hammer, those of its chambers included.
 const PER_HAMMER: usize = HammerQuadrature::COUNT + 2 * chamber::COUNT;
 // Those of its own and either kind of its chambers' are equally many: a right-hand side writes them as three arrays.
@@ -43,6 +61,8 @@ pub struct Layout {
     pub bodies: usize,
     /// Hammers.
     pub hammers: usize,
+    /// Castings.
+    pub castings: usize,
 }
 
 impl Layout {
@@ -114,9 +134,22 @@ impl Layout {
         start..start + chamber::COUNT
     }
 
+    /// All quadratures of the castings, casting by casting in the order of [`CastingQuadrature`].
+    #[inline]
+    pub fn casting_quadratures(&self) -> Range<usize> {
+        let start = self.states() + PER_HAMMER * self.hammers;
+        start..start + CastingQuadrature::COUNT * self.castings
+    }
+
+    /// A quadrature of casting `casting`.
+    #[inline]
+    pub fn casting_quadrature(&self, casting: usize, quantity: CastingQuadrature) -> usize {
+        self.casting_quadratures().start + CastingQuadrature::COUNT * casting + quantity as usize
+    }
+
     /// Work put in by gas and gravity, J.
     pub fn work_in(&self) -> usize {
-        self.states() + PER_HAMMER * self.hammers
+        self.casting_quadratures().end
     }
 
     /// Energy dissipated, J; what condensed modes dissipate is not part of it.
@@ -138,7 +171,7 @@ mod tests {
     #[test]
     fn the_layout_is_a_partition() {
         for (structure, hammers, castings) in [([0, 0], 0, 1), ([0, 0], 1, 1), ([12, 12], 3, 4), ([22, 0], 1, 1)] {
-            let layout = Layout { modes: 12, structure, bodies: 4 * hammers + castings, hammers };
+            let layout = Layout { modes: 12, structure, bodies: 4 * hammers + castings, hammers, castings };
             let mut uses = vec![0; layout.dimension()];
             layout.structure_displacements().chain(layout.structure_velocities()).for_each(|at| uses[at] += 1);
             for body in 0..layout.bodies {
@@ -153,6 +186,12 @@ mod tests {
                 }
                 layout.chambers_supplied(hammer).for_each(|at| uses[at] += 1);
                 layout.chambers_expansion(hammer).for_each(|at| uses[at] += 1);
+            }
+            for casting in 0..castings {
+                use CastingQuadrature::{ContactWork, FixtureLoss, Given, StructureWork};
+                for quantity in [FixtureLoss, StructureWork, ContactWork, Given] {
+                    uses[layout.casting_quadrature(casting, quantity)] += 1;
+                }
             }
             uses[layout.work_in()] += 1;
             uses[layout.dissipated()] += 1;

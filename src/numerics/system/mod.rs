@@ -44,6 +44,6 @@ pub use builder::{BuildError, build, build_placed};
 pub use coupled::Coupled;
 pub use elements::{Contact, ContactKind, Elements, Spring};
 pub use lanes::{CoupledLanes, Shape};
-pub use layout::{HammerQuadrature, Layout};
+pub use layout::{CastingQuadrature, HammerQuadrature, Layout};
 pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};
 pub use placed::{InterfaceModes, PlacedModes};

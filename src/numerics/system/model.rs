@@ -37,8 +37,10 @@ pub struct HammerSlot {
 /// One casting within the coupled system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CastingSlot {
-    /// Body index of its heave.
+    /// Body index of its heave; its rotations follow.
     pub heave: usize,
+    /// Components of the state that are its velocities.
+    pub velocities: Vec<usize>,
     /// Points whose velocity is watched: those that are struck, those that are held, the measuring point if one is chosen; of
     /// a casting that does not rotate, all of whose points move alike, the first and the measuring point.
     pub points: Vec<CastingPoint>,
@@ -114,6 +116,19 @@ impl CoupledModel {
     /// State at rest, quadratures zero.
     pub fn initial_state(&self) -> &[f64] {
         &self.initial
+    }
+
+    /// Kinetic energy of a casting, J.
+    pub fn casting_energy(&self, casting: usize, y: &[f64]) -> f64 {
+        self.casting_energy_by(casting, |velocity| y[velocity])
+    }
+
+    /// The same with the casting's velocities given by their component of the state: of bounds, a bound.
+    pub fn casting_energy_by(&self, casting: usize, velocity: impl Fn(usize) -> f64) -> f64 {
+        let slot = &self.castings[casting];
+        let masses = &self.body_mass[slot.heave..];
+        let squares = slot.velocities.iter().map(|component| velocity(*component).powi(2));
+        squares.zip(masses).fold(0.0, |sum, (square, mass)| sum + 0.5 * mass * square)
     }
 
     /// Kinetic energy of cylinder, spool, piston and chisel of a hammer in J: the impact energy of a blow at its start.

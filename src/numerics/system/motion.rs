@@ -87,20 +87,39 @@ impl Coupled {
                 energy += 0.5 * mass * v * v;
             }
         }
-        for (row, spring) in model.elements.springs().iter().enumerate() {
-            let (d, _) = self.relative_motion(row, t, y);
-            energy += 0.5 * spring.stiffness_n_per_m * d * d;
+        for row in 0..model.elements.springs().len() {
+            energy += self.spring_energy(row, t, y);
         }
         for hammer in 0..layout.hammers {
             let state = self.hammer_state(hammer, t, y);
             let extension = state.position[body::CYLINDER] - state.position[body::GUIDE];
             energy += model.hammers[hammer].model.return_spring_energy(extension);
         }
-        for (contact, _) in self.discrete.closed.iter().enumerate().filter(|(_, closed)| **closed) {
-            let (d, _) = self.penetration(contact, t, y);
-            energy += model.elements.contacts()[contact].law.stored_energy(d);
+        for contact in 0..self.discrete.closed.len() {
+            energy += self.contact_energy(contact, t, y);
         }
         energy
+    }
+
+    /// Energy stored in the springs of a casting's fixtures at a state, J.
+    pub fn fixture_energy(&self, casting: usize, t: f64, y: &[f64]) -> f64 {
+        let springs = self.model.elements.springs().iter().enumerate();
+        let held = springs.filter(|(_, spring)| spring.casting == Some(casting));
+        held.fold(0.0, |sum, (row, _)| sum + self.spring_energy(row, t, y))
+    }
+
+    fn spring_energy(&self, row: usize, t: f64, y: &[f64]) -> f64 {
+        let (d, _) = self.relative_motion(row, t, y);
+        0.5 * self.model.elements.springs()[row].stiffness_n_per_m * d * d
+    }
+
+    /// Energy stored in a contact at a state, J; 0 while it is open.
+    pub fn contact_energy(&self, contact: usize, t: f64, y: &[f64]) -> f64 {
+        if !self.discrete.closed[contact] {
+            return 0.0;
+        }
+        let (d, _) = self.penetration(contact, t, y);
+        self.model.elements.contacts()[contact].law.stored_energy(d)
     }
 
     fn modal_energy(&self, t: f64, y: &[f64]) -> f64 {

@@ -11,7 +11,7 @@ use crate::system::base::Base;
 use crate::system::discrete::Discrete;
 use crate::system::elements::ContactKind;
 use crate::system::kernel::{Free, Kernel, TERMS};
-use crate::system::layout::{HammerQuadrature, Layout};
+use crate::system::layout::{CastingQuadrature, HammerQuadrature, Layout};
 use crate::system::modal::{GuideShares, ModalRates, Motion};
 use crate::system::model::CoupledModel;
 use crate::system::products::{clear, copy, long_sum, put_all};
@@ -39,13 +39,15 @@ struct Hammer<R: Number> {
 struct Spring<R> {
     stiffness_n_per_m: R,
     damping_n_s_per_m: R,
+    casting: Option<usize>,
 }
 
 /// A contact of each lane.
 #[derive(Debug, Clone, Copy)]
 struct Contact<R: Number> {
     hammer: usize,
-    strikes_casting: bool,
+    /// Casting that it strikes, for a chisel's contact with it.
+    strikes: Option<usize>,
     law: ContactLaw<R>,
     offset_m: R,
     closed: R::Mask,
@@ -98,6 +100,13 @@ impl<R: Number> Row<'_, R> {
             sums[1] = coefficient.mul_add(velocity[point], sums[1]);
         }
         sums
+    }
+
+    /// The part of `-r u` that points from `first` on contribute: for a fixture's row the motion of the structure under it.
+    #[inline(always)]
+    fn carried(&self, first: usize, motion: &[R]) -> R {
+        let entries = self.entries().filter(|(point, _)| *point >= first);
+        entries.fold(R::splat(0.0), |sum, (point, coefficient)| (-coefficient).mul_add(motion[point], sum))
     }
 
     /// Adds `-r' f` to the forces on the points.
@@ -171,8 +180,10 @@ impl<R: Number> Rates<R> {
         let mut rates = Self {
             layout,
             rows: ElementRows { begins, coefficients: vec![zero; of_rows.len()], points: of_rows },
-            springs: vec![Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero }; model.elements.springs().len()],
-            contacts: model.elements.contacts().iter().map(Contact::like).collect(),
+            springs: (model.elements.springs().iter())
+                .map(|spring| Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero, casting: spring.casting })
+                .collect(),
+            contacts: model.elements.contacts().iter().map(|contact| Contact::like(contact, model)).collect(),
             hammers: (model.hammers.iter())
                 .map(|slot| Hammer {
                     points: slot.points,
@@ -349,11 +360,19 @@ impl<R: Number> Rates<R> {
         let none = R::splat(0.0);
         // Slices at hand: what is written through one of them changes where none of the others begins.
         let (displacement, velocity, forces) = (&self.displacement[..], &self.velocity[..], &mut self.force[..]);
+        let layout = self.layout;
+        rate[layout.casting_quadratures()].fill(none);
         for (spring, row) in self.springs.iter().zip(self.rows.from(0)) {
             let [extension, speed] = row.values(displacement, velocity);
             let force = spring.stiffness_n_per_m * extension + spring.damping_n_s_per_m * speed;
             row.apply(force, forces);
-            power.dissipated += spring.damping_n_s_per_m * speed * speed;
+            let loss = spring.damping_n_s_per_m * speed * speed;
+            power.dissipated += loss;
+            if let Some(casting) = spring.casting {
+                rate[layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += loss;
+                let carried = force * row.carried(layout.bodies, velocity);
+                rate[layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
+            }
         }
         let following = self.following;
         for (contact, row) in self.contacts.iter().zip(self.rows.from(self.springs.len())) {
@@ -367,12 +386,15 @@ impl<R: Number> Rates<R> {
             let force = R::select(acts, contact.law.closed_force(penetration, speed), none);
             row.apply(force, forces);
             power.dissipated += R::select(acts, contact.law.dissipated_power(penetration, speed), none);
-            if contact.strikes_casting {
+            if let Some(casting) = contact.strikes {
+                rate[layout.casting_quadrature(casting, CastingQuadrature::ContactWork)] += force * speed;
                 let chisel = self.hammers[contact.hammer].points[body::CHISEL];
                 let casting_speed = velocity[chisel] - speed;
                 let work = R::select(acts, force * casting_speed, none);
-                rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Work)] = work;
-                rate[self.layout.quadrature(contact.hammer, HammerQuadrature::Impulse)] = force;
+                rate[layout.quadrature(contact.hammer, HammerQuadrature::Work)] = work;
+                let given = R::select(work.greater(none), work, none);
+                rate[layout.casting_quadrature(casting, CastingQuadrature::Given)] += given;
+                rate[layout.quadrature(contact.hammer, HammerQuadrature::Impulse)] = force;
             }
         }
     }
@@ -462,10 +484,11 @@ impl<R: Number> Rates<R> {
 }
 
 impl<R: Number> Contact<R> {
-    fn like(contact: &crate::system::elements::Contact) -> Self {
+    fn like(contact: &crate::system::elements::Contact, model: &CoupledModel) -> Self {
+        let strikes = contact.kind == ContactKind::ChiselCasting;
         Self {
             hammer: contact.hammer,
-            strikes_casting: contact.kind == ContactKind::ChiselCasting,
+            strikes: strikes.then(|| model.hammers[contact.hammer].casting),
             law: contact.law.in_lanes(),
             offset_m: R::splat(contact.offset_m),
             closed: R::Mask::default(),

@@ -1,0 +1,142 @@
+//! Where the work of the hammers goes, what a strike gives to its casting, and an order of placements that fixtures do not set.
+
+use std::path::Path;
+
+use crate::common::harness::assert_relative;
+use crate::common::studies::{outcome, rig};
+use decore::engine::{Engine, RowScene};
+use decore::metrics::{Aggregates, BlowKind, CastingMetrics, RunMetrics};
+use decore::run::{RowJob, RowStatus};
+
+/// The parts of a casting's delivered work.
+fn parts(casting: &CastingMetrics) -> f64 {
+    casting.fixture_damper_loss_j
+        + casting.fixture_spring_energy_j
+        + casting.structure_work_j
+        + casting.kinetic_energy_j
+}
+
+/// Each part is computed by itself, and the parts sum to the work: one and three hammers, one and two castings, rigid and tilting,
+/// fixtures without and with damping, modes condensed and integrated, guides tied and sprung.
+#[test]
+fn the_parts_sum_to_the_delivered_work() {
+    let damped = |damping: &str| format!("casting.part.fixture.table.damping_n_s_per_m={damping}");
+    let cases: [(&str, Vec<String>); 6] = [
+        ("paper_rig.toml", vec![]),
+        ("paper_rig.toml", vec![damped("0")]),
+        ("paper_rig.toml", vec![damped("40"), "solver.modes=integrated".into()]),
+        ("paper_rig.toml", vec![damped("400"), "solver.guide=spring".into()]),
+        ("placement.toml", vec!["hammer.hammer.rail_position_m=0.11".into()]),
+        ("three_hammers.toml", vec![]),
+    ];
+    for (study, mut settings) in cases {
+        settings.push("duration_s=0.4".into());
+        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+        let metrics = outcome(study, 0, &settings).metrics.unwrap();
+        for casting in &metrics.castings {
+            println!("{study} {settings:?}: {casting:?}");
+            assert!((parts(casting) - casting.delivered_work_j).abs() < 1e-4 * casting.energy_given_j, "{study} {settings:?}");
+            assert!(casting.energy_given_j >= casting.delivered_work_j && casting.strike_contact_loss_j > 0.0);
+        }
+        let delivered: f64 = metrics.castings.iter().map(|casting| casting.delivered_work_j).sum();
+        assert_relative("castings", delivered, metrics.totals.delivered_work_j, 1e-12);
+    }
+}
+
+/// Nearly all work on the rig's casting ends in the fixture's damper, and none where there is no damping: the delivered work falls
+/// by a factor of 30, the energy given by less than 2.
+#[test]
+fn delivered_work_is_mostly_the_loss_of_the_fixture() {
+    let run = |damping: &str| {
+        let damping = format!("casting.part.fixture.table.damping_n_s_per_m={damping}");
+        rig(&["duration_s=1", &damping]).castings.remove(0)
+    };
+    let (damped, undamped) = (run("4000"), run("0"));
+    println!("{damped:?}\n{undamped:?}");
+    assert!(damped.fixture_damper_loss_j > 0.9 * damped.delivered_work_j);
+    assert_eq!(undamped.fixture_damper_loss_j, 0.0);
+    assert!(undamped.delivered_work_j < 0.05 * damped.delivered_work_j);
+    assert_relative("energy given", undamped.energy_given_j, damped.energy_given_j, 0.5);
+}
+
+/// A casting that only heaves and whose fixture is soft keeps the strike: its energy is kinetic, and the momentum is that of its
+/// mass at that energy.
+#[test]
+fn analytic_strike_on_a_free_casting() {
+    for mass_kg in [0.5, 2.0, 8.0] {
+        let mass = format!("casting.part.mass_kg={mass_kg}");
+        let fixture = "casting.part.fixture.table";
+        let soft = [
+            format!("{fixture}.stiffness_n_per_m=1"),
+            format!("{fixture}.damping_n_s_per_m=0"),
+            "duration_s=0.06".to_owned(),
+        ];
+        let metrics = rig(&[&mass, &soft[0], &soft[1], &soft[2]]);
+        let hammer = &metrics.hammers[0];
+        let kinetic = hammer.first_impact_strike_kinetic_energy_j.unwrap();
+        let momentum = hammer.first_impact_strike_momentum_n_s.unwrap();
+        println!("{mass_kg} kg: {kinetic} J, {momentum} N s");
+        assert_relative("energy", hammer.first_impact_strike_energy_j.unwrap(), kinetic, 1e-6);
+        assert_relative("momentum", momentum, (2.0 * mass_kg * kinetic).sqrt(), 1e-6);
+        assert_relative("peak", metrics.castings[0].peak_velocity_m_s, momentum / mass_kg, 1e-6);
+    }
+}
+
+/// Blows, hammers and aggregates hold the same strikes.
+#[test]
+fn strikes_add_up() {
+    let metrics = rig(&["duration_s=1"]);
+    let hammer = &metrics.hammers[0];
+    let sum = |value: fn(&decore::metrics::Blow) -> f64| metrics.blows.iter().map(value).sum::<f64>();
+    assert_relative("momentum", hammer.strike_momentum_n_s, sum(|blow| blow.strike_momentum_n_s), 1e-12);
+    assert_relative("energy", hammer.strike_energy_j, sum(|blow| blow.strike_energy_j), 1e-12);
+    assert_relative("kinetic", hammer.strike_kinetic_energy_j, sum(|blow| blow.strike_kinetic_energy_j), 1e-12);
+    let periodic = metrics.blows.iter().filter(|blow| blow.kind == BlowKind::Periodic);
+    let energies: Vec<f64> = periodic.map(|blow| blow.strike_energy_j).collect();
+    let mean = energies.iter().sum::<f64>() / energies.len() as f64;
+    assert_relative("mean", hammer.periodic_strike_energy_mean_j.unwrap(), mean, 1e-12);
+    let rate = Aggregates::of(&metrics).total_strike_energy_rate_w;
+    assert_relative("rate", rate, mean * hammer.hit_frequency_hz.unwrap(), 1e-12);
+    assert!(metrics.blows.iter().all(|blow| blow.strike_kinetic_energy_j <= blow.strike_energy_j));
+}
+
+/// Placements of the shipped study with one damping of all fixtures.
+fn placements(damping: &str) -> Vec<RunMetrics> {
+    let fixtures = ["front_left", "front_right", "back_left", "back_right"];
+    let mut settings: Vec<String> =
+        fixtures.map(|name| format!("casting.part.fixture.{name}.damping_n_s_per_m={damping}")).to_vec();
+    settings.push("design.rows=50".to_owned());
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml");
+    let engine = Engine::load(&study, &settings).unwrap();
+    let run = |row: usize| {
+        let RowScene { scene, modes } = engine.scene(row).unwrap();
+        let outcome = RowJob::new(scene, modes, 0).run();
+        assert_eq!(outcome.status, RowStatus::Done, "row {row}: {}", outcome.reason);
+        outcome.metrics.unwrap()
+    };
+    (0..50).map(run).collect()
+}
+
+/// Spearman's rank correlation of two series without ties.
+fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
+    let ranks = |values: &[f64]| -> Vec<f64> {
+        values.iter().map(|value| values.iter().filter(|other| *other < value).count() as f64).collect()
+    };
+    let n = a.len() as f64;
+    let squares = ranks(a).iter().zip(ranks(b)).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    1.0 - 6.0 * squares / (n * (n * n - 1.0))
+}
+
+/// The damping of the fixtures does not set the order of placements by the default ranking; it does set that by delivered work.
+#[test]
+fn the_default_ranking_keeps_its_order_over_fixture_damping() {
+    let (light, heavy) = (placements("40"), placements("4000"));
+    let order = |value: fn(&RunMetrics) -> f64| {
+        let of = |runs: &[RunMetrics]| runs.iter().map(value).collect::<Vec<_>>();
+        rank_correlation(&of(&light), &of(&heavy))
+    };
+    let (given, delivered) = (order(|run| run.totals.energy_given_j), order(|run| run.totals.delivered_work_j));
+    println!("rank correlation over damping: energy given {given:.3}, delivered work {delivered:.3}");
+    assert_eq!(decore::report::DEFAULT_RANKING, "energy_given_j");
+    assert!(given >= 0.9 && delivered < 0.9, "{given} {delivered}");
+}
