@@ -25,7 +25,7 @@ const MOST_NAMES: usize = 200;
 const OTHERS: &str = "others";
 /// Outputs that are shown first, in this order, and whether small values are the good ones.
 const MAIN: [(&str, bool); 9] = [
-    (RunTotals::energy_given_j.name, false),
+    (RunTotals::strike_energy_j.name, false),
     (RunTotals::delivered_work_j.name, false),
     (Aggregates::total_first_impact_energy_j.name, false),
     (Aggregates::mean_periodic_energy_j.name, false),

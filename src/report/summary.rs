@@ -11,8 +11,9 @@ use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
 
-/// Column by which rows are ranked by default: the energy given to the castings. The damping of fixtures hardly changes its order.
-pub const DEFAULT_RANKING: &str = RunTotals::energy_given_j.name;
+/// Column by which rows are ranked by default: the energy that strikes give to the castings, which hardly depends on the
+/// damping of the fixtures.
+pub const DEFAULT_RANKING: &str = RunTotals::strike_energy_j.name;
 
 /// Figures shown beside the ranking for the best rows.
 const BESIDE: [&str; 9] = [
@@ -41,7 +42,7 @@ const SUBJECT_RANGES: [(&str, &str); 10] = [
 ];
 /// Outputs of whole rows whose ranges over the rows are shown, with their titles.
 const ROW_RANGES: [(&str, &str); 6] = [
-    (RunTotals::energy_given_j.name, "energy given to the castings in a row"),
+    (RunTotals::strike_energy_j.name, "energy given by the strikes of a row"),
     (RunTotals::delivered_work_j.name, "work delivered in a row"),
     (Aggregates::total_fixture_damper_loss_j.name, "part of it lost in fixture dampers"),
     (Aggregates::total_periodic_power_w.name, "impact power of a row"),

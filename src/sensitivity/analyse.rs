@@ -20,7 +20,7 @@ use crate::study::DesignOutline;
 
 /// Outputs that are analysed unless others are asked for.
 pub const DEFAULT_OUTPUTS: [&str; 5] = [
-    RunTotals::energy_given_j.name,
+    RunTotals::strike_energy_j.name,
     Aggregates::total_first_impact_work_j.name,
     Aggregates::mean_hit_frequency_hz.name,
     Aggregates::max_casting_point_velocity_m_s.name,

@@ -35,16 +35,21 @@ fn the_parts_sum_to_the_delivered_work() {
         let metrics = outcome(study, 0, &settings).metrics.unwrap();
         for casting in &metrics.castings {
             println!("{study} {settings:?}: {casting:?}");
-            assert!((parts(casting) - casting.delivered_work_j).abs() < 1e-4 * casting.energy_given_j, "{study} {settings:?}");
-            assert!(casting.energy_given_j >= casting.delivered_work_j && casting.strike_contact_loss_j > 0.0);
+            assert!(
+                (parts(casting) - casting.delivered_work_j).abs() < 1e-4 * casting.strike_energy_j,
+                "{study} {settings:?}"
+            );
+            assert!(casting.strike_contact_loss_j > 0.0);
         }
         let delivered: f64 = metrics.castings.iter().map(|casting| casting.delivered_work_j).sum();
+        let strikes: f64 = metrics.castings.iter().map(|casting| casting.strike_energy_j).sum();
+        assert_relative("strikes", strikes, metrics.totals.strike_energy_j, 1e-12);
         assert_relative("castings", delivered, metrics.totals.delivered_work_j, 1e-12);
     }
 }
 
 /// Nearly all work on the rig's casting ends in the fixture's damper, and none where there is no damping: the delivered work falls
-/// by a factor of 30, the energy given by less than 2.
+/// by a factor of 30, the energy of the strikes hardly changes.
 #[test]
 fn delivered_work_is_mostly_the_loss_of_the_fixture() {
     let run = |damping: &str| {
@@ -56,11 +61,11 @@ fn delivered_work_is_mostly_the_loss_of_the_fixture() {
     assert!(damped.fixture_damper_loss_j > 0.9 * damped.delivered_work_j);
     assert_eq!(undamped.fixture_damper_loss_j, 0.0);
     assert!(undamped.delivered_work_j < 0.05 * damped.delivered_work_j);
-    assert_relative("energy given", undamped.energy_given_j, damped.energy_given_j, 0.5);
+    assert_relative("strikes", undamped.strike_energy_j, damped.strike_energy_j, 0.1);
 }
 
-/// A casting that only heaves and whose fixture is soft keeps the strike: its energy is kinetic, and the momentum is that of its
-/// mass at that energy.
+/// A casting that only heaves on a soft fixture keeps the strike's energy as kinetic energy, and its momentum follows from both.
+/// Integrals of forces are not under error control: they hold to 1e-5.
 #[test]
 fn analytic_strike_on_a_free_casting() {
     for mass_kg in [0.5, 2.0, 8.0] {
@@ -76,9 +81,10 @@ fn analytic_strike_on_a_free_casting() {
         let kinetic = hammer.first_impact_strike_kinetic_energy_j.unwrap();
         let momentum = hammer.first_impact_strike_momentum_n_s.unwrap();
         println!("{mass_kg} kg: {kinetic} J, {momentum} N s");
-        assert_relative("energy", hammer.first_impact_strike_energy_j.unwrap(), kinetic, 1e-6);
-        assert_relative("momentum", momentum, (2.0 * mass_kg * kinetic).sqrt(), 1e-6);
-        assert_relative("peak", metrics.castings[0].peak_velocity_m_s, momentum / mass_kg, 1e-6);
+        assert_relative("energy", hammer.first_impact_strike_energy_j.unwrap(), kinetic, 1e-5);
+        assert_relative("momentum", momentum, (2.0 * mass_kg * kinetic).sqrt(), 1e-5);
+        let peak = hammer.first_impact_casting_peak_velocity_m_s.unwrap();
+        assert_relative("peak", peak, momentum / mass_kg, 1e-5);
     }
 }
 
@@ -135,8 +141,8 @@ fn the_default_ranking_keeps_its_order_over_fixture_damping() {
         let of = |runs: &[RunMetrics]| runs.iter().map(value).collect::<Vec<_>>();
         rank_correlation(&of(&light), &of(&heavy))
     };
-    let (given, delivered) = (order(|run| run.totals.energy_given_j), order(|run| run.totals.delivered_work_j));
-    println!("rank correlation over damping: energy given {given:.3}, delivered work {delivered:.3}");
-    assert_eq!(decore::report::DEFAULT_RANKING, "energy_given_j");
+    let (given, delivered) = (order(|run| run.totals.strike_energy_j), order(|run| run.totals.delivered_work_j));
+    println!("rank correlation over damping: strikes {given:.3}, delivered work {delivered:.3}");
+    assert_eq!(decore::report::DEFAULT_RANKING, "strike_energy_j");
     assert!(given >= 0.9 && delivered < 0.9, "{given} {delivered}");
 }

@@ -119,7 +119,7 @@ impl StubRows {
             blows: (0..blows).map(blow).collect(),
             totals: RunTotals {
                 delivered_work_j,
-                energy_given_j: delivered_work_j,
+                strike_energy_j: delivered_work_j,
                 energy_residual: 1e-5 * unit(row, 8),
                 ..RunTotals::default()
             },

@@ -192,10 +192,10 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
     )
     .scattering(Sum),
     target(
-        "energy_given_j",
+        "strike_energy_j",
         "J",
-        Casting(CastingMetrics::energy_given_j.name),
-        "Energy given to the casting: work of the chisels while they push it on.",
+        Casting(CastingMetrics::strike_energy_j.name),
+        "Energy given to the casting by the strikes of all blows on it.",
     )
     .scattering(Sum),
     target(

@@ -116,7 +116,6 @@ fn ledger(system: &Coupled, casting: usize, At { t, y }: At<'_>) -> CastingMetri
     let still_stored = striking().map(|(_, hammer)| system.contact_energy(hammer.strike, t, y)).sum::<f64>();
     CastingMetrics {
         delivered_work_j: striking().map(work).fold(0.0, |sum, work| sum + work),
-        energy_given_j: quadrature(CastingQuadrature::Given),
         fixture_damper_loss_j: quadrature(CastingQuadrature::FixtureLoss),
         fixture_spring_energy_j: system.fixture_energy(casting, t, y),
         structure_work_j: quadrature(CastingQuadrature::StructureWork),

@@ -124,22 +124,21 @@ quantities! {
         pub peak_point: String => "",
         /// Largest absolute velocity at the casting's measuring point, where one is chosen.
         pub measuring_point_peak_velocity_m_s: Option<f64> => "m/s",
+        /// Energy given to the casting by the strikes of all blows on it.
+        pub strike_energy_j: f64 => "J" main,
         /// Work of all hammers on this casting over the run. It is the sum of `fixture_damper_loss_j`, `fixture_spring_energy_j`,
         /// `structure_work_j` and `kinetic_energy_j`.
         pub delivered_work_j: f64 => "J",
-        /// Energy given to the casting over the run: the work of the chisels while they push the casting on. It leaves out the
-        /// energy that the casting returns to the chisels, so it is larger than the delivered work.
-        pub energy_given_j: f64 => "J" main,
         /// Part of the delivered work lost in the dampers of the casting's fixtures.
         pub fixture_damper_loss_j: f64 => "J" main,
         /// Part of the delivered work stored in the springs of the casting's fixtures at the end of the run.
         pub fixture_spring_energy_j: f64 => "J",
         /// Part of the delivered work passed on to the machine through the casting's fixtures.
-        pub structure_work_j: f64 => "J" main,
+        pub structure_work_j: f64 => "J",
         /// Part of the delivered work that is kinetic energy of the casting at the end of the run.
         pub kinetic_energy_j: f64 => "J",
         /// Energy lost in the contacts of the chisels with this casting; the hammers supply it on top of the delivered work.
-        pub strike_contact_loss_j: f64 => "J" main,
+        pub strike_contact_loss_j: f64 => "J",
     }
 }
 
@@ -151,9 +150,8 @@ quantities! {
         pub delivered_work_j: f64 => "J" main,
         /// Impulse of the chisel-casting forces over the whole run, all hammers.
         pub delivered_impulse_n_s: f64 => "N s" main,
-        /// Energy given to all castings over the run: the work of the chisels while they push the castings on. It leaves out the
-        /// energy that castings return to the chisels.
-        pub energy_given_j: f64 => "J" main,
+        /// Energy given to all castings by the strikes of all blows: the default ranking.
+        pub strike_energy_j: f64 => "J" main,
         /// Audit of the run: (work put in by gas and gravity - stored - dissipated) / work put in, the latter at least 1 J.
         pub energy_residual: f64 => "1",
         /// Audit of the chambers, the largest over them: what the energy of its gas misses by its own equation, over the
@@ -219,6 +217,9 @@ mod tests {
                 ("air_used_nl" | "delivered_work_j" | "delivered_impulse_n_s", _) => {
                     assert_eq!(value, Some(Value::Real(0.0)));
                 }
+                (name, Kind::Real) if name.starts_with("strike_") => {
+                    assert_eq!(value, Some(Value::Real(0.0)), "{name}")
+                }
                 ("percussion_period", _) => assert_eq!(value, None),
                 (_, Kind::Count) => assert_eq!(value, Some(Value::Count(0))),
                 _ => assert_eq!((value, quantity.kind), (None, Kind::Real), "{}", quantity.name),
@@ -226,6 +227,6 @@ mod tests {
             assert!(quantity.description().ends_with('.'), "{}", quantity.name);
         }
         let main: Vec<&str> = CastingMetrics::QUANTITIES.iter().filter(|q| q.main).map(|q| q.name).collect();
-        assert_eq!(main, ["peak_velocity_m_s", "peak_point_velocity_m_s"]);
+        assert_eq!(main, ["peak_velocity_m_s", "peak_point_velocity_m_s", "strike_energy_j", "fixture_damper_loss_j"]);
     }
 }

@@ -4,7 +4,7 @@ use super::at::At;
 use super::audit::{chamber_residual, energy_residual};
 use super::casting::CastingTrack;
 use super::hammer::HammerTrack;
-use super::outputs::{RunMetrics, RunTotals};
+use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
 use crate::integrate::{Observer, Step};
 use crate::scene::Scene;
 use crate::system::{ContactKind, Coupled, CoupledModel};
@@ -35,11 +35,15 @@ impl Recorder {
         let mut blows: Vec<_> = blows.into_iter().flatten().collect();
         blows.sort_by(|a, b| a.start_time_s.total_cmp(&b.start_time_s).then(a.hammer.cmp(&b.hammer)));
         let castings = self.castings.into_iter().enumerate();
-        let castings: Vec<_> = castings.map(|(casting, track)| track.finish(system, casting, end)).collect();
+        let castings = castings.map(|(casting, track)| CastingMetrics {
+            strike_energy_j: sum(blows.iter().filter(|blow| blow.casting == casting).map(|blow| blow.strike_energy_j)),
+            ..track.finish(system, casting, end)
+        });
+        let castings = castings.collect();
         let totals = RunTotals {
             delivered_work_j: sum(hammers.iter().map(|hammer| hammer.delivered_work_j)),
             delivered_impulse_n_s: sum(hammers.iter().map(|hammer| hammer.delivered_impulse_n_s)),
-            energy_given_j: sum(castings.iter().map(|casting| casting.energy_given_j)),
+            strike_energy_j: sum(hammers.iter().map(|hammer| hammer.strike_energy_j)),
             energy_residual: energy_residual(system, end),
             chamber_residual: chamber_residual(system, end),
         };

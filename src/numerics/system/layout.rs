@@ -3,7 +3,7 @@
 //! `y = [structure | positions (b bodies) | structure' | velocities (b) | pressures (4 N) | quadratures]`. The structure's two
 //! parts are the modal displacements and velocities or, condensed, the integrals of the interface forces and nothing.
 //! Hammers come first among the bodies, then castings. Quadratures: per hammer four of its own and two per chamber, per casting
-//! four, then work put in and energy dissipated.
+//! three, then work put in and energy dissipated.
 
 use std::ops::Range;
 
@@ -36,13 +36,11 @@ pub enum CastingQuadrature {
     StructureWork = 1,
     /// Work that the chisels did on their contacts with it beyond the work on the casting, J: lost there, or still stored.
     ContactWork = 2,
-    /// Work of the chisels on it while they push it on: the integral of their power where it is positive, J.
-    Given = 3,
 }
 
 impl CastingQuadrature {
     /// Number of quadratures.
-    const COUNT: usize = 4;
+    const COUNT: usize = 3;
 }
 
 /// Quadratures of one hammer, those of its chambers included.
@@ -188,8 +186,8 @@ mod tests {
                 layout.chambers_expansion(hammer).for_each(|at| uses[at] += 1);
             }
             for casting in 0..castings {
-                use CastingQuadrature::{ContactWork, FixtureLoss, Given, StructureWork};
-                for quantity in [FixtureLoss, StructureWork, ContactWork, Given] {
+                use CastingQuadrature::{ContactWork, FixtureLoss, StructureWork};
+                for quantity in [FixtureLoss, StructureWork, ContactWork] {
                     uses[layout.casting_quadrature(casting, quantity)] += 1;
                 }
             }

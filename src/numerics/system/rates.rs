@@ -392,8 +392,6 @@ impl<R: Number> Rates<R> {
                 let casting_speed = velocity[chisel] - speed;
                 let work = R::select(acts, force * casting_speed, none);
                 rate[layout.quadrature(contact.hammer, HammerQuadrature::Work)] = work;
-                let given = R::select(work.greater(none), work, none);
-                rate[layout.casting_quadrature(casting, CastingQuadrature::Given)] += given;
                 rate[layout.quadrature(contact.hammer, HammerQuadrature::Impulse)] = force;
             }
         }
