@@ -150,17 +150,19 @@ fn outputs(text: &mut String, found: &Comparison) {
     );
     for output in &lines {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3e}"));
-        let worst = output.worst.as_ref().map_or(Some(0.0), PairDifference::difference);
+        // Without a median no pair has two numbers, and none can be the worst.
+        let worst = output.median.and_then(|_| output.worst.as_ref().map_or(Some(0.0), PairDifference::difference));
         let line = format!(
             "{:<width$}{gap}{:>8} {:>8} {:>11} {:>11} {}",
             output.name,
             output.pairs,
             output.beyond,
             number(output.median),
-            number(worst.filter(|_| !output.unit.is_empty())),
+            number(worst),
             if output.unit == "1" { "" } else { &output.unit }
         );
-        let _ = writeln!(text, "{}", line.trim_end());
+        let one_sided = if output.one_sided > 0 { format!("  {} one-sided", output.one_sided) } else { String::new() };
+        let _ = writeln!(text, "{}{one_sided}", line.trim_end());
     }
     let measured: u64 = lines.iter().map(|output| output.measured).sum();
     let pairs: u64 = lines.iter().map(|output| output.pairs).sum();
@@ -170,6 +172,9 @@ fn outputs(text: &mut String, found: &Comparison) {
          others |d| > {:e} of the larger value",
         found.relative
     );
+    if lines.iter().any(|output| output.one_sided > 0) {
+        text.push_str("one-sided: pairs of which only A or only B has a value; they are beyond, and have no |d|\n");
+    }
 }
 
 /// The values beyond their scatter that are listed.

@@ -229,6 +229,7 @@ struct Tally<'o> {
     pairs: u64,
     measured: u64,
     beyond: u64,
+    one_sided: u64,
     differences: Vec<f64>,
     worst: Option<Differing>,
     /// Farthest beyond first.
@@ -243,6 +244,7 @@ impl<'o> Tally<'o> {
             pairs: 0,
             measured: 0,
             beyond: 0,
+            one_sided: 0,
             differences: Vec::new(),
             worst: None,
             listed: Vec::new(),
@@ -264,7 +266,10 @@ impl<'o> Tally<'o> {
         if !self.is_text() && judged.difference.is_finite() {
             self.differences.push(judged.difference);
         }
-        if judged.difference > self.worst.map_or(0.0, |worst| worst.judged.difference) {
+        if samples.iter().any(|sample| sample.value.is_nan()) {
+            // Without a difference: the worst one is of the others.
+            self.one_sided += 1;
+        } else if judged.difference > self.worst.map_or(0.0, |worst| worst.judged.difference) {
             self.worst = Some(differing);
         }
         if judged.is_beyond() {
@@ -296,6 +301,7 @@ impl<'o> Tally<'o> {
             pairs: self.pairs,
             measured: self.measured,
             beyond: self.beyond,
+            one_sided: self.one_sided,
             median: median(&mut self.differences),
             worst,
         });

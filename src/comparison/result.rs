@@ -129,10 +129,12 @@ pub struct OutputDifference {
     pub measured: u64,
     /// Those of them beyond their scatter.
     pub beyond: u64,
+    /// Pairs of which one has a value and the other has none; they count as beyond.
+    pub one_sided: u64,
     /// Median of the absolute differences; `null` for texts and where no pair has two numbers.
     pub median: Option<f64>,
-    /// The pair with the largest absolute difference, of texts and where one lacks a value the first one; `null` where all are
-    /// equal.
+    /// Of the pairs with two values the one with the largest absolute difference, of texts the first one that differs; `null`
+    /// where all are equal.
     pub worst: Option<PairDifference>,
 }
 

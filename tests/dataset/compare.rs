@@ -98,6 +98,30 @@ fn what_is_beyond_the_rule_is_listed_farthest_first() {
     assert!((worst - 30.0 * 1.2e-4).abs() < 1e-12, "{worst}");
 }
 
+/// A pair of which one has no value has no difference: the worst is of the others.
+#[test]
+fn one_sided_pairs_are_counted_beside_the_worst_difference() {
+    let scratch = TempDir::new().expect("scratch");
+    let a = written(&scratch.path().join("a"), &info(), |_| ());
+    let b = written(&scratch.path().join("b"), &info(), |made| match made.row {
+        40 => metrics(made).hammers[1].hit_frequency_hz = Some(25.0),
+        50 => metrics(made).hammers[1].hit_frequency_hz = None,
+        _ => {}
+    });
+    let found = compared([&a, &b], &ComparisonSettings::default()).expect("compared");
+    let frequency = found.outputs.iter().find(|output| output.name == "right_hand_hit_frequency_hz").expect("compared");
+    let worst = frequency.worst.as_ref().expect("a worst pair");
+    assert_eq!((frequency.beyond, frequency.one_sided, worst.row_a, worst.difference()), (2, 1, 40, Some(5.0)));
+    assert_eq!((found.beyond.count, found.beyond.listed[0].row_a), (2, 50));
+    let mut command = decore();
+    command.arg("compare").args([&a, &b]);
+    let text = String::from_utf8_lossy(&output(command).stdout).into_owned();
+    let line = text.lines().find(|line| line.starts_with("right_hand_hit_frequency_hz")).expect("a line");
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    assert_eq!(&cells[1..], ["129", "2", "0.000e0", "5.000e0", "Hz", "1", "one-sided"], "{text}");
+    assert!(text.contains("one-sided: pairs of which only A or only B has a value"), "{text}");
+}
+
 #[test]
 fn rows_that_ended_differently_are_listed_and_not_compared() {
     let found = changed(&info(), |made| {
