@@ -11,12 +11,14 @@
 //! - `quoted`: what the paper prints, with table, figure or section
 //! - `rig`: the rig as a study, its runs, and runs with one thing changed that tell where differences come from
 //! - `mobility`: velocity per force over frequency
+//! - `lines`: lines of the arm's spectrum by window and span
 //! - `compared`: the result as plain data
 //! - `page`: the result as one HTML page
 //! - `structure_groups`, `process_groups`: what stands beside what, by which tolerance, and why it differs
 
 mod compared;
 mod error;
+mod lines;
 mod mobility;
 mod page;
 mod process_groups;

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use super::error::PaperError;
+use super::lines::{ArmLines, Window};
 use super::mobility::Mobility;
-use super::quoted::SHIFTED_BELOW_HZ;
 use crate::engine::{Engine, RowScene};
 use crate::measurement::{LOW_PASS_HZ, LOW_PASS_ORDER};
-use crate::metrics::{Blow, FixtureSignals, HammerMetrics, HammerSignals, RunMetrics, Signal, SignalOf};
+use crate::metrics::{Blow, BlowKind, FixtureSignals, HammerMetrics, HammerSignals, RunMetrics, Signal, SignalOf};
 use crate::run::{RowOutcome, run_row};
-use crate::scene::{Scene, Supply};
-use crate::signal::{Butterworth, Spectrum, dominant_frequency_hz, peak, rms};
+use crate::scene::Scene;
+use crate::signal::{Butterworth, peak, rms};
 use crate::study::Study;
 use crate::system::InterfaceModes;
 
@@ -20,8 +20,11 @@ const STUDY: &str = include_str!("../../studies/paper_rig.toml");
 const INTERVAL_S: f64 = 2e-5;
 /// That of the machine's points, whose modes end at 1000 Hz.
 const GAUGE_INTERVAL_S: f64 = 1e-4;
-/// Supplies in bar that are tried.
-pub(super) const SUPPLIES_BAR: [f64; 3] = [4.4, 4.6, 5.0];
+/// Duration in s of runs that show steady hammering, and the time from which on the first impact's transient has decayed.
+const LONG: &str = "duration_s=4.0";
+pub(super) const DECAYED_S: f64 = 1.0;
+/// Supplies in bar that are tried; the last is the paper's.
+pub(super) const SUPPLIES_BAR: [f64; 4] = [4.4, 4.5, 4.6, 5.0];
 /// Ratios of damping that are tried.
 const DAMPING_RATIOS: [f64; 3] = [0.005, 0.02, 0.05];
 /// Times in s after the first contact over which the arm's velocity is averaged; the last stands for the rest of the run.
@@ -43,12 +46,13 @@ pub(super) struct Ours {
     pub metrics: RunMetrics,
     /// Velocity of the mount from the first contact on, m/s, every [`INTERVAL_S`].
     pub arm_m_s: Vec<f64>,
-    /// Frequency in Hz of the arm's highest line above the shifted ones during hammering.
-    pub arm_dominant_hz: f64,
+    /// Lines of the arm's velocity: from the first contact to the end of the paper's run, then from [`DECAYED_S`] to the end of a
+    /// longer one; each by a rectangular window, then by a Hann window.
+    pub arm_lines: [ArmLines; 4],
     /// Every blow whose window lies in the run.
     pub impacts: Vec<Impact>,
-    /// The rig at other supplies, in bar.
-    pub supplies: Vec<Varied>,
+    /// The rig at other supplies, in bar, over a longer time.
+    pub supplies: Vec<Supplied>,
     /// With other ratios of damping.
     pub dampings: Vec<Varied>,
     /// Velocities of other points.
@@ -60,6 +64,24 @@ pub(super) struct Ours {
 pub(super) struct Varied {
     pub value: f64,
     pub hammer: HammerMetrics,
+}
+
+/// What the hammer gives at another supply.
+#[derive(Debug)]
+pub(super) struct Supplied {
+    pub supply_bar: f64,
+    pub hammer: HammerMetrics,
+    /// Standard deviation of the intervals between periodic blows over their mean.
+    pub interval_spread: f64,
+    /// Velocity of the mount from [`DECAYED_S`] on, m/s, every [`GAUGE_INTERVAL_S`].
+    pub arm_m_s: Vec<f64>,
+}
+
+impl Supplied {
+    /// RMS velocity of the mount once the first impact has decayed, m/s.
+    pub fn steady_m_s(&self) -> f64 {
+        rms(&self.arm_m_s)
+    }
 }
 
 /// RMS velocity of a point of the machine in m/s.
@@ -141,13 +163,14 @@ pub(super) fn run() -> Result<Ours, PaperError> {
     let shapes = |rows: Option<&Vec<f64>>| rows.cloned().ok_or(PaperError::Missing("mode shapes"));
     let mount = shapes(modes.mounts.first())?;
     let table = shapes(modes.fixtures.first().and_then(|rows| rows.first()))?;
+    let supplies = SUPPLIES_BAR.into_iter().map(supplied).collect::<Result<Vec<_>, _>>()?;
     Ok(Ours {
         frequencies_hz: modes.omega_rad_s.iter().map(|omega| omega / std::f64::consts::TAU).collect(),
         mobility: Mobility::of(&modes, &mount, &table),
-        arm_dominant_hz: dominant_hz(&arm_m_s)?,
+        arm_lines: arm_lines(&metrics, &arm_m_s, supplies.last())?,
         arm_m_s,
         impacts,
-        supplies: supplies(&scene, &modes)?,
+        supplies,
         dampings: dampings(&scene, &modes)?,
         places: places()?,
         metrics,
@@ -185,12 +208,33 @@ fn named<'s>(signals: Option<&'s [Signal]>, of: SignalOf, quantity: &'static str
     found.ok_or(PaperError::Missing(quantity))
 }
 
-/// Frequency in Hz of the highest line above those that the paper sets apart.
-fn dominant_hz(values: &[f64]) -> Result<f64, PaperError> {
-    let Spectrum { resolution_hz, mut amplitudes } = Spectrum::of(values, INTERVAL_S);
-    let apart = amplitudes.iter_mut().enumerate().filter(|(line, _)| *line as f64 * resolution_hz < SHIFTED_BELOW_HZ);
-    apart.for_each(|(_, amplitude)| *amplitude = 0.0);
-    dominant_frequency_hz(&amplitudes, resolution_hz).ok_or(PaperError::Missing("vibration of the arm"))
+/// See [`Ours::arm_lines`]; `arm_m_s`: from the first contact on; `long`: at the same supply.
+fn arm_lines(metrics: &RunMetrics, arm_m_s: &[f64], long: Option<&Supplied>) -> Result<[ArmLines; 4], PaperError> {
+    let blows_hz = metrics.hammers.first().and_then(|hammer| hammer.hit_frequency_hz);
+    let blows_hz = blows_hz.ok_or(PaperError::Missing("frequency of blows"))?;
+    let first_s = first_contact_s(metrics)?;
+    let end_s = first_s + INTERVAL_S * arm_m_s.len() as f64;
+    let late_m_s = long.map_or(&[][..], |long| &long.arm_m_s);
+    let late_end_s = DECAYED_S + GAUGE_INTERVAL_S * late_m_s.len() as f64;
+    let early = |window| ArmLines::of(window, [first_s, end_s], (arm_m_s, INTERVAL_S), blows_hz);
+    let late = |window| ArmLines::of(window, [DECAYED_S, late_end_s], (late_m_s, GAUGE_INTERVAL_S), blows_hz);
+    let [rectangular, hann] = Window::ALL;
+    Ok([early(rectangular)?, early(hann)?, late(rectangular)?, late(hann)?])
+}
+
+fn supplied(supply_bar: f64) -> Result<Supplied, PaperError> {
+    let supply = format!("hammer.hammer.supply_bar={supply_bar}");
+    let (outcome, signals) = engine(&study_text(), &[LONG, &supply])?.outcome_with_signals(0, GAUGE_INTERVAL_S)?;
+    let arm = named(signals.as_deref(), SignalOf::Hammer(0), HammerSignals::arm_velocity_m_s.name)?;
+    let arm_m_s = arm.values.get(sample(DECAYED_S, GAUGE_INTERVAL_S)..).unwrap_or_default().to_vec();
+    let metrics = done(outcome)?;
+    let periodic = metrics.blows.iter().filter(|blow| blow.kind == BlowKind::Periodic);
+    let starts_s: Vec<f64> = periodic.map(|blow| blow.start_time_s).collect();
+    let intervals_s: Vec<f64> = starts_s.iter().zip(starts_s.iter().skip(1)).map(|(from, to)| to - from).collect();
+    let mean_s = intervals_s.iter().sum::<f64>() / intervals_s.len() as f64;
+    let deviations: Vec<f64> = intervals_s.iter().map(|interval_s| interval_s / mean_s - 1.0).collect();
+    let hammer = metrics.hammers.into_iter().next().ok_or(PaperError::Missing("hammer"))?;
+    Ok(Supplied { supply_bar, hammer, interval_spread: rms(&deviations), arm_m_s })
 }
 
 /// Velocities of every blow: between its start and the end of its window, for the chisel, which a blow of the piston drives, as
@@ -208,16 +252,6 @@ fn impacts(blows: &[Blow], window_s: f64, [casting, chisel]: [&Signal; 2]) -> Re
         })
     };
     Ok(blows.iter().filter_map(impact).collect())
-}
-
-fn supplies(scene: &Scene, modes: &InterfaceModes) -> Result<Vec<Varied>, PaperError> {
-    let at = |supply_bar: f64| {
-        let mut scene = scene.clone();
-        let pressure_pa = Supply { supply_bar }.pressure_pa(&scene.environment);
-        scene.hammers.iter_mut().for_each(|hammer| hammer.supply_pressure_pa = pressure_pa);
-        varied(supply_bar, &scene, modes)
-    };
-    SUPPLIES_BAR.into_iter().map(at).collect()
 }
 
 fn dampings(scene: &Scene, modes: &InterfaceModes) -> Result<Vec<Varied>, PaperError> {

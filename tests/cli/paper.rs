@@ -120,3 +120,40 @@ fn the_text_fits_and_marks_what_differs() {
     assert!(frequency.ends_with("+7.1 %*") && frequency.matches('*').count() == 1, "{frequency}");
     assert!(!line("energy of the first impact (J)").contains('*'));
 }
+
+/// Values of the rows of a table of evidence.
+fn evidence(comparison: &Json, name: &str) -> Vec<Vec<f64>> {
+    let tables = list(comparison, "groups").iter().flat_map(|group| list(group, "evidence"));
+    let table = tables.clone().find(|table| table["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+    let values = |row: &Json| list(row, "values").iter().map(|value| value.as_f64().expect("a number")).collect();
+    list(table, "rows").iter().map(values).collect()
+}
+
+/// Where ours and the paper's words cannot both hold, that is printed, with runs that show it.
+#[test]
+fn contradictions_are_shown_as_such() {
+    let comparison: Json = serde_json::from_str(&said(&["paper", "--json"])).expect("JSON");
+    // 44 Hz leads by a rectangular window over the whole run alone.
+    let lines = evidence(&comparison, "Lines of the mount's velocity by window and span");
+    assert!((lines[0][0] - 44.0).abs() < 0.7 && lines[0][1] < lines[0][2], "{lines:?}");
+    assert_eq!(lines.len(), 4);
+    for line in &lines[1..] {
+        let ratio = line[1] / line[2];
+        assert!((line[0] - 22.0).abs() < 0.7 && (2.5..4.0).contains(&ratio), "{line:?}: {ratio}");
+    }
+    // Blows at 4.4 to 4.5 bar have the measured frequency, and meet the mode at 19.9 Hz.
+    let supplies = evidence(&comparison, "Intervals of blows, and the arm once the first impact has decayed");
+    let last = supplies.last().expect("5 bar");
+    for one in &supplies[..2] {
+        assert!((one[0] - 20.5).abs() < 0.3, "{one:?}");
+        assert!((1.8..2.6).contains(&(one[2] / last[2])), "{one:?} beside {last:?}");
+    }
+    assert!(supplies.iter().all(|one| one[1] < 0.15), "the frequency is constant: {supplies:?}");
+    let remarks = |group: &Json| list(group, "remarks").iter().filter_map(Json::as_str).map(str::to_owned).collect();
+    let remarks: Vec<String> =
+        list(&comparison, "groups").iter().flat_map(|group| -> Vec<String> { remarks(group) }).collect();
+    let begin = |words: &str| remarks.iter().filter(|remark| remark.starts_with(words)).count();
+    assert_eq!((begin("Contradiction: "), begin("Unexplained: ")), (3, 1), "{remarks:#?}");
+    let lines = remarks.iter().find(|remark| remark.contains("Hann window")).expect("windows are stated");
+    assert!(lines.contains("rectangular window over 1.46 s"), "{lines}");
+}
