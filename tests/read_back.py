@@ -106,6 +106,20 @@ def compare(folder, table):
     return by_arrow
 
 
+def check_mixed(folder):
+    """All tables at once are none: what DuckDB does with them is as `decore help reading` has it."""
+    glob = f"{folder}/**/*.parquet"
+    for query in (f"select avg(delivered_work_j) from '{glob}'", f"select kind, count(*) from '{glob}' group by kind"):
+        try:
+            duckdb.sql(query).fetchall()
+        except duckdb.Error:
+            continue
+        check(False, f"DuckDB takes all tables for one: {query}")
+    count = lambda files: duckdb.sql(f"select count(*) from '{files}'").fetchall()[0][0]
+    parts = [count(part.as_posix()) for part in folder.rglob("*.parquet")]
+    check(count(glob) == sum(parts), "DuckDB counts the rows of all tables together")
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
@@ -127,6 +141,7 @@ def main():
         check((total is None) == (row not in done), f"row {row}: work where there is none, or none where there is")
         check(count is None or count >= 0, f"row {row}: {count} blows")
 
+    check_mixed(folder)
     glob = folder / "*" / "*.parquet"
     sums = duckdb.sql(
         f"select r.row, r.delivered_work_in_windows_j, sum(b.work_j), count(*), r.total_blow_count "
