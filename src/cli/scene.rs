@@ -17,7 +17,9 @@ use super::text::{check_row, say, six_digits, tell};
 use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::integrate::Counters;
-use crate::metrics::{Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder};
+use crate::metrics::{
+    Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder, Warning,
+};
 use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
 use crate::quantity::{Quantity, Value};
 use crate::run::{RowOutcome, RowStatus};
@@ -215,6 +217,9 @@ fn readable(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
         let _ = writeln!(text, "  {} = {value}{unit}", factor.name);
     }
     if let Some(metrics) = &outcome.metrics {
+        for warning in Warning::of(&metrics.totals.warnings) {
+            let _ = writeln!(text, "  warning: {}", warning.advice());
+        }
         outputs(&mut text, engine, metrics);
     }
     if outcome.states == 0 {

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
-use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals};
+use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals, Warning};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
 
@@ -176,6 +176,8 @@ pub struct Report {
     pub statuses: BTreeMap<String, u64>,
     /// Number of rows that are done by the least sound percussion of their hammers.
     pub percussions: BTreeMap<String, u64>,
+    /// Number of rows that are done by the reasons to doubt them.
+    pub warnings: BTreeMap<&'static str, u64>,
     /// Number of rows by reason, of the rows that are not done.
     pub reasons: BTreeMap<String, u64>,
     /// Number of blows.
@@ -216,6 +218,7 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         rows: study.rows,
         statuses: BTreeMap::new(),
         percussions: BTreeMap::new(),
+        warnings: BTreeMap::new(),
         reasons: BTreeMap::new(),
         blows: reader.parts(TableName::Blows).iter().map(|part| part.records).sum(),
         tables: reader.tables().map(TableName::folder).collect(),
@@ -269,6 +272,8 @@ struct Gatherer<'a> {
     factors: Vec<&'a ColumnDescription>,
     /// Columns that go into ranges, each with its range's place.
     ranged: Vec<(usize, &'a ColumnDescription)>,
+    /// Column of the warnings; none in datasets of older versions.
+    warnings: Option<&'a ColumnDescription>,
     /// One per factor.
     factor_spans: Vec<Span>,
 }
@@ -282,6 +287,7 @@ impl<'a> Gatherer<'a> {
         Self {
             outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
             factor_spans: vec![Span::default(); factors.len()],
+            warnings: named(RunTotals::warnings.name),
             factors,
             settings,
             report,
@@ -293,6 +299,7 @@ impl<'a> Gatherer<'a> {
     fn names(&self) -> Vec<&'a str> {
         let ranged = self.ranged.iter().map(|(_, column)| *column);
         let columns = self.outputs.iter().copied().chain(self.factors.iter().copied()).chain(ranged);
+        let columns = columns.chain(self.warnings);
         let fixed = ALWAYS.into_iter().chain([self.settings.rank_by.as_str()]);
         fixed.chain(columns.map(|column| column.name.as_str())).collect()
     }
@@ -327,6 +334,9 @@ impl<'a> Gatherer<'a> {
             {
                 range.add(value);
             }
+        }
+        if let Some(Some(Value::Text(text))) = ranged.get(self.ranged.len()) {
+            Warning::of(text).for_each(|one| *self.report.warnings.entry(one.name()).or_default() += 1);
         }
     }
 

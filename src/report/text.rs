@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::fmt;
 
 use super::summary::{BestRow, Figure, Range, Report, WorstResidual};
-use crate::metrics::{Aggregates, Percussion};
+use crate::metrics::{Aggregates, Percussion, Warning};
 use crate::quantity::Value;
 
 /// Number of different reasons that are shown.
@@ -50,6 +50,12 @@ impl Report {
                 Aggregates::least_percussion.name,
                 kinds.join(", ")
             )?;
+        }
+        for warning in Warning::ALL {
+            if let Some(count) = self.warnings.get(warning.name()) {
+                let rows = if *count == 1 { "row" } else { "rows" };
+                writeln!(f, "  warning: `{}` in {count} {rows}: {}", warning.name(), warning.advice())?;
+            }
         }
         let mut reasons: Vec<(&String, &u64)> = self.reasons.iter().collect();
         reasons.sort_by_key(|(reason, count)| (Reverse(**count), *reason));

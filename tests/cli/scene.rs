@@ -224,3 +224,25 @@ fn a_measurement_stands_beside_its_signal() {
     let said = text(&scene(&[&same[..], &["--signals", "signals.parquet"]].concat(), 2).stderr);
     assert!(said.contains("would overwrite what the command reads"), "{said}");
 }
+
+/// A row whose inputs describe no hammer on a casting is done, and says why it is to be doubted; `check` knows it before.
+#[test]
+fn a_row_to_be_doubted_is_warned_of() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let rig = study("paper_rig.toml");
+    let soft = "hammer.hammer.parameters.chisel.casting_contact.stiffness_n_per_m=1e5";
+    let run = |command: &str, further: &[&str]| {
+        let mut arguments = vec![command, rig.to_str().expect("path"), "--set", soft];
+        arguments.extend(QUICK.iter().chain(further));
+        decore(scratch.path(), &arguments, 0)
+    };
+    let said = text(&run("scene", &[]).stdout);
+    let warning = "  warning: a chisel goes deeper into its casting than a quarter of its free travel";
+    assert!(said.contains("row 0: done\n") && said.contains(warning), "{said}");
+    let json: Json = serde_json::from_slice(&run("scene", &["--json"]).stdout).expect("JSON");
+    assert_eq!(json["outcome"]["metrics"]["warnings"], "deep_contact");
+    let told = text(&run("check", &[]).stderr);
+    assert!(told.contains("warning: ") && told.contains("the contact is too soft"), "{told}");
+    let said = text(&run("run", &["--output", "out"]).stdout);
+    assert!(said.contains("warning: `deep_contact` in 1 row: a chisel goes deeper"), "{said}");
+}

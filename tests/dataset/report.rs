@@ -19,6 +19,7 @@ fn the_report_ranks_rows_and_names_the_tables() {
     assert_eq!(report.statuses["done"] + report.statuses["invalid"], ROWS);
     assert_eq!(report.worst_residual, Some(WorstResidual { row: 20, energy_residual: -2e-3 }));
     assert_eq!((report.percussions["periodic"], report.percussions["stalled"]), (103, 26));
+    assert_eq!((report.warnings["deep_contact"], report.warnings["damper_jump"]), (3, 3));
     let frequency = report.ranges.iter().find(|range| range.unit == "Hz").expect("frequencies");
     assert_eq!((frequency.min, frequency.max), (20.0, 20.0));
     let text = report.to_string();
@@ -29,6 +30,8 @@ fn the_report_ranks_rows_and_names_the_tables() {
         "hammer.left.supply_bar = 5.490 bar, modes = 74, 2nd mount = beam_2",
         "at worst -0.2000 % (row 20)",
         "103 periodic, 26 stalled",
+        "warning: `deep_contact` in 3 rows: a chisel goes deeper into its casting than a quarter of its free travel",
+        "warning: `damper_jump` in 3 rows: ",
         Path::new("runs").join("*.parquet").to_str().expect("a path"),
     ] {
         assert!(text.contains(expected), "{expected} in\n{text}");

@@ -12,6 +12,7 @@ mod analytic_integrate;
 mod audit;
 #[path = "../common/mod.rs"]
 mod common;
+mod contacts;
 mod fixed_step_rig;
 mod fragile;
 mod hard_cases;

@@ -51,6 +51,30 @@ fn values_in_another_unit_are_told_with_their_likely_unit() {
     warns("supply_bar = 5.0", valve, (8, 28, "hammer.left.parameters.valve.mass_kg"), "is it in g (0.074 kg)?");
 }
 
+/// A contact that is too soft or too damped is told before a row is run; the rig's own, and another law, are not.
+#[test]
+fn contacts_without_sense_are_told() {
+    let contact = |text: &str| format!("supply_bar = 5.0\nparameters.chisel.casting_contact.{text}");
+    let key = |name: &str| format!("hammer.left.parameters.chisel.casting_contact.{name}");
+    let soft = key("stiffness_n_per_m");
+    warns(
+        "supply_bar = 5.0",
+        &contact("stiffness_n_per_m = 1e5"),
+        (8, 55, &soft),
+        "the contact is too soft: by its energy alone the chisel goes",
+    );
+    let dead = key("restitution");
+    let jump = "the contact begins with a jump of the damper's force";
+    warns("supply_bar = 5.0", &contact("restitution = 1e-3"), (8, 49, &dead), jump);
+    let damped = key("damping_n_s_per_m");
+    warns("supply_bar = 5.0", &contact("damping_n_s_per_m = 1e5"), (8, 55, &damped), jump);
+    for sound in ["restitution = 0.5", "stiffness_n_per_m = 1e7", "law = \"kelvin_voigt_separating\""] {
+        assert_eq!(warnings("supply_bar = 5.0", &contact(sound)), [], "{sound}");
+    }
+    let law = "restitution = 1e-3\nparameters.chisel.casting_contact.law = \"hunt_crossley\"";
+    assert_eq!(warnings("supply_bar = 5.0", &contact(law)), []);
+}
+
 /// A method may be set over a study, or differ between rows.
 #[test]
 fn keys_that_no_method_makes_use_of_are_told() {

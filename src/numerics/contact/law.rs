@@ -115,6 +115,18 @@ impl<R: Number> ContactLaw<R> {
         }
     }
 
+    /// Force in N with which a contact begins that the bodies close at `rate`, m/s: the damper's, before anything is compressed.
+    /// 0 for laws that are continuous at onset, and for a contact that begins while the bodies separate.
+    #[inline(always)]
+    pub fn jump(&self, rate: R) -> R {
+        match *self {
+            Self::KelvinVoigt { damping_n_s_per_m, .. } | Self::KelvinVoigtSeparating { damping_n_s_per_m, .. } => {
+                damping_n_s_per_m * rate.greatest(R::splat(0.0))
+            }
+            Self::HuntCrossley { .. } | Self::Hertz { .. } => R::splat(0.0),
+        }
+    }
+
     /// Power dissipated by the closed contact in W: the closed force less the elastic one, times the rate.
     #[inline(always)]
     pub fn dissipated_power(&self, penetration: R, rate: R) -> R {
@@ -204,6 +216,18 @@ impl<R: Number> ContactLaw<R> {
 }
 
 impl ContactLaw {
+    /// Penetration in m at which the contact stores an energy in J: how deep an impact without loss goes.
+    pub fn depth_of_energy(&self, energy_j: f64) -> f64 {
+        let (stiffness, exponent) = match *self {
+            Self::KelvinVoigt { stiffness_n_per_m, .. } | Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
+                (stiffness_n_per_m, 1.0)
+            }
+            Self::HuntCrossley { stiffness_n_per_m_n, exponent, .. } => (stiffness_n_per_m_n, exponent),
+            Self::Hertz { stiffness_n_per_m_1_5, .. } => (stiffness_n_per_m_1_5, HERTZ_EXPONENT),
+        };
+        libm::pow((exponent + 1.0) * energy_j / stiffness, 1.0 / (exponent + 1.0))
+    }
+
     /// Penetration at which the contact, helped by a linear spring of stiffness `helper_n_per_m`, carries the static
     /// `force_n`, which is not negative: the zero of `N(d, 0) + k_helper d - F`.
     pub fn static_penetration(&self, force_n: f64, helper_n_per_m: f64) -> f64 {

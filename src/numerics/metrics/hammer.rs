@@ -2,14 +2,16 @@
 
 use super::at::At;
 use super::blow::{Blow, BlowKind, Recorded};
+use super::contacts::ContactTrack;
 use super::outputs::HammerMetrics;
 use super::peak::{Probe, peak, reach};
 use super::percussion::{judge, strokes};
 use super::statistics::{mean, standard_error, variance};
+use super::warning::Warning;
 use crate::hammer::body;
 use crate::integrate::{Step, Switching};
-use crate::scene::OutputSettings;
-use crate::system::{Coupled, HammerQuadrature};
+use crate::scene::{OutputSettings, Scene};
+use crate::system::{Coupled, CoupledModel, HammerQuadrature};
 
 /// State for which standard litres are counted: 101325 Pa and 293.15 K.
 const STANDARD_PRESSURE_PA: f64 = 101_325.0;
@@ -35,7 +37,7 @@ pub(super) struct HammerTrack {
     impact_of: usize,
     /// Time of the first impact and the arm's integral then.
     first_impact: Option<(f64, f64)>,
-    contacts: u64,
+    contacts: ContactTrack,
     blows: usize,
     last_blow_s: f64,
     gated_s: f64,
@@ -46,13 +48,15 @@ pub(super) struct HammerTrack {
 }
 
 impl HammerTrack {
-    pub fn new(hammer: usize, settings: &OutputSettings) -> Self {
+    pub fn new(hammer: usize, model: &CoupledModel, scene: &Scene) -> Self {
+        let settings = scene.outputs.clone();
+        let travel_m = scene.hammers[hammer].parameters.chisel.travel_m;
         Self {
             hammer,
-            settings: settings.clone(),
+            contacts: ContactTrack::new(model.hammers()[hammer].strike, settings.contact_separation_s, travel_m),
+            settings,
             impact_of: 0,
             first_impact: None,
-            contacts: 0,
             blows: 0,
             last_blow_s: f64::NEG_INFINITY,
             gated_s: 0.0,
@@ -62,8 +66,9 @@ impl HammerTrack {
         }
     }
 
-    /// Follows a step: the time with the gate open, and the window if one is open.
+    /// Follows a step: the time with the gate open, contacts, and the window if one is open.
     pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
+        self.contacts.step(system, step, scratch);
         // The chisel may rest on the casting where the supply is switched on.
         if system.strokes(self.hammer) > self.impact_of
             && system.is_closed(system.model().hammers()[self.hammer].strike)
@@ -84,8 +89,18 @@ impl HammerTrack {
 
     /// A contact of the chisel with the casting began.
     pub fn contact(&mut self, system: &Coupled, At { t, y }: At<'_>) {
-        self.contacts += 1;
+        self.contacts.begins(system, At { t, y });
         self.impact(system, At { t, y });
+    }
+
+    /// A contact of the chisel with the casting ended.
+    pub fn release(&mut self, t: f64) {
+        self.contacts.ends(t);
+    }
+
+    /// Reasons to doubt the run.
+    pub fn warnings(&self, system: &Coupled) -> impl Iterator<Item = Warning> {
+        self.contacts.warnings(system)
     }
 
     /// The chisel touches the casting: in each stroke the first contact starts the stroke's impact.
@@ -189,7 +204,9 @@ impl HammerTrack {
             delivered_impulse_n_s: quadrature(HammerQuadrature::Impulse),
             arm_rms_extension_m_s: rms(arm_at_impact, first_impact_s),
             arm_rms_hammering_m_s: hammering,
-            contact_count: self.contacts,
+            contact_count: self.contacts.count,
+            largest_penetration_m: self.contacts.largest_penetration_m,
+            largest_jump_force_n: self.contacts.largest_jump_force_n,
             air_used_nl: standard_litres(quadrature(HammerQuadrature::Air), system.model().gas_constant_j_per_kg_k()),
             ..first_impact(&self.recorded)
         };

@@ -1,6 +1,8 @@
 //! Outputs of a run: blows, energies, frequencies, peaks, and how sure they are.
 //!
 //! - [`Recorder`]: watches an integration and computes them as it goes
+//! - `contacts`: contacts of a chisel with its casting: their number, the deepest, the largest jump of the force
+//! - [`Warning`]: reasons to doubt a finished run
 //! - `hammer`, `casting`, `audit`: what it keeps of each hammer, of each casting, and of the energies
 //! - [`Aggregates`]: what follows from them over all hammers and castings
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
@@ -13,6 +15,7 @@ mod at;
 mod audit;
 mod blow;
 mod casting;
+mod contacts;
 mod hammer;
 mod outputs;
 mod peak;
@@ -23,6 +26,7 @@ mod scatter;
 mod signal_means;
 mod signals;
 mod statistics;
+mod warning;
 
 pub use aggregates::Aggregates;
 pub use blow::{Blow, BlowKind};
@@ -35,3 +39,4 @@ pub use signals::{
     CastingSignals, EnergySignals, FixtureSignals, HammerSignals, Instant, PointSignals, Signal, SignalOf,
     SignalRecorder, signal_list,
 };
+pub use warning::Warning;

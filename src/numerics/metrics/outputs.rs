@@ -101,8 +101,13 @@ quantities! {
         pub arm_rms_hammering_m_s: Option<f64> => "m/s" main,
         /// Root mean square of the mount's velocity along the hammer from the first to the last periodic blow of each stroke.
         pub arm_rms_steady_m_s: Option<f64> => "m/s" main,
-        /// Number of chisel-casting contacts (maximal intervals of positive force).
+        /// Number of chisel-casting contacts: intervals of positive force, of which those separated by less than
+        /// `outputs.contact_separation_s` (50 us) are one.
         pub contact_count: u64 => "1",
+        /// Deepest penetration of the chisel into the casting.
+        pub largest_penetration_m: f64 => "m",
+        /// Largest force with which a chisel-casting contact began: damping times closing speed; 0 for laws without such a jump.
+        pub largest_jump_force_n: f64 => "N",
         /// Air drawn from the supply over the run, in standard litres (101325 Pa, 293.15 K).
         pub air_used_nl: f64 => "NL",
     }
@@ -157,6 +162,8 @@ quantities! {
         /// Audit of the chambers, the largest over them: what the energy of its gas misses by its own equation, over the
         /// expansion work that passed, the latter at least 1 J.
         pub chamber_residual: f64 => "1",
+        /// Reasons to doubt a finished run, separated by commas: deep_contact, damper_jump (`decore help outputs`); empty: none.
+        pub warnings: String => "",
     }
 }
 
@@ -214,7 +221,14 @@ mod tests {
                 ("hit_frequency_hz", _) => assert_eq!(value, Some(Value::Real(22.0))),
                 ("contact_count", _) => assert_eq!(value, Some(Value::Count(7))),
                 ("percussion", _) => assert_eq!(value, Some(Value::Text("none"))),
-                ("air_used_nl" | "delivered_work_j" | "delivered_impulse_n_s", _) => {
+                (
+                    "air_used_nl"
+                    | "delivered_work_j"
+                    | "delivered_impulse_n_s"
+                    | "largest_penetration_m"
+                    | "largest_jump_force_n",
+                    _,
+                ) => {
                     assert_eq!(value, Some(Value::Real(0.0)));
                 }
                 (name, Kind::Real) if name.starts_with("strike_") => {

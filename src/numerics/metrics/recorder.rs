@@ -5,6 +5,7 @@ use super::audit::{chamber_residual, energy_residual};
 use super::casting::CastingTrack;
 use super::hammer::HammerTrack;
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
+use super::warning::Warning;
 use crate::integrate::{Observer, Step};
 use crate::scene::Scene;
 use crate::system::{ContactKind, Coupled, CoupledModel};
@@ -21,7 +22,7 @@ impl Recorder {
     pub fn new(model: &CoupledModel, scene: &Scene) -> Self {
         let layout = model.layout();
         Self {
-            hammers: (0..layout.hammers).map(|h| HammerTrack::new(h, &scene.outputs)).collect(),
+            hammers: (0..layout.hammers).map(|h| HammerTrack::new(h, model, scene)).collect(),
             castings: model.castings().iter().map(|slot| CastingTrack::new(layout, slot)).collect(),
             scratch: vec![0.0; layout.dimension()],
         }
@@ -30,6 +31,7 @@ impl Recorder {
     /// The outputs, once the end of the simulation is reached at state `y` and time `t`.
     pub fn finish(self, system: &Coupled, t: f64, y: &[f64]) -> RunMetrics {
         let end = At { t, y };
+        let warnings = Warning::text(self.hammers.iter().flat_map(|track| track.warnings(system)));
         let (hammers, blows): (Vec<_>, Vec<_>) =
             self.hammers.into_iter().map(|track| track.finish(system, end)).unzip();
         let mut blows: Vec<_> = blows.into_iter().flatten().collect();
@@ -46,6 +48,7 @@ impl Recorder {
             strike_energy_j: sum(hammers.iter().map(|hammer| hammer.strike_energy_j)),
             energy_residual: energy_residual(system, end),
             chamber_residual: chamber_residual(system, end),
+            warnings,
         };
         RunMetrics { hammers, castings, blows, totals, scatter: None, signals: Vec::new() }
     }
@@ -67,14 +70,12 @@ impl Observer<Coupled> for Recorder {
     }
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
-        if !system.is_closed(guard) {
-            return;
-        }
         let contact = &system.model().elements().contacts()[guard];
         let track = &mut self.hammers[contact.hammer];
-        match contact.kind {
-            ContactKind::ChiselCasting => track.contact(system, At { t, y }),
-            ContactKind::PistonChisel if system.gate_open(contact.hammer) => {
+        match (contact.kind, system.is_closed(guard)) {
+            (ContactKind::ChiselCasting, true) => track.contact(system, At { t, y }),
+            (ContactKind::ChiselCasting, false) => track.release(t),
+            (ContactKind::PistonChisel, true) if system.gate_open(contact.hammer) => {
                 let (_, closing) = system.penetration(guard, t, y);
                 track.percussion(closing, system, At { t, y });
             }

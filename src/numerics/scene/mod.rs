@@ -6,6 +6,7 @@ mod model;
 mod overrides;
 mod sense;
 mod solver;
+mod strike;
 mod validate;
 
 pub use crate::integrate::Method;
@@ -13,4 +14,5 @@ pub use machine::{Housings, SourceName, StructureEntry, StructureParameters};
 pub use model::{Environment, HammerEntry, HammerUnit, Mount, OutputSettings, Scene, Supply};
 pub use overrides::ParameterOverrides;
 pub use solver::{Fidelity, Guide, ModeTreatment, PRESETS, Preset, STANDARD, SolverEntry, SolverSettings};
+pub use strike::{DEEP_SHARE, JUMP_RATIO};
 pub use validate::{SceneProblem, SceneProblemKind};

@@ -170,6 +170,9 @@ parameters! { file
         pub blow_closing_speed_m_s: f64 = 0.5, "m/s", [>= 0] usual [0, 10], "definition";
         /// Least time between the starts of two blows.
         pub blow_separation_s: f64 = 0.010, "s", [>= 0] usual [0, 0.5], "definition";
+        /// Least time from the end of a chisel-casting contact to the start of the next for which they count as two; 0: each
+        /// interval of positive force counts. Shorter gaps are chatter, whose number depends on the tolerance.
+        pub contact_separation_s: f64 = 5e-5, "s", [>= 0] usual [0, 0.01], "measured, see `decore help outputs`";
         /// Number of struck blows of each stroke taken as settling.
         pub settling_blows: usize = 5, "1", [0 ..], "definition";
         /// Root mean square of the differences of blow energies, and of intervals, a period apart, relative to their mean, up to

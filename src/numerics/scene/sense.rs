@@ -1,4 +1,4 @@
-//! What about a scene's values is possible but unlikely: slips of units, a fixture on a hammer's mount.
+//! What about a scene's values is possible but unlikely: slips of units, a fixture on a hammer's mount, a contact without sense.
 
 use crate::parameter::{Fault, Parameters};
 
@@ -14,6 +14,7 @@ impl Scene {
             Supply::of(hammer, &self.environment).unusual(&prefix, &mut remarks);
             hammer.unusual(&prefix, &mut remarks);
             hammer.parameters.unusual(&format!("{prefix}.parameters"), &mut remarks);
+            remarks.extend(self.contact_remarks(hammer));
         }
         for casting in &self.castings {
             let prefix = format!("casting.{}", casting.name);

@@ -236,7 +236,7 @@ fn add_hammer(elements: &mut ElementsBuilder, numbering: &Numbering, scene: &Sce
     let gap = model.rest().position[body::CHISEL] + unit.standoff_m;
     let mut row = numbering.casting_point(unit.casting, unit.strike_point_m, -1.0);
     row.push((points[body::CHISEL], 1.0));
-    let law = strike_law(numbering, scene, unit);
+    let law = strike_law(scene, unit);
     let kind = ContactKind::ChiselCasting;
     let strike = elements.contact(row, Contact { hammer: h, kind, law, offset_m: gap });
     HammerSlot {
@@ -277,18 +277,9 @@ fn internal_law(parameters: &ContactParameters, mass: &[f64; body::COUNT], bodie
     parameters.law(1.0 / inverse)
 }
 
-/// Law of a hammer's contact with its casting, whose mass counts as at the strike point: `1/m + y^2/J_x + x^2/J_y`.
-fn strike_law(numbering: &Numbering, scene: &Scene, unit: &HammerUnit) -> ContactLaw {
-    let casting = &scene.castings[unit.casting];
-    let [x, y] = unit.strike_point_m;
-    let inertia = casting.inertia_kg_m2.unwrap_or([f64::INFINITY; 2]);
-    let mut inverse = 1.0 / unit.parameters.chisel.mass_kg + 1.0 / casting.mass_kg;
-    for (axis, lever) in [y, x].into_iter().enumerate() {
-        if numbering.rotations[unit.casting][axis] {
-            inverse += lever * lever / inertia[axis];
-        }
-    }
-    unit.parameters.chisel.casting_contact.law(1.0 / inverse)
+/// Law of a hammer's contact with its casting.
+fn strike_law(scene: &Scene, unit: &HammerUnit) -> ContactLaw {
+    unit.parameters.chisel.casting_contact.law(scene.strike_mass_kg(unit))
 }
 
 /// Adds the springs between castings and structure. Interface points of fixtures follow those of the mounts.
