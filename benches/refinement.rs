@@ -16,7 +16,7 @@ use decore::random::{hash, uniform};
 use decore::refinement::{
     CAUTIOUS, LEAST_DISTANCE, Learned, SHARP_NOISE, Seeking, Side, highest_peak, improving, is_apart, learning,
 };
-use decore::regression::{GaussianProcess, Points, RegressionError};
+use decore::regression::{GaussianProcess, Places, Points, RegressionError};
 use rayon::prelude::*;
 use scenes::scenes;
 
@@ -117,7 +117,9 @@ fn least(function: &Function, seed: u64, (start, rows): (usize, usize)) -> f64 {
     let mut points = hypercube(start, function.factors, seed);
     while points.rows() < rows {
         let values = function.values(&points);
-        let model = GaussianProcess::fit_above(&points, &values, SHARP_NOISE).expect("a model");
+        let model = Places::new(&points, &values)
+            .and_then(|places| GaussianProcess::fit_above(&places, SHARP_NOISE))
+            .expect("a model");
         let best = (0..values.len()).fold(0, |best, row| if values[row] < values[best] { row } else { best });
         let key = hash(seed, points.rows() as u64, 1);
         let mut candidates = sobol(PLACES[1], function.factors, key);

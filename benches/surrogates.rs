@@ -77,7 +77,7 @@ fn ours(case: &Case) -> (Worth, f64) {
     let start = Instant::now();
     let model = GaussianProcess::fit(&known.points, &known.values).expect("a model");
     let fit_s = start.elapsed().as_secs_f64();
-    let folds = model.folds(&known.values).expect("folds");
+    let folds = model.folds().expect("folds");
     let with_folds_s = start.elapsed().as_secs_f64();
     let reach = folds.as_ref().unwrap_or(model.residuals()).reach(0.95);
     let predicted = model.predict(&new.points).expect("predictions");

@@ -130,7 +130,8 @@ def _process(model, process, name, places):
     points, weights = model["points"][known], model["columns"][f"{name}_weight"][known]
     nominal = [bool(factor["names"]) for factor in model["figures"]["factors"]]
     matrix = _correlations(process, nominal, points, points)
-    np.fill_diagonal(matrix, 1.0 + process["noise"])
+    spread, runs = process.get("spread", 0.0), model["columns"].get(f"{name}_runs", np.ones(len(known)))[known]
+    np.fill_diagonal(matrix, 1.0 + process["noise"] + spread / runs)
     factor = _cholesky(matrix)
     ones = _solve(factor, np.ones((len(points), 1)))
     total = _sum(ones, ones[:, 0])[0]
@@ -141,9 +142,26 @@ def _process(model, process, name, places):
         mean[part] = process["mean"] + _sum(near, weights)
         explained = _solve(factor, near)
         rest = 1.0 - _sum(explained, ones[:, 0])
-        share = np.maximum(1.0 - _sum(explained, explained), 0.0) + rest * rest / total + process["noise"]
+        share = np.maximum(1.0 - _sum(explained, explained), 0.0) + rest * rest / total + (process["noise"] + spread)
         std_dev[part] = np.sqrt(process["variance"] * share)
     return mean, std_dev
+
+
+def _far(model, places):
+    """Whether places are far from all rows that an output is modelled from."""
+    figures, columns = model["figures"], model["columns"]
+    modelled = [~np.isnan(columns[output["output"]]) for output in figures["outputs"] if output["process"] is not None]
+    if figures.get("covered_distance") is None or not modelled:
+        return np.zeros(len(places), dtype=bool)
+    points, nominal = model["points"][np.any(modelled, axis=0)], [bool(factor["names"]) for factor in figures["factors"]]
+    far = np.empty(len(places), dtype=bool)
+    for first in range(0, len(places), 256):
+        part, squared = slice(first, first + 256), 0.0
+        for k, names in enumerate(nominal):
+            difference = points[:, k][:, None] - places[part, k][None, :]
+            squared = squared + ((difference != 0.0) if names else difference * difference)
+        far[part] = np.sqrt(squared.min(axis=0)) > figures["covered_distance"]
+    return far
 
 
 def _identifier(name):
@@ -170,7 +188,8 @@ def predict(model, rows):
     figures = model["figures"]
     cells = [rows[_column(rows, factor["name"])] for factor in figures["factors"]]
     scaled, outside = zip(*(_scaled(factor, values) for factor, values in zip(figures["factors"], cells)))
-    places, found = np.column_stack(scaled), {"outside": np.any(outside, axis=0)}
+    places = np.column_stack(scaled)
+    found = {"outside": np.any(outside, axis=0) | _far(model, places)}
     for output in figures["outputs"]:
         process, success, name = output["process"], output["success"], output["output"]
         if process is None:
@@ -216,7 +235,7 @@ def _read(path):
 def main(model, rows, output):
     """Predicts the rows of a file."""
     found = predict(load(model), _read(rows))
-    print(f"{int(found['outside'].sum())} of {len(found['outside'])} rows lie outside the factors' ranges", file=sys.stderr)
+    print(f"{int(found['outside'].sum())} of {len(found['outside'])} rows lie outside the factors' ranges or far from the model's rows", file=sys.stderr)
     if output.endswith(".parquet"):
         import pyarrow
         import pyarrow.parquet as parquet

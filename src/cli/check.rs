@@ -10,7 +10,7 @@ use super::json::say_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::text::{plural, say, tell, threads};
 use crate::design::{Distribution, Level, PHI_EXPONENT, Quality};
-use crate::engine::Rows;
+use crate::engine::{MOST_COMPARED, Rows};
 use crate::plot::{Factor, scatter_matrix};
 use crate::run::RowStatus;
 use crate::study::{CheckedStudy, FactorInfo};
@@ -59,7 +59,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
         write_file(file, scatter(engine.checked())?)?;
         tell(&format_args!("the scatter matrix is in {}", file.display()));
     }
-    let probe = probe(&engine, arguments.threads);
+    let probe = probe(&engine, plan.repeated, arguments.threads);
     if arguments.json {
         say_json(&Check { plan, probe })?;
     } else {
@@ -74,6 +74,14 @@ fn plan_text(plan: &Plan) -> String {
         format!("study          {} (hash {})", plan.study, &plan.study_hash[..16]),
         format!("design         {}, seed {}", plural(plan.rows, "row"), plan.seed),
     ];
+    if plan.repeated > 0 {
+        let of = if plan.rows > MOST_COMPARED { format!(" (of the first {MOST_COMPARED})") } else { String::new() };
+        let rows = plural(plan.repeated, "row");
+        lines.push(format!(
+            "  repeats      {rows} with the same factors as an earlier one{of}: each of these is run once"
+        ));
+    }
+    lines.extend(plan.hints.iter().map(|hint| format!("  hint         {hint}")));
     for factor in &plan.factors {
         let unit = factor.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
         lines.push(format!("  factor       {}: {}{unit}", factor.name, factor.domain));

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::exit::Failure;
 use crate::dataset::{Columns, TableName};
-use crate::design::{Acceptance, Aliases, Quality};
-use crate::engine::{Engine, RowScene, Rows};
+use crate::design::{Acceptance, Aliases, Design, Kind, Quality};
+use crate::engine::{Engine, Repeats, RowScene, Rows};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use crate::scene::Scene;
 use crate::study::{CheckedStudy, Study};
@@ -65,6 +65,10 @@ pub(super) struct Plan {
     pub warnings: Vec<String>,
     /// Rows of the design.
     pub rows: usize,
+    /// Rows that have the same factors as an earlier one, which is run for both; of the first 1048576 rows.
+    pub repeated: usize,
+    /// How the design could be better at no cost, a sentence each.
+    pub hints: Vec<String>,
     /// Seed of the design.
     pub seed: u64,
     /// The factors.
@@ -190,6 +194,8 @@ impl Plan {
             study_hash: study.hash().to_owned(),
             warnings: checked.warnings().iter().map(ToString::to_string).collect(),
             rows: checked.row_count(),
+            repeated: repeated(engine),
+            hints: hints(checked.design()),
             seed: study.seed(),
             factors: factors.collect(),
             constraints: owned(study.constraints()),
@@ -203,6 +209,38 @@ impl Plan {
             invalid: Invalid::of(checked),
         })
     }
+}
+
+/// Rows of a study that repeat an earlier one and are not run.
+fn repeated(engine: &Engine) -> usize {
+    match engine.info().signals.is_empty() {
+        true => Repeats::of(engine.checked(), 0..engine.checked().row_count() as u64).count(),
+        false => 0,
+    }
+}
+
+/// How a design could be better.
+fn hints(design: &Design) -> Vec<String> {
+    let parts: Vec<&Kind> = match design.kind() {
+        Kind::Union(union) => union.parts.iter().collect(),
+        Kind::Product(product) => product.parts.iter().map(|part| &part.kind).collect(),
+        kind => vec![kind],
+    };
+    parts.into_iter().filter_map(power_of_two).collect()
+}
+
+/// Sobol' points are balanced in numbers that are powers of two.
+fn power_of_two(kind: &Kind) -> Option<String> {
+    let (key, count) = match kind {
+        Kind::Sobol(sobol) => ("rows", sobol.rows),
+        Kind::Saltelli(saltelli) => ("base_points", saltelli.base),
+        _ => return None,
+    };
+    let above = count.checked_next_power_of_two().filter(|above| *above != count)?;
+    let below = above / 2;
+    Some(format!(
+        "{count} Sobol' points are not balanced: with a power of two they fill the ranges evenly (`{key} = {below}` or `{key} = {above}`)"
+    ))
 }
 
 impl Confused {
@@ -222,8 +260,8 @@ impl Confused {
     }
 }
 
-/// Simulates the first row that describes a scene and tells what it took; `threads` 0: as many as the machine has.
-pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
+/// Simulates the first row that describes a scene and tells what it took, and all that are no repeats of others; `threads` 0: as many as the machine has.
+pub(super) fn probe(engine: &Engine, repeated: usize, threads: usize) -> Option<Probe> {
     let rows = engine.checked().row_count();
     let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
     let found = (0..rows.min(PROBED_ROWS)).find_map(|row| Some((row, engine.scene(row).ok()?)));
@@ -236,7 +274,8 @@ pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
     let twin_time_ratio = (twins > 0 || amplifies.is_some()).then(|| twin_time_ratio(&scene, &modes, &outcome));
     let times = 1.0 + twin_time_ratio.unwrap_or(0.0) * twins as f64;
     let row_time_s = row_time_s(&outcome, scene.duration_s).map(|row_s| (times * row_s).min(f64::MAX));
-    let rows_one_by_one = rows as f64 / threads.min(rows.max(1)) as f64;
+    let different = rows.saturating_sub(repeated).max(1);
+    let rows_one_by_one = different as f64 / threads.min(different) as f64;
     Some(Probe {
         row,
         status: outcome.status,

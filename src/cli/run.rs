@@ -216,6 +216,13 @@ impl Display<'_> {
                 }
                 self.progress.get_or_init(|| Progress::to_stderr(rows, DEFAULT_INTERVAL).resumed(done, failed));
             }
+            SweepEvent::Repeats { rows: 0 } => {}
+            SweepEvent::Repeats { rows } => {
+                let are = if rows == 1 { "row has" } else { "rows have" };
+                tell(&format_args!(
+                    "{rows} {are} the same factors as another one: each of these is run once and stored for all"
+                ));
+            }
             SweepEvent::RowEnded(status) => progress.into_iter().for_each(|progress| progress.row_ended(status)),
             SweepEvent::Tick => progress.into_iter().for_each(Progress::tick),
             SweepEvent::Ends => progress.into_iter().for_each(Progress::finish),

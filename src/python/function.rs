@@ -8,16 +8,19 @@ use pyo3::exceptions::{PyImportError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyTuple};
 
-use super::error::Raise;
+use super::error::{Raise, StudyWarning, warn};
 use super::factor::ends;
 use super::ready::{Asked, Ready, Shared};
 use super::value::repeated;
 use super::wait::Work;
 use crate::dataset::Source;
-use crate::design::Level;
+use crate::design::{Distribution, Level};
 use crate::engine::{EngineError, Rows};
 use crate::quantity::Value;
 use crate::study::{CheckedStudy, FactorInfo};
+
+/// Share of a range by which rounding may leave it.
+const ROUNDING: f64 = 1e-9;
 
 /// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output, NaN where a point could
 /// not be simulated or a factor does not take its value (NaN, infinity, what lies between whole numbers or listed values). Without the axis of points for one point, without that of outputs for one output.
@@ -97,6 +100,28 @@ impl Function {
     }
 }
 
+impl Function {
+    /// Warns of each factor with values outside its range in the design; those of a normal distribution have no ends.
+    fn warn_outside(&self, py: Python<'_>, x: &[f64]) -> PyResult<()> {
+        let all = self.ready.engine.study().factors();
+        for (column, name) in self.factors.iter().enumerate() {
+            let Some(factor) = all.iter().find(|factor| factor.name == *name) else { continue };
+            let unbounded = matches!(factor.distribution(), Some(Distribution::Normal { .. }));
+            let Some((low, high)) = ends(factor).filter(|_| !unbounded) else { continue };
+            let slack = ROUNDING * (high - low);
+            let outside = |value: &&f64| value.is_finite() && !(low - slack..=high + slack).contains(*value);
+            if x.iter().skip(column).step_by(self.factors.len()).find(outside).is_some() {
+                let message = format!(
+                    "X has values of `{name}` outside its range in the design, {low} to {high}: these points are simulated \
+                     nevertheless; widen the range if they are meant"
+                );
+                warn(py, &py.get_type::<StudyWarning>(), &message)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 #[pymethods]
 impl Function {
     /// Names of the factors, the columns of X.
@@ -141,6 +166,7 @@ impl Function {
         }
         let x = PyBuffer::<f64>::get(&array)?.to_vec(py)?;
         let rows = shape.first().copied().filter(|_| shape.len() == 2).unwrap_or(1);
+        self.warn_outside(py, &x)?;
         let task = Task {
             ready: Arc::clone(&self.ready),
             factors: self.factors.clone(),

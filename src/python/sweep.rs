@@ -83,7 +83,8 @@ impl Counts {
                 self.done.fetch_add(1, Ordering::Relaxed);
             }
             // Told of where the sweep ends, or in the dataset itself.
-            SweepEvent::Grown { .. } | SweepEvent::Found { .. } | SweepEvent::Tick | SweepEvent::Ends => {}
+            SweepEvent::Grown { .. } | SweepEvent::Found { .. } | SweepEvent::Repeats { .. } => {}
+            SweepEvent::Tick | SweepEvent::Ends => {}
             SweepEvent::SummaryNotWritten(_) | SweepEvent::Failed => {}
         }
     }

@@ -339,10 +339,9 @@ impl<'a> Task<'a> {
     fn believed(&self, chosen: &Points) -> Result<Vec<GaussianProcess>, RegressionError> {
         let believe = |modelled: &Modelled<'_>| {
             let of = modelled.process;
-            let mut values = of.values.clone();
-            values.extend(of.process.predict(chosen)?.iter().map(|at| at.mean));
-            let points = self.model.points.select(&of.rows).with(chosen)?;
-            GaussianProcess::with(&points, &values, (of.process.kernel(), of.process.hyperparameters().clone()))
+            let expected: Vec<f64> = of.process.predict(chosen)?.iter().map(|at| at.mean).collect();
+            let places = of.process.places().with(chosen, &expected)?;
+            GaussianProcess::with(&places, (of.process.kernel(), of.process.hyperparameters().clone()))
         };
         self.outputs.iter().map(believe).collect()
     }

@@ -20,7 +20,7 @@ use super::model::{Model, OutputModel, RowsProcess};
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
 use crate::dataset::{DatasetInfo, check_ending, check_free};
 use crate::files::{self, Limit, Staged, shielded};
-use crate::regression::{GaussianProcess, Points};
+use crate::regression::{GaussianProcess, Places, Points, RegressionError};
 
 /// A predictor in Python that needs NumPy, and pyarrow to read files: written beside the models.
 pub const PREDICTOR: &str = include_str!("../assets/predict.py");
@@ -46,9 +46,9 @@ struct Figures {
 
 /// Writes a model; the file appears whole or not at all, its bytes depend on the model alone.
 ///
-/// Columns: `row`, for each factor `scaled_` and its name (0 to 1 over its range; of names their numbers), for each output its values,
-/// NaN where a row has none, and `..._weight` (`mean + sum weight k(x, x_row)` is the prediction); `..._success` (1 and -1) and
-/// `..._success_weight` where rows failed.
+/// Columns: `row`, for each factor `scaled_` and its name (0 to 1 over its range; of names their numbers), for each output at the first
+/// row of each place the mean of its runs there, NaN in other rows, `..._weight` (`mean + sum weight k(x, x_row)` is the prediction) and
+/// `..._runs` (different runs at the place); `..._success` (1 and -1), `..._success_weight` and `..._success_runs` where rows failed.
 ///
 /// # Errors
 /// [`SurrogateError::Dataset`] for a name that does not end in `.parquet` or lies where a dataset keeps its own files,
@@ -84,6 +84,7 @@ fn encoded(model: &Model, figures: String) -> Result<Vec<u8>, ParquetError> {
             };
             let name = format!("{}{suffix}", output.output);
             columns.push((format!("{name}_weight"), spread(process.process.row_weights())));
+            columns.push((format!("{name}_runs"), spread(process.process.places().runs())));
             columns.push((name, spread(&process.values)));
         }
     }
@@ -167,9 +168,16 @@ fn output_model(output: &OutputSurrogate, points: &Points, columns: &Columns<'_>
         let all = columns.numbers(name, points.rows())?;
         let rows: Vec<usize> = (0..all.len()).filter(|row| !all[*row].is_nan()).collect();
         let values: Vec<f64> = rows.iter().map(|row| all[*row]).collect();
-        let process = GaussianProcess::with(&points.select(&rows), &values, kernel);
-        let process = process.map_err(|error| format!("`{name}`: {error}"))?;
-        Ok(Some(RowsProcess { rows, values, process }))
+        let fault = |error: RegressionError| format!("`{name}`: {error}");
+        // Files of models from before rows were brought together have no such column, and no spread that would need it.
+        let runs: Vec<f64> = match (columns.numbers(&format!("{name}_runs"), points.rows()), figures.spread > 0.0) {
+            (Ok(runs), _) => rows.iter().map(|row| runs[*row]).collect(),
+            (Err(reason), true) => return Err(reason),
+            (Err(_), false) => vec![1.0; rows.len()],
+        };
+        let places = Places::known(&points.select(&rows), (&values, &runs), figures.evidence()).map_err(fault)?;
+        let process = GaussianProcess::with(&places, kernel).map_err(fault)?;
+        Ok(Some(RowsProcess::new(process, &rows)))
     };
     let success = output.success.as_ref().and_then(|success| success.process.as_ref());
     Ok(OutputModel {

@@ -7,8 +7,11 @@ use super::levels::remarks;
 use super::model::{Model, OutputModel, RowsProcess};
 use super::result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};
 use super::rows::FactorRows;
+use super::space::covered_distance;
 use crate::dataset::{DatasetReader, TableName};
-use crate::regression::{GaussianProcess, LEAST_NOISE, Points, PolynomialChaos, RegressionError, Success};
+use crate::regression::{
+    GaussianProcess, LEAST_NOISE, Places, Points, PolynomialChaos, RegressionError, Spread, Success,
+};
 use crate::sensitivity::{DEFAULT_OUTPUTS, OutputColumn, Table, UnitName, Units};
 
 /// Probability of an interval.
@@ -64,11 +67,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
         .collect::<Vec<_>>()
         .into_iter()
         .unzip();
-    let modelled = |row: &usize| {
-        let mut processes = models.iter().filter_map(|model| model.process.as_ref());
-        processes.any(|process| process.rows.binary_search(row).is_ok())
-    };
-    let used: Vec<usize> = (0..table.rows.len()).filter(modelled).collect();
+    let used = Model::used(&models, table.rows.len());
     if !used.is_empty() {
         for (factor, column) in factors.iter_mut().zip(&table.factors) {
             factor.cover(&used.iter().map(|row| column.values[*row]).collect::<Vec<f64>>());
@@ -82,6 +81,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
         rows: info.rows,
         rows_there: rows_there as u64,
         factors,
+        covered_distance: covered_distance(&points.select(&used)),
         least_q2: settings.least_q2,
         level: LEVEL,
         notes,
@@ -108,7 +108,6 @@ impl Task<'_> {
         let whole = self.units.whole(self.table, output);
         let rows = whole.starts;
         let values: Vec<f64> = rows.iter().map(|row| output.values[*row]).collect();
-        let points = self.points.select(&rows);
         let description = output.description.clone();
         let mut figures = OutputSurrogate {
             output: description.name,
@@ -124,9 +123,10 @@ impl Task<'_> {
             twin_scatter: self.twin_scatter(&output.description.name),
         };
         let mut model = OutputModel::default();
-        match process(&points, (values, rows), self.least_noise) {
+        match self.process((&values, &rows), figures.twin_scatter) {
             Ok((process, found)) => {
-                match PolynomialChaos::fit(&points, &process.values, process.process.groups()) {
+                let (points, groups) = (process.process.places().points(), process.process.groups());
+                match PolynomialChaos::fit(points, &process.values, groups) {
                     Ok(of) if of.residuals.q2().is_finite() => {
                         figures.chaos =
                             Some(ChaosFigures { degree: of.degree, terms: of.terms, q2: of.residuals.q2() });
@@ -136,7 +136,7 @@ impl Task<'_> {
                 }
                 figures.process = Some(found);
                 model.process = Some(process);
-                match self.success(model.process.as_ref()) {
+                match self.success(&rows) {
                     Ok(found) => (figures.success, model.success) = found,
                     Err(error) => figures.refused = Some(format!("no probability of success: {error}")),
                 }
@@ -146,12 +146,34 @@ impl Task<'_> {
         (figures, model)
     }
 
-    /// How likely a row has the output, where some have not.
-    fn success(
+    /// The process of rows with these values, and its figures.
+    ///
+    /// # Errors
+    /// Why there is none, in words.
+    fn process(
         &self,
-        process: Option<&RowsProcess>,
-    ) -> Result<(Option<SuccessFigures>, Option<RowsProcess>), RegressionError> {
-        let with: &[usize] = process.map_or(&[], |process| &process.rows);
+        (values, rows): (&[f64], &[usize]),
+        twin_scatter: Option<f64>,
+    ) -> Result<(RowsProcess, ProcessFigures), String> {
+        let words = |error: RegressionError| error.to_string();
+        let places = Places::new(&self.points.select(rows), values).map_err(words)?;
+        // What twins show counts as much as one more run per place.
+        let places = match twin_scatter {
+            Some(scatter) => {
+                let freedom = places.values().len() as f64;
+                places.with_spread(Spread { squares: freedom * scatter * scatter, freedom })
+            }
+            None => places,
+        };
+        let process = GaussianProcess::fit_above(&places, self.least_noise).map_err(words)?;
+        let folds = process.folds().map_err(words)?;
+        let process = RowsProcess::new(process, rows);
+        let figures = process.figures(folds.as_ref(), LEVEL);
+        if figures.are_finite() { Ok((process, figures)) } else { Err(NOT_FINITE.to_owned()) }
+    }
+
+    /// How likely a row has the output, where some have not; `with`: the rows that have it.
+    fn success(&self, with: &[usize]) -> Result<(Option<SuccessFigures>, Option<RowsProcess>), RegressionError> {
         let all = self.points.rows();
         if with.len() == all {
             return Ok((None, None));
@@ -164,8 +186,7 @@ impl Task<'_> {
                 (Some(figures), None)
             }
             Success::ByPlace { process, scaling } => {
-                let values = succeeded.iter().map(|success| if *success { 1.0 } else { -1.0 }).collect();
-                let of = RowsProcess { rows: (0..all).collect(), values, process: *process };
+                let of = RowsProcess::new(*process, &(0..all).collect::<Vec<usize>>());
                 let own = Some(of.figures(None, LEVEL));
                 (Some(SuccessFigures { share, everywhere: None, process: own, scaling: Some(scaling) }), Some(of))
             }
@@ -180,20 +201,4 @@ impl Task<'_> {
         values.sort_by(f64::total_cmp);
         values.get(values.len() / 2).copied()
     }
-}
-
-/// The process of some rows, and its figures.
-///
-/// # Errors
-/// Why there is none, in words.
-fn process(
-    points: &Points,
-    (values, rows): (Vec<f64>, Vec<usize>),
-    least_noise: f64,
-) -> Result<(RowsProcess, ProcessFigures), String> {
-    let process = GaussianProcess::fit_above(points, &values, least_noise).map_err(|error| error.to_string())?;
-    let folds = process.folds(&values).map_err(|error| error.to_string())?;
-    let process = RowsProcess { rows, values, process };
-    let figures = process.figures(folds.as_ref(), LEVEL);
-    if figures.are_finite() { Ok((process, figures)) } else { Err(NOT_FINITE.to_owned()) }
 }

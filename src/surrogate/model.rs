@@ -2,7 +2,7 @@
 
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
 use crate::dataset::DatasetInfo;
-use crate::regression::{GaussianProcess, Hyperparameters, Kernel, Points, Residuals, Success};
+use crate::regression::{GaussianProcess, Hyperparameters, Kernel, Points, Residuals, Spread, Success};
 
 /// A surrogate of a dataset, ready to predict.
 #[derive(Debug, Clone)]
@@ -28,15 +28,26 @@ pub struct OutputModel {
     pub success: Option<RowsProcess>,
 }
 
-/// A process of some of the rows.
+/// A process of some of the rows, one for each place.
 #[derive(Debug, Clone)]
 pub struct RowsProcess {
-    /// Their places in the model.
+    /// The first row at each place, by its place in the model.
     pub rows: Vec<usize>,
-    /// Their values.
+    /// The mean of the runs at each place.
     pub values: Vec<f64>,
     /// The process.
     pub process: GaussianProcess,
+}
+
+impl Model {
+    /// Rows that an output is modelled from, by their places in the model: the first at each place.
+    pub(super) fn used(outputs: &[OutputModel], rows: usize) -> Vec<usize> {
+        let modelled = |row: &usize| {
+            let mut processes = outputs.iter().filter_map(|output| output.process.as_ref());
+            processes.any(|process| process.rows.binary_search(row).is_ok())
+        };
+        (0..rows).filter(modelled).collect()
+    }
 }
 
 impl OutputModel {
@@ -51,6 +62,13 @@ impl OutputModel {
 }
 
 impl RowsProcess {
+    /// A process of rows that have these places in the model.
+    pub(super) fn new(process: GaussianProcess, rows: &[usize]) -> Self {
+        let places = process.places();
+        let first = places.first().iter().map(|place| rows[*place]).collect();
+        Self { rows: first, values: places.values().to_vec(), process }
+    }
+
     /// Its figures; `folds`: errors of rows left out with all fitted anew.
     pub(super) fn figures(&self, folds: Option<&Residuals>, level: f64) -> ProcessFigures {
         let process = &self.process;
@@ -59,9 +77,13 @@ impl RowsProcess {
             kernel: process.kernel().name().to_owned(),
             weights: of.weights.clone(),
             noise: of.noise,
+            spread: of.spread,
+            run_squares: process.places().spread().squares,
+            run_freedom: process.places().spread().freedom,
             mean: process.mean(),
             variance: process.variance(),
             noise_std_dev: process.noise_std_dev(),
+            places: process.places().values().len() as u64,
             groups: process.groups().len() as u64,
             q2: process.residuals().q2(),
             q2_folds: folds.map(Residuals::q2),
@@ -78,9 +100,14 @@ impl ProcessFigures {
         of.into_iter().chain(self.q2_folds).all(f64::is_finite)
     }
 
+    /// What runs at one place told of the noise.
+    pub(super) fn evidence(&self) -> Spread {
+        Spread { squares: self.run_squares, freedom: self.run_freedom }
+    }
+
     /// Kernel, lengths and noise; `None` for a kernel of another name.
     pub(super) fn hyperparameters(&self) -> Option<(Kernel, Hyperparameters)> {
         let kernel = Kernel::ALL.into_iter().find(|kernel| kernel.name() == self.kernel)?;
-        Some((kernel, Hyperparameters { weights: self.weights.clone(), noise: self.noise }))
+        Some((kernel, Hyperparameters { weights: self.weights.clone(), noise: self.noise, spread: self.spread }))
     }
 }

@@ -2,14 +2,19 @@
 
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use super::error::SurrogateError;
 use super::model::{Model, OutputModel};
 use super::result::OutputSurrogate;
-use super::space::{FactorSpace, places};
+use super::space::{FactorSpace, nearest, places};
 use crate::dataset::TableColumn;
 use crate::quantity::CellColumn;
 use crate::regression::{Points, Prediction, RegressionError};
 use crate::study::{TableRow, factor_rows};
+
+/// Told of a row whose values the rows cover one by one and not together.
+const FAR: &str = "far from all rows";
 
 /// Predictions of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +23,7 @@ pub struct Predicted {
     pub columns: Vec<TableColumn>,
     /// Number of rows.
     pub rows: usize,
-    /// Rows outside the ranges of the factors or beyond what rows cover: what is said there is a guess.
+    /// Rows outside the ranges of the factors or far from the model's rows: their predictions are guesses.
     pub outside: usize,
 }
 
@@ -28,8 +33,8 @@ impl Predicted {
         let (outside, rows) = (self.outside, self.rows);
         let guess = (outside > 0).then(|| {
             format!(
-                "{outside} of {rows} rows lie outside the ranges of the factors or beyond what the model's rows cover (column \
-                 `extrapolated`): what is said there is a guess"
+                "{outside} of {rows} rows lie outside the ranges of the factors or far from the model's rows (column `extrapolated`): their \
+                 predictions are guesses"
             )
         });
         guess.into_iter().chain(model.surrogate.warnings()).collect()
@@ -64,7 +69,12 @@ pub struct Row<'a> {
 pub fn predict_rows(model: &Model, rows: &[Row<'_>]) -> Result<Predicted, SurrogateError> {
     let factors = &model.surrogate.factors;
     let values = rows.iter().map(|row| read_row(model, row)).collect::<Result<Vec<Vec<f64>>, _>>()?;
-    let outside: Vec<String> = values.iter().map(|row| outside(model, row)).collect();
+    let named = |output: &str| {
+        let output = output.to_owned();
+        move |source| SurrogateError::Regression { output, source }
+    };
+    let places = places(factors, &values).map_err(named("the factors"))?;
+    let outside = outside(model, &values, &places);
     let mut columns = vec![TableColumn {
         name: "row".to_owned(),
         unit: "1".to_owned(),
@@ -88,15 +98,11 @@ pub fn predict_rows(model: &Model, rows: &[Row<'_>]) -> Result<Predicted, Surrog
         name: "extrapolated".to_owned(),
         unit: String::new(),
         description:
-            "Factors outside the range that the model knows, or beyond what its rows cover; empty inside all of them."
+            "Factors outside the range that the model knows, or beyond what its rows cover; `far from all rows` where their values are \
+             covered one by one and not together; empty among the rows."
                 .to_owned(),
         values: CellColumn::texts(&outside),
     });
-    let named = |output: &str| {
-        let output = output.to_owned();
-        move |source| SurrogateError::Regression { output, source }
-    };
-    let places = places(factors, &values).map_err(named("the factors"))?;
     for (output, of) in model.surrogate.outputs.iter().zip(&model.outputs) {
         columns.extend(output_columns((output, of), &places).map_err(named(&output.output))?);
     }
@@ -113,12 +119,18 @@ fn read_row(model: &Model, row: &Row<'_>) -> Result<Vec<f64>, SurrogateError> {
     cells.map(value).collect()
 }
 
-/// Factors whose values lie outside what the model knows.
-fn outside(model: &Model, row: &[f64]) -> String {
-    let factors = model.surrogate.factors.iter().zip(row);
-    let names: Vec<&str> =
-        factors.filter(|(factor, value)| factor.is_outside(**value)).map(|(factor, _)| factor.name.as_str()).collect();
-    names.join(", ")
+/// For each row the factors whose values lie outside what the model knows, or that it is far from all rows.
+fn outside(model: &Model, values: &[Vec<f64>], places: &Points) -> Vec<String> {
+    let used = model.points.select(&Model::used(&model.outputs, model.points.rows()));
+    let covered = model.surrogate.covered_distance.filter(|_| used.rows() > 0);
+    let row = |row: usize| {
+        let factors = model.surrogate.factors.iter().zip(&values[row]);
+        let outside = factors.filter(|(factor, value)| factor.is_outside(**value));
+        let names: Vec<&str> = outside.map(|(factor, _)| factor.name.as_str()).collect();
+        let is_far = || covered.is_some_and(|covered| nearest(&used, places.row(row), None) > covered);
+        if names.is_empty() && is_far() { FAR.to_owned() } else { names.join(", ") }
+    };
+    (0..values.len()).into_par_iter().map(row).collect()
 }
 
 /// What is said of an output; nothing where it is refused.

@@ -21,6 +21,10 @@ pub struct Surrogate {
     pub rows_there: u64,
     /// The factors, in the study's order.
     pub factors: Vec<FactorSpace>,
+    /// Distance from the nearest place of the rows, in scaled factors, up to which a place is among them: 1.5 times the second largest
+    /// between a place and its nearest one; null in files of models from before it was told.
+    #[serde(default)]
+    pub covered_distance: Option<f64>,
     /// Q2 below which a model warns.
     pub least_q2: f64,
     /// Probability of an interval.
@@ -60,23 +64,37 @@ pub struct OutputSurrogate {
 }
 
 /// A Gaussian process: `y = mean + z + e`, where `z` has the variance `variance` and correlations by the kernel, `e` is independent
-/// noise.
+/// noise of each place and of each run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProcessFigures {
     /// `matern_5_2` or `squared_exponential`.
     pub kernel: String,
     /// Inverse squared lengths of the factors, in their scaled ranges.
     pub weights: Vec<f64>,
-    /// Variance of the noise over `variance`.
+    /// Variance of the noise at each place over `variance`.
     pub noise: f64,
+    /// Variance of the noise of each run over `variance`, as runs at one place or twins show it; 0 without such, and in files of models
+    /// from before it was told.
+    #[serde(default)]
+    pub spread: f64,
+    /// What `spread` was told by: the sum of squared deviations of runs from the means of their places, twins' scatter included.
+    #[serde(default)]
+    pub run_squares: f64,
+    /// Degrees of freedom of that sum.
+    #[serde(default)]
+    pub run_freedom: f64,
     /// The mean.
     pub mean: f64,
     /// The variance of the process.
     pub variance: f64,
     /// Standard deviation of the noise, in the output's unit.
     pub noise_std_dev: f64,
-    /// Groups of rows that are left out together: rows at one place, or nearly at one under `weights`; as many as rows where all
-    /// places differ. 0 in files of models from before they were told.
+    /// Places that it is fitted to: rows with the same factors are one, with the mean of their values. 0 in files of models from before
+    /// rows were brought together.
+    #[serde(default)]
+    pub places: u64,
+    /// Groups of places that are left out together, as they are nearly one under `weights`; as many as places where all are by
+    /// themselves. 0 in files of models from before they were told.
     #[serde(default)]
     pub groups: u64,
     /// Share of the variance that is predicted of rows that are left out, one group at a time.

@@ -1,5 +1,7 @@
 //! Rows of a dataset in the space of the study's factors.
 
+use std::collections::HashMap;
+
 use super::error::SurrogateError;
 use super::space::{FactorSpace, places};
 use crate::dataset::DatasetReader;
@@ -8,7 +10,7 @@ use crate::regression::Points;
 use crate::sensitivity::Table;
 use crate::study::DesignOutline;
 
-/// Rows that a model takes at most: time grows with their third power.
+/// Places of rows that a model takes at most: time grows with their third power.
 const MOST_ROWS: usize = 2000;
 /// Stream of the numbers that choose among more rows.
 const CHOICE: u64 = 0x7375_7272;
@@ -42,13 +44,12 @@ impl FactorRows {
         let rows_there = table.rows.len();
         let mut notes = Vec::new();
         if rows_there > MOST_ROWS {
-            let mut order = table.rows.clone();
-            order.sort_by_key(|row| hash(CHOICE, 0, *row));
-            order.truncate(MOST_ROWS);
-            order.sort_unstable();
-            table.retain(|row| order.binary_search(&row).is_ok());
+            let chosen = chosen(&table);
+            table.retain(|row| chosen.binary_search(&row).is_ok());
             notes.push(format!(
-                "Of {rows_there} rows, {MOST_ROWS} are used, chosen by chance: the time grows with their third power."
+                "Of {rows_there} rows, {} are used, at {MOST_ROWS} places at most, chosen by chance: the time grows with their third \
+                 power.",
+                table.rows.len()
             ));
         }
         let factors: Vec<FactorSpace> = (table.factors.iter())
@@ -65,4 +66,19 @@ impl FactorRows {
         let points = places(&factors, &rows).map_err(named)?;
         Ok(Self { table, factors, points, rows_there, notes })
     }
+}
+
+/// Indices of rows at up to [`MOST_ROWS`] places chosen by chance, ascending.
+fn chosen(table: &Table) -> Vec<u64> {
+    let mut places: HashMap<Vec<u64>, Vec<u64>> = HashMap::new();
+    for (place, row) in table.rows.iter().enumerate() {
+        let at = table.factors.iter().map(|factor| (factor.values[place] + 0.0).to_bits()).collect();
+        places.entry(at).or_default().push(*row);
+    }
+    let mut places: Vec<Vec<u64>> = places.into_values().collect();
+    places.sort_by_key(|rows| (hash(CHOICE, 0, rows[0]), rows[0]));
+    places.truncate(MOST_ROWS);
+    let mut rows = places.concat();
+    rows.sort_unstable();
+    rows
 }

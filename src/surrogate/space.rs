@@ -14,6 +14,26 @@ const ROUNDING: f64 = 1e-9;
 /// Share of what rows span by which a value may lie beyond: designs that fill a range leave so much at its ends.
 const BEYOND: f64 = 0.1;
 
+/// Times the distance between rows up to which a place counts as among them.
+const AMONG: f64 = 1.5;
+
+/// Distance from the nearest row, in scaled factors, up to which a place is among these: a multiple of the second largest between a row
+/// and its nearest other one, as a single row far from all others makes nothing between known. `None` for fewer than three places.
+pub(super) fn covered_distance(points: &Points) -> Option<f64> {
+    let own = |row: usize| nearest(points, points.row(row), Some(row));
+    let mut distances: Vec<f64> = (0..points.rows()).map(own).filter(|distance| distance.is_finite()).collect();
+    distances.sort_by(f64::total_cmp);
+    let second = distances.len().checked_sub(2).filter(|place| *place > 0).map(|place| distances[place]);
+    second.map(|distance| twelve_digits(AMONG * distance))
+}
+
+/// Distance of a place from the nearest row at another place, in scaled factors; `own`: a row that does not count.
+pub(super) fn nearest(points: &Points, place: &[f64], own: Option<usize>) -> f64 {
+    let others = (0..points.rows()).filter(|row| Some(*row) != own);
+    let squared = others.map(|row| points.squared_distance([points.row(row), place]));
+    squared.filter(|squared| own.is_none() || *squared > ROUNDING * ROUNDING).fold(f64::INFINITY, f64::min).sqrt()
+}
+
 /// A factor of a surrogate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FactorSpace {

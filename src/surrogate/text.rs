@@ -43,6 +43,9 @@ impl Surrogate {
         }
         let Some(process) = &output.process else { return Ok(()) };
         let kernel = if process.kernel == "matern_5_2" { "Matern 5/2" } else { "squared exponential" };
+        if process.places > 0 && process.places < output.used {
+            writeln!(f, "  at {} places: rows with the same factors count as one", process.places)?;
+        }
         writeln!(f, "  Gaussian process    {}, kernel {kernel}", q2_words(process, output.used))?;
         if let Some(chaos) = &output.chaos {
             let (degree, terms) = (chaos.degree, chaos.terms);
@@ -83,8 +86,10 @@ impl Surrogate {
 /// Q2 in words, of a process of so many rows.
 fn q2_words(process: &ProcessFigures, rows: u64) -> String {
     let (q2, groups) = (process.q2, process.groups);
-    let what = match groups == rows || groups == 0 {
-        true => "rows".to_owned(),
+    let places = if process.places == 0 { rows } else { process.places };
+    let what = match groups == places || groups == 0 {
+        true if places == rows => "rows".to_owned(),
+        true => "places".to_owned(),
         false => format!("{groups} groups of rows nearly at one place"),
     };
     match process.q2_folds {

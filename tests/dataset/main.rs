@@ -12,6 +12,7 @@ mod linux;
 mod loss;
 mod page;
 mod refine;
+mod repeats;
 mod report;
 mod rerun;
 mod sensitivity;

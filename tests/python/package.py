@@ -138,6 +138,13 @@ def check_functions():
     one, many = work([0.0, 5.0]), work([[0.0, 5.0], [2.0, 5.0], [0.01, 4]])
     check(isinstance(one, float) and many.shape == (3,) and many[0] == one, "one point and many")
     check(numpy.isnan(many[1]) and not numpy.isnan(many[2]), "a hammer beside its casting is no number")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        work([[0.0, 5.0], [0.12, 4.0]])
+        check(not told, f"points in the ranges need no word: {[str(one.message) for one in told]}")
+        work([[0.0, 6.5], [0.0, 5.0]])
+    words = [str(one.message) for one in told if one.category is decore.StudyWarning]
+    check(len(words) == 1 and "`pressure` outside its range in the design, 4 to 6" in words[0], f"a point outside: {words}")
     check(work(numpy.asfortranarray([[0.0, 5.0], [0.01, 4.0]]))[1] == many[2], "columns in Fortran's order")
     check(study.function(["delivered_work_j"])([[0.0, 5, 0.08, 3e7]]).shape == (1, 1), "a list of outputs is an axis")
     check("(points, 2)" in str(raised(ValueError, lambda: work([1.0, 2.0, 3.0]))), "the shape that was expected")

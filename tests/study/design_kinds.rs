@@ -620,3 +620,36 @@ fn a_million_rows_are_computed_alone() {
         assert_eq!(design.row(last + 1), None);
     }
 }
+
+/// Levels of a grid are decimal numbers wherever these are few digits: 0.08, not 0.07999999999999999.
+#[test]
+fn levels_of_grids_are_the_numbers_that_are_expected() {
+    let levels = |distribution: Distribution, count: usize| {
+        let factor = Factor { distribution, levels: Some(count) };
+        let design = Design::new(Kind::FullFactorial(FullFactorial), vec![factor], 0).expect("a design");
+        (0..count).map(|row| reals(&design.row(row).expect("a row"))[0]).collect::<Vec<f64>>()
+    };
+    assert_eq!(levels(Distribution::Uniform { low: 0.06, high: 0.10 }, 5), [0.06, 0.07, 0.08, 0.09, 0.1]);
+    let mut compared = 0;
+    for scale in [1e-6, 1e-3, 1.0, 1e3, 1e9] {
+        let number = |thousandths: i64| {
+            if scale < 1.0 { thousandths as f64 / (1.0 / scale) } else { thousandths as f64 * scale }
+        };
+        for (low, step, count) in (-300..300)
+            .step_by(37)
+            .flat_map(|low| (1..60).step_by(7).flat_map(move |step| (2..12).map(move |count| (low, step, count))))
+        {
+            let high = low + step * (count - 1);
+            let found = levels(Distribution::Uniform { low: number(low), high: number(high) }, count as usize);
+            let expected: Vec<f64> = (0..count).map(|level| number(low + step * level)).collect();
+            assert_eq!(found, expected, "{low} to {high} times {scale}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 5000);
+    // Others stay what they are, to rounding; logarithmic ones are decades.
+    let thirds = levels(Distribution::Uniform { low: 0.0, high: 1.0 }, 4);
+    assert!((thirds[1] - 1.0 / 3.0).abs() < 1e-16 && (thirds[2] - 2.0 / 3.0).abs() < 2e-16, "{thirds:?}");
+    assert_eq!(levels(Distribution::LogUniform { low: 1e7, high: 1e9 }, 3), [1e7, 1e8, 1e9]);
+    assert_eq!(levels(Distribution::LogUniform { low: 0.01, high: 100.0 }, 5), [0.01, 0.1, 1.0, 10.0, 100.0]);
+}

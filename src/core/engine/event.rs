@@ -34,6 +34,11 @@ pub enum SweepEvent<'a> {
         /// Of these, rows with another status than done.
         failed: u64,
     },
+    /// So many of the rows that are left have the same factors as another one of these: they get its outcome.
+    Repeats {
+        /// How many.
+        rows: u64,
+    },
     /// A row ended; told on the thread that ran it, which waits for the listener.
     RowEnded(RowStatus),
     /// Time passed: told four times a second while rows run, on the thread that began the sweep.

@@ -39,6 +39,10 @@ pub trait Rows: Sync {
     fn info(&self) -> DatasetInfo;
     /// Runs a row. Pure: depends on the study and the row alone.
     fn outcome(&self, row: usize) -> RowOutcome;
+    /// Whether rows with the same factors have the same outcome.
+    fn depends_on_factors_alone(&self) -> bool {
+        true
+    }
     /// Runs rows on one thread until there are no more, with the outcomes that [`Rows::outcome`] gives; here one after the other.
     fn run(&self, rows: &mut dyn RowSource) {
         run_one_by_one(rows, |row| self.outcome(row as usize));

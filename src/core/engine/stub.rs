@@ -58,6 +58,10 @@ impl Rows for StubRows {
         dataset_info(&self.study, BTreeMap::new(), settings, None)
     }
 
+    fn depends_on_factors_alone(&self) -> bool {
+        false
+    }
+
     /// Waits, then gives the row's outcome; row 613 of every thousand diverges.
     fn outcome(&self, row: usize) -> RowOutcome {
         let row = row as u64;

@@ -8,6 +8,7 @@ use super::event::{Listener, SweepEvent};
 use super::info::record;
 use super::monitor::{Beginning, Monitor};
 use super::prepared::{Engine, Rows};
+use super::repeats::{Once, Repeats, Shared};
 use crate::dataset::{
     Chosen, DatasetError, DatasetWriter, Existing, Manifest, RowRecorder, RowSpan, StoredRow, SweepState, SweepStatus,
     check_folder, grow,
@@ -60,8 +61,8 @@ impl Engine {
     }
 }
 
-/// Runs the rows that the dataset in `folder` does not hold yet, and tells how that ended: all there, stopped by the flag, or
-/// too many failed.
+/// Runs the rows that the dataset in `folder` does not hold yet, and tells how that ended: all there, stopped by the flag, or too many
+/// failed. Rows with the same factors are run once, see [`Repeats`].
 ///
 /// # Errors
 /// A folder that is in use, holds another study, lies in another dataset, would take the place of the study's files, or cannot be
@@ -94,15 +95,22 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
     let own = AtomicBool::new(false);
     let limit = Limit { most_failed: settings.max_failed, stop: settings.stop.unwrap_or(&own) };
     limit.hold(failed);
-    let task = SweepTask { rows, recorder: writer.recorder(), monitor: &monitor, limit };
+    let left = writer.rows_left();
+    let left = || left.iter().flat_map(|span| span.first..span.end);
+    // Signals are kept of rows, not of factors.
+    let repeats = match rows.depends_on_factors_alone() && info.signals.is_empty() {
+        true => Repeats::of(rows.checked(), left()),
+        false => Repeats::default(),
+    };
+    listener(SweepEvent::Repeats { rows: repeats.count() as u64 });
+    let shared = Shared::new(repeats);
+    let task = SweepTask { rows, recorder: writer.recorder(), monitor: &monitor, limit, shared: &shared };
     // Rows that wait for their turn hold their signals, of which a part has what is allowed at a time.
     let window = if info.signals.is_empty() { DEFAULT_WINDOW } else { info.rows_per_part.max(2 * threads) };
     let window = window.min(DEFAULT_WINDOW);
     let tick = || monitor.tick();
     let batch = BatchSettings { threads: settings.threads, window, stop: limit.stop, tick: &tick };
-    let left = writer.rows_left();
-    let left = left.iter().flat_map(|span| span.first..span.end);
-    let summary = run_batch(left, &batch, &task, |_, row| writer.accept(row?));
+    let summary = run_batch(left(), &batch, &task, |_, row| writer.accept(row?));
     listener(SweepEvent::Ends);
     // What was handed over before a failure is kept.
     let finished = writer.finish();
@@ -145,13 +153,14 @@ struct SweepTask<'a> {
     recorder: RowRecorder,
     monitor: &'a Monitor<'a>,
     limit: Limit<'a>,
+    shared: &'a Shared,
 }
 
 impl RowTask for SweepTask<'_> {
     type Kept = Result<StoredRow, DatasetError>;
 
     fn run(&self, rows: &mut dyn RowSource) {
-        self.rows.run(rows);
+        self.rows.run(&mut Once::new(rows, self.shared));
     }
 
     fn keep(&self, row: u64, outcome: RowOutcome) -> Self::Kept {

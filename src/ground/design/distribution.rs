@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use libm::{exp, log};
+use libm::{exp, log, log10};
 
 use super::DesignError;
 use super::special::{beta_cdf, beta_quantile, normal_cdf, normal_quantile};
@@ -91,6 +91,13 @@ pub enum Distribution {
         count: usize,
     },
 }
+
+/// Digits of a decimal number that a user types or expects.
+const DECIMAL_DIGITS: i32 = 12;
+/// Decimal places that any number is looked at with.
+const MOST_PLACES: i32 = 320;
+/// Rounding of a level, as a share of the larger end of its range.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// Value of a factor in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,14 +200,19 @@ impl Distribution {
     }
 
     /// Level at `share` in [0, 1] of the range: linear (geometric for logarithmic distributions), whatever the
-    /// probabilities; discrete ones are rounded to the nearest value.
+    /// probabilities; discrete ones are rounded to the nearest value. A level that differs by rounding alone from a decimal number of
+    /// few digits is that number: 0.08, not 0.07999999999999999.
     pub fn at_share(&self, share: f64) -> Level {
         match (self, self.range()) {
-            (Self::LogUniform { low, high }, _) => Level::Real(geometric(*low, *high, share)),
+            (Self::LogUniform { low, high }, _) => Level::Real(decimal(geometric(*low, *high, share), [*low, *high])),
             (Self::LogInteger { low, high }, _) => {
                 Level::Integer(whole(geometric(*low as f64, *high as f64, share), [*low, *high]))
             }
-            (_, Some((low, high))) => Level::Real((low + (high - low) * share).clamp(low, high)),
+            (_, Some((low, high))) => {
+                // Rounding errs alike from both ends: symmetric ranges have symmetric levels.
+                let value = low * (1.0 - share) + high * share;
+                Level::Real(decimal(value.clamp(low, high), [low, high]))
+            }
             (_, None) => {
                 let last = self.value_count().unwrap_or(1) - 1;
                 self.discrete(((share * last as f64).round() as u64).min(last))
@@ -337,6 +349,17 @@ pub(super) fn whole_geometric([low, high]: [i64; 2], step: u64, count: u64) -> i
 /// Point at `share` between two positive ends on a logarithmic scale.
 fn geometric(low: f64, high: f64, share: f64) -> f64 {
     exp(log(low) + share * (log(high) - log(low))).clamp(low, high)
+}
+
+/// The decimal number of twelve digits of the larger end that a value differs from by rounding alone; otherwise the value.
+fn decimal(value: f64, [low, high]: [f64; 2]) -> f64 {
+    let size = low.abs().max(high.abs());
+    if size == 0.0 || !size.is_finite() {
+        return value;
+    }
+    let places = (DECIMAL_DIGITS - 1).saturating_sub(log10(size).floor() as i32).clamp(0, MOST_PLACES) as usize;
+    let near = format!("{value:.places$}").parse().map_or(value, |near: f64| near + 0.0);
+    if (near - value).abs() <= ROUNDING * size && (low..=high).contains(&near) { near } else { value }
 }
 
 /// Value at `share` in [0, 1] along ascending observations.

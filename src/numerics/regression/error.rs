@@ -5,8 +5,8 @@ use crate::linalg::LinalgError;
 /// Why a table has no model, or a model no prediction.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegressionError {
-    /// Fewer rows than a model takes.
-    #[error("{found} rows are too few: at least {least} are needed")]
+    /// Fewer rows than a model takes; rows at one place are one.
+    #[error("{found} different rows are too few: at least {least} are needed")]
     TooFew {
         /// Rows that there are.
         found: usize,

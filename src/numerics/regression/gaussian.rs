@@ -6,48 +6,53 @@ use rayon::prelude::*;
 use super::error::RegressionError;
 use super::groups::{Groups, LeftOut};
 use super::kernel::Kernel;
-use super::likelihood::{Hyperparameters, LEAST_NOISE, Likelihood, Pairs, Solved};
+use super::likelihood::{Hyperparameters, Inverse, LEAST_NOISE, Likelihood, Pairs, Solved, solve};
 use super::minimise::{Minimum, Stop, dot, minimise};
 use super::ordered::ordered_solve;
+use super::places::Places;
 use super::points::Points;
 use super::residuals::Residuals;
 use crate::linalg::{LinalgError, multiply_transposed};
 use crate::random::hash;
 
-/// Rows that a model takes at least.
+/// Rows at different places that a model takes at least.
 pub const LEAST_ROWS: usize = 8;
-/// Rows on which starts are compared.
-const COMPARED_ROWS: usize = 160;
+/// Places on which starts are compared.
+const COMPARED_PLACES: usize = 160;
+/// Places on which lengths and noise are searched: of more, a part tells them as well.
+const SEARCHED_PLACES: usize = 640;
 /// Starts: the length as a multiple of the usual one, and the noise.
 const STARTS: [[f64; 2]; 4] = [[0.4, 1e-6], [0.1, 1e-2], [0.07, 1e-6], [0.8, 1e-6]];
 /// When a comparison of starts ends.
 const COMPARISON: Stop = Stop { steps: 60, gain: 1e-2 };
-/// When the search over all rows ends.
+/// When the search over all searched places ends.
 const SEARCH: Stop = Stop { steps: 60, gain: 1e-3 };
-/// Stream of the numbers that choose the rows for comparisons and folds.
+/// Stream of the numbers that choose the places for comparisons and folds.
 const CHOICE: u64 = 0x6b72_6967;
 /// Folds that are left out, lengths and noise being searched anew without them; of fewer than twice as many groups each is one.
 pub const FOLDS: usize = 10;
-/// Rows up to which lengths and noise may be wrong enough for folds to matter.
-const FOLDED_ROWS: usize = 320;
-/// Rows below which all is searched anew without a fold, the kernel too: lengths of few rows hang on each of them.
-const FEW_ROWS: usize = 20;
+/// Places up to which lengths and noise may be wrong enough for folds to matter.
+const FOLDED_PLACES: usize = 320;
+/// Places below which all is searched anew without a fold, the kernel too: lengths of few places hang on each of them.
+const FEW_PLACES: usize = 20;
 /// When the search without a fold ends.
 const WITHOUT_FOLD: Stop = Stop { steps: 20, gain: 1e-2 };
 
 /// A Gaussian process with a constant mean and noise, fitted to a table.
 ///
 /// `y(x) = mean + z(x) + e`, `z` with the variance `variance` and the correlations of a [`Kernel`], `e` independent noise of
-/// `noise * variance` (Rasmussen and Williams, *Gaussian Processes for Machine Learning*, 2006). Lengths and noise have the largest posterior density: the restricted
-/// likelihood, and priors for the logarithms of the lengths (normal, mean `sqrt(2) + ln(d)/2`, standard deviation `sqrt(3)`, of
-/// `d` factors) and of the noise (mean -14, standard deviation 3).
+/// `noise * variance` at each place (Rasmussen and Williams, *Gaussian Processes for Machine Learning*, 2006). Rows at one place are
+/// one value, see [`Places`]; where their runs differ, each run has noise of `spread * variance` besides (stochastic kriging:
+/// Ankenman, Nelson and Staum, Oper. Res. 58, 2010). Lengths and noise have the largest posterior density: the restricted
+/// likelihood, and priors for the logarithms of the lengths (normal, mean `0.7 + ln(d)/2`, standard deviation 1, of `d` factors) and of
+/// the noise (mean 8.8 above that of the least noise, standard deviation 2.5). Of more than 640 places, that many tell them.
 #[derive(Debug, Clone)]
 pub struct GaussianProcess {
-    points: Points,
+    places: Places,
     kernel: Kernel,
     hyperparameters: Hyperparameters,
     solved: Solved,
-    /// `L^-1 1` of the Cholesky factor `L` of the rows' correlations.
+    /// `L^-1 1` of the Cholesky factor `L` of the places' correlations.
     ones: Vec<f64>,
     groups: Groups,
     residuals: Residuals,
@@ -72,66 +77,83 @@ pub struct Prediction {
     pub std_dev: f64,
 }
 
-/// A kernel with its lengths and noise, and what follows from a table with them.
+/// A kernel with its lengths and noise, what follows from places with them, and errors of places left out.
 struct Fit {
     kernel: Kernel,
     of: Hyperparameters,
     solved: Solved,
+    inverse: Inverse,
+    groups: Groups,
+    residuals: Residuals,
+}
+
+impl Fit {
+    fn new(places: &Places, kernel: Kernel, of: Hyperparameters) -> Result<Self, RegressionError> {
+        let (solved, inverse) = solve(places, (kernel, &of))?;
+        let groups = Groups::new(places.points(), &of.weights);
+        let residuals = left_out((places.values(), &groups), (&solved, &inverse))?;
+        Ok(Self { kernel, of, solved, inverse, groups, residuals })
+    }
 }
 
 impl GaussianProcess {
     /// Fits each kernel, and keeps the one under which rows that were left out are the more probable.
     ///
     /// # Errors
-    /// [`RegressionError::TooFew`] for fewer than [`LEAST_ROWS`] rows; [`RegressionError::Constant`],
+    /// [`RegressionError::TooFew`] for rows at fewer than [`LEAST_ROWS`] places; [`RegressionError::Constant`],
     /// [`RegressionError::NotFinite`], [`RegressionError::Size`].
     pub fn fit(points: &Points, values: &[f64]) -> Result<Self, RegressionError> {
-        Self::fit_above(points, values, LEAST_NOISE)
+        Self::fit_above(&Places::new(points, values)?, LEAST_NOISE)
     }
 
-    /// As [`Self::fit`] with another least noise than [`LEAST_NOISE`], a share of the variance: a lower one follows smooth outputs to
-    /// more digits, of few rows; of many, rounding decides.
+    /// As [`Self::fit`] of places, with another least noise than [`LEAST_NOISE`], a share of the variance: a lower one follows smooth
+    /// outputs to more digits, of few rows; of many, rounding decides.
     ///
     /// # Errors
     /// As [`Self::fit`].
-    pub fn fit_above(points: &Points, values: &[f64], least_noise: f64) -> Result<Self, RegressionError> {
-        check(points, values)?;
-        Self::fit_kernels(points, values, least_noise)
+    pub fn fit_above(places: &Places, least_noise: f64) -> Result<Self, RegressionError> {
+        check(places.points(), places.values())?;
+        Self::fit_kernels(places, least_noise)
     }
 
-    /// The best kernel of any number of rows.
-    fn fit_kernels(points: &Points, values: &[f64], least_noise: f64) -> Result<Self, RegressionError> {
-        let mut found: Vec<Result<Self, RegressionError>> =
-            Kernel::ALL.par_iter().map(|kernel| Self::fit_kernel(points, values, (*kernel, least_noise))).collect();
-        // Densities compare where the same rows are left out together.
-        let groups: Vec<Groups> = found.iter().flatten().map(|model| model.groups.clone()).collect();
+    /// The best kernel of any number of places.
+    fn fit_kernels(places: &Places, least_noise: f64) -> Result<Self, RegressionError> {
+        let part = places.points().rows() > SEARCHED_PLACES;
+        let searched =
+            if part { places.select(&chosen(places.points().rows(), SEARCHED_PLACES)) } else { places.clone() };
+        let fit = |kernel: &Kernel| Fit::new(&searched, *kernel, hyperparameters(&searched, (*kernel, least_noise)));
+        let mut found: Vec<Result<Fit, RegressionError>> = Kernel::ALL.par_iter().map(fit).collect();
+        // Densities compare where the same places are left out together.
+        let groups: Vec<Groups> = found.iter().flatten().map(|fit| fit.groups.clone()).collect();
         if let Some(coarsest) = groups.iter().min_by_key(|groups| groups.len()) {
-            for model in found.iter_mut().flatten().filter(|model| model.groups != *coarsest) {
-                model.residuals = left_out((values, coarsest), &model.solved)?;
-                model.groups.clone_from(coarsest);
+            for fit in found.iter_mut().flatten().filter(|fit| fit.groups != *coarsest) {
+                fit.residuals = left_out((searched.values(), coarsest), (&fit.solved, &fit.inverse))?;
+                fit.groups.clone_from(coarsest);
             }
         }
-        let mut best: Result<Self, RegressionError> =
-            Err(RegressionError::Linalg(LinalgError::NoConvergence { order: values.len() }));
-        for model in found {
-            match (&best, model) {
-                (Ok(best), Ok(model)) if model.residuals.log_density() <= best.residuals.log_density() => {}
+        let mut best: Result<Fit, RegressionError> =
+            Err(RegressionError::Linalg(LinalgError::NoConvergence { order: places.values().len() }));
+        for fit in found {
+            match (&best, fit) {
+                (Ok(best), Ok(fit)) if fit.residuals.log_density() <= best.residuals.log_density() => {}
                 (Ok(_), Err(_)) => {}
-                (_, model) => best = model,
+                (_, fit) => best = fit,
             }
         }
-        best
+        let best = best?;
+        let whole = if part { Fit::new(places, best.kernel, best.of)? } else { best };
+        Ok(Self { least_noise, ..Self::of(places, whole) })
     }
 
-    /// Errors of rows that are left out with their groups, a tenth of the groups at a time, or one at a time of fewer than 20, with
-    /// lengths and noise fitted anew without them: of few rows, those fitted to all of them are too sure of themselves. `None` for more
-    /// than 320 rows.
+    /// Errors of places that are left out with their groups, a tenth of the groups at a time, or one at a time of fewer than 20, with
+    /// lengths and noise fitted anew without them: of few places, those fitted to all of them are too sure of themselves. `None` for more
+    /// than 320 places.
     ///
     /// # Errors
-    /// Those of [`Self::fit`] for the rest of the rows; a rest that is constant predicts its constant.
-    pub fn folds(&self, values: &[f64]) -> Result<Option<Residuals>, RegressionError> {
-        let rows = self.points.rows();
-        if rows > FOLDED_ROWS {
+    /// Those of [`Self::fit`] for the rest of the places; a rest that is constant predicts its constant.
+    pub fn folds(&self) -> Result<Option<Residuals>, RegressionError> {
+        let values = self.values();
+        if values.len() > FOLDED_PLACES {
             return Ok(None);
         }
         let order = self.groups.shuffled(CHOICE);
@@ -140,99 +162,85 @@ impl GaussianProcess {
             let (out, rest): (Vec<usize>, Vec<usize>) = (0..order.len()).partition(|place| place % folds == fold);
             let [out, rest] = [out, rest]
                 .map(|places| places.iter().flat_map(|place| order[*place]).copied().collect::<Vec<usize>>());
-            let predicted = self.predict_without(values, (&rest, &out))?;
-            Ok(out.into_iter().zip(predicted).collect::<Vec<(usize, Prediction)>>())
+            let predicted = self.predict_without((&rest, &out))?;
+            Ok(out.into_iter().zip(predicted).collect::<Vec<(usize, f64)>>())
         };
         let found: Result<Vec<_>, RegressionError> = (0..folds).into_par_iter().map(fold).collect();
-        let [mut errors, mut std_devs] = [vec![0.0; rows], vec![0.0; rows]];
-        for (row, predicted) in found?.into_iter().flatten() {
-            (errors[row], std_devs[row]) = (values[row] - predicted.mean, predicted.std_dev);
+        let mut errors = vec![0.0; values.len()];
+        for (place, mean) in found?.into_iter().flatten() {
+            errors[place] = values[place] - mean;
         }
-        Ok(Some(Residuals::new((values, &self.groups), errors, std_devs)))
+        // Standard deviations are those of this model, which intervals are made of: a fit to few places may have hardly any.
+        Ok(Some(Residuals::new((values, &self.groups), errors, self.residuals.std_devs().to_vec())))
     }
 
-    /// What a model of some rows, fitted anew, says of others.
-    fn predict_without(
-        &self,
-        values: &[f64],
-        (rest, out): (&[usize], &[usize]),
-    ) -> Result<Vec<Prediction>, RegressionError> {
-        let known: Vec<f64> = rest.iter().map(|row| values[*row]).collect();
-        if let Some(mean) = constant(&known) {
-            // A constant tells of no variance: that of all rows stands in.
-            let std_devs = self.residuals.std_devs();
-            return Ok(out.iter().map(|row| Prediction { mean, std_dev: std_devs[*row] }).collect());
+    /// What a model of some places, fitted anew, expects at others; a rest that is constant predicts its constant.
+    fn predict_without(&self, (rest, out): (&[usize], &[usize])) -> Result<Vec<f64>, RegressionError> {
+        let known = self.places.select(rest);
+        if let Some(mean) = constant(known.values()) {
+            return Ok(vec![mean; out.len()]);
         }
-        self.fit_anew(&self.points.select(rest), &known)?.predict(&self.points.select(out))
+        let predicted = self.fit_anew(&known)?.predict(&self.places.points().select(out))?;
+        Ok(predicted.into_iter().map(|at| at.mean).collect())
     }
 
-    /// A model of other rows, searched for from here.
-    fn fit_anew(&self, points: &Points, values: &[f64]) -> Result<Self, RegressionError> {
-        if self.points.rows() < FEW_ROWS {
-            return Self::fit_kernels(points, values, self.least_noise);
+    /// A model of other places, searched for from here.
+    fn fit_anew(&self, places: &Places) -> Result<Self, RegressionError> {
+        if self.values().len() < FEW_PLACES {
+            return Self::fit_kernels(places, self.least_noise);
         }
-        let pairs = Pairs::new(points);
-        let unit = unit(values);
+        let pairs = Pairs::new(places.points());
         let least_noise = self.least_noise;
-        let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, values: &unit, least_noise };
+        let unit = places.unit();
+        let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, places: &unit, least_noise };
         let start = self.hyperparameters.logarithms(least_noise);
         let found = minimise(start, WITHOUT_FOLD, &mut |at| likelihood.sloped(at));
-        let found = found.map(|found| Hyperparameters::from_logarithms(&found.at, least_noise));
+        let factors = places.points().factors();
+        let found = found.map(|found| Hyperparameters::from_logarithms(&found.at, factors, least_noise));
         let of = found.unwrap_or_else(|| self.hyperparameters.clone());
-        let solved = Likelihood { values, ..likelihood }.solve(&of)?;
-        let fit = Fit { kernel: self.kernel, of, solved };
-        Ok(Self { least_noise, ..Self::of(points, values, fit)? })
-    }
-
-    /// Fits lengths and noise of one kernel, the noise above a least one.
-    fn fit_kernel(
-        points: &Points,
-        values: &[f64],
-        (kernel, least_noise): (Kernel, f64),
-    ) -> Result<Self, RegressionError> {
-        let unit = unit(values);
-        let pairs = Pairs::new(points);
-        let minimum = search(points, &unit, &Likelihood { kernel, pairs: &pairs, values: &unit, least_noise });
-        let found = minimum.map_or_else(|| Hyperparameters::start(points.factors(), STARTS[1]), |found| found.at);
-        let of = Hyperparameters::from_logarithms(&found, least_noise).rounded();
-        let solved = Likelihood { kernel, pairs: &pairs, values, least_noise }.solve(&of)?;
-        Ok(Self { least_noise, ..Self::of(points, values, Fit { kernel, of, solved })? })
+        Ok(Self { least_noise, ..Self::of(places, Fit::new(places, self.kernel, of)?) })
     }
 
     /// The model for lengths and noise that are given.
     ///
     /// # Errors
     /// As [`Self::fit`]; [`RegressionError::Parameter`] for a weight or a noise that is negative or not finite;
-    /// [`RegressionError::Linalg`] where rows are the same and there is no noise.
-    pub fn with(
-        points: &Points,
-        values: &[f64],
-        (kernel, of): (Kernel, Hyperparameters),
-    ) -> Result<Self, RegressionError> {
-        check(points, values)?;
-        if of.weights.len() != points.factors() {
-            let (found, expected) = (of.weights.len(), points.factors());
+    /// [`RegressionError::Linalg`] where there is no noise and places are too near to each other.
+    pub fn with(places: &Places, (kernel, of): (Kernel, Hyperparameters)) -> Result<Self, RegressionError> {
+        check(places.points(), places.values())?;
+        if of.weights.len() != places.points().factors() {
+            let (found, expected) = (of.weights.len(), places.points().factors());
             return Err(RegressionError::Size { what: "weights", found, expected });
         }
         let expected = "a finite number that is not negative";
-        for (name, value) in of.weights.iter().map(|weight| ("weight", *weight)).chain([("noise", of.noise)]) {
+        let noises = [("noise", of.noise), ("spread", of.spread)];
+        for (name, value) in of.weights.iter().map(|weight| ("weight", *weight)).chain(noises) {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(RegressionError::Parameter { name, value, expected });
             }
         }
-        let pairs = Pairs::new(points);
-        let solved = Likelihood { kernel, pairs: &pairs, values, least_noise: LEAST_NOISE }.solve(&of)?;
-        Self::of(points, values, Fit { kernel, of, solved })
+        Ok(Self::of(places, Fit::new(places, kernel, of)?))
     }
 
-    fn of(points: &Points, values: &[f64], Fit { kernel, of, solved }: Fit) -> Result<Self, RegressionError> {
-        let groups = Groups::new(points, &of.weights);
-        let residuals = left_out((values, &groups), &solved)?;
-        let mut ones = DMatrix::from_element(1, values.len(), 1.0);
+    fn of(places: &Places, Fit { kernel, of, solved, groups, residuals, .. }: Fit) -> Self {
+        let mut ones = DMatrix::from_element(1, places.values().len(), 1.0);
         ordered_solve(&solved.factor, &mut ones);
         let ones = ones.as_slice().to_vec();
-        let points = points.clone();
-        Ok(Self { points, kernel, hyperparameters: of, solved, ones, groups, residuals, least_noise: LEAST_NOISE })
+        let places = places.clone();
+        Self { places, kernel, hyperparameters: of, solved, ones, groups, residuals, least_noise: LEAST_NOISE }
+    }
+
+    /// The places that it was fitted to.
+    pub fn places(&self) -> &Places {
+        &self.places
+    }
+
+    fn values(&self) -> &[f64] {
+        self.places.values()
+    }
+
+    fn points(&self) -> &Points {
+        self.places.points()
     }
 
     /// The kernel.
@@ -255,9 +263,9 @@ impl GaussianProcess {
         self.solved.variance
     }
 
-    /// Standard deviation of the noise.
+    /// Standard deviation of the noise of a single run, that of its place included.
     pub fn noise_std_dev(&self) -> f64 {
-        (self.hyperparameters.noise * self.solved.variance).sqrt()
+        ((self.hyperparameters.noise + self.hyperparameters.spread) * self.solved.variance).sqrt()
     }
 
     /// Logarithm of the restricted likelihood, without its constant.
@@ -265,17 +273,17 @@ impl GaussianProcess {
         self.solved.log_likelihood
     }
 
-    /// Weights of the rows: `mean + sum_i weight_i k(x, x_i)` is the prediction.
+    /// Weights of the places: `mean + sum_i weight_i k(x, x_i)` is the prediction.
     pub fn row_weights(&self) -> &[f64] {
         &self.solved.alpha
     }
 
-    /// Rows that are left out together.
+    /// Places that are left out together.
     pub fn groups(&self) -> &Groups {
         &self.groups
     }
 
-    /// Errors of rows that were left out with their groups.
+    /// Errors of places that were left out with their groups.
     pub fn residuals(&self) -> &Residuals {
         &self.residuals
     }
@@ -306,9 +314,10 @@ impl GaussianProcess {
                 *ones += explained * one;
             }
         }
+        let own = self.hyperparameters.noise + self.hyperparameters.spread;
         let prediction = |[known, squares, ones]: [f64; 3]| {
             let rest = 1.0 - ones;
-            let share = (1.0 - squares).max(0.0) + rest * rest / total + self.hyperparameters.noise;
+            let share = (1.0 - squares).max(0.0) + rest * rest / total + own;
             Prediction { mean: solved.mean + known, std_dev: (solved.variance * share).sqrt() }
         };
         sums.into_iter().map(prediction).collect()
@@ -316,8 +325,8 @@ impl GaussianProcess {
 
     /// Correlations of places with the rows, a row for each place.
     fn explained(&self, places: &Points) -> Explained {
-        let near = DMatrix::from_fn(places.rows(), self.points.rows(), |place, own| {
-            self.correlation(self.points.row(own), places.row(place))
+        let near = DMatrix::from_fn(places.rows(), self.points().rows(), |place, own| {
+            self.correlation(self.points().row(own), places.row(place))
         });
         let mut explained = near.clone();
         ordered_solve(&self.solved.factor, &mut explained);
@@ -351,7 +360,7 @@ impl GaussianProcess {
         let squares: Vec<f64> = squares.map(|(error, own)| (error / own) * (error / own)).collect();
         let scale = |place: usize| {
             let near = squares.iter().enumerate().map(|(own, square)| {
-                let near = self.correlation(self.points.row(own), places.row(place));
+                let near = self.correlation(self.points().row(own), places.row(place));
                 [near * square, near]
             });
             let [sum, weight] = near.fold([1.0, 1.0], |sums, of| [sums[0] + of[0], sums[1] + of[1]]);
@@ -361,26 +370,29 @@ impl GaussianProcess {
     }
 
     fn check_factors(&self, places: &Points) -> Result<(), RegressionError> {
-        if places.nominal() == self.points.nominal() {
+        if places.nominal() == self.points().nominal() {
             return Ok(());
         }
-        let (found, expected) = (places.factors(), self.points.factors());
+        let (found, expected) = (places.factors(), self.points().factors());
         Err(RegressionError::Size { what: "factors", found, expected })
     }
 
     fn correlation(&self, own: &[f64], place: &[f64]) -> f64 {
         let squared = (self.hyperparameters.weights.iter().enumerate())
-            .map(|(factor, weight)| weight * self.points.squared(factor, [own[factor], place[factor]]))
+            .map(|(factor, weight)| weight * self.points().squared(factor, [own[factor], place[factor]]))
             .sum();
         self.kernel.at(squared)
     }
 }
 
-/// Errors of rows without their groups, at the same lengths and noise.
-fn left_out((values, groups): (&[f64], &Groups), solved: &Solved) -> Result<Residuals, RegressionError> {
+/// Errors of places without their groups, at the same lengths and noise.
+fn left_out(
+    (values, groups): (&[f64], &Groups),
+    (solved, inverse): (&Solved, &Inverse),
+) -> Result<Residuals, RegressionError> {
     // Without group I the predictions of its values are off by Q_II^-1 a_I, and their covariance there is variance Q_II^-1.
-    let own: Vec<f64> = solved.inverse.diagonal().iter().copied().collect();
-    let found = LeftOut::new(groups, (&solved.alpha, &own), |a, b| solved.inverse[(a, b)])?;
+    let own: Vec<f64> = inverse.diagonal().iter().copied().collect();
+    let found = LeftOut::new(groups, (&solved.alpha, &own), |a, b| inverse[(a, b)])?;
     let deviations = found.owns.iter().map(|own| (solved.variance / own).sqrt()).collect();
     Ok(Residuals::new((values, groups), found.errors, deviations))
 }
@@ -414,33 +426,34 @@ fn constant(values: &[f64]) -> Option<f64> {
     (high - low <= rounding).then_some(high)
 }
 
-/// The values less their mean, over their standard deviation.
-fn unit(values: &[f64]) -> Vec<f64> {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
-    values.iter().map(|value| (value - mean) / deviation).collect()
-}
-
-/// Rows in an order that does not depend on what they are.
-fn shuffled(rows: usize) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..rows).collect();
-    order.sort_by_key(|row| hash(CHOICE, 0, *row as u64));
+/// Some of so many places, chosen in an order that does not depend on what they are.
+fn chosen(all: usize, count: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..all).collect();
+    order.sort_by_key(|place| hash(CHOICE, 0, *place as u64));
+    order.truncate(count);
     order
 }
 
-/// Lengths and noise of the largest posterior density: starts are compared on some of the rows, the best is followed on all.
-fn search(points: &Points, values: &[f64], whole: &Likelihood<'_>) -> Option<Minimum> {
-    let starts = STARTS.iter().map(|start| Hyperparameters::start(points.factors(), *start));
-    if points.rows() <= COMPARED_ROWS {
+/// Lengths and noise of one kernel, the noise above a least one.
+fn hyperparameters(places: &Places, (kernel, least_noise): (Kernel, f64)) -> Hyperparameters {
+    let (unit, pairs, factors) = (places.unit(), Pairs::new(places.points()), places.points().factors());
+    let minimum = search(&Likelihood { kernel, pairs: &pairs, places: &unit, least_noise });
+    let found = minimum.map_or_else(|| Hyperparameters::start(factors, STARTS[1], unit.spread()), |found| found.at);
+    Hyperparameters::from_logarithms(&found, factors, least_noise).rounded()
+}
+
+/// Lengths and noise of the largest posterior density: starts are compared on some of the places, the best is followed on all.
+fn search(whole: &Likelihood<'_>) -> Option<Minimum> {
+    let (places, kernel, least_noise) = (whole.places, whole.kernel, whole.least_noise);
+    let factors = places.points().factors();
+    let starts = STARTS.iter().map(|start| Hyperparameters::start(factors, *start, places.spread()));
+    if places.values().len() <= COMPARED_PLACES {
         let ends = starts.filter_map(|start| minimise(start, SEARCH, &mut |at| whole.sloped(at)));
         return ends.min_by(|a, b| a.value.total_cmp(&b.value));
     }
-    let mut rows = shuffled(points.rows());
-    rows.truncate(COMPARED_ROWS);
-    let some: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
-    let pairs = Pairs::new(&points.select(&rows));
-    let part = Likelihood { kernel: whole.kernel, pairs: &pairs, values: &some, least_noise: whole.least_noise };
+    let some = places.select(&chosen(places.values().len(), COMPARED_PLACES));
+    let pairs = Pairs::new(some.points());
+    let part = Likelihood { kernel, pairs: &pairs, places: &some, least_noise };
     let ends = starts.filter_map(|start| minimise(start, COMPARISON, &mut |at| part.sloped(at)));
     let best = ends.min_by(|a, b| a.value.total_cmp(&b.value))?;
     minimise(best.at, SEARCH, &mut |at| whole.sloped(at))

@@ -78,7 +78,7 @@ impl Groups {
     }
 
     /// Rows that are equal in these factors.
-    fn equal(points: &Points, factors: &[usize]) -> Self {
+    pub(super) fn equal(points: &Points, factors: &[usize]) -> Self {
         let number = |row: usize, factor: usize| (points.row(row)[factor] / SAME).round() + 0.0;
         let compared = |a: usize, b: usize| {
             let each = factors.iter().map(|factor| number(a, *factor).total_cmp(&number(b, *factor)));

@@ -5,52 +5,61 @@ use nalgebra::DMatrix;
 use super::kernel::Kernel;
 use super::minimise::{Sloped, dot};
 use super::ordered::ordered_cholesky;
+use super::places::{Places, Spread};
 use super::points::Points;
 use crate::linalg::{LinalgError, cholesky, cholesky_inverse};
 
 /// Least noise, as a share of the process's variance: below it, rounding decides.
 pub const LEAST_NOISE: f64 = 1e-6;
-/// Mean and standard deviation of the logarithm of a length, beside half that of the number of factors (Hvarfner, Hellsten and
-/// Nardi, ICML 2024): lengths grow with the number of factors as distances do.
-const LENGTHS: [f64; 2] = [std::f64::consts::SQRT_2, 1.732_050_807_568_877_2];
-/// Mean and standard deviation of the logarithm of the noise's share.
-const NOISE: [f64; 2] = [-14.0, 3.0];
+/// Mean and standard deviation of the logarithm of a length, beside half that of the number of factors (lengths grow with it as
+/// distances do: Hvarfner, Hellsten and Nardi, ICML 2024).
+const LENGTHS: [f64; 2] = [0.7, 1.0];
+/// Mean of the logarithm of the noise over the least noise, and its standard deviation: of 10 to 20 rows, the likelihood alone is too sure
+/// that there is none.
+const NOISE: [f64; 2] = [8.8, 2.5];
 
 /// Lengths and noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hyperparameters {
     /// Inverse squared length of each factor, in its scaled range.
     pub weights: Vec<f64>,
-    /// Variance of the noise over that of the process.
+    /// Variance of the noise of a place over that of the process.
     pub noise: f64,
+    /// Variance of the noise of a run over that of the process; 0 where no runs at one place show it.
+    pub spread: f64,
 }
 
 impl Hyperparameters {
-    /// From the logarithms that are searched over, above a least noise.
-    pub(super) fn from_logarithms(logarithms: &[f64], least_noise: f64) -> Self {
-        let (noise, weights) = logarithms.split_last().unwrap_or((&0.0, &[]));
+    /// From the logarithms that are searched over: weights, noise above a least one, and spread where there is evidence of it.
+    pub(super) fn from_logarithms(logarithms: &[f64], factors: usize, least_noise: f64) -> Self {
+        let (weights, rest) = logarithms.split_at(factors.min(logarithms.len()));
         Self {
             weights: weights.iter().map(|weight| libm::exp(*weight)).collect(),
-            noise: least_noise + libm::exp(*noise),
+            noise: least_noise + rest.first().map_or(0.0, |noise| libm::exp(*noise)),
+            spread: rest.get(1).map_or(0.0, |spread| libm::exp(*spread)),
         }
     }
 
-    /// The logarithms that are searched over, above a least noise.
+    /// The logarithms that are searched over.
     pub(super) fn logarithms(&self, least_noise: f64) -> Vec<f64> {
         let noise = (self.noise - least_noise).max(0.01 * least_noise);
-        self.weights.iter().chain([&noise]).map(|value| libm::log(value.max(f64::MIN_POSITIVE))).collect()
+        let spread = (self.spread > 0.0).then_some(self.spread);
+        let all = self.weights.iter().copied().chain([noise]).chain(spread);
+        all.map(|value| libm::log(value.max(f64::MIN_POSITIVE))).collect()
     }
 
     /// The same to six digits: more mean nothing, and any reader of decimal numbers reads these alike.
     pub(super) fn rounded(&self) -> Self {
         let rounded = |value: &f64| format!("{value:.5e}").parse().unwrap_or(*value);
-        Self { weights: self.weights.iter().map(rounded).collect(), noise: rounded(&self.noise) }
+        let weights = self.weights.iter().map(rounded).collect();
+        Self { weights, noise: rounded(&self.noise), spread: rounded(&self.spread) }
     }
 
-    /// Where a search starts: one length, a multiple of the usual one, and a noise.
-    pub(super) fn start(factors: usize, [length, noise]: [f64; 2]) -> Vec<f64> {
+    /// Where a search starts: one length, a multiple of the usual one, and a noise; of values with the variance 1.
+    pub(super) fn start(factors: usize, [length, noise]: [f64; 2], spread: Spread) -> Vec<f64> {
         let mut start = vec![usual_weight(factors) - 2.0 * libm::log(length); factors];
         start.push(libm::log(noise));
+        start.extend((spread.freedom > 0.0).then(|| libm::log(spread.squares / spread.freedom)));
         start
     }
 }
@@ -85,14 +94,14 @@ impl Pairs {
         sum
     }
 
-    /// The matrix of correlations with the noise on its diagonal; of the lower triangle.
-    fn matrix(&self, values: &[f64], noise: f64) -> DMatrix<f64> {
+    /// The matrix of correlations with this diagonal; of the lower triangle.
+    fn matrix(&self, values: &[f64], diagonal: &[f64]) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(self.rows, self.rows);
         let mut rest = values;
-        for column in 0..self.rows {
+        for (column, own) in diagonal.iter().enumerate() {
             let (below, after) = rest.split_at(self.rows - 1 - column);
             let mut entries = matrix.column_mut(column);
-            entries[column] = 1.0 + noise;
+            entries[column] = *own;
             entries.as_mut_slice()[column + 1..].copy_from_slice(below);
             rest = after;
         }
@@ -100,55 +109,75 @@ impl Pairs {
     }
 }
 
+/// The correlations' diagonal: the noise of each place, and that of its runs.
+fn diagonal(of: &Hyperparameters, runs: &[f64]) -> Vec<f64> {
+    runs.iter().map(|runs| 1.0 + of.noise + of.spread / runs).collect()
+}
+
 /// What follows from a table once lengths and noise are given: mean and variance by generalised least squares.
 #[derive(Debug, Clone)]
 pub(super) struct Solved {
-    /// Lower Cholesky factor of `C = R + noise I`.
+    /// Lower Cholesky factor of the correlations `C`, noise on their diagonal.
     pub factor: DMatrix<f64>,
-    /// `Q = C^-1 - b b' / (1' b)`, `b = C^-1 1`, the inverse that knows of the fitted mean.
-    pub inverse: DMatrix<f64>,
     /// `a = Q y`: the weights of the rows.
     pub alpha: Vec<f64>,
     /// The mean `b' y / (1' b)`.
     pub mean: f64,
-    /// The variance `y' Q y / (n - 1)`.
+    /// The variance: `y' Q y`, and what runs at one place differ by, over the degrees of freedom of both.
     pub variance: f64,
     /// Logarithm of the restricted likelihood, without its constant.
     pub log_likelihood: f64,
 }
 
+/// `Q = C^-1 - b b' / (1' b)`, `b = C^-1 1`: the inverse that knows of the fitted mean.
+pub(super) type Inverse = DMatrix<f64>;
+
 /// A table whose likelihood is asked for.
 pub(super) struct Likelihood<'a> {
     pub kernel: Kernel,
     pub pairs: &'a Pairs,
-    pub values: &'a [f64],
+    /// The places, their values scaled to the variance 1.
+    pub places: &'a Places,
     /// Noise that no search goes below.
     pub least_noise: f64,
 }
 
-impl Likelihood<'_> {
-    /// Mean, variance and likelihood for lengths and noise.
-    pub fn solve(&self, of: &Hyperparameters) -> Result<Solved, LinalgError> {
-        let distances = self.pairs.distances(&of.weights);
-        let correlations: Vec<f64> = distances.iter().map(|squared| self.kernel.at(*squared)).collect();
-        solved(ordered_cholesky(self.pairs.matrix(&correlations, of.noise))?, self.values)
+/// Mean, variance and likelihood of places for lengths and noise.
+pub(super) fn solve(
+    places: &Places,
+    (kernel, of): (Kernel, &Hyperparameters),
+) -> Result<(Solved, Inverse), LinalgError> {
+    let points = places.points();
+    let mut matrix = DMatrix::zeros(points.rows(), points.rows());
+    for (column, own) in diagonal(of, places.runs()).into_iter().enumerate() {
+        matrix[(column, column)] = own;
+        for row in column + 1..points.rows() {
+            let along = |(factor, weight): (usize, &f64)| {
+                weight * points.squared(factor, [points.row(column)[factor], points.row(row)[factor]])
+            };
+            matrix[(row, column)] = kernel.at(of.weights.iter().enumerate().map(along).sum());
+        }
     }
+    solved(ordered_cholesky(matrix)?, places, of.spread)
+}
 
-    /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights and noise; `None` where the
+impl Likelihood<'_> {
+    /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights, noise and spread; `None` where the
     /// correlations have no Cholesky factor.
     pub fn sloped(&self, logarithms: &[f64]) -> Option<Sloped> {
-        let of = Hyperparameters::from_logarithms(logarithms, self.least_noise);
+        let factors = self.places.points().factors();
+        let of = Hyperparameters::from_logarithms(logarithms, factors, self.least_noise);
         let (values, slopes): (Vec<f64>, Vec<f64>) =
             self.pairs.distances(&of.weights).iter().map(|squared| self.kernel.with_slope(*squared)).unzip();
-        let factor = cholesky(self.pairs.matrix(&values, of.noise)).ok()?;
-        let solved = solved(factor, self.values).ok()?;
+        let factor = cholesky(self.pairs.matrix(&values, &diagonal(&of, self.places.runs()))).ok()?;
+        let (solved, inverse) = solved(factor, self.places, of.spread).ok()?;
         // dl = sum_ij M_ij dC_ij / 2 with M = a a' / variance - Q.
         let scaled: Vec<f64> = solved.alpha.iter().map(|alpha| alpha / solved.variance).collect();
         let mut pull = slopes;
         let mut rest = pull.as_mut_slice();
         for (column, share) in scaled.iter().enumerate() {
             let (here, after) = rest.split_at_mut(self.pairs.rows - 1 - column);
-            let inverse = &solved.inverse.as_slice()[column * self.pairs.rows..][column + 1..];
+            let inverse = &inverse.as_slice()[column * self.pairs.rows..][column + 1..];
             for ((pull, alpha), inverse) in here.iter_mut().zip(&solved.alpha[column + 1..]).zip(inverse) {
                 *pull *= alpha * share - inverse;
             }
@@ -157,21 +186,32 @@ impl Likelihood<'_> {
         let mut slope: Vec<f64> = (self.pairs.squared.iter().zip(&of.weights))
             .map(|(squared, weight)| -weight * dot(&pull, squared))
             .collect();
-        let diagonal = solved.inverse.diagonal();
-        let trace: f64 = (0..self.pairs.rows).map(|row| solved.alpha[row] * scaled[row] - diagonal[row]).sum();
+        let pulls = (0..self.pairs.rows).map(|row| solved.alpha[row] * scaled[row] - inverse[(row, row)]);
+        let (mut trace, mut trace_of_runs) = (0.0, 0.0);
+        for (pull, runs) in pulls.zip(self.places.runs()) {
+            trace += pull;
+            trace_of_runs += pull / runs;
+        }
         slope.push(-0.5 * trace * (of.noise - self.least_noise));
-        let prior = prior(logarithms, &mut slope);
+        if logarithms.len() > factors + 1 {
+            let Spread { squares, freedom } = self.places.spread();
+            let own = squares / (solved.variance * of.spread) - freedom;
+            slope.push(-0.5 * (trace_of_runs * of.spread + own));
+        }
+        let prior = prior(&logarithms[..=factors], self.least_noise, &mut slope);
         let value = prior - solved.log_likelihood;
         (value.is_finite() && slope.iter().all(|part| part.is_finite())).then_some((value, slope))
     }
 }
 
 /// Minus the logarithm of the prior density; adds its gradient.
-fn prior(logarithms: &[f64], slope: &mut [f64]) -> f64 {
+fn prior(logarithms: &[f64], least_noise: f64, slope: &mut [f64]) -> f64 {
     let factors = logarithms.len() - 1;
+    let lengths = [usual_weight(factors), 2.0 * LENGTHS[1]];
+    let noise = [libm::log(least_noise.max(f64::MIN_POSITIVE)) + NOISE[0], NOISE[1]];
     let mut sum = 0.0;
     for (place, (logarithm, slope)) in logarithms.iter().zip(slope).enumerate() {
-        let [mean, deviation] = if place < factors { [usual_weight(factors), 2.0 * LENGTHS[1]] } else { NOISE };
+        let [mean, deviation] = if place < factors { lengths } else { noise };
         let off = (logarithm - mean) / deviation;
         sum += 0.5 * off * off;
         *slope += off / deviation;
@@ -179,9 +219,9 @@ fn prior(logarithms: &[f64], slope: &mut [f64]) -> f64 {
     sum
 }
 
-/// Solves a table for the Cholesky factor of its correlations.
-fn solved(factor: DMatrix<f64>, values: &[f64]) -> Result<Solved, LinalgError> {
-    let rows = factor.nrows();
+/// Solves places for the Cholesky factor of their correlations.
+fn solved(factor: DMatrix<f64>, places: &Places, spread: f64) -> Result<(Solved, Inverse), LinalgError> {
+    let (rows, values) = (factor.nrows(), places.values());
     let mut inverse = cholesky_inverse(&factor)?;
     let ones: Vec<f64> = inverse.column_iter().map(|column| column.sum()).collect();
     let total: f64 = ones.iter().sum();
@@ -191,11 +231,17 @@ fn solved(factor: DMatrix<f64>, values: &[f64]) -> Result<Solved, LinalgError> {
         column.iter_mut().zip(&ones).for_each(|(entry, other)| *entry -= other * own / total);
     }
     let alpha: Vec<f64> = inverse.column_iter().map(|column| dot(column.as_slice(), &centred)).collect();
-    let freedom = rows as f64 - 1.0;
-    let variance = dot(&alpha, &centred) / freedom;
+    let (mut squares, mut freedom, mut of_runs) = (dot(&alpha, &centred), rows as f64 - 1.0, 0.0);
+    if spread > 0.0 {
+        let own = places.spread();
+        squares += own.squares / spread;
+        freedom += own.freedom;
+        of_runs = 0.5 * own.freedom * libm::log(spread);
+    }
+    let variance = squares / freedom;
     let half_determinant: f64 = factor.diagonal().iter().map(|pivot| libm::log(*pivot)).sum();
-    let log_likelihood = -0.5 * freedom * libm::log(variance) - half_determinant - 0.5 * libm::log(total);
-    Ok(Solved { factor, inverse, alpha, mean, variance, log_likelihood })
+    let log_likelihood = -0.5 * freedom * libm::log(variance) - half_determinant - 0.5 * libm::log(total) - of_runs;
+    Ok((Solved { factor, alpha, mean, variance, log_likelihood }, inverse))
 }
 
 #[cfg(test)]
@@ -210,9 +256,10 @@ mod tests {
         let points = Points::new(coordinates.collect(), vec![false, false, true]).expect("points");
         let values: Vec<f64> = (0..25).map(|row| points.row(row)[0].sin() + points.row(row)[2]).collect();
         let pairs = Pairs::new(&points);
+        let places = Places::new(&points, &values).expect("places").with_spread(Spread { squares: 0.4, freedom: 7.0 });
         for kernel in Kernel::ALL {
-            let likelihood = Likelihood { kernel, pairs: &pairs, values: &values, least_noise: LEAST_NOISE };
-            let at = [1.0, 0.3, -0.5, -4.0];
+            let likelihood = Likelihood { kernel, pairs: &pairs, places: &places, least_noise: LEAST_NOISE };
+            let at = [1.0, 0.3, -0.5, -4.0, -3.0];
             let (_, slope) = likelihood.sloped(&at).expect("a value");
             for (place, slope) in slope.iter().enumerate() {
                 let beside = |step: f64| {

@@ -2,6 +2,11 @@
 
 use super::groups::Groups;
 
+/// Groups below which few of their errors lie beyond the wanted share: what a normal distribution with their mean square leaves counts too.
+const FEW_GROUPS: f64 = 40.0;
+/// Degrees of freedom that Student's distribution is expanded for at least.
+const LEAST_FREEDOM: f64 = 3.0;
+
 /// The error that a model makes in each row when that row, and those of its group, are left out of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
@@ -10,14 +15,18 @@ pub struct Residuals {
     /// What each row counts: 1 for each group.
     counts: Vec<f64>,
     q2: f64,
+    /// Mean square of the errors of the mean of the other groups, each group counting 1.
+    spread: f64,
 }
 
 impl Residuals {
     /// From the errors (value minus prediction) and standard deviations that the model gives itself there.
     pub(super) fn new((values, groups): (&[f64], &Groups), errors: Vec<f64>, std_devs: Vec<f64>) -> Self {
-        let total: f64 = groups.deviations(values).iter().map(|deviation| deviation.powi(2)).sum();
+        let (deviations, counts) = (groups.deviations(values), groups.counts());
+        let total: f64 = deviations.iter().map(|deviation| deviation.powi(2)).sum();
         let left: f64 = errors.iter().map(|error| error * error).sum();
-        Self { q2: 1.0 - left / total, errors, std_devs, counts: groups.counts() }
+        let spread = mean_square(&deviations, &counts);
+        Self { q2: 1.0 - left / total, errors, std_devs, counts, spread }
     }
 
     /// Value minus prediction, row by row.
@@ -53,12 +62,24 @@ impl Residuals {
     /// The errors over their standard deviations are ranked, and that of rank `level (n + 1)` of `n` groups is taken, the rows of a group
     /// counting 1 together, between ranks by linear interpolation (conformal prediction with leave-one-out errors, Barber and others,
     /// Ann. Stat. 49, 2021, with the model's own standard deviations). Of few groups, no such rank is there: then the largest, times
-    /// what tails like those of a normal distribution add, whose logarithm falls with the square.
+    /// what tails like those of a normal distribution add, whose logarithm falls with the square; and of fewer than 40 not less than
+    /// Student's quantile times their root mean square. At a usual place no interval reaches farther than one around the mean of all.
     pub fn reach(&self, level: f64) -> f64 {
-        let sizes = self.errors.iter().zip(&self.std_devs).map(|(error, own)| (error / own).abs());
-        let mut sizes: Vec<(f64, f64)> = sizes.zip(self.counts.iter().copied()).collect();
-        sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let sizes: Vec<f64> = self.errors.iter().zip(&self.std_devs).map(|(error, own)| (error / own).abs()).collect();
         let groups = self.counts.iter().sum::<f64>().round();
+        let ranked = self.ranked(&sizes, (level, groups));
+        let quantile = student(level, (groups - 1.0).max(LEAST_FREEDOM));
+        let least = if groups < FEW_GROUPS { quantile * mean_square(&sizes, &self.counts).sqrt() } else { 0.0 };
+        let mut usual = self.std_devs.clone();
+        usual.sort_by(f64::total_cmp);
+        let most = quantile * self.spread.sqrt() / usual.get(usual.len() / 2).copied().unwrap_or(f64::NAN);
+        ranked.max(least).min(most)
+    }
+
+    /// The size at the rank that a level asks for.
+    fn ranked(&self, sizes: &[f64], (level, groups): (f64, f64)) -> f64 {
+        let mut sizes: Vec<(f64, f64)> = sizes.iter().copied().zip(self.counts.iter().copied()).collect();
+        sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
         let place = level * (groups + 1.0) - 1.0;
         let mut below: Option<(f64, f64)> = None;
         let mut rank = -1.0;
@@ -72,5 +93,43 @@ impl Residuals {
         }
         let beyond = (libm::log(1.0 - level) / -libm::log(groups + 1.0)).max(1.0).sqrt();
         below.map_or(f64::NAN, |(_, largest)| largest * beyond)
+    }
+}
+
+/// Mean of the squares, each with its count.
+fn mean_square(values: &[f64], counts: &[f64]) -> f64 {
+    let sum: f64 = values.iter().zip(counts).map(|(value, count)| count * value * value).sum();
+    sum / counts.iter().sum::<f64>()
+}
+
+/// The size that a variable of Student's distribution exceeds with the probability `1 - level`, to three digits (Abramowitz and Stegun,
+/// *Handbook of Mathematical Functions*, 26.7.5).
+fn student(level: f64, freedom: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let beyond = libm::erfc(middle / std::f64::consts::SQRT_2);
+        (low, high) = if beyond > 1.0 - level { (middle, high) } else { (low, middle) };
+    }
+    let x = low;
+    let x2 = x * x;
+    let terms = [
+        x * (x2 + 1.0) / 4.0,
+        x * ((5.0 * x2 + 16.0) * x2 + 3.0) / 96.0,
+        x * (((3.0 * x2 + 19.0) * x2 + 17.0) * x2 - 15.0) / 384.0,
+    ];
+    x + terms[0] / freedom + terms[1] / freedom.powi(2) + terms[2] / freedom.powi(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn student_s_quantiles_are_those_of_tables() {
+        for (freedom, expected) in [(4.0, 2.776), (9.0, 2.262), (19.0, 2.093), (200.0, 1.972)] {
+            let found = student(0.95, freedom);
+            assert!((found / expected - 1.0).abs() < 5e-3, "{freedom}: {found}");
+        }
     }
 }

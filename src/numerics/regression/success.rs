@@ -2,11 +2,13 @@
 
 use super::error::RegressionError;
 use super::gaussian::{GaussianProcess, Prediction};
+use super::likelihood::LEAST_NOISE;
 use super::minimise::{Stop, minimise};
+use super::places::Places;
 use super::points::Points;
 
-/// Rows of the rarer kind from which on the probability depends on the place.
-const LEAST_OF_A_KIND: usize = 4;
+/// Places of the rarer kind from which on the probability depends on the place.
+const LEAST_OF_A_KIND: f64 = 4.0;
 /// Mean and standard deviation of the logarithm of the slope.
 const SLOPE: [f64; 2] = [1.0, 1.0];
 /// Mean and standard deviation of the offset: how many rows fail is in the process's mean already, and rows that were chosen near a
@@ -23,7 +25,7 @@ const SEARCH: Stop = Stop { steps: 100, gain: 1e-9 };
 /// logarithm of the slope (1, standard deviation 1) and of the offset (0, standard deviation 0.1).
 #[derive(Debug, Clone)]
 pub enum Success {
-    /// The same everywhere, as too few rows of one kind are there: `(successes + 1) / (rows + 2)`.
+    /// The same everywhere, as too few rows of one kind are there: `(successes + 1) / (places + 2)`.
     Everywhere(f64),
     /// By place.
     ByPlace {
@@ -40,16 +42,23 @@ impl Success {
     /// # Errors
     /// [`RegressionError::Size`] for another number of rows; [`RegressionError::Linalg`].
     pub fn fit(points: &Points, succeeded: &[bool]) -> Result<Self, RegressionError> {
-        let count = succeeded.iter().filter(|success| **success).count();
-        let all = succeeded.len();
-        if count.min(all - count) < LEAST_OF_A_KIND {
-            return Ok(Self::Everywhere((count + 1) as f64 / (all + 2) as f64));
-        }
         let signs: Vec<f64> = succeeded.iter().map(|success| if *success { 1.0 } else { -1.0 }).collect();
-        let process = Box::new(GaussianProcess::fit(points, &signs)?);
+        let places = Places::new(points, &signs)?;
+        // Of places with runs of both kinds, each kind has its share.
+        let shares: Vec<f64> = places.values().iter().map(|mean| 0.5 * (1.0 + mean)).collect();
+        let (count, all) = (shares.iter().sum::<f64>(), shares.len() as f64);
+        if count.min(all - count) < LEAST_OF_A_KIND {
+            return Ok(Self::Everywhere((count + 1.0) / (all + 2.0)));
+        }
+        let process = Box::new(GaussianProcess::fit_above(&places, LEAST_NOISE)?);
         let left_out = process.residuals();
-        let rows: Vec<(f64, Prediction)> = (signs.iter().zip(left_out.errors()).zip(left_out.std_devs()))
-            .map(|((sign, error), std_dev)| (*sign, Prediction { mean: sign - error, std_dev: *std_dev }))
+        let errors = left_out.errors().iter().zip(left_out.std_devs());
+        let rows: Vec<(f64, f64, Prediction)> = (places.values().iter().zip(&shares).zip(errors))
+            .flat_map(|((value, share), (error, std_dev))| {
+                let at = Prediction { mean: value - error, std_dev: *std_dev };
+                [(1.0, *share, at), (-1.0, 1.0 - share, at)]
+            })
+            .filter(|(_, share, _)| *share > 0.0)
             .collect();
         let mut loss = |at: &[f64]| Some(loss(at, &rows));
         let scaling = match minimise(vec![SLOPE[0], OFFSET[0]], SEARCH, &mut loss) {
@@ -81,18 +90,18 @@ fn scaled([slope, offset]: [f64; 2], at: &Prediction) -> f64 {
 
 /// Minus the logarithm of the probability of the rows, with the priors of slope and offset, and its gradient by the slope's logarithm and
 /// the offset.
-fn loss(at: &[f64], rows: &[(f64, Prediction)]) -> (f64, Vec<f64>) {
+fn loss(at: &[f64], rows: &[(f64, f64, Prediction)]) -> (f64, Vec<f64>) {
     let (slope, offset) = (libm::exp(at[0]), at[1]);
     let off = [(at[0] - SLOPE[0]) / SLOPE[1], (at[1] - OFFSET[0]) / OFFSET[1]];
     let (mut sum, mut gradient) =
         (0.5 * (off[0] * off[0] + off[1] * off[1]), vec![off[0] / SLOPE[1], off[1] / OFFSET[1]]);
-    for (sign, row) in rows {
+    for (sign, share, row) in rows {
         let spread = std::f64::consts::PI / 8.0 * (slope * row.std_dev).powi(2);
         let root = (1.0 + spread).sqrt();
         let margin = sign * (slope * row.mean + offset) / root;
         // ln(1 + exp(-margin)), without overflow.
-        sum += libm::log1p(libm::exp(-margin.abs())) + (-margin).max(0.0);
-        let pull = -sign / (1.0 + libm::exp(margin));
+        sum += share * (libm::log1p(libm::exp(-margin.abs())) + (-margin).max(0.0));
+        let pull = -sign * share / (1.0 + libm::exp(margin));
         gradient[0] += pull * (slope * row.mean / root - (slope * row.mean + offset) * spread / root.powi(3));
         gradient[1] += pull / root;
     }

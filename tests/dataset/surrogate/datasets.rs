@@ -104,7 +104,7 @@ fn failed_rows_are_left_out_and_outputs_without_a_model_say_why() {
     assert!(work["left_out"][0]["reason"].as_str().is_some_and(|reason| reason.contains(": ")), "{work}");
     assert!(work["success"]["share"].as_f64().is_some_and(|share| share > 0.9 && share < 1.0), "{work}");
     assert!(count["refused"].as_str().is_some_and(|why| why.contains("constant (30)")), "{count}");
-    assert!(steady["refused"].as_str().is_some_and(|why| why.contains("0 rows are too few")), "{steady}");
+    assert!(steady["refused"].as_str().is_some_and(|why| why.contains("0 different rows are too few")), "{steady}");
     let shown = text(&dataset.surrogate(&OUTPUTS).stdout);
     for expected in ["FROM 69", "Gaussian process    Q2 ", "noise  ", "polynomial chaos", "success  "] {
         assert!(shown.contains(expected), "{expected} in\n{shown}");
@@ -273,4 +273,38 @@ fn numpy_predicts_the_same() {
     // The same rows as they were given, and with the names of their columns as Parquet.
     dataset.holds_numpy_to(dataset.table());
     dataset.holds_numpy_to("predicted.parquet");
+}
+
+/// Fault 10: each factor is covered there, and no row is near.
+#[test]
+fn empty_corners_of_a_correlated_design_are_extrapolated() {
+    let correlation = "[design.correlation]\nfactors = [\"position\", \"pressure\"]\nmatrix = [[1.0, 0.9], [0.9, 1.0]]";
+    let design = "kind = \"latin_hypercube\"\nrows = 60\nseed = 3";
+    let dataset = Dataset::of(&format!("{MACHINE}\n[design]\n{design}\n{correlation}\n{FACTORS}"), "");
+    assert!(dataset.surrogate(&[&OUTPUTS[..], &["--output", "model.parquet"]].concat()).status.success());
+    let rows = "-0.08,5.8,tied\n0.08,4.2,spring\n-0.05,4.5,tied\n0.0,5.0,spring\n0.05,5.5,tied\n";
+    fs::write(dataset.file("corners.csv"), format!("position,pressure,guide\n{rows}")).expect("rows");
+    let used = dataset.predict("model.parquet", "corners.csv");
+    let told = text(&used.stderr);
+    assert!(used.status.success() && told.contains("2 of 5 rows lie outside"), "{told}");
+    dataset.holds_numpy_to("corners.csv");
+}
+
+/// A model file of runs at one place that differ, as made-up rows do.
+#[test]
+fn numpy_predicts_the_same_of_runs_at_one_place() {
+    let place = |row: u32| {
+        let place = row % 30;
+        format!("{},{},tied\n", -0.1 + 0.2 * f64::from(place) / 29.0, 4.0 + 2.0 * (f64::from(place) * 0.618).fract())
+    };
+    let given: String = (0..90).map(place).collect();
+    let table = "\n[design]\nkind = \"table\"\nfile = \"given.csv\"\n";
+    let dataset = Dataset::of(&format!("{MACHINE}{table}{FACTORS}"), &format!("position,pressure,guide\n{given}"));
+    let output = dataset.surrogate(&["--outputs", "delivered_work_j", "--output", "model.parquet", "--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let process = &found["outputs"][0]["process"];
+    assert_eq!((process["places"].as_u64(), process["run_freedom"].as_f64()), (Some(30), Some(60.0)), "{process}");
+    assert!(process["spread"].as_f64().is_some_and(|spread| spread > 0.0), "{process}");
+    assert!(dataset.predict("model.parquet", dataset.table()).status.success());
+    dataset.holds_numpy_to(dataset.table());
 }

@@ -2,8 +2,8 @@
 
 use decore::random::{hash, uniform};
 use decore::regression::{
-    GaussianProcess, Groups, Hyperparameters, Kernel, LEAST_ROWS, Points, PolynomialChaos, Prediction, RegressionError,
-    Success,
+    GaussianProcess, Groups, Hyperparameters, Kernel, LEAST_ROWS, Places, Points, PolynomialChaos, Prediction,
+    RegressionError, Success,
 };
 
 /// Rows of uniform coordinates; the last factor has three names where `names` says so.
@@ -18,6 +18,10 @@ fn places(rows: usize, factors: usize, names: bool, seed: u64) -> Points {
 
 fn values(points: &Points, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     (0..points.rows()).map(|row| of(points.row(row))).collect()
+}
+
+fn together(points: &Points, values: &[f64]) -> Places {
+    Places::new(points, values).expect("places")
 }
 
 fn smooth(x: &[f64]) -> f64 {
@@ -35,12 +39,13 @@ fn errors_of_rows_left_out_are_those_of_refits() {
     let points = places(40, 3, true, 1);
     let values = values(&points, smooth);
     for kernel in Kernel::ALL {
-        let of = Hyperparameters { weights: vec![8.0, 3.0, 0.7], noise: 1e-3 };
-        let whole = GaussianProcess::with(&points, &values, (kernel, of.clone())).expect("a model");
+        let of = Hyperparameters { weights: vec![8.0, 3.0, 0.7], noise: 1e-3, spread: 0.0 };
+        let whole = GaussianProcess::with(&together(&points, &values), (kernel, of.clone())).expect("a model");
         for row in 0..points.rows() {
             let others: Vec<usize> = (0..points.rows()).filter(|other| *other != row).collect();
             let known: Vec<f64> = others.iter().map(|other| values[*other]).collect();
-            let refit = GaussianProcess::with(&points.select(&others), &known, (kernel, of.clone())).expect("a model");
+            let refit = GaussianProcess::with(&together(&points.select(&others), &known), (kernel, of.clone()))
+                .expect("a model");
             let predicted = refit.predict(&points.select(&[row])).expect("a prediction")[0];
             let error = values[row] - predicted.mean;
             assert!((whole.residuals().errors()[row] - error).abs() < 1e-10, "{kernel:?}, row {row}");
@@ -62,7 +67,7 @@ fn intervals_hold_what_they_say() {
             };
             let (known, truth) = (noisy(&points, 2 * repeat), noisy(&new, 2 * repeat + 1));
             let model = GaussianProcess::fit(&points, &known).expect("a model");
-            let folds = model.folds(&known).expect("folds").expect("few rows");
+            let folds = model.folds().expect("folds").expect("few rows");
             let reach = folds.reach(0.95);
             let inside = |(at, truth): (&Prediction, &f64)| (at.mean - truth).abs() <= reach * at.std_dev;
             model.predict(&new).expect("predictions").iter().zip(&truth).filter(|pair| inside(*pair)).count()
@@ -127,8 +132,9 @@ fn equal_rows_few_rows_and_rows_without_values() {
     let few = places(7, 2, false, 8);
     let error = GaussianProcess::fit(&few, &values(&few, of)).map(|_| ());
     assert_eq!(error, Err(RegressionError::TooFew { found: 7, least: LEAST_ROWS }));
-    let negative = Hyperparameters { weights: vec![1.0, 1.0], noise: -1.0 };
-    let refused = GaussianProcess::with(&doubled, &values(&doubled, of), (Kernel::Matern52, negative)).map(|_| ());
+    let negative = Hyperparameters { weights: vec![1.0, 1.0], noise: -1.0, spread: 0.0 };
+    let refused =
+        GaussianProcess::with(&together(&doubled, &values(&doubled, of)), (Kernel::Matern52, negative)).map(|_| ());
     assert!(matches!(refused, Err(RegressionError::Parameter { name: "noise", .. })), "{refused:?}");
 }
 
@@ -141,7 +147,7 @@ fn no_number_of_threads_changes_a_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
             let model = GaussianProcess::fit(&points, &known).expect("a model");
-            let reach = model.folds(&known).expect("folds").map(|folds| folds.reach(0.95).to_bits());
+            let reach = model.folds().expect("folds").map(|folds| folds.reach(0.95).to_bits());
             let predicted = model.predict(&new).expect("predictions");
             let bits = predicted.iter().flat_map(|at| [at.mean.to_bits(), at.std_dev.to_bits()]);
             (reach, bits.collect::<Vec<u64>>())

@@ -19,6 +19,9 @@ pub struct TableRow {
     pub cells: Vec<String>,
 }
 
+/// The column with the numbers of rows in files that decore writes.
+const ROW: &str = "row";
+
 /// What begins the name of a factor's column in files that decore writes.
 pub(super) const PREFIX: &str = "factor_";
 
@@ -27,6 +30,9 @@ pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level
     let name = file.display();
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
     let rows = factor_rows(file, &names)?;
+    if !names.contains(&ROW) {
+        check_numbers(file)?;
+    }
     let levels = |row: TableRow| {
         let read = row.cells.iter().zip(factors).map(|(cell, factor)| {
             let told = |message| format!("{name}, {}, column `{}`: {message}", row.place, factor.name);
@@ -35,6 +41,24 @@ pub(super) fn read(file: &Path, factors: &[&FactorInfo]) -> Result<Vec<Vec<Level
         read.collect::<Result<Vec<Level>, String>>()
     };
     rows.into_iter().map(levels).collect()
+}
+
+/// Rows are numbered in the order of the file: a column `row` with other numbers would not be theirs. Texts there are names.
+fn check_numbers(file: &Path) -> Result<(), String> {
+    let numbers = column_rows(file, &[ROW]).unwrap_or_default();
+    let number = |row: &TableRow| row.cells.first().and_then(|cell| cell.parse::<f64>().ok());
+    let wrong = numbers.iter().enumerate().find_map(|(expected, row)| {
+        let found = number(row)?;
+        (found != expected as f64).then_some((expected, found, row))
+    });
+    wrong.map_or(Ok(()), |(expected, found, row)| {
+        Err(format!(
+            "{}, {}, column `{ROW}`: it is {found}, but rows get the numbers 0, 1, ... in the order of the file, here {expected}: sort \
+             the file, or rename the column to keep these numbers for yourself",
+            file.display(),
+            row.place
+        ))
+    })
 }
 
 /// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
