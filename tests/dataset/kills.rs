@@ -13,7 +13,7 @@ use decore::dataset::{DatasetReader, TableName, verify};
 use decore::quantity::Cell;
 use tempfile::TempDir;
 
-use crate::growth::{FACTORS, MACHINE};
+use crate::growth::MACHINE;
 #[cfg(unix)]
 use crate::sweeps::signal;
 use crate::sweeps::{contract, decore, errors, expect_code, output, was_killed};
@@ -158,9 +158,19 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// Two factors that are numbers.
+const FACTORS: &str = r#"
+[design.factor.position]
+path = "hammer.left.rail_position_m"
+range = [-0.05, 0.05]
+[design.factor.pressure]
+path = "hammer.left.supply_bar"
+range = [4.0, 6.0]
+"#;
+
 /// Writes a study of short rows with this design.
 fn study(place: &Path, design: &str) {
-    let text = format!("duration_s = 0.05\n{MACHINE}\n[solver]\nfidelity = \"draft\"\n[design]\n{design}\n{FACTORS}");
+    let text = format!("duration_s = 0.02\n{MACHINE}\n[solver]\nfidelity = \"draft\"\n[design]\n{design}\n{FACTORS}");
     fs::write(place.join("study.toml"), text).expect("study");
 }
 
@@ -215,7 +225,7 @@ fn a_growth_of_a_study() {
 #[test]
 fn a_repair() {
     let prepare = |place: &Path| {
-        study(place, "kind = 'sobol'\nrows = 150");
+        study(place, "kind = 'sobol'\nrows = 72");
         run_with_few_steps(place);
     };
     let command = |place: &Path| of_study(place, "run", &[&["--only-failed"], &ENOUGH_STEPS[..]].concat());
@@ -228,18 +238,18 @@ fn a_growth_for_an_analysis() {
         study(place, "kind = 'saltelli'\nbase_points = 2");
         expect_code(of_study(place, "run", &[]), 0);
     };
-    let command = |place: &Path| analyse(place, &["--grow-until", "0.0001", "--most-rows", "160"]);
+    let command = |place: &Path| analyse(place, &["--grow-until", "0.0001", "--most-rows", "128"]);
     Course { name: "analyse --grow-until", prepare, command, beside: &[] }.hold();
 }
 
 #[test]
 fn a_repair_and_a_growth_for_an_analysis() {
     let prepare = |place: &Path| {
-        study(place, "kind = 'saltelli'\nbase_points = 4");
+        study(place, "kind = 'saltelli'\nbase_points = 2");
         run_with_few_steps(place);
     };
     let command = |place: &Path| {
-        let arguments = ["--repair", "--grow-until", "0.0001", "--most-rows", "80"];
+        let arguments = ["--repair", "--grow-until", "0.0001", "--most-rows", "32"];
         analyse(place, &[&arguments[..], &ENOUGH_STEPS].concat())
     };
     Course { name: "analyse --repair --grow-until", prepare, command, beside: &[] }.hold();
