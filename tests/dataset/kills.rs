@@ -258,14 +258,14 @@ fn a_repair_and_a_growth_for_an_analysis() {
 #[test]
 fn a_refinement() {
     let prepare = |place: &Path| {
-        study(place, "kind = 'latin_hypercube'\nrows = 12");
+        study(place, "kind = 'latin_hypercube'\nrows = 8");
         let mut design = decore();
         design.current_dir(place).args(["design", "study.toml", "--output", "rows.csv"]);
         expect_code(design, 0);
         study(place, "kind = 'table'\nfile = 'rows.csv'");
     };
     let command = |place: &Path| {
-        let arguments = ["--maximise", "total_air_used_nl", "--batch", "2", "--most-rows", "20", "--json"];
+        let arguments = ["--maximise", "total_air_used_nl", "--batch", "4", "--most-rows", "16", "--json"];
         of_study(place, "refine", &arguments)
     };
     Course { name: "refine", prepare, command, beside: &["rows.csv"] }.hold();
