@@ -14,8 +14,8 @@
 //! - failed: all rows are there, some are not done, and the command has larger budgets for these. They are run again.
 //! - whole: nothing is left to run. The command looks at the dataset.
 //!
-//! A sweep by itself ([`sweep`](super::sweep())) is one of the first two states: `decore run` runs what is missing, `decore run --only-failed` the
-//! rows that failed.
+//! A sweep by itself ([`sweep`](super::sweep())) is one of the first two states: `decore run` runs the rows that are missing,
+//! `decore run --only-failed` those that failed.
 //!
 //! # What makes it go on
 //!

@@ -32,7 +32,9 @@
 //! Nothing that was computed is removed unless it is in place elsewhere or was to be replaced, and what is computed again is
 //! said. [`Existing::Resume`] checks every part against its checksum, moves damaged ones aside, and names the rows that are to
 //! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, and the journal its study, so that lost
-//! manifests are made anew from the parts, or from the journal where there is no part yet. Wall times are expendable: lost ones become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs chosen rows again. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! manifests are made anew from the parts, or from the journal where there is no part yet. Wall times are expendable: lost ones
+//! become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs
+//! chosen rows again. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
