@@ -73,7 +73,7 @@ impl Course {
         assert!(matches!(code, 0 | 4), "{}: {}", self.name, errors(&undisturbed));
         let expected = self.results(&whole);
         assert!(expected != self.results(&begin), "{}: the command changes something", self.name);
-        let seed = self.name.bytes().fold(11, |seed, byte| 31 * seed + u64::from(byte));
+        let seed = self.name.bytes().fold(11_u64, |seed, byte| seed.wrapping_mul(31).wrapping_add(u64::from(byte)));
         let (random, mut tally) = (Random(Counter::new(seed)), Tally::default());
         for trial in 0..4 * wanted + 10 {
             if tally.kills + tally.stops >= wanted {
