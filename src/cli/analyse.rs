@@ -8,7 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
 use super::json::say_json;
-use super::more_rows::{Goal, Source};
+use super::more_rows::{Goal, Source, Wanted};
 use super::outputs::{Form, Output, check_outputs};
 use super::run::stop_on_interrupt;
 use super::text::{fit, say, terminal_columns};
@@ -43,8 +43,8 @@ pub(super) struct AnalyseArguments {
     /// The study file of the dataset, for --repair and --grow-until.
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
-    /// First run the rows again that are not done, with up to three retries, each with a hundredth of the tolerance before; others
-    /// that lack a budget need a larger one (`--set solver.max_steps=...`).
+    /// Before each look at the dataset, run the rows again that are not done, with up to three retries, each with a hundredth of the
+    /// tolerance before; others that lack a budget need a larger one (`--set solver.max_steps=...`).
     #[arg(long, requires = "study")]
     repair: bool,
     /// Add base points, trajectories or rows until no interval of a share is wider than this (of mu*: relative to the output's
@@ -116,17 +116,13 @@ fn run_more(
     let Some(study) = &arguments.study else { return Ok(Exit::Done) };
     let source = Source { study, folder: &arguments.dataset, overrides: &arguments.overrides, outputs: &[parquet] };
     source.check()?;
-    stop_on_interrupt();
-    let exit = if arguments.repair { source.repair()? } else { Exit::Done };
-    match arguments.grow_until {
-        Some(width) if exit != Exit::Interrupted => {
-            let goal = Goal { width, most_rows: arguments.most_rows };
-            let grown = source
-                .grow(goal, &|| crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings))?;
-            Ok(if grown == Exit::Done { exit } else { grown })
-        }
-        _ => Ok(exit),
+    let goal = arguments.grow_until.map(|width| Goal { width, most_rows: arguments.most_rows });
+    if !arguments.repair && goal.is_none() {
+        return Ok(Exit::Done);
     }
+    stop_on_interrupt();
+    let analyse = || crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings);
+    source.run(Wanted { repair: arguments.repair, goal, analyse: &analyse })
 }
 
 fn readable(found: &Sensitivity) -> String {

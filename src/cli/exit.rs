@@ -1,5 +1,6 @@
 //! Exit codes and the errors behind them.
 
+use std::fs::File;
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
@@ -185,6 +186,19 @@ pub(super) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), F
     Staged::write(folder, path, content.as_ref())
         .and_then(Staged::put_in_place)
         .map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
+}
+
+/// As [`write_file`]; on the disk when it returns, for a file that decides on what is done next.
+pub(super) fn write_durable_file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let write = || {
+        let staged = Staged::write(folder, path, content.as_ref())?;
+        staged.sync()?;
+        staged.put_in_place()?;
+        // Elsewhere folders cannot be opened as files.
+        if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+    };
+    write().map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
 }
 
 /// Tries whether files can be made in a folder, for the output at `path`; what was made is gone afterwards.

@@ -6,8 +6,8 @@ use super::exit::{Exit, Failure};
 use super::outputs::{Output, StudyArguments};
 use super::run::run_rows;
 use super::text::tell;
-use crate::dataset::{Chosen, DatasetReader, SweepState};
-use crate::engine::{Engine, Rows};
+use crate::dataset::{Chosen, DatasetReader, SweepState, is_settled};
+use crate::engine::{Course, Engine, Rows, Verdict, pursue};
 use crate::sensitivity::{Sensitivity, SensitivityError, Widths};
 
 /// Times a failed row is run again, each time with a hundredth of the tolerance before.
@@ -53,81 +53,117 @@ impl Source<'_> {
         StudyArguments { file: self.study, overrides: &made, outputs: self.outputs }.study().map(drop)
     }
 
-    /// Runs the rows again that are not done, with up to three retries; rows that are still not done stay as they were.
-    ///
-    /// # Errors
-    /// Those of `decore run --only-failed`.
-    pub fn repair(&self) -> Result<Exit, Failure> {
-        let engine = self.engine(self.overrides)?.with_retries(REPAIR_RETRIES);
-        let status = run_rows(&engine, self.folder, Some(&Chosen::Failed))?;
-        let exit = ending(status.state);
-        Ok(if exit == Exit::Done && status.rows_failed > 0 { Exit::RowsFailed } else { exit })
-    }
-
-    /// Adds rows until no interval is wider than the goal, as many at a time as its width asks for; `analyse` computes the
-    /// intervals. Missing the goal ends as rows that are not done do.
+    /// Runs the rows that are missing, those again that are not done, and further ones until intervals are narrow, as far as that is
+    /// `wanted`. Missing the goal ends as rows that are not done do.
     ///
     /// # Errors
     /// A design that cannot grow, an analysis without intervals; those of `decore run`.
-    pub fn grow(
-        &self,
-        goal: Goal,
-        analyse: &dyn Fn() -> Result<Sensitivity, SensitivityError>,
-    ) -> Result<Exit, Failure> {
-        loop {
-            let found = analyse()?;
-            let widths = found.widths();
-            let Some(width) = widths.widest else {
-                return Err(Failure::Argument(
-                    "--grow-until: no output has intervals that more rows could narrow (see the analysis without it)"
-                        .into(),
-                ));
-            };
-            if width <= goal.width {
-                return Ok(narrow_enough(goal, &widths));
-            }
-            let engine = self.engine(&[])?;
-            let Some(growth) = engine.checked().design().kind().growth() else {
-                return Err(Failure::Argument(
-                    "--grow-until: a design of this kind does not grow by itself (decore help designs)".into(),
-                ));
-            };
-            let next = growth.next((width / goal.width).powi(2));
-            let rows = found.rows / growth.count as u64 * next as u64;
-            if rows > goal.most_rows {
-                tell(&format_args!(
-                    "the widest interval is {width:.3}, not {}: design.{} = {next} ({rows} rows) would be more than --most-rows {}",
-                    goal.width, growth.key, goal.most_rows
-                ));
-                return Ok(Exit::RowsFailed);
-            }
-            let setting = format!("design.{}={next}", growth.key);
-            tell(&format_args!("the widest interval is {width:.3}, not {}: going on with --set {setting}", goal.width));
-            let status = run_rows(&self.engine(&[setting])?, self.folder, None)?;
-            if status.state != SweepState::Complete {
-                return Ok(ending(status.state));
-            }
-        }
+    pub fn run(&self, wanted: Wanted<'_>) -> Result<Exit, Failure> {
+        let mut course = Analysed { source: self, wanted, setting: None, missed: false };
+        Ok(match pursue(self.folder, &mut course)? {
+            SweepState::Complete if course.missed || (wanted.repair && self.rows_failed()? > 0) => Exit::RowsFailed,
+            SweepState::Complete => Exit::Done,
+            _ => Exit::Interrupted,
+        })
+    }
+
+    fn rows_failed(&self) -> Result<u64, Failure> {
+        Ok(DatasetReader::open(self.folder)?.manifest().rows_failed())
     }
 }
 
-/// How it ends where all intervals are narrow that more rows narrow: what is said of the others.
-fn narrow_enough(goal: Goal, widths: &Widths) -> Exit {
+/// What is wanted of a dataset before it is analysed.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    /// Whether rows that are not done are run again.
+    pub repair: bool,
+    /// Intervals that are narrow enough; `None`: no rows are added.
+    pub goal: Option<Goal>,
+    /// Computes the intervals.
+    pub analyse: &'a dyn Fn() -> Result<Sensitivity, SensitivityError>,
+}
+
+/// The course of rows for an analysis. A look is taken at all rows of the design as the manifest has it; the number of rows that it
+/// decides on is in the manifest before one of them is run.
+struct Analysed<'a> {
+    source: &'a Source<'a>,
+    wanted: Wanted<'a>,
+    /// What the last look decided.
+    setting: Option<String>,
+    /// Whether the goal was not reached.
+    missed: bool,
+}
+
+impl Course for Analysed<'_> {
+    type Error = Failure;
+
+    fn run_missing(&mut self) -> Result<SweepState, Failure> {
+        let setting = self.setting.take();
+        if setting.is_none() && is_settled(self.source.folder)? {
+            return Ok(SweepState::Complete);
+        }
+        let engine = self.source.engine(setting.as_slice())?;
+        Ok(run_rows(&engine, self.source.folder, None)?.state)
+    }
+
+    fn run_failed(&mut self) -> Result<SweepState, Failure> {
+        if !self.wanted.repair || self.source.rows_failed()? == 0 {
+            return Ok(SweepState::Complete);
+        }
+        let engine = self.source.engine(self.source.overrides)?.with_retries(REPAIR_RETRIES);
+        Ok(run_rows(&engine, self.source.folder, Some(&Chosen::Failed))?.state)
+    }
+
+    fn judge(&mut self) -> Result<Verdict, Failure> {
+        let Some(goal) = self.wanted.goal else { return Ok(Verdict::Enough) };
+        let found = (self.wanted.analyse)()?;
+        let widths = found.widths();
+        let Some(width) = widths.widest else {
+            return Err(Failure::Argument(
+                "--grow-until: no output has intervals that more rows could narrow (see the analysis without it)"
+                    .into(),
+            ));
+        };
+        if width <= goal.width {
+            self.missed = !is_narrow_enough(goal, &widths);
+            return Ok(Verdict::Enough);
+        }
+        let engine = self.source.engine(&[])?;
+        let Some(growth) = engine.checked().design().kind().growth() else {
+            return Err(Failure::Argument(
+                "--grow-until: a design of this kind does not grow by itself (decore help designs)".into(),
+            ));
+        };
+        let next = growth.next((width / goal.width).powi(2));
+        let rows = found.rows / growth.count as u64 * next as u64;
+        if rows > goal.most_rows {
+            tell(&format_args!(
+                "the widest interval is {width:.3}, not {}: design.{} = {next} ({rows} rows) would be more than --most-rows {}",
+                goal.width, growth.key, goal.most_rows
+            ));
+            self.missed = true;
+            return Ok(Verdict::Enough);
+        }
+        let setting = format!("design.{}={next}", growth.key);
+        tell(&format_args!("the widest interval is {width:.3}, not {}: going on with --set {setting}", goal.width));
+        self.setting = Some(setting);
+        Ok(Verdict::More)
+    }
+}
+
+/// Whether all intervals are narrow, where those are that more rows narrow; tells of the others.
+fn is_narrow_enough(goal: Goal, widths: &Widths) -> bool {
     if let Some(settled) = widths.settled.filter(|width| *width > goal.width) {
         tell(&format_args!(
             "intervals of Shapley effects stay up to {settled:.3} wide: they come of no more rows than now, however many there are"
         ));
     }
     if widths.without.is_empty() {
-        return Exit::Done;
+        return true;
     }
     let (outputs, width) = (widths.without.join(", "), goal.width);
     tell(&format_args!(
         "not known to be narrower than {width}, as intervals are missing (the analysis says why): {outputs}"
     ));
-    Exit::RowsFailed
-}
-
-fn ending(state: SweepState) -> Exit {
-    if state == SweepState::Complete { Exit::Done } else { Exit::Interrupted }
+    false
 }

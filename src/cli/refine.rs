@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
 
-use super::exit::{Exit, Failure, write_file};
+use super::exit::{Exit, Failure, write_durable_file};
 use super::inputs::{default_folder, expect_ending};
 use super::json::say_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::run::{check_number, run_rows, stop_on_interrupt};
 use super::text::{plural, say, tell};
 use crate::dataset::{DatasetReader, Lock, SweepState};
-use crate::engine::Rows;
+use crate::engine::{Course, Engine, Rows, Verdict, pursue};
 use crate::files;
 use crate::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings, Side, Target, propose};
 use crate::study::{CheckedStudy, Study};
@@ -141,23 +141,48 @@ pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
     let file = row_file(&study.study()?)?;
     // Whatever the folder: another one that adds to the table would do so from the same rows.
     let _lock = Lock::take_beside(&file)?;
-    loop {
-        let engine = study.engine()?;
-        check_budget(arguments.most_rows, engine.checked().row_count() as u64, &file)?;
-        settings.goal.outputs().iter().try_for_each(|name| check_number(&engine.info(), name))?;
-        let status = run_rows(&engine, &folder, None)?;
-        if status.state != SweepState::Complete {
-            return Ok(Exit::Interrupted);
-        }
-        let rows_then = engine.checked().row_count() as u64 + arguments.batch;
-        let Proposal { progress, rows } = propose(engine.checked(), &DatasetReader::open(&folder)?, &settings)?;
-        if progress.reached || progress.exhausted || rows_then > arguments.most_rows {
-            ended(&progress, arguments)?;
-            return Ok(if status.rows_failed == 0 { Exit::Done } else { Exit::RowsFailed });
+    let mut course = Refined { arguments, study, folder: &folder, file: &file, settings: &settings, engine: None };
+    if pursue(&folder, &mut course)? != SweepState::Complete {
+        return Ok(Exit::Interrupted);
+    }
+    let rows_failed = DatasetReader::open(&folder)?.manifest().rows_failed();
+    Ok(if rows_failed == 0 { Exit::Done } else { Exit::RowsFailed })
+}
+
+/// The course of a refinement: the rows that are decided on are those of the table.
+struct Refined<'a> {
+    arguments: &'a RefineArguments,
+    study: StudyArguments<'a>,
+    folder: &'a Path,
+    /// The table.
+    file: &'a Path,
+    settings: &'a RefinementSettings,
+    /// The study with the rows that the table has now.
+    engine: Option<Engine>,
+}
+
+impl Course for Refined<'_> {
+    type Error = Failure;
+
+    fn run_missing(&mut self) -> Result<SweepState, Failure> {
+        let engine = self.engine.insert(self.study.engine()?);
+        check_budget(self.arguments.most_rows, engine.checked().row_count() as u64, self.file)?;
+        self.settings.goal.outputs().iter().try_for_each(|name| check_number(&engine.info(), name))?;
+        Ok(run_rows(engine, self.folder, None)?.state)
+    }
+
+    fn judge(&mut self) -> Result<Verdict, Failure> {
+        let Some(engine) = &self.engine else { return Ok(Verdict::More) };
+        let rows_then = engine.checked().row_count() as u64 + self.arguments.batch;
+        let Proposal { progress, rows } = propose(engine.checked(), &DatasetReader::open(self.folder)?, self.settings)?;
+        if progress.reached || progress.exhausted || rows_then > self.arguments.most_rows {
+            ended(&progress, self.arguments)?;
+            return Ok(Verdict::Enough);
         }
         tell(&progress);
-        append(&file, engine.checked(), &rows)?;
-        tell(&format_args!("{} added to {}", plural(rows.len(), "row"), file.display()));
+        append(self.file, engine.checked(), &rows)?;
+        tell(&format_args!("{} added to {}", plural(rows.len(), "row"), self.file.display()));
+        Ok(Verdict::More)
     }
 }
 
@@ -201,7 +226,8 @@ fn row_file(study: &Study) -> Result<PathBuf, Failure> {
     Ok(file)
 }
 
-/// Adds rows at the end of a table; those that are there stay as they are, also if the program ends meanwhile.
+/// Adds rows at the end of a table, on the disk when it returns; those that are there stay as they are, also if the program ends
+/// meanwhile.
 fn append(file: &Path, study: &CheckedStudy, rows: &[Vec<String>]) -> Result<(), Failure> {
     let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
     let text = files::read_text(file, files::Limit::ROWS).map_err(failed)?;
@@ -227,5 +253,5 @@ fn append(file: &Path, study: &CheckedStudy, rows: &[Vec<String>]) -> Result<(),
         bytes.push(b'\n');
     }
     bytes.extend(added);
-    write_file(file, bytes)
+    write_durable_file(file, bytes)
 }

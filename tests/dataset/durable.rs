@@ -158,15 +158,31 @@ fn wait_for_rows(folder: &Path, rows: u64) {
     let begin = Instant::now();
     // The status of a running sweep comes every two seconds; the journal shows rows at once.
     while begin.elapsed() < Duration::from_secs(60) {
-        let bytes: u64 = fs::read_dir(folder.join(".journal"))
-            .map(|entries| entries.flatten().filter_map(|entry| entry.metadata().ok()).map(|data| data.len()).sum())
-            .unwrap_or(0);
+        let is_of_rows = |entry: &fs::DirEntry| entry.path().extension().is_some_and(|ending| ending == "rows");
+        let entries = fs::read_dir(folder.join(".journal")).into_iter().flatten().flatten().filter(is_of_rows);
+        let bytes: u64 = entries.filter_map(|entry| entry.metadata().ok()).map(|data| data.len()).sum();
         if bytes > rows.min(20) * 200 {
             return;
         }
         sleep(Duration::from_millis(10));
     }
     panic!("no rows within a minute");
+}
+
+#[test]
+fn a_manifest_damaged_before_the_first_part_costs_no_row() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let (whole, folder) = (scratch.path().join("whole"), scratch.path().join("sweep"));
+    expect_code(sweep(&whole, 60, 0.0), 0);
+    let mut child = start(sweep(&folder, 60, 40.0));
+    wait_for_rows(&folder, 10);
+    sleep(Duration::from_millis(200));
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    fs::write(folder.join("manifest.json"), "x\n").expect("written");
+    let text = errors(&expect_code(sweep(&folder, 60, 0.0), 0));
+    assert!(text.contains("made anew from the journal") && text.contains("continuing: "), "{text}");
+    assert_same(&whole, &folder);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record};
 use decore::dataset::{
-    Chosen, DatasetError, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify,
+    Chosen, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify,
 };
 use decore::quantity::Value;
 use decore::report::{ReportSettings, summarise};
@@ -151,16 +151,70 @@ fn a_lost_manifest_is_made_anew_from_the_parts() {
 }
 
 #[test]
-fn rows_of_the_journal_are_no_empty_folder() {
+fn a_journal_alone_goes_on() {
+    let (_scratch, whole) = dataset();
     let scratch = TempDir::new().expect("scratch folder");
-    let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");
+    let folder = scratch.path().join("begun");
+    let mut writer = DatasetWriter::create(&folder, &info(), Existing::Refuse).expect("created");
     (0..20).for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
     drop(writer);
-    fs::remove_file(scratch.path().join("manifest.json")).expect("removed");
-    let before = files(scratch.path());
-    let error = resume(scratch.path()).err().expect("refused");
+    let begun = files(&folder);
+    let damages: [&dyn Fn(); 4] = [
+        &|| fs::write(folder.join("manifest.json"), "x\n").expect("written"),
+        &|| fs::remove_file(folder.join("manifest.json")).expect("removed"),
+        &|| {
+            ["manifest.json", "timings.json"].iter().for_each(|name| fs::write(folder.join(name), "").expect("written"))
+        },
+        &|| {
+            let journal = begun.iter().filter(|(name, _)| name.starts_with(".journal"));
+            restore(&folder, &journal.map(|(name, bytes)| (name.clone(), bytes.clone())).collect());
+        },
+    ];
+    for damage in damages {
+        damage();
+        let before = files(&folder);
+        let other = DatasetInfo { seed: 1, ..info() };
+        let error = DatasetWriter::create(&folder, &other, Existing::Resume).err().expect("refused").to_string();
+        assert!(error.contains("20 of 150 rows of another study") && error.contains("seed"), "{error}");
+        assert_eq!(files(&folder), before);
+        let resumed = resume(&folder).expect("resumed");
+        assert_eq!((resumed.again, resumed.damaged.len()), (ROWS - 20, 0), "{:?}", resumed.notes);
+        assert!(resumed.notes[0].contains("made anew from the journal, which holds 20 rows"), "{:?}", resumed.notes);
+        assert_eq!(contract(&folder), contract(&whole));
+        restore(&folder, &begun);
+    }
+    // Without the description nobody knows what the rows are of.
+    fs::remove_file(folder.join(".journal/study.json")).expect("removed");
+    fs::write(folder.join("manifest.json"), "x\n").expect("written");
+    let before = files(&folder);
+    let error = resume(&folder).err().expect("refused");
+    assert!(matches!(error, DatasetError::Lost { .. }) && error.is_usage(), "{error}");
+    assert!(error.to_string().contains("manifest.json, line 1, column 1"), "{error}");
+    fs::remove_file(folder.join("manifest.json")).expect("removed");
+    let error = resume(&folder).err().expect("refused");
     assert!(matches!(error, DatasetError::Occupied { .. }), "{error}");
-    assert_eq!(files(scratch.path()), before);
+    fs::write(folder.join("manifest.json"), "x\n").expect("written");
+    assert_eq!(files(&folder), before);
+}
+
+#[test]
+fn rows_of_another_study_in_the_journal_are_put_aside() {
+    let (_scratch, whole) = dataset();
+    let scratch = TempDir::new().expect("scratch folder");
+    let [folder, other] = ["own", "other"].map(|name| scratch.path().join(name));
+    for (place, seed, rows) in [(&folder, info().seed, 0..20), (&other, 1, 64..70)] {
+        let info = DatasetInfo { seed, ..info() };
+        let mut writer = DatasetWriter::create(place, &info, Existing::Refuse).expect("created");
+        rows.into_iter().for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
+    }
+    let name = ".journal/000000000064.rows";
+    fs::copy(other.join(name), folder.join(name)).expect("copied");
+    let resumed = resume(&folder).expect("resumed");
+    assert_eq!(resumed.again, ROWS - 20);
+    assert!(resumed.notes.len() == 1 && resumed.notes[0].contains("rows of another study"), "{:?}", resumed.notes);
+    assert!(folder.join(".damaged/000000000064.rows").exists());
+    fs::remove_dir_all(folder.join(".damaged")).expect("removed");
+    assert_eq!(contract(&folder), contract(&whole));
 }
 
 #[test]
@@ -173,7 +227,7 @@ fn rows_behind_a_damaged_one_are_found_in_the_journal() {
     let bytes = fs::read(&path).expect("journal");
     let written = bytes.iter().rposition(|byte| *byte != 0).expect("rows");
     // The head of the file, the length of the first row, somewhere in the middle.
-    for (at, most) in [(3, 0), (17, 1), (written / 2, 1)] {
+    for (at, most) in [(3, 0), (41, 1), (written / 2, 1)] {
         fs::write(&path, flip(&bytes, at)).expect("written");
         let writer = DatasetWriter::create(scratch.path(), &info(), Existing::Resume).expect("opened");
         let left = writer.rows_left();

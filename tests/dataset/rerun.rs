@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use decore::dataset::{Chosen, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, verify};
+use decore::dataset::{Chosen, DatasetReader, DatasetWriter, Existing, Rerun, RowSpan, TableName, verify};
 use decore::quantity::Cell;
 use decore::run::RowStatus;
 use tempfile::TempDir;
@@ -102,6 +102,9 @@ fn failed_rows_are_run_again_with_larger_budgets() {
     let status = status(&folder);
     assert_eq!((status["state"].as_str(), status["rows_failed"].as_u64()), (Some("complete"), Some(0)));
     let manifest = DatasetReader::open(&folder).expect("dataset").manifest().clone();
+    // Rows side by side are one span.
+    let apart = |rerun: &Rerun| rerun.rows.windows(2).all(|pair| pair[0].end < pair[1].first);
+    assert!(manifest.reruns.iter().all(apart), "{:?}", manifest.reruns);
     let asked: u64 = manifest.reruns.iter().flat_map(|rerun| &rerun.rows).map(|span| span.len()).sum();
     assert_eq!((manifest.reruns.len(), asked), (1, failed as u64));
     assert!(manifest.reruns[0].changed.iter().any(|line| line.contains("max_steps")), "{:?}", manifest.reruns);

@@ -214,6 +214,7 @@ fn a_writer_that_is_dropped_leaves_whole_parts_only() {
     let names: Vec<PathBuf> = files(&folder).into_keys().collect();
     let expected = [
         ".journal/000000000064.rows",
+        ".journal/study.json",
         "blows/blows-000000000000.parquet",
         "manifest.json",
         "runs/runs-000000000000.parquet",

@@ -8,6 +8,7 @@
 //! of its machine; only it has rows, as constraints may ask where points are. An [`Engine`] has the machines reduced to what the
 //! rows use. Nothing here prints, draws or ends the process: a sweep tells a closure of [`SweepEvent`]s and stops by a flag.
 
+mod course;
 mod design_table;
 mod error;
 mod event;
@@ -21,6 +22,7 @@ mod signals;
 mod stub;
 mod sweep;
 
+pub use course::{Course, Verdict, pursue};
 pub use design_table::design_table;
 pub use error::EngineError;
 pub use event::{Listener, SweepEvent};

@@ -22,6 +22,26 @@ pub fn is_same_study(one: &DatasetInfo, other: &DatasetInfo) -> bool {
     key(one) == key(other) && has_same_columns(one, other)
 }
 
+/// Short for all that makes a study's rows what they are.
+pub type StudyKey = [u8; 16];
+
+/// The key of a study: titles, comments and layout do not count.
+pub fn study_key(info: &DatasetInfo) -> StudyKey {
+    let DatasetInfo { study_hash, seed, program_version, columns_hash, rows, rows_per_part, inputs, settings, .. } =
+        info;
+    let numbers = [*seed, *rows, *rows_per_part];
+    let texts = [study_hash, program_version, columns_hash];
+    // Length by length, so that no two lists of texts give the same bytes.
+    let mut bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    for text in texts.into_iter().chain(inputs.iter().chain(settings).flat_map(|(name, value)| [name, value])) {
+        bytes.extend((text.len() as u64).to_le_bytes());
+        bytes.extend(text.as_bytes());
+    }
+    let mut key = StudyKey::default();
+    key.iter_mut().zip(blake3::hash(&bytes).as_bytes()).for_each(|(key, byte)| *key = *byte);
+    key
+}
+
 /// Settings outside the study that are budgets of a row.
 const BUDGETS: [&str; 1] = [RETRIES];
 

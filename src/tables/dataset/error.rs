@@ -108,7 +108,7 @@ pub enum DatasetError {
     /// The manifest is not what this program writes.
     #[error(
         "{}, line {}, column {}: {source}; the file is damaged or not of this program: the sweep, started again, makes it anew \
-         from the parts",
+         from the parts or the journal",
         path.display(), source.line(), source.column()
     )]
     Manifest {
@@ -121,12 +121,22 @@ pub enum DatasetError {
     /// A manifest is not the one that was written.
     #[error(
         "{}: its contents are not those of its checksum: it was changed or damaged; the sweep, started again, makes it \
-         anew from the parts",
+         anew from the parts or the journal",
         path.display()
     )]
     Seal {
         /// The manifest's path.
         path: PathBuf,
+    },
+    /// A manifest is damaged, and nothing else in the folder describes the dataset.
+    #[error(
+        "{}; it cannot be made anew, as neither a part nor the journal in the folder names the study: put back a copy of the file, choose \
+         another folder, or replace the dataset",
+        .damage.damage_of_manifest()
+    )]
+    Lost {
+        /// What is wrong with the manifest.
+        damage: Box<DatasetError>,
     },
     /// The dataset is of another format version.
     #[error(
@@ -266,6 +276,17 @@ impl DatasetError {
         matches!(self, Self::Missing { .. } | Self::Manifest { .. } | Self::Seal { .. })
     }
 
+    /// What is wrong with a manifest, without what to do about it.
+    fn damage_of_manifest(&self) -> String {
+        match self {
+            Self::Manifest { path, source } => {
+                format!("{}, line {}, column {}: {source}", path.display(), source.line(), source.column())
+            }
+            Self::Seal { path } => format!("{}: its contents do not match its checksum", path.display()),
+            other => other.to_string(),
+        }
+    }
+
     /// Whether it is the request that is wrong (a folder in use, names that clash, a column that is not there), not the
     /// writing or reading that failed.
     pub fn is_usage(&self) -> bool {
@@ -276,6 +297,7 @@ impl DatasetError {
                 | Self::Changed { .. }
                 | Self::Shards { .. }
                 | Self::Missing { .. }
+                | Self::Lost { .. }
                 | Self::Version { .. }
                 | Self::DuplicateColumn { .. }
                 | Self::UnknownColumn { .. }

@@ -7,21 +7,17 @@
 use std::fs::File;
 use std::path::Path;
 
-use super::columns::TableName;
 use super::difference::has_same_columns;
-use super::durable::{failed_to, rename, sync_folder};
+use super::durable::{failed_to, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
-use super::journal::JOURNAL;
 use super::lock::Lock;
-use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME};
+use super::manifest::Manifest;
 use super::rebuild::known;
 use super::recovery::{BlockParts, Recovered, read_parts, recover};
-use super::store::{GROWING, columns_of, remove};
+use super::settled::{READY, settle, settle_locked};
+use super::store::{GROWING, columns_of};
 use super::writer::{DatasetWriter, Existing};
-
-/// Says that the grown dataset is whole and replaces the one around it.
-const READY: &str = "ready";
 
 /// What a dataset was before it grew.
 #[derive(Debug)]
@@ -50,10 +46,7 @@ pub fn grow(
     info: &DatasetInfo,
     rows_hash: &dyn Fn(u64) -> String,
 ) -> Result<Option<Growth>, DatasetError> {
-    if folder.join(GROWING).exists() {
-        let _lock = Lock::take(folder)?;
-        settle(folder)?;
-    }
+    settle(folder)?;
     match known(folder) {
         Ok(known) if has_grown(&known.manifest, info, rows_hash) => {}
         // Whoever opens the dataset says what is wrong with it.
@@ -75,7 +68,7 @@ pub fn grow(
     let ready = growing.join(READY);
     File::create(&ready).and_then(|file| file.sync_all()).map_err(failed_to("create", &ready))?;
     sync_folder(&growing)?;
-    settle(folder)?;
+    settle_locked(folder)?;
     Ok(Some(growth))
 }
 
@@ -112,26 +105,4 @@ fn copy_rows(folder: &Path, recovered: Recovered, mut writer: DatasetWriter) -> 
     let mut left = pending.into_values().flat_map(std::collections::BTreeMap::into_values);
     left.try_for_each(|row| writer.accept(row))?;
     writer.finish().map(|_| ())
-}
-
-/// Puts a grown dataset that is whole in place, or removes one that is not.
-fn settle(folder: &Path) -> Result<(), DatasetError> {
-    let growing = folder.join(GROWING);
-    if growing.join(READY).exists() {
-        remove(&folder.join(JOURNAL))?;
-        // The manifest goes last: until then the dataset is the old one with parts that its manifest calls damaged.
-        let tables = TableName::KNOWN.map(TableName::folder);
-        for name in tables.into_iter().chain([TIMINGS_NAME, MANIFEST_NAME]) {
-            let (from, to) = (growing.join(name), folder.join(name));
-            if from.exists() {
-                // A file is replaced in one step, a folder is not.
-                if to.is_dir() {
-                    remove(&to)?;
-                }
-                rename(&from, &to)?;
-            }
-        }
-        sync_folder(folder)?;
-    }
-    remove(&growing)
 }

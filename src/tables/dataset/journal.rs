@@ -3,6 +3,17 @@
 //! One file per part's block of rows, written to by the threads that run rows. A killed process loses no row that ended; a
 //! power failure loses those since the last [`Journal::sync`]. A file grows by spans of zeros, which are mapped into memory:
 //! rows are copied there, which takes no call of the system, and a full disk is met before a row comes.
+//!
+//! # Files
+//!
+//! ```text
+//! .journal/study.json          the dataset as it begins: study, range, rows to run again; sealed as the manifest is
+//! .journal/000000000064.rows   MAGIC, the study's key and its checksum, then frames: length, checksum, row
+//! ```
+//!
+//! `study.json` is in place before the first row, so a folder that lost its manifest before its first part goes on from the journal
+//! alone. The key keeps rows of another study out: such a file goes to the folder of damaged parts. Files of earlier programs begin
+//! with another word and name no study; their rows are taken for those of the manifest.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -14,9 +25,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use memmap2::{MmapMut, MmapOptions};
 use twox_hash::XxHash64;
 
-use super::durable::{failed_to, sync_folder};
+use super::difference::{StudyKey, study_key};
+use super::durable::{StagedFile, failed_to, sync_folder};
 use super::error::DatasetError;
+use super::info::DatasetInfo;
 use super::lock::Place;
+use super::manifest::{Manifest, to_sealed_json};
 use super::record::StoredRow;
 #[cfg(test)]
 use super::trace::{Event, note};
@@ -28,8 +42,14 @@ pub const JOURNAL: &str = ".journal";
 const SPAN: usize = 1 << 18;
 /// What is written where it grows; made once, as a span is too large to be made anew each time.
 static ZEROS: [u8; SPAN] = [0; SPAN];
-/// What a file starts with.
-const MAGIC: &[u8; 16] = b"decore journal1\n";
+/// Name of the file in the journal that describes the dataset.
+const STUDY_NAME: &str = "study.json";
+/// Ending of the files of rows.
+const ROWS_ENDING: &str = "rows";
+/// First bytes of a file; the study's key follows.
+const MAGIC: &[u8; 16] = b"decore journal2\n";
+/// First bytes of a file of an earlier program; rows follow.
+const EARLIER_MAGIC: &[u8; 16] = b"decore journal1\n";
 /// No design has more rows.
 const MOST_ROWS: u64 = 1 << 48;
 /// Bytes of a frame's head: length and checksum. No frame has a head of zeros: the checksum of no bytes is not zero.
@@ -41,6 +61,8 @@ pub struct Journal {
     place: Place,
     folder: PathBuf,
     rows_per_part: u64,
+    /// First bytes of a file that is new.
+    begin: Vec<u8>,
     state: Mutex<State>,
     /// Held while files are synced: who finds nothing to sync must not be told so while another still waits for the disk.
     syncing: Mutex<()>,
@@ -66,10 +88,11 @@ struct BlockFile {
 }
 
 impl Journal {
-    /// The journal of the dataset at `place`; its folder must exist.
-    pub fn new(place: Place, rows_per_part: u64) -> Self {
+    /// The journal of the dataset of a study at `place`; its folder must exist.
+    pub fn new(place: Place, info: &DatasetInfo) -> Self {
         let folder = place.path().join(JOURNAL);
-        Self { place, folder, rows_per_part, state: Mutex::default(), syncing: Mutex::default() }
+        let (rows_per_part, begin) = (info.rows_per_part, begin_of(study_key(info)));
+        Self { place, folder, rows_per_part, begin, state: Mutex::default(), syncing: Mutex::default() }
     }
 
     /// Appends a row; when this returns, it outlives the process.
@@ -88,7 +111,7 @@ impl Journal {
         if !state.files.contains_key(&block) {
             self.place.check()?;
         }
-        state.append(block, path, [&head, row.bytes()]).map_err(|error| {
+        state.append(block, || BlockFile::open(&path(), &self.begin), [&head, row.bytes()]).map_err(|error| {
             state.failed = Some(error.kind());
             failed_to("write", &path())(error)
         })
@@ -140,15 +163,15 @@ impl Journal {
     }
 
     fn path(&self, block: u64) -> PathBuf {
-        self.folder.join(format!("{:012}.rows", block * self.rows_per_part))
+        self.folder.join(format!("{:012}.{ROWS_ENDING}", block * self.rows_per_part))
     }
 }
 
 impl State {
-    fn append(&mut self, block: u64, path: impl Fn() -> PathBuf, frame: [&[u8]; 2]) -> io::Result<()> {
+    fn append(&mut self, block: u64, open: impl Fn() -> io::Result<BlockFile>, frame: [&[u8]; 2]) -> io::Result<()> {
         let file = match self.files.entry(block) {
             Entry::Occupied(entry) => entry.into_mut(),
-            Entry::Vacant(entry) => entry.insert(BlockFile::open(&path())?),
+            Entry::Vacant(entry) => entry.insert(open()?),
         };
         file.append(frame)?;
         self.unsynced.entry(block).or_insert_with(|| Arc::clone(&file.file));
@@ -157,11 +180,14 @@ impl State {
 }
 
 impl BlockFile {
-    /// Opens a file behind its last whole row, or makes it.
-    fn open(path: &Path) -> io::Result<Self> {
+    /// Opens a file behind its last whole row, or makes it with these first bytes.
+    fn open(path: &Path, begin: &[u8]) -> io::Result<Self> {
+        if path.is_symlink() {
+            return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it is a link to another file: remove the link"));
+        }
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         if file.seek(SeekFrom::End(0))? == 0 {
-            file.write_all(MAGIC)?;
+            file.write_all(begin)?;
         }
         Ok(Self { span: map_zeros(&file, (0, SPAN))?, file: Arc::new(file), taken: 0 })
     }
@@ -219,15 +245,58 @@ fn earlier_checksum(payload: &[u8]) -> [u8; 8] {
     [c0, c1, c2, c3, c4, c5, c6, c7]
 }
 
-/// Calls `take` for every whole row of the journal, then cuts what is behind the last one of each file. Returns what was no
-/// row, in words.
+/// First bytes of a file of rows of the study with this key.
+fn begin_of(key: StudyKey) -> Vec<u8> {
+    [&MAGIC[..], &key, &checksum(&key)].concat()
+}
+
+/// Puts the description of a dataset into its journal, unless it is there already. `staging`: a folder for files not yet in place.
 ///
 /// # Errors
 /// The system's.
-pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<Vec<String>, DatasetError> {
-    let mut notes = Vec::new();
+pub fn describe(dataset: &Path, staging: &Path, manifest: &Manifest) -> Result<(), DatasetError> {
+    let begun = Manifest { reruns: manifest.reruns.clone(), ..Manifest::new(manifest.study.clone(), manifest.range) };
+    let folder = dataset.join(JOURNAL);
+    let path = folder.join(STUDY_NAME);
+    if Manifest::read_file(&path, dataset).is_ok_and(|known| known == begun) {
+        return Ok(());
+    }
+    StagedFile::write(staging, &path, &to_sealed_json(&begun, &path)?)?.put_in_place()?;
+    sync_folder(&folder)
+}
+
+/// The manifest, without rows, of the dataset that the journal describes; `None` where it describes none.
+pub fn described(dataset: &Path) -> Option<Manifest> {
+    Manifest::read_file(&dataset.join(JOURNAL).join(STUDY_NAME), dataset).ok()
+}
+
+/// Whether the journal has a description, readable or not.
+pub fn is_described(dataset: &Path) -> bool {
+    dataset.join(JOURNAL).join(STUDY_NAME).is_file()
+}
+
+/// What the journal gave back.
+#[derive(Debug, Default, PartialEq)]
+pub struct Salvage {
+    /// What was no row, in words.
+    pub notes: Vec<String>,
+    /// Files with rows of another study; they were left as they are.
+    pub foreign: Vec<PathBuf>,
+}
+
+/// Calls `take` for every whole row of the journal of this study, then cuts what is behind the last one of each file.
+///
+/// # Errors
+/// The system's.
+pub fn recover(dataset: &Path, info: &DatasetInfo, take: &mut dyn FnMut(StoredRow)) -> Result<Salvage, DatasetError> {
+    let own = study_key(info);
+    let Salvage { mut notes, mut foreign } = Salvage::default();
     for path in files(dataset)? {
         let bytes = read(&path, Limit::PART).map_err(failed_to("read", &path))?;
+        if key_of(&bytes).is_some_and(|key| key != own) {
+            foreign.push(path);
+            continue;
+        }
         let Frames { whole, lost } = visit_frames(&bytes, take);
         if lost > 0 {
             notes.push(format!(
@@ -241,7 +310,7 @@ pub fn recover(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<Vec<St
             file.set_len(whole as u64).map_err(failed_to("shorten", &path))?;
         }
     }
-    Ok(notes)
+    Ok(Salvage { notes, foreign })
 }
 
 /// Whole rows in the journal that `counts` and those of them that are not done, without changing it.
@@ -274,6 +343,7 @@ pub fn visit(dataset: &Path, take: &mut dyn FnMut(StoredRow)) -> Result<(), Data
     Ok(())
 }
 
+/// The files of rows.
 fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     let folder = dataset.join(JOURNAL);
     let entries = match fs::read_dir(&folder) {
@@ -285,6 +355,7 @@ fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     for entry in entries {
         paths.push(entry.map_err(failed_to("read the folder", &folder))?.path());
     }
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == ROWS_ENDING));
     paths.sort();
     Ok(paths)
 }
@@ -297,10 +368,20 @@ struct Frames {
     lost: usize,
 }
 
+/// The key of the study that a file of rows names; `None` where it names none, or its first bytes are damaged.
+fn key_of(bytes: &[u8]) -> Option<StudyKey> {
+    let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
+    rest.starts_with(&checksum(key)).then_some(*key)
+}
+
 /// Visits the whole rows, also those behind bytes that are damaged.
 fn visit_frames(bytes: &[u8], take: &mut dyn FnMut(StoredRow)) -> Frames {
-    let mut frames =
-        if bytes.starts_with(MAGIC) { Frames { whole: MAGIC.len(), lost: 0 } } else { Frames { whole: 0, lost: 0 } };
+    let begin = match key_of(bytes) {
+        Some(key) => begin_of(key).len(),
+        None if bytes.starts_with(EARLIER_MAGIC) => EARLIER_MAGIC.len(),
+        None => 0,
+    };
+    let mut frames = Frames { whole: begin, lost: 0 };
     let mut at = frames.whole;
     // Behind the last byte that is not zero nothing was written; a row may end with zeros.
     let written = bytes.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
@@ -342,6 +423,10 @@ mod tests {
     use super::*;
     use crate::quantity::Value;
 
+    fn info() -> DatasetInfo {
+        DatasetInfo { rows_per_part: 4, ..DatasetInfo::empty() }
+    }
+
     fn row(row: u64) -> StoredRow {
         let mut writer = RowWriter::new(row, row == 3);
         writer.cell(Some(Value::Real(row as f64)));
@@ -353,7 +438,7 @@ mod tests {
         let scratch = tempfile::TempDir::new().expect("scratch folder");
         fs::create_dir(scratch.path().join(JOURNAL)).expect("folder");
         let lock = Lock::take(scratch.path()).expect("taken");
-        let journal = Journal::new(lock.place().clone(), 4);
+        let journal = Journal::new(lock.place().clone(), &info());
         (0..6).for_each(|index| journal.append(&row(index)).expect("written"));
         let path = scratch.path().join(JOURNAL).join("000000000004.rows");
         let bytes = fs::read(&path).expect("journal");
@@ -362,17 +447,36 @@ mod tests {
             fs::write(&path, &bytes[..length]).expect("cut");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted"), (expected, 1));
             let mut rows = Vec::new();
-            recover(scratch.path(), &mut |row| rows.push(row)).expect("recovered");
+            recover(scratch.path(), &info(), &mut |row| rows.push(row)).expect("recovered");
             assert_eq!(rows, (0..expected).map(row).collect::<Vec<_>>(), "{length} bytes");
             // What follows a cut is found again.
-            let again = Journal::new(lock.place().clone(), 4);
+            let again = Journal::new(lock.place().clone(), &info());
             again.append(&row(7)).expect("written");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, expected + 1);
         }
         let mut flipped = bytes.clone();
-        flipped[40] ^= 1;
+        flipped[60] ^= 1;
         fs::write(&path, flipped).expect("written");
         assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, 5, "all but the damaged one");
+    }
+
+    #[test]
+    fn rows_of_another_study_stay_out() {
+        let scratch = tempfile::TempDir::new().expect("scratch folder");
+        fs::create_dir(scratch.path().join(JOURNAL)).expect("folder");
+        let lock = Lock::take(scratch.path()).expect("taken");
+        Journal::new(lock.place().clone(), &info()).append(&row(2)).expect("written");
+        let other = DatasetInfo { seed: 7, ..info() };
+        let mut rows = Vec::new();
+        let salvage = recover(scratch.path(), &other, &mut |row| rows.push(row)).expect("recovered");
+        assert_eq!((rows.len(), salvage.foreign.len()), (0, 1));
+        // Damaged first bytes name no study: the rows behind them count.
+        let path = &salvage.foreign[0];
+        let mut bytes = fs::read(path).expect("journal");
+        bytes[20] ^= 1;
+        fs::write(path, bytes).expect("written");
+        let salvage = recover(scratch.path(), &other, &mut |row| rows.push(row)).expect("recovered");
+        assert_eq!((rows.as_slice(), salvage.notes.len()), ([row(2)].as_slice(), 1));
     }
 
     /// A sweep that an earlier program began loses none of its rows.
@@ -381,16 +485,16 @@ mod tests {
         let scratch = tempfile::TempDir::new().expect("scratch folder");
         fs::create_dir(scratch.path().join(JOURNAL)).expect("folder");
         let lock = Lock::take(scratch.path()).expect("taken");
-        let mut bytes = MAGIC.to_vec();
+        let mut bytes = EARLIER_MAGIC.to_vec();
         for earlier in [row(0), row(1)] {
             bytes.extend((earlier.bytes().len() as u32).to_le_bytes());
             bytes.extend(earlier_checksum(earlier.bytes()));
             bytes.extend(earlier.bytes());
         }
         fs::write(scratch.path().join(JOURNAL).join("000000000000.rows"), bytes).expect("written");
-        Journal::new(lock.place().clone(), 4).append(&row(2)).expect("written");
+        Journal::new(lock.place().clone(), &info()).append(&row(2)).expect("written");
         let mut rows = Vec::new();
-        let notes = recover(scratch.path(), &mut |row| rows.push(row)).expect("recovered");
-        assert_eq!((rows, notes), ((0..3).map(row).collect(), Vec::new()));
+        let salvage = recover(scratch.path(), &info(), &mut |row| rows.push(row)).expect("recovered");
+        assert_eq!((rows, salvage), ((0..3).map(row).collect(), Salvage::default()));
     }
 }

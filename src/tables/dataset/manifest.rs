@@ -28,12 +28,12 @@ pub struct RowSpan {
     pub end: u64,
 }
 
-/// Rows that were to be run with other budgets than the study's.
+/// Rows that were to be run with other budgets than the study's: an entry for each set of changes, whatever number of runs it took.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rerun {
     /// What was changed, a sentence each.
     pub changed: Vec<String>,
-    /// The rows.
+    /// The rows: ascending, with gaps between the spans.
     pub rows: Vec<RowSpan>,
 }
 
@@ -69,7 +69,7 @@ pub struct Manifest {
     pub done: Vec<RowSpan>,
     /// What the dataset is of.
     pub study: DatasetInfo,
-    /// Rows that were to be run with other budgets than the study's, the last ones last.
+    /// Rows that were to be run with other budgets than the study's, in the order in which the changes were first asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reruns: Vec<Rerun>,
     /// Parts of the table of runs, by first row.
@@ -108,6 +108,20 @@ impl RowSpan {
     pub fn intersection(self, other: Self) -> Self {
         Self { first: self.first.max(other.first), end: self.end.min(other.end) }
     }
+}
+
+/// The rows that are in any of `spans`: ascending, with gaps between the spans.
+pub fn union(spans: impl IntoIterator<Item = RowSpan>) -> Vec<RowSpan> {
+    let mut spans: Vec<RowSpan> = spans.into_iter().filter(|span| !span.is_empty()).collect();
+    spans.sort_unstable_by_key(|span| span.first);
+    let mut merged: Vec<RowSpan> = Vec::new();
+    for span in spans {
+        match merged.last_mut() {
+            Some(last) if last.end >= span.first => last.end = last.end.max(span.end),
+            _ => merged.push(span),
+        }
+    }
+    merged
 }
 
 /// The rows of `whole` that are in none of `spans`, which ascend.
@@ -171,6 +185,15 @@ impl Manifest {
         (files.signals.is_some() || self.study.signals.is_empty()).then_some(files)
     }
 
+    /// Notes rows that are to be run with other budgets. Noting them again changes nothing: a run that is repeated after its end,
+    /// however that came, leaves the manifest as it is.
+    pub fn note_rerun(&mut self, rerun: Rerun) {
+        match self.reruns.iter_mut().find(|known| known.changed == rerun.changed) {
+            Some(known) => known.rows = union(known.rows.drain(..).chain(rerun.rows)),
+            None => self.reruns.push(Rerun { rows: union(rerun.rows), ..rerun }),
+        }
+    }
+
     /// Forgets the rows and parts of a block.
     pub fn remove_block(&mut self, first_row: u64) {
         let block = self.block(first_row);
@@ -186,16 +209,7 @@ impl Manifest {
     pub fn put_block(&mut self, rows: impl Iterator<Item = u64>, files: BlockFiles) {
         let BlockFiles { runs, blows, signals } = files;
         self.remove_block(runs.first_row);
-        self.done.extend(rows.map(|row| RowSpan { first: row, end: row + 1 }));
-        self.done.sort_unstable_by_key(|span| span.first);
-        let mut merged: Vec<RowSpan> = Vec::new();
-        for span in self.done.drain(..) {
-            match merged.last_mut() {
-                Some(last) if last.end == span.first => last.end = span.end,
-                _ => merged.push(span),
-            }
-        }
-        self.done = merged;
+        self.done = union(self.done.drain(..).chain(rows.map(|row| RowSpan { first: row, end: row + 1 })));
         insert(&mut self.runs, runs);
         insert(&mut self.blows, blows);
         signals.into_iter().for_each(|part| insert(&mut self.signals, part));
@@ -213,19 +227,27 @@ impl Manifest {
     /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Seal`], [`DatasetError::Version`] or the
     /// system's.
     pub fn read(folder: &Path) -> Result<Self, DatasetError> {
+        Self::read_file(&folder.join(MANIFEST_NAME), folder)
+    }
+
+    /// Reads a manifest of the dataset in `folder` from another file than its own.
+    ///
+    /// # Errors
+    /// As [`Manifest::read`].
+    pub(super) fn read_file(path: &Path, folder: &Path) -> Result<Self, DatasetError> {
         /// The version alone: another version may have other keys.
         #[derive(Deserialize)]
         struct VersionOnly {
             format_version: u32,
         }
-        let path = folder.join(MANIFEST_NAME);
-        let text = read_text(&path, folder)?;
-        let version: VersionOnly = parse(&text, &path)?;
+        let text = read_text(path, folder)?;
+        let version: VersionOnly = parse(&text, path)?;
         // Older versions have no seal; a broken one says that not even the version is sure.
         if version.format_version != FORMAT_VERSION && (is_sealed(&text) || !text.contains(SEAL)) {
+            let path = path.to_owned();
             return Err(DatasetError::Version { path, found: version.format_version, expected: FORMAT_VERSION });
         }
-        parse_sealed(&text, &path)
+        parse_sealed(&text, path)
     }
 }
 
@@ -368,5 +390,17 @@ mod tests {
         manifest.remove_block(4);
         assert_eq!((manifest.done.as_slice(), manifest.complete), ([span(0, 4), span(8, 10)].as_slice(), false));
         assert_eq!(manifest.runs.len(), 2);
+    }
+
+    #[test]
+    fn rows_run_again_are_noted_once() {
+        let mut manifest = Manifest::new(DatasetInfo::empty(), span(0, 10));
+        let rerun = |budget: &str, rows: &[RowSpan]| Rerun { changed: vec![budget.to_owned()], rows: rows.to_vec() };
+        for rows in [&[span(7, 8), span(2, 3), span(3, 4)][..], &[span(3, 4)], &[span(8, 9)]] {
+            manifest.note_rerun(rerun("steps", rows));
+        }
+        manifest.note_rerun(rerun("retries", &[span(2, 3)]));
+        manifest.note_rerun(rerun("steps", &[span(2, 3)]));
+        assert_eq!(manifest.reruns, [rerun("steps", &[span(2, 4), span(7, 9)]), rerun("retries", &[span(2, 3)])]);
     }
 }

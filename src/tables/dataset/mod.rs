@@ -10,7 +10,7 @@
 //! DIR/blows/blows-000000000000.parquet   long: one row per blow
 //! DIR/timings/timings-000000000000.parquet   wall time of each row
 //! DIR/signals/signals-000000000000.parquet   long: one row per instant of the rows whose signals are kept, where the study asks
-//! DIR/.journal/                          rows that are not yet in a part
+//! DIR/.journal/                          rows that are not yet in a part, and the study that they are of
 //! DIR/.staging/, DIR/.growing/, DIR/.lock    only while a run writes
 //! DIR/.damaged/                          parts that were damaged, as they were found
 //! DIR/.replaced/                         datasets that were replaced, until the new one is whole
@@ -31,8 +31,10 @@
 //!
 //! Nothing that was computed is removed unless it is in place elsewhere or was to be replaced, and what is computed again is
 //! said. [`Existing::Resume`] checks every part against its checksum, moves damaged ones aside, and names the rows that are to
-//! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, so that lost manifests are
-//! made anew from the parts. Wall times are expendable: lost ones become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs chosen rows again. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, and the journal its study, so that lost
+//! manifests are made anew from the parts, or from the journal where there is no part yet. Wall times are expendable: lost ones
+//! become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs
+//! chosen rows again. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
@@ -64,6 +66,7 @@ mod rebuild;
 mod record;
 mod recovery;
 mod rerun;
+mod settled;
 mod status;
 mod store;
 mod table_file;
@@ -89,6 +92,7 @@ pub use parquet_file::array;
 pub use reader::DatasetReader;
 pub use record::StoredRow;
 pub use rerun::Chosen;
+pub use settled::{is_settled, settle};
 pub use status::{RowError, STATUS_NAME, SweepState, SweepStatus};
 pub use table_file::{TableColumn, signals_batch, table_batch, table_bytes, write_signals, write_table};
 pub use target::{check_ending, check_folder, check_free, is_part_of, place};

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::columns::TableName;
-use super::journal::JOURNAL;
+use super::journal::{self, JOURNAL};
 use super::lock::LOCK_NAME;
 use super::manifest::{MANIFEST_NAME, TIMINGS_NAME};
 use super::status::{self, STATUS_NAME};
@@ -39,9 +39,9 @@ fn is_own(name: &OsStr) -> bool {
     named || status::is_staged(Path::new(name))
 }
 
-/// A dataset that lost its manifest is made anew from its parts: it is still one.
+/// A dataset that lost its manifest is made anew from its parts or its journal: it is still one.
 fn holds_dataset(folder: &Path) -> bool {
-    [MANIFEST_NAME, TIMINGS_NAME].iter().any(|name| folder.join(name).is_file())
+    [MANIFEST_NAME, TIMINGS_NAME].iter().any(|name| folder.join(name).is_file()) || journal::is_described(folder)
 }
 
 #[cfg(test)]

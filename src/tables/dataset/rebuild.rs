@@ -2,7 +2,8 @@
 //!
 //! Every part of the table of timings describes its block in its metadata: the study, and the block's parts of `runs` and
 //! `blows` with their checksums. It does so there because the bytes of the other two tables depend on the study alone. A
-//! manifest that is lost is the sum of these descriptions; a part that no description vouches for does not count.
+//! manifest that is lost is the sum of these descriptions; a part that no description vouches for does not count. Before the first
+//! part there is the journal, which describes the dataset as it began.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use super::difference::is_same_study;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
+use super::journal;
 use super::manifest::{
     BlockFiles, FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
 };
@@ -75,17 +77,26 @@ impl BlockDescription {
 /// Reads the manifests of the dataset in `folder`, or makes them anew.
 ///
 /// # Errors
-/// What was wrong with `manifest.json`, if the parts do not tell what it was; the system's.
+/// [`DatasetError::Missing`] or [`DatasetError::Lost`] if there is no `manifest.json` or a damaged one, and neither parts nor journal
+/// describe the dataset; the system's.
 pub fn known(folder: &Path) -> Result<Known, DatasetError> {
     let mut notes = Vec::new();
     let mut unvouched = Vec::new();
     let manifest = match Manifest::read(folder) {
         Err(error) if error.is_lost_manifest() => {
-            let Some(manifest) = manifest_of_parts(folder)? else {
-                return Err(error);
+            let manifest = match (manifest_of_parts(folder, journal::described(folder))?, error) {
+                (Some(manifest), _) => manifest,
+                (None, missing @ DatasetError::Missing { .. }) => return Err(missing),
+                (None, damaged) => return Err(DatasetError::Lost { damage: Box::new(damaged) }),
             };
-            let rows = manifest.rows_done;
-            notes.push(format!("manifest.json is lost or damaged: made anew from the parts, which hold {rows} rows"));
+            let in_parts = manifest.rows_done;
+            let in_journal = journal::count(folder, &|row| !manifest.has(row))?.0;
+            notes.push(match in_parts {
+                0 => format!(
+                    "manifest.json is lost or damaged: made anew from the journal, which holds {in_journal} rows"
+                ),
+                _ => format!("manifest.json is lost or damaged: made anew from the parts, which hold {in_parts} rows"),
+            });
             unvouched = unlisted(folder, &manifest)?;
             manifest
         }
@@ -101,9 +112,10 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
     Ok(Known { manifest, timings, notes, unvouched })
 }
 
-/// The manifest that the parts of timings describe; `None` if there are none, or they are not of one dataset.
-fn manifest_of_parts(folder: &Path) -> Result<Option<Manifest>, DatasetError> {
-    let mut manifest: Option<Manifest> = None;
+/// The manifest that the parts of timings describe, on top of what the journal says of the beginning; `None` if nothing describes
+/// it, or not all of one dataset.
+fn manifest_of_parts(folder: &Path, begun: Option<Manifest>) -> Result<Option<Manifest>, DatasetError> {
+    let mut manifest = begun;
     for (first_row, path) in part_files(folder, TableName::Timings)? {
         let Some(block) = BlockDescription::read(&path).filter(|block| block.files.runs.first_row == first_row) else {
             continue;
@@ -112,11 +124,7 @@ fn manifest_of_parts(folder: &Path) -> Result<Option<Manifest>, DatasetError> {
         if manifest.range != block.range || !is_same_study(&manifest.study, &block.study) {
             return Ok(None);
         }
-        for rerun in block.reruns {
-            if !manifest.reruns.contains(&rerun) {
-                manifest.reruns.push(rerun);
-            }
-        }
+        block.reruns.into_iter().for_each(|rerun| manifest.note_rerun(rerun));
         manifest.put_block(block.done.iter().flat_map(|span| span.first..span.end), block.files);
     }
     Ok(manifest)

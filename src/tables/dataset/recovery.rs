@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::columns::{Columns, TableName};
 use super::error::DatasetError;
-use super::journal;
+use super::journal::{self, Salvage};
 use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, find, part_file};
 use super::parquet_file::visit_rows;
 use super::reader::check_part;
@@ -44,7 +44,7 @@ type Bad = BTreeMap<u64, Vec<DatasetError>>;
 /// The system's.
 pub fn recover(folder: &Path, columns: &Columns, known: Known) -> Result<Recovered, DatasetError> {
     let mut recovered = Recovered { notes: known.notes, ..Recovered::nothing(known.manifest, known.timings) };
-    recovered.drop_lost_timings(folder);
+    let untimed = recovered.drop_lost_timings(folder);
     let mut bad = recovered.check(folder);
     for (first_row, path) in known.unvouched {
         bad.entry(first_row).or_default().push(DatasetError::Unvouched { path });
@@ -64,12 +64,14 @@ pub fn recover(folder: &Path, columns: &Columns, known: Known) -> Result<Recover
         }
     }
     let range = recovered.manifest.range;
-    let Recovered { manifest, pending, only_in_parts, notes, .. } = &mut recovered;
+    let Recovered { manifest, pending, only_in_parts, .. } = &mut recovered;
     let mut newer: BTreeMap<u64, Block> = BTreeMap::new();
-    let torn = journal::recover(folder, &mut |row| {
+    let mut journaled = BTreeSet::new();
+    let salvage = journal::recover(folder, &manifest.study, &mut |row| {
         if !(range.first..range.end).contains(&row.row()) {
             return;
         }
+        journaled.insert(row.row());
         let block = row.row() / per_part;
         let first_row = block * per_part;
         if !bad.contains_key(&first_row) && is_full(manifest, first_row) {
@@ -79,7 +81,8 @@ pub fn recover(folder: &Path, columns: &Columns, known: Known) -> Result<Recover
             supersede(pending.entry(block).or_default(), row);
         }
     })?;
-    notes.extend(torn);
+    recovered.take_note(folder, salvage)?;
+    recovered.note_untimed(&untimed, &journaled);
     for (block, rows) in newer {
         let old = read_block(folder, columns, &recovered, block * per_part)?;
         recovered.renew(block, old, rows);
@@ -102,9 +105,11 @@ impl Recovered {
         }
     }
 
-    /// Full blocks without timings: theirs become nulls.
+    /// Full blocks without timings: theirs become nulls, unless they are written anew.
     pub fn untimed(&self) -> Vec<u64> {
+        let per_part = self.manifest.study.rows_per_part;
         let full = self.manifest.runs.iter().map(|part| part.first_row).filter(|row| is_full(&self.manifest, *row));
+        let full = full.filter(|first_row| !self.pending.contains_key(&(first_row / per_part)));
         full.filter(|first_row| find(&self.timings.timings, *first_row).is_none()).collect()
     }
 
@@ -120,19 +125,36 @@ impl Recovered {
         }
     }
 
-    /// Forgets timings that are damaged or gone: they are no reason to compute a row again.
-    fn drop_lost_timings(&mut self, folder: &Path) {
+    /// Forgets timings that are damaged or gone: they are no reason to compute a row again. Returns the rows whose own they are.
+    fn drop_lost_timings(&mut self, folder: &Path) -> Vec<RowSpan> {
         // Timings that are ahead of the manifest are written again with the block.
         self.timings
             .timings
             .retain(|part| find(&self.manifest.runs, part.first_row).is_some() && check_part(folder, part).is_ok());
         let lost = self.manifest.runs.iter().filter(|part| find(&self.timings.timings, part.first_row).is_none());
-        let rows: u64 = lost.map(|part| part.records).sum();
+        lost.flat_map(|part| self.manifest.rows_of(part.first_row)).collect()
+    }
+
+    /// Notes how many of the rows without timings have lost them. A process that ends between two renames leaves the timings of
+    /// a block ahead of their manifest: the journal has the same ones.
+    fn note_untimed(&mut self, untimed: &[RowSpan], journaled: &BTreeSet<u64>) {
+        let rows = untimed.iter().flat_map(|span| span.first..span.end).filter(|row| !journaled.contains(row)).count();
         if rows > 0 {
             self.notes.push(format!(
                 "the wall times of {rows} rows are lost or damaged: nulls in the table of timings; the rows themselves are kept"
             ));
         }
+    }
+
+    /// Notes what in the journal was no row, and moves files with rows of another study out of it.
+    fn take_note(&mut self, folder: &Path, salvage: Salvage) -> Result<(), DatasetError> {
+        self.notes.extend(salvage.notes);
+        for path in salvage.foreign {
+            set_aside(&path, &folder.join(DAMAGED))?;
+            let shown = path.display();
+            self.notes.push(format!("{shown}: it holds rows of another study, and is kept in the folder .damaged"));
+        }
+        Ok(())
     }
 
     /// The blocks with damaged or missing parts.

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::columns::Columns;
 use super::error::DatasetError;
-use super::manifest::RowSpan;
+use super::manifest::{RowSpan, union};
 use super::recovery::{Recovered, read_block};
 use super::store::Block;
 
@@ -23,7 +23,7 @@ pub enum Chosen {
 }
 
 impl Recovered {
-    /// The rows that are to be run again, ascending; all rows of their blocks become pending.
+    /// The rows that are to be run again, ascending, with gaps between the spans; all rows of their blocks become pending.
     ///
     /// Memory is taken for all rows of the blocks that have a chosen one.
     ///
@@ -46,14 +46,12 @@ impl Recovered {
             self.only_in_parts.extend(block.keys());
             self.pending.insert(first_row / self.manifest.study.rows_per_part, block);
         }
-        Ok(match chosen {
+        Ok(union(match chosen {
             Chosen::Failed => {
                 let failed = self.pending.values().flat_map(Block::values).filter(|row| row.failed());
-                failed.map(|row| RowSpan { first: row.row(), end: row.row() + 1 }).collect()
+                failed.map(|row| RowSpan { first: row.row(), end: row.row() + 1 }).collect::<Vec<_>>()
             }
-            Chosen::Rows(rows) => {
-                rows.iter().map(|span| span.intersection(range)).filter(|span| !span.is_empty()).collect()
-            }
-        })
+            Chosen::Rows(rows) => rows.iter().map(|span| span.intersection(range)).collect(),
+        }))
     }
 }

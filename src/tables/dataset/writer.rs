@@ -21,6 +21,7 @@ use super::rebuild::{Known, known, strays};
 use super::record::{StoredRow, check_record};
 use super::recovery::{Recovered, recover, rows_left, supersede};
 use super::rerun::Chosen;
+use super::settled::settle_locked;
 use super::status::{self, STATUS_NAME};
 use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of, remove, set_aside};
 
@@ -102,8 +103,9 @@ impl DatasetWriter {
         reruns: Vec<Rerun>,
         existing: Existing,
     ) -> Result<Self, DatasetError> {
-        let range = RowSpan { first: 0, end: info.rows };
-        Self::open_noting(folder, info, Manifest { reruns, ..Manifest::new(info.clone(), range) }, existing)
+        let mut manifest = Manifest::new(info.clone(), RowSpan { first: 0, end: info.rows });
+        reruns.into_iter().for_each(|rerun| manifest.note_rerun(rerun));
+        Self::open_noting(folder, info, manifest, existing)
     }
 
     /// Creates the dataset's folder and manifests for the rows of `range`, or goes on with what is there.
@@ -127,6 +129,9 @@ impl DatasetWriter {
         look(folder, existing)?;
         make_folder(folder)?;
         let lock = Lock::take(folder)?;
+        if existing == Existing::Resume {
+            settle_locked(folder)?;
+        }
         let recovered = match look(folder, existing)? {
             Found::Dataset(known) if existing == Existing::Resume => {
                 return Self::go_on(folder, lock, *known, Asked { info, range: manifest.range, chosen: None });
@@ -139,8 +144,6 @@ impl DatasetWriter {
                 recovered
             }
         };
-        remove(&folder.join(STAGING))?;
-        make_folder(&folder.join(JOURNAL))?;
         Self::start(folder, columns, recovered, lock)
     }
 
@@ -154,6 +157,7 @@ impl DatasetWriter {
         let missing = || DatasetError::Missing { path: folder.to_owned() };
         let Found::Dataset(_) = look(folder, Existing::Resume)? else { return Err(missing()) };
         let lock = Lock::take(folder)?;
+        settle_locked(folder)?;
         // Another process may have written until the lock was taken.
         let Found::Dataset(known) = look(folder, Existing::Resume)? else { return Err(missing()) };
         Self::go_on(folder, lock, *known, Asked { info, range, chosen: Some(chosen) })
@@ -170,15 +174,18 @@ impl DatasetWriter {
         recovered.chosen = chosen.map(|chosen| recovered.choose(folder, &columns, chosen)).transpose()?;
         let rows = recovered.chosen.clone().unwrap_or_else(|| rows_left(&recovered.manifest, &recovered.pending));
         if !changed.is_empty() && !rows.is_empty() {
-            recovered.manifest.reruns.push(Rerun { changed, rows });
+            recovered.manifest.note_rerun(Rerun { changed, rows });
         }
-        remove(&folder.join(STAGING))?;
-        make_folder(&folder.join(JOURNAL))?;
         Self::start(folder, columns, recovered, lock)
     }
 
     fn start(folder: &Path, columns: Arc<Columns>, recovered: Recovered, lock: Lock) -> Result<Self, DatasetError> {
         status::remove_staged(folder)?;
+        let staging = folder.join(STAGING);
+        remove(&staging)?;
+        [&staging, &folder.join(JOURNAL)].into_iter().try_for_each(|path| make_folder(path))?;
+        // Before the first row, and before the manifest that it stands for.
+        journal::describe(folder, &staging, &recovered.manifest)?;
         let untimed = recovered.untimed();
         let Recovered { manifest, timings, pending, only_in_parts, chosen, damaged, notes } = recovered;
         let missing = rows_left(&manifest, &pending);
@@ -197,7 +204,7 @@ impl DatasetWriter {
                 as u64;
         let info = Arc::new(manifest.study.clone());
         let place = lock.place().clone();
-        let journal = Arc::new(Journal::new(place.clone(), info.rows_per_part));
+        let journal = Arc::new(Journal::new(place.clone(), &info));
         let unjournaled = pending.values().flat_map(BTreeMap::values).filter(|row| only_in_parts.contains(&row.row()));
         unjournaled.into_iter().try_for_each(|row| journal.append(row))?;
         journal.sync()?;
@@ -372,8 +379,6 @@ impl Drop for DatasetWriter {
             return;
         }
         let _ = fs::remove_dir_all(self.folder.join(STAGING));
-        // Empty after a finished dataset; otherwise it has rows for the next run.
-        let _ = fs::remove_dir(self.folder.join(JOURNAL));
     }
 }
 
@@ -454,7 +459,7 @@ fn look(folder: &Path, existing: Existing) -> Result<Found, DatasetError> {
         (Err(DatasetError::Missing { .. }), _) => Err(DatasetError::Occupied { path: folder.to_owned() }),
         // Whoever asks for replacement of a damaged dataset, or one of another version, gets it.
         (Err(DatasetError::Version { .. }), Existing::Replace) => Ok(Found::Unreadable),
-        (Err(error), Existing::Replace) if error.is_lost_manifest() => Ok(Found::Unreadable),
+        (Err(DatasetError::Lost { .. }), Existing::Replace) => Ok(Found::Unreadable),
         (Err(error), _) => Err(error),
     }
 }

@@ -1,0 +1,61 @@
+//! Whether a dataset has all the rows that it is to hold, and a growth that was interrupted brought to its end.
+
+use std::path::Path;
+
+use super::columns::TableName;
+use super::durable::{rename, sync_folder};
+use super::error::DatasetError;
+use super::journal::{self, JOURNAL};
+use super::lock::Lock;
+use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME};
+use super::store::{GROWING, remove};
+
+/// File in the grown dataset that says that it is whole and replaces the one around it.
+pub const READY: &str = "ready";
+
+/// Completes a growth of the dataset in `folder` that was interrupted, or undoes it where it was not whole yet. Without one it does
+/// nothing, and needs no lock.
+///
+/// # Errors
+/// [`DatasetError::InUse`] or the system's.
+pub fn settle(folder: &Path) -> Result<(), DatasetError> {
+    if !folder.join(GROWING).exists() {
+        return Ok(());
+    }
+    let _lock = Lock::take(folder)?;
+    settle_locked(folder)
+}
+
+/// As [`settle`], for whoever has the lock.
+///
+/// # Errors
+/// The system's.
+pub fn settle_locked(folder: &Path) -> Result<(), DatasetError> {
+    let growing = folder.join(GROWING);
+    if growing.join(READY).exists() {
+        remove(&folder.join(JOURNAL))?;
+        // The manifest goes last: until then the dataset is the old one with parts that its manifest calls damaged.
+        let tables = TableName::KNOWN.map(TableName::folder);
+        for name in tables.into_iter().chain([TIMINGS_NAME, MANIFEST_NAME]) {
+            let (from, to) = (growing.join(name), folder.join(name));
+            if from.exists() {
+                // A file is replaced in one step, a folder is not.
+                if to.is_dir() {
+                    remove(&to)?;
+                }
+                rename(&from, &to)?;
+            }
+        }
+        sync_folder(folder)?;
+    }
+    remove(&growing)
+}
+
+/// Whether a dataset has all rows that it is to hold in parts: none is missing, and none waits in the journal.
+///
+/// # Errors
+/// Those of [`Manifest::read`], or the system's.
+pub fn is_settled(folder: &Path) -> Result<bool, DatasetError> {
+    let waits = folder.join(GROWING).exists() || journal::count(folder, &|_| true)?.0 > 0;
+    Ok(!waits && Manifest::read(folder)?.complete)
+}
