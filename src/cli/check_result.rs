@@ -222,10 +222,9 @@ impl Confused {
     }
 }
 
-/// Simulates the first row that describes a scene and tells what it took; `threads` 0: as many as the machine has.
+/// Simulates the first row that describes a scene and tells what it took; The time of all rows is that on so many `threads`.
 pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
     let rows = engine.checked().row_count();
-    let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
     let found = (0..rows.min(PROBED_ROWS)).find_map(|row| Some((row, engine.scene(row).ok()?)));
     let (row, RowScene { mut scene, modes }) = found?;
     scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
