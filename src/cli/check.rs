@@ -12,7 +12,7 @@ use super::text::{plural, say, tell, threads};
 use crate::design::{Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{MOST_COMPARED, Rows};
 use crate::plot::{Factor, scatter_matrix};
-use crate::run::RowStatus;
+use crate::run::{RowStatus, thread_count};
 use crate::study::{CheckedStudy, FactorInfo};
 
 /// Rows drawn in a scatter matrix: more only make it black.
@@ -32,7 +32,7 @@ const SUGGESTED_TWINS: usize = 4;
 pub(super) struct CheckArguments {
     /// Study file (TOML).
     study: PathBuf,
-    /// Threads for which the time is estimated, at most 1024; 0: as many as the machine has.
+    /// Threads for which the time is estimated, at most 1024; 0: one per core, or `RAYON_NUM_THREADS`.
     #[arg(short, long, default_value_t = 0, value_parser = threads)]
     threads: usize,
     /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
@@ -59,14 +59,16 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
         write_file(file, scatter(engine.checked())?)?;
         tell(&format_args!("the scatter matrix is in {}", file.display()));
     }
-    let probe = probe(&engine, plan.repeated, arguments.threads);
+    let Invalid { looked_at, count, .. } = plan.invalid;
+    let no_row_runs = count == looked_at;
+    let probe = probe(&engine, plan.repeated, thread_count(arguments.threads)?);
     if arguments.json {
         say_json(&Check { plan, probe })?;
     } else {
         probe.iter().try_for_each(|probe| say(&probe_text(probe)))?;
         invalid_line(&plan.invalid, plan.rows).iter().try_for_each(|line| say(line))?;
     }
-    Ok(Exit::Done)
+    Ok(if no_row_runs { Exit::RowsFailed } else { Exit::Done })
 }
 
 fn plan_text(plan: &Plan) -> String {

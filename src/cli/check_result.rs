@@ -260,10 +260,10 @@ impl Confused {
     }
 }
 
-/// Simulates the first row that describes a scene and tells what it took, and all that are no repeats of others; `threads` 0: as many as the machine has.
+/// Simulates the first row that describes a scene and returns its cost. The time of all rows, repeats left out, is the time on
+/// `threads` threads.
 pub(super) fn probe(engine: &Engine, repeated: usize, threads: usize) -> Option<Probe> {
     let rows = engine.checked().row_count();
-    let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
     let found = (0..rows.min(PROBED_ROWS)).find_map(|row| Some((row, engine.scene(row).ok()?)));
     let (row, RowScene { mut scene, modes }) = found?;
     scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);

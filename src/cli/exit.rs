@@ -14,7 +14,7 @@ use crate::page::PageError;
 use crate::paper::PaperError;
 use crate::plot::PlotError;
 use crate::refinement::RefinementError;
-use crate::run::BatchError;
+use crate::run::{BatchError, ThreadCountError};
 use crate::sensitivity::SensitivityError;
 use crate::structure::StructureError;
 use crate::study::StudyError;
@@ -29,7 +29,7 @@ pub enum Exit {
     BadInput = 2,
     /// Results could not be written.
     NotWritten = 3,
-    /// Finished, but some rows are not done, or intervals are not as narrow as asked for.
+    /// Finished, but some rows are not done, no row of a checked study can run, or intervals are not as narrow as asked for.
     RowsFailed = 4,
     /// Interrupted; the same command goes on.
     Interrupted = 5,
@@ -77,6 +77,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Plot(#[from] PlotError),
     #[error("{0}")]
+    Threads(#[from] ThreadCountError),
+    #[error("{0}")]
     Argument(String),
     #[error("failed to write {path}: {source} ({})", remedy(path, source))]
     Write { path: String, source: std::io::Error },
@@ -108,9 +110,11 @@ impl Failure {
             Self::Page(_) | Self::Plot(_) | Self::Print(_) | Self::Surrogate(SurrogateError::Write { .. }) => {
                 Exit::NotWritten
             }
-            Self::Study(_) | Self::Engine(_) | Self::Structure(_) | Self::Argument(_) => Exit::BadInput,
+            Self::Study(_) | Self::Engine(_) | Self::Structure(_) => Exit::BadInput,
             Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) => Exit::BadInput,
-            Self::Features(_) | Self::Refinement(_) | Self::Paper(_) => Exit::BadInput,
+            Self::Features(_) | Self::Refinement(_) | Self::Paper(_) | Self::Threads(_) | Self::Argument(_) => {
+                Exit::BadInput
+            }
         }
     }
 }

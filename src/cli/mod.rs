@@ -1,6 +1,7 @@
 //! The command line: one file per command.
 
 mod accuracy;
+mod address_space;
 mod analyse;
 mod check;
 mod check_result;
@@ -46,13 +47,15 @@ pub use exit::Exit;
 use exit::Failure;
 pub use schemas::output_schemas;
 
+use crate::run::thread_count;
+
 /// What the exit codes mean, as `--help` shows it.
 const EXIT_CODES: &str = "Exit codes:
   0  all rows are done
   2  the command line, the study or the machine is wrong; nothing was run or written
   3  results or what was to be printed could not be written; what is on disk is whole
   4  finished, but some rows are not done (audit failed, invalid, diverged, budget exhausted); the table
-     says why; analyse: intervals are not as narrow as --grow-until asks
+     says why; check: no row can run; analyse: intervals are not as narrow as --grow-until asks
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
   7  another decore writes to the dataset
@@ -121,8 +124,10 @@ enum Command {
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     signals::install();
+    address_space::bound();
     let result = match parse() {
-        Ok(Some(command)) => execute(command),
+        // Also for what rayon starts by itself, which bounds nothing.
+        Ok(Some(command)) => thread_count(0).map_err(Failure::from).and_then(|_| execute(command)),
         Ok(None) => Ok(Exit::Done),
         Err(failure) => Err(failure),
     };

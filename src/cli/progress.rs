@@ -88,7 +88,7 @@ impl Progress {
 
     /// Writes the last line, or leaves the bar as it is and goes to the next line.
     pub fn finish(&self) {
-        self.show(true);
+        self.show(Occasion::End);
     }
 
     /// Counts a row that ended.
@@ -101,10 +101,16 @@ impl Progress {
 
     /// Shows the rows that ended and that time passed.
     pub fn tick(&self) {
-        self.show(false);
+        self.show(Occasion::Tick);
     }
 
-    fn show(&self, at_end: bool) {
+    /// Writes a line at once, beside the bar where there is one.
+    pub fn show_now(&self) {
+        self.show(Occasion::Request);
+    }
+
+    fn show(&self, occasion: Occasion) {
+        let at_end = occasion == Occasion::End;
         let elapsed = self.started.elapsed();
         let [done, failed] = [&self.done, &self.failed].map(|count| count.load(Ordering::Relaxed));
         let tally = Tally { rows: self.rows, before: self.before, done, failed };
@@ -114,12 +120,14 @@ impl Progress {
             Display::Bar { bar, narrow } => {
                 bar.set_position(tally.done);
                 bar.set_message(if *narrow { text.short() } else { text.to_string() });
-                if at_end {
-                    bar.abandon();
+                match occasion {
+                    Occasion::Tick => {}
+                    Occasion::Request => bar.println(text.to_string()),
+                    Occasion::End => bar.abandon(),
                 }
             }
             Display::Lines { sink, interval, last } => {
-                if at_end || elapsed.saturating_sub(*last) >= *interval {
+                if occasion != Occasion::Tick || elapsed.saturating_sub(*last) >= *interval {
                     *last = elapsed;
                     // A log that cannot be written must not end a sweep whose results can.
                     let _ = writeln!(sink, "{text}").and_then(|()| sink.flush());
@@ -127,6 +135,14 @@ impl Progress {
             }
         }
     }
+}
+
+/// Why the progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Occasion {
+    Tick,
+    Request,
+    End,
 }
 
 #[derive(Debug, Clone, Copy)]

@@ -14,6 +14,7 @@ use super::outputs::{Form, Output, StudyArguments};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
 use super::shard::Shard;
+use super::signals::{keep_nohup, progress_wanted};
 use super::text::{self, plural, say, tell};
 use crate::dataset::{
     Chosen, Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, SweepStatus, TableName,
@@ -36,7 +37,7 @@ pub(super) struct RunArguments {
     /// for a shard `out/<study>.shards/shard-<i>-of-<n>`.
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Threads that run rows, at most 1024; 0: as many as the machine has. Results do not depend on it.
+    /// Threads that run rows, at most 1024; 0: one per core, or `RAYON_NUM_THREADS`. Results do not depend on it.
     #[arg(short, long, default_value_t = 0, value_parser = text::threads)]
     threads: usize,
     /// Start anew: replace a dataset that is already in the folder.
@@ -224,7 +225,10 @@ impl Display<'_> {
                 ));
             }
             SweepEvent::RowEnded(status) => progress.into_iter().for_each(|progress| progress.row_ended(status)),
-            SweepEvent::Tick => progress.into_iter().for_each(Progress::tick),
+            SweepEvent::Tick => progress.into_iter().for_each(|progress| match progress_wanted() {
+                true => progress.show_now(),
+                false => progress.tick(),
+            }),
             SweepEvent::Ends => progress.into_iter().for_each(Progress::finish),
             SweepEvent::SummaryNotWritten(path) => {
                 tell(&format_args!("warning: the summary could not be written to {}", path.display()));
@@ -259,7 +263,7 @@ pub(super) fn stop_on_interrupt() {
         }
         tell(&"interrupted: finishing the rows that run; interrupt again to stop at once (the same command goes on)");
     };
-    if let Err(error) = ctrlc::set_handler(handler) {
+    if let Err(error) = keep_nohup(|| ctrlc::set_handler(handler)) {
         tell(&format_args!("warning: interrupts end the program at once ({error})"));
     }
 }

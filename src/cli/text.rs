@@ -9,6 +9,7 @@ use console::Term;
 
 use super::exit::Failure;
 use crate::engine::{Engine, Rows};
+use crate::run::MOST_THREADS;
 
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
@@ -74,13 +75,10 @@ fn cut(line: &str) -> Cow<'_, str> {
     }
 }
 
-/// Most threads that can be asked for; many more would starve the machine before any row is run.
-const MOST_THREADS: usize = 1024;
-
 /// Reads a number of threads.
 pub(super) fn threads(text: &str) -> Result<usize, String> {
     let number = text.parse::<usize>().ok().filter(|number| *number <= MOST_THREADS);
-    number.ok_or_else(|| format!("expected a whole number from 0 (as many as the machine has) to {MOST_THREADS}"))
+    number.ok_or_else(|| format!("expected a whole number from 0 (one thread per core) to {MOST_THREADS}"))
 }
 
 /// A row asked for on the command line must be one of the study's.

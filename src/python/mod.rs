@@ -17,7 +17,10 @@ mod table;
 mod value;
 mod wait;
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+
+use crate::run::thread_count;
 
 /// Opens the dataset in a folder.
 #[pyfunction]
@@ -28,6 +31,8 @@ fn open(py: Python<'_>, dataset: value::FilePath) -> PyResult<dataset::Dataset> 
 #[pymodule]
 fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
+    // Also for what rayon starts by itself, which bounds nothing.
+    thread_count(0).map_err(|error| PyValueError::new_err(error.to_string()))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(open, module)?)?;
     // What `pickle` calls is no name of the package.

@@ -20,11 +20,8 @@ use super::wait::Work;
 use crate::dataset::{DatasetError, Existing, SweepState, TableName, table_batch};
 use crate::design::Level;
 use crate::engine::{checked, design_table};
-use crate::run::DEFAULT_RETRIES;
+use crate::run::{DEFAULT_RETRIES, thread_count};
 use crate::study::{self, CheckedStudy};
-
-/// Threads at most, as on the command line.
-const MOST_THREADS: usize = 1024;
 
 /// What [`unpickled`] takes.
 type Handed = (PathBuf, Vec<String>, u32, String);
@@ -247,10 +244,7 @@ pub fn unpickled(py: Python<'_>, path: PathBuf, overrides: Vec<String>, retries:
 }
 
 fn check_threads(threads: usize) -> PyResult<()> {
-    if threads <= MOST_THREADS {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("threads is {threads}, expected 0 (all) to {MOST_THREADS}")))
+    thread_count(threads).map(drop).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 /// What is told of progress: the package's own display, a callable, or nobody.

@@ -2,5 +2,6 @@
 
 mod bounds;
 mod fuzz;
+mod hosts;
 mod links;
 mod terminal;

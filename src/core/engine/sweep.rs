@@ -13,12 +13,14 @@ use crate::dataset::{
     Chosen, DatasetError, DatasetWriter, Existing, Manifest, RowRecorder, RowSpan, StoredRow, SweepState, SweepStatus,
     check_folder, grow,
 };
-use crate::run::{BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowSource, RowTask, run_batch};
+use crate::run::{
+    BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowSource, RowTask, run_batch, thread_count,
+};
 
 /// How to run a sweep. The default runs all rows on all threads, goes on with a dataset that is there, and tells nobody.
 #[derive(Clone, Copy)]
 pub struct SweepSettings<'a> {
-    /// Threads that run rows; 0 (default): as many as the machine has. Results do not depend on it.
+    /// Threads that run rows; 0 (default): see [`thread_count`]. Results do not depend on it.
     pub threads: usize,
     /// The range of rows that the dataset is to hold; `None` (default): all.
     pub rows: Option<RowSpan>,
@@ -66,8 +68,9 @@ impl Engine {
 ///
 /// # Errors
 /// A folder that is in use, holds another study, lies in another dataset, would take the place of the study's files, or cannot be
-/// written; threads that cannot be started.
+/// written; a number of threads out of range, or threads that cannot be started.
 pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Result<SweepStatus, EngineError> {
+    let threads = thread_count(settings.threads).map_err(BatchError::from)?;
     check_folder(folder, &rows.study().files())?;
     let (info, listener) = (rows.info(), settings.listener);
     let whole = RowSpan { first: 0, end: info.rows };
@@ -84,12 +87,11 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
     let place = writer.place();
     listener(SweepEvent::Found { damaged: writer.damaged(), notes: writer.notes() });
     listener(SweepEvent::Begins { rows: range.len(), done, failed });
-    let threads = threads(settings.threads);
     let monitor = Monitor::new(Beginning {
         place: place.clone(),
         rows: range.len(),
         recovered: (done, failed),
-        threads,
+        threads: threads as u64,
         listener,
     });
     let own = AtomicBool::new(false);
@@ -106,10 +108,10 @@ pub fn sweep(rows: &dyn Rows, folder: &Path, settings: &SweepSettings<'_>) -> Re
     let shared = Shared::new(repeats);
     let task = SweepTask { rows, recorder: writer.recorder(), monitor: &monitor, limit, shared: &shared };
     // Rows that wait for their turn hold their signals, of which a part has what is allowed at a time.
-    let window = if info.signals.is_empty() { DEFAULT_WINDOW } else { info.rows_per_part.max(2 * threads) };
+    let window = if info.signals.is_empty() { DEFAULT_WINDOW } else { info.rows_per_part.max(2 * threads as u64) };
     let window = window.min(DEFAULT_WINDOW);
     let tick = || monitor.tick();
-    let batch = BatchSettings { threads: settings.threads, window, stop: limit.stop, tick: &tick };
+    let batch = BatchSettings { threads, window, stop: limit.stop, tick: &tick };
     let summary = run_batch(left(), &batch, &task, |_, row| writer.accept(row?));
     listener(SweepEvent::Ends);
     // What was handed over before a failure is kept.
@@ -195,9 +197,4 @@ fn whole_ending(status: SweepStatus, manifest: &Manifest) -> SweepStatus {
     }
     let message = "the chosen rows have ended, others are still missing: the command without a choice runs them";
     SweepStatus { state: SweepState::Interrupted, message: message.to_owned(), ..status }
-}
-
-fn threads(asked: usize) -> u64 {
-    let all = || std::thread::available_parallelism().map_or(1, usize::from);
-    (if asked == 0 { all() } else { asked }) as u64
 }

@@ -181,6 +181,20 @@ mod tests {
     }
 
     #[test]
+    fn products_of_all_shapes_are_those_of_plain_sums() {
+        // Around the sizes of micro kernels and cache blocks: tall, wide, deep.
+        for (m, k, n) in [(49, 2000, 1), (513, 513, 513), (4100, 20, 9), (9, 20, 4100), (700, 600, 40), (40, 1100, 700)]
+        {
+            let a = DMatrix::from_fn(m, k, |i, j| (i as f64 * 0.7 + j as f64 * 1.3).sin());
+            let b = DMatrix::from_fn(k, n, |i, j| (i as f64 * 0.9 - j as f64 * 0.4).cos());
+            let plain = &a * &b;
+            let limit = 1e-15 * k as f64;
+            assert!((multiply(&a, &b).expect("sizes") - &plain).amax() < limit, "{m} {k} {n}");
+            assert!((multiply_transposed(&a.transpose(), &b).expect("sizes") - &plain).amax() < limit, "{m} {k} {n}'");
+        }
+    }
+
+    #[test]
     fn eigenvectors_diagonalise_and_values_rise() {
         let a = spd(150);
         let eigen = symmetric_eigen(&a).expect("converges");

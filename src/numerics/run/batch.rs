@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPoolBuilder;
 
 use super::outcome::{RowOutcome, RowStatus};
+use super::threads::{ThreadCountError, thread_count};
 
 /// Default of [`BatchSettings::window`].
 pub const DEFAULT_WINDOW: u64 = 1024;
@@ -22,7 +23,7 @@ const TICK: Duration = Duration::from_millis(250);
 /// How to run a batch.
 #[derive(Clone, Copy)]
 pub struct BatchSettings<'a> {
-    /// Number of threads that run rows; 0: as many as the machine has. The outcomes do not depend on it.
+    /// Number of threads that run rows; 0: see [`thread_count`]. The outcomes do not depend on it.
     pub threads: usize,
     /// Reorder window: at most this many rows are started beyond the oldest one that is not yet handed over (at least 1).
     ///
@@ -50,8 +51,14 @@ pub struct BatchSummary {
 /// Why a batch ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum BatchError<E: std::error::Error + 'static> {
+    /// The number of threads is out of range.
+    #[error("{0}")]
+    ThreadCount(#[from] ThreadCountError),
     /// The threads could not be started.
-    #[error("failed to start {threads} threads: {source} (ask for fewer)")]
+    #[error(
+        "failed to start {threads} threads: {source} (ask for fewer threads, or raise the limits on memory and processes: \
+         `ulimit -v`, `ulimit -u`)"
+    )]
     Threads {
         /// Number asked for.
         threads: usize,
@@ -127,18 +134,19 @@ pub fn run_one_by_one(rows: &mut dyn RowSource, run: impl Fn(u64) -> RowOutcome)
 /// sink gets is always a beginning of `rows` without gap.
 ///
 /// # Errors
-/// [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are started.
+/// [`BatchError::ThreadCount`]; [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are started.
 pub fn run_batch<T: RowTask, E: std::error::Error + 'static>(
     rows: impl Iterator<Item = u64> + Send,
     settings: &BatchSettings<'_>,
     task: &T,
     sink: impl FnMut(u64, T::Kept) -> Result<(), E>,
 ) -> Result<BatchSummary, BatchError<E>> {
+    let threads = thread_count(settings.threads)?;
     let pool = ThreadPoolBuilder::new()
-        .num_threads(settings.threads)
+        .num_threads(threads)
         .thread_name(|index| format!("row-{index}"))
         .build()
-        .map_err(|source| BatchError::Threads { threads: settings.threads, source })?;
+        .map_err(|source| BatchError::Threads { threads, source })?;
     let queue = Queue::new(rows, pool.current_num_threads(), settings);
     let result = pool.in_place_scope(|scope| {
         // Closes the queue on every way out, a panic of the sink included; otherwise the threads would wait for ever.

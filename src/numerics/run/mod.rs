@@ -5,6 +5,7 @@ mod group;
 mod job;
 mod outcome;
 mod row;
+mod threads;
 mod twins;
 
 pub use batch::{
@@ -14,4 +15,5 @@ pub use group::{JobSource, run_jobs, run_jobs_in, run_jobs_over};
 pub use job::{DEFAULT_RETRIES, RowJob, TIGHTENING};
 pub use outcome::{RowOutcome, RowStatus};
 pub use row::{RESIDUAL_LIMIT, run_row, run_row_observed};
+pub use threads::{MOST_THREADS, ThreadCountError, thread_count};
 pub use twins::{PERTURBATION, amplifies, perturbed, twin};

@@ -363,7 +363,7 @@ class Study:
         """Outputs (columns of the table of runs) as a function of factors, over arrays.
 
         `factors`: the columns of X; all that are not in `fixed` unless named. `fixed`: values of the others, texts among them.
-        `threads`: 0 for as many as the machine has.
+        `threads`: 0 for one per core, or `RAYON_NUM_THREADS`.
         """
     def run(
         self,

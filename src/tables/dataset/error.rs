@@ -54,6 +54,20 @@ pub enum DatasetError {
         /// What changed, a sentence each.
         differences: Vec<String>,
     },
+    /// The file system cannot lock files.
+    #[error(
+        "failed to lock {}: {source}: this file system has no file locks, which keep a second decore from the dataset (some network \
+         and shared folders have none, or their lock service is off); write to another file system, such as a local disk, and copy \
+         the result when it is complete",
+        path.display()
+    )]
+    NoLocks {
+        /// The lock's file.
+        path: PathBuf,
+        /// The system's words.
+        #[source]
+        source: io::Error,
+    },
     /// Another process writes to the dataset, or adds to the file of rows.
     #[error("{} is being written by another decore ({owner}); wait for it, or stop it first", path.display())]
     InUse {

@@ -1,7 +1,7 @@
 //! One writer per dataset or table of rows: a lock that ends with its process, however that ends.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -113,6 +113,11 @@ impl Lock {
                     let owner = String::from_utf8_lossy(&owner).trim().to_owned();
                     return Err(DatasetError::InUse { path: written.to_owned(), owner });
                 }
+                Err(TryLockError::Error(source)) if has_no_locks(&source) => {
+                    // Nothing stays of what was tried.
+                    let _ = fs::remove_file(&path);
+                    return Err(DatasetError::NoLocks { path, source });
+                }
                 Err(TryLockError::Error(error)) => return Err(failed_to("lock", &path)(error)),
             }
             // The owner before may have removed the file between our opening and locking it.
@@ -134,6 +139,12 @@ impl Lock {
     pub fn place(&self) -> &Place {
         &self.place
     }
+}
+
+/// Whether the file system refuses locks altogether: ENOSYS and EOPNOTSUPP, which are `Unsupported`, or ENOLCK.
+fn has_no_locks(error: &io::Error) -> bool {
+    const ENOLCK: i32 = if cfg!(target_os = "linux") { 37 } else { 77 };
+    error.kind() == ErrorKind::Unsupported || (cfg!(unix) && error.raw_os_error() == Some(ENOLCK))
 }
 
 /// Opens the lock's file, or makes it.

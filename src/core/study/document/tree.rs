@@ -7,6 +7,9 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{MOST_FAULTS, Place, Problem};
 
+/// Parts of a key that the parser takes at most.
+const MOST_PARTS: usize = 80;
+
 /// Text of a TOML file and its tree.
 #[derive(Debug, Clone)]
 pub(in crate::study) struct Document {
@@ -54,13 +57,17 @@ impl Document {
             .iter()
             .take(MOST_FAULTS)
             .map(|error| {
-                let place = error.span().map(|span| Place::in_text(name, (text, &begins), span));
-                let problem = Problem::new(place.unwrap_or_else(|| Place::in_file(name)), "", error.message());
-                match error.span().filter(|span| is_decimal_comma(text, span.start)) {
-                    Some(_) => {
-                        problem.expected("a point in a number, as in 5.0: a comma separates the entries of a list")
-                    }
-                    None => problem,
+                let place = |span: Range<usize>| Place::in_text(name, (text, &begins), span);
+                let Some(span) = error.span() else {
+                    // The parser names no place for keys that are nested too deep.
+                    let place = deep_key(text).map_or_else(|| Place::in_file(name), place);
+                    return Problem::new(place, "", error.message())
+                        .expected(format!("keys of at most {MOST_PARTS} parts with dots between them"));
+                };
+                let problem = Problem::new(place(span.clone()), "", error.message());
+                match is_decimal_comma(text, span.start) {
+                    true => problem.expected("a point in a number, as in 5.0: a comma separates the entries of a list"),
+                    false => problem,
                 }
             })
             .collect();
@@ -163,6 +170,16 @@ impl Document {
         }
         self.place(node.key.clone())
     }
+}
+
+/// Byte range of the first key with more than [`MOST_PARTS`] parts.
+fn deep_key(text: &str) -> Option<Range<usize>> {
+    let ends = |c: char| "[]{},=#\n".contains(c);
+    let is_deep =
+        |key: &&str| key.matches('.').count() >= MOST_PARTS && key.split('.').all(|part| !part.trim().is_empty());
+    let key = text.split(ends).map(str::trim).find(is_deep)?;
+    let start = key.as_ptr() as usize - text.as_ptr() as usize;
+    Some(start..start + key.len())
 }
 
 /// Whether a comma stands between two digits.

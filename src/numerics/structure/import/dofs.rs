@@ -11,7 +11,8 @@ use crate::structure::points::DOF_NAMES;
 
 /// Reads the table of a Nastran superelement, or a list of row labels, one line per row: `12.3` (CalculiX `.dof`), `12 3`,
 /// `5 12 3` (row first), with directions 1 to 6 (0: a modal coordinate) or names as `UX`, `ROTZ`, `x`, `rz` (ANSYS
-/// `.mapping`; a first line without numbers is a heading). The node's coordinates may follow the direction (`12 3 0.5 0 1.2`).
+/// `.mapping`; a first line without numbers is a heading). The node's coordinates may follow the direction (`12.3 0.5 0 1.2`,
+/// `12 3 0.5 0 1.2`).
 pub(super) fn parse_rows(file: &str, bytes: &[u8]) -> Result<Rows, StructureError> {
     if superelement::is_table(file, bytes)? {
         return superelement::parse(file, bytes);
@@ -24,6 +25,7 @@ pub(super) fn parse_rows(file: &str, bytes: &[u8]) -> Result<Rows, StructureErro
         let row = rows.labels.len() + 1;
         let (label, place) = match words[..] {
             [one] => (one.split_once('.').and_then(|(node, dof)| label(node, dof)), None),
+            [one, x, y, z] => (one.split_once('.').and_then(|(node, dof)| label(node, dof)), Some([x, y, z])),
             [node, dof] => (label(node, dof), None),
             [number, node, dof] if number.parse() == Ok(row) => (label(node, dof), None),
             [node, dof, x, y, z] => (label(node, dof), Some([x, y, z])),
@@ -86,6 +88,8 @@ mod tests {
         assert_eq!(read("# rows\n10 1\n12, 3\n7 0\n"), [dof(10, 0), dof(12, 2), dof(7, SCALAR)]);
         assert_eq!(read(" Eqn Node DOF\n 1 10 UX\n 2 10 ROTZ\n"), [dof(10, 0), dof(10, 5)]);
         let placed = parse_rows("d", b"10 1 0.5 0 1.25\n2 10 2 0.5 0 1.25\n").expect("valid");
+        assert_eq!((placed.labels.len(), placed.nodes.positions[&10]), (2, [0.5, 0.0, 1.25]));
+        let placed = parse_rows("d", b"10.1 0.5 0 1.25\n10.2\n").expect("valid");
         assert_eq!((placed.labels.len(), placed.nodes.positions[&10]), (2, [0.5, 0.0, 1.25]));
         for (text, line) in [("10.7\n", 1), ("10.1\n10\n", 2), ("1 10 UX\n3 10 UY\n", 2), ("", 1), ("x\ny\n", 2)] {
             let error = parse_rows("d", text.as_bytes()).expect_err(text).to_string();
