@@ -1,5 +1,6 @@
 //! A surrogate with all that predicts.
 
+use super::error::SurrogateError;
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
 use crate::dataset::DatasetInfo;
 use crate::regression::{GaussianProcess, Hyperparameters, Kernel, Points, Residuals, Success};
@@ -37,6 +38,22 @@ pub struct RowsProcess {
     pub values: Vec<f64>,
     /// The process.
     pub process: GaussianProcess,
+}
+
+impl Model {
+    /// Refuses a model that predicts nothing.
+    ///
+    /// # Errors
+    /// [`SurrogateError::Empty`].
+    pub fn check(&self) -> Result<(), SurrogateError> {
+        if self.outputs.iter().any(|output| output.process.is_some()) {
+            return Ok(());
+        }
+        let reason = |output: &OutputSurrogate| {
+            format!("`{}`: {}", output.output, output.refused.as_deref().unwrap_or("it has no rows"))
+        };
+        Err(SurrogateError::Empty { reasons: self.surrogate.outputs.iter().map(reason).collect() })
+    }
 }
 
 impl OutputModel {

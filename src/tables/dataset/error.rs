@@ -72,9 +72,10 @@ pub enum DatasetError {
         /// The dataset's folder.
         path: PathBuf,
     },
-    /// The dataset is another one than that which was opened.
+    /// The dataset is another one than that which was opened, or is being changed.
     #[error(
-        "{} holds another study, or more rows, than when it was opened: it was replaced or grown since; open it again",
+        "{} is not as it was when it was opened: it was replaced or grown since, or a sweep replaces parts of it now; open it \
+         again (if that does not help, `decore verify` lists what is damaged, when no sweep writes)",
         path.display()
     )]
     Replaced {
@@ -208,7 +209,11 @@ pub enum DatasetError {
     #[error("failed to put the columns of a table together: {0}")]
     Batch(#[from] ArrowError),
     /// A part is not the one that was written.
-    #[error("{}: {found}, expected {expected}; the file was changed or damaged: write the dataset anew, or run the sweep again to compute the part's rows again", path.display())]
+    #[error(
+        "{}: {found}, expected {expected}; the file was changed or damaged: `decore verify` lists all faults, and the same \
+         `decore run` computes the rows of damaged parts again",
+        path.display()
+    )]
     Damaged {
         /// The part.
         path: PathBuf,
@@ -264,6 +269,18 @@ impl DatasetError {
     /// Whether a manifest is gone or damaged, so that what it said must come from the parts.
     pub(super) fn is_lost_manifest(&self) -> bool {
         matches!(self, Self::Missing { .. } | Self::Manifest { .. } | Self::Seal { .. })
+    }
+
+    /// Whether files of a dataset are damaged, missing or foreign, so that what it holds cannot be read.
+    pub fn is_damage(&self) -> bool {
+        matches!(
+            self,
+            Self::Damaged { .. }
+                | Self::Stray { .. }
+                | Self::Unvouched { .. }
+                | Self::Manifest { .. }
+                | Self::Seal { .. }
+        )
     }
 
     /// Whether it is the request that is wrong (a folder in use, names that clash, a column that is not there), not the

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use memmap2::{MmapMut, MmapOptions};
 use twox_hash::XxHash64;
 
-use super::durable::{failed_to, sync_folder};
+use super::durable::{failed_to, refuse_link, sync_folder};
 use super::error::DatasetError;
 use super::lock::Place;
 use super::record::StoredRow;
@@ -159,6 +159,7 @@ impl State {
 impl BlockFile {
     /// Opens a file behind its last whole row, or makes it.
     fn open(path: &Path) -> io::Result<Self> {
+        refuse_link(path)?;
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         if file.seek(SeekFrom::End(0))? == 0 {
             file.write_all(MAGIC)?;
@@ -283,7 +284,9 @@ fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     };
     let mut paths = Vec::new();
     for entry in entries {
-        paths.push(entry.map_err(failed_to("read the folder", &folder))?.path());
+        let path = entry.map_err(failed_to("read the folder", &folder))?.path();
+        refuse_link(&path).map_err(failed_to("open", &path))?;
+        paths.push(path);
     }
     paths.sort();
     Ok(paths)

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::durable::failed_to;
+use super::durable::{failed_to, refuse_link};
 use super::error::DatasetError;
 use crate::files::{Limit, read};
 
@@ -138,6 +138,7 @@ impl Lock {
 
 /// Opens the lock's file, or makes it.
 fn open(path: &Path) -> io::Result<File> {
+    refuse_link(path)?;
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).truncate(false);
     #[cfg(windows)]
