@@ -35,9 +35,9 @@ pub enum Exit {
     Interrupted = 5,
     /// Stopped because more rows failed than were allowed.
     TooManyFailed = 6,
-    /// Another process writes to the dataset.
+    /// Another process writes to the dataset, or changed it while it was read.
     InUse = 7,
-    /// A dataset that was verified is not whole.
+    /// A dataset that was verified or read is not whole.
     NotWhole = 8,
     /// Two datasets that were compared differ.
     Differ = 9,
@@ -101,7 +101,8 @@ impl Failure {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Dataset(error) | Self::Engine(EngineError::Dataset(error)) => match error {
-                DatasetError::InUse { .. } => Exit::InUse,
+                DatasetError::InUse { .. } | DatasetError::Replaced { .. } => Exit::InUse,
+                error if error.is_damage() => Exit::NotWhole,
                 error if error.is_usage() => Exit::BadInput,
                 _ => Exit::NotWritten,
             },

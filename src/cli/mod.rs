@@ -58,8 +58,8 @@ const EXIT_CODES: &str = "Exit codes:
      says why; check: no row can run; analyse: intervals are not as narrow as --grow-until asks
   5  interrupted; the rows that had started are finished and written: the same command goes on
   6  more rows failed than --max-failed allows; what is done is written
-  7  another decore writes to the dataset
-  8  verify: something of the dataset is damaged, missing (rows still to come included) or foreign
+  7  another decore writes to the dataset, or changed it while it was read
+  8  files of the dataset are damaged, missing or foreign; verify: rows still to come are missing too
   9  compare: the datasets differ";
 
 /// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.

@@ -44,15 +44,15 @@ impl Stored {
         Ok(Self { reader: DatasetReader::open(folder)? })
     }
 
-    /// The study as the dataset was made; file names in it start in `files`.
+    /// The study as the dataset was made, with the hammers that the dataset keeps; the names of other files start in `files`.
     ///
     /// # Errors
     /// Those of [`Study::parse`]: files that the study names and that are not there.
     pub fn study(&self, files: &Path) -> Result<Study, Failure> {
         let made = &self.reader.manifest().study;
         let name = format!("the study of {}", self.reader.folder().display());
-        let study =
-            Study::parse(&made.study_text, files, &name).and_then(|study| study.with_overrides(&made.overrides));
+        let study = Study::parse_with_hammers(&made.study_text, files, &name, made.hammer_files.clone())
+            .and_then(|study| study.with_overrides(&made.overrides));
         study.map_err(|error| {
             let advice = format!(
                 "file names of a dataset's study start in {}; `--files-in` names another folder",
@@ -114,7 +114,7 @@ impl Stored {
     fn visit(&self, table: TableName, row: u64, mut take: impl FnMut(&[Cell<'_>])) -> Result<(), Failure> {
         let names: Vec<&str> = self.reader.columns(table).iter().map(|column| column.name.as_str()).collect();
         let place = names.iter().position(|name| *name == RowRecord::row.name);
-        Ok(self.reader.visit(table, &names, |cells| {
+        Ok(self.reader.visit_block_of(row, (table, &names), |cells| {
             if place.and_then(|place| cells.get(place)) == Some(&Some(Value::Count(row))) {
                 take(cells);
             }

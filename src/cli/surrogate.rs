@@ -65,6 +65,7 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
     let (outputs, least_q2) = (arguments.outputs.clone(), arguments.least_q2);
     let settings = SurrogateSettings { outputs, least_q2, ..SurrogateSettings::default() };
     let model = crate::surrogate::fit(&reader, &settings)?;
+    model.check()?;
     if let (Some(path), Some(predictor)) = (&arguments.output, &predictor) {
         crate::surrogate::write(&model, path)?;
         write_file(predictor, PREDICTOR)?;

@@ -142,7 +142,8 @@ impl Dataset {
         }
         let reader = Arc::clone(&self.reader);
         let settings = SurrogateSettings { outputs, least_q2, ..SurrogateSettings::default() };
-        let model = Work::new(move |_| fit(&reader, &settings)).wait(py)?.map_err(|error| error.raise(py))?;
+        let fitted = move |_: &_| fit(&reader, &settings).and_then(|model| model.check().map(|()| model));
+        let model = Work::new(fitted).wait(py)?.map_err(|error| error.raise(py))?;
         Ok(Surrogate::new(model))
     }
 

@@ -67,13 +67,11 @@ pub struct ReportSettings {
     pub rank_by: String,
     /// Number of best rows. Default 5.
     pub best: usize,
-    /// Whether all files are compared with their checksums, for which they are read a second time. Default: no.
-    pub checksums: bool,
 }
 
 impl Default for ReportSettings {
     fn default() -> Self {
-        Self { rank_by: DEFAULT_RANKING.to_owned(), best: 5, checksums: false }
+        Self { rank_by: DEFAULT_RANKING.to_owned(), best: 5 }
     }
 }
 
@@ -192,8 +190,6 @@ pub struct Report {
     pub ranges: Vec<Range>,
     /// Row with the largest absolute energy residual.
     pub worst_residual: Option<WorstResidual>,
-    /// Files that are no parts of the dataset, in words, and damaged ones if checksums were asked for.
-    pub damage: Vec<String>,
     #[serde(skip)]
     pub(super) spans: Spans,
 }
@@ -202,14 +198,14 @@ pub struct Report {
 ///
 /// # Errors
 /// [`DatasetError::UnknownColumn`] or [`DatasetError::NotANumber`] if rows cannot be ranked by the column asked for;
-/// those of reading. Damaged files that can still be read are no error: they are named in the report.
+/// those of reading, [`DatasetError::Damaged`] among them.
 pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Report, DatasetError> {
     let ranking = reader.column(TableName::Runs, &settings.rank_by)?.clone();
     if ranking.unit.is_empty() {
         return Err(DatasetError::NotANumber { table: TableName::Runs.folder(), column: ranking.name });
     }
     let study = &reader.manifest().study;
-    let mut report = Report {
+    let report = Report {
         folder: reader.folder().to_owned(),
         study_name: study.study_name.clone(),
         study_hash: study.study_hash.clone(),
@@ -226,11 +222,8 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         best: Vec::new(),
         ranges: Vec::new(),
         worst_residual: None,
-        damage: Vec::new(),
         spans: Spans::default(),
     };
-    let damage = if settings.checksums { reader.damage() } else { reader.strays() };
-    report.damage = damage.iter().map(ToString::to_string).collect();
     let mut gatherer = Gatherer::new(reader.columns(TableName::Runs), settings, report);
     reader.visit(TableName::Runs, &gatherer.names(), |cells| gatherer.row(cells))?;
     Ok(gatherer.finish())

@@ -21,9 +21,6 @@ impl fmt::Display for Report {
         // A width that is asked for (`{:60}`) is that of the terminal.
         self.write_ranges(f, f.width().unwrap_or(usize::MAX))?;
         self.write_residual(f)?;
-        for damage in &self.damage {
-            writeln!(f, "\nDAMAGED: {damage}")?;
-        }
         writeln!(f, "\nTables")?;
         for table in &self.tables {
             let glob = self.folder.join(table).join("*.parquet");

@@ -24,6 +24,12 @@ pub enum SurrogateError {
         /// Its column.
         output: String,
     },
+    /// No output has a model.
+    #[error("no output has a model: {}; run more rows, or choose other outputs with --outputs", reasons.join("; "))]
+    Empty {
+        /// For each output its name and the reason.
+        reasons: Vec<String>,
+    },
     /// A file that is no model.
     #[error(
         "{} is no model that can be used: {reason}; `decore surrogate DATASET --output FILE` writes one",

@@ -54,6 +54,7 @@ struct Figures {
 /// [`SurrogateError::Dataset`] for a name that does not end in `.parquet` or lies where a dataset keeps its own files,
 /// [`SurrogateError::Write`].
 pub fn write(model: &Model, path: &Path) -> Result<(), SurrogateError> {
+    model.check()?;
     check_ending(path, &["parquet"])?;
     check_free(path, &[])?;
     let fault = |reason: String| SurrogateError::Write { path: path.to_owned(), reason };
@@ -127,7 +128,11 @@ pub fn read(path: &Path) -> Result<Model, SurrogateError> {
         return Err(fault("its bytes are not those that were written: it is cut or was changed".to_owned()));
     }
     let decoded = shielded(|| decoded(Bytes::from(bytes)));
-    decoded.unwrap_or_else(|| Err("it is damaged".to_owned())).map_err(fault)
+    let model = decoded.unwrap_or_else(|| Err("it is damaged".to_owned())).and_then(|model| match model.check() {
+        Ok(()) => Ok(model),
+        Err(empty) => Err(empty.to_string()),
+    });
+    model.map_err(fault)
 }
 
 fn decoded(bytes: Bytes) -> Result<Model, String> {

@@ -1,5 +1,6 @@
 //! A surrogate with all that predicts.
 
+use super::error::SurrogateError;
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
 use crate::dataset::DatasetInfo;
 use crate::regression::{GaussianProcess, Hyperparameters, Kernel, Points, Residuals, Spread, Success};
@@ -47,6 +48,20 @@ impl Model {
             processes.any(|process| process.rows.binary_search(row).is_ok())
         };
         (0..rows).filter(modelled).collect()
+    }
+
+    /// Refuses a model that predicts nothing.
+    ///
+    /// # Errors
+    /// [`SurrogateError::Empty`].
+    pub fn check(&self) -> Result<(), SurrogateError> {
+        if self.outputs.iter().any(|output| output.process.is_some()) {
+            return Ok(());
+        }
+        let reason = |output: &OutputSurrogate| {
+            format!("`{}`: {}", output.output, output.refused.as_deref().unwrap_or("it has no rows"))
+        };
+        Err(SurrogateError::Empty { reasons: self.surrogate.outputs.iter().map(reason).collect() })
     }
 }
 

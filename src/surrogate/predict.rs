@@ -44,7 +44,7 @@ impl Predicted {
 /// Predicts the rows of a CSV or Parquet file with a column for each factor, named like it or `factor_` and its name.
 ///
 /// # Errors
-/// [`SurrogateError::Table`] for a file or a cell that cannot be read, naming the row and the column.
+/// [`SurrogateError::Table`] for a file or a cell that cannot be read, naming the row and the column; [`SurrogateError::Empty`].
 pub fn predict(model: &Model, table: &Path) -> Result<Predicted, SurrogateError> {
     let factors = &model.surrogate.factors;
     let names: Vec<&str> = factors.iter().map(|factor| factor.name.as_str()).collect();
@@ -65,8 +65,10 @@ pub struct Row<'a> {
 /// Predicts rows.
 ///
 /// # Errors
-/// [`SurrogateError::Table`] for a cell that cannot be read, naming the row and the factor.
+/// [`SurrogateError::Table`] for a cell that cannot be read, naming the row and the factor; [`SurrogateError::Empty`] for a model that
+/// predicts nothing.
 pub fn predict_rows(model: &Model, rows: &[Row<'_>]) -> Result<Predicted, SurrogateError> {
+    model.check()?;
     let factors = &model.surrogate.factors;
     let values = rows.iter().map(|row| read_row(model, row)).collect::<Result<Vec<Vec<f64>>, _>>()?;
     let named = |output: &str| {

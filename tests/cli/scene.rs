@@ -118,12 +118,9 @@ fn a_stored_row_is_run_again_and_compared() {
     let mut arguments = vec!["run", grid.to_str().expect("path"), "--output", "out"];
     arguments.extend(QUICK);
     decore(scratch.path(), &arguments, 0);
-    // Its hammer file is beside the study, not beside the dataset.
-    let lost = text(&decore(scratch.path(), &["scene", "out", "--row", "2"], 2).stderr);
-    assert!(lost.contains("hammers/default.toml") && lost.contains("--files-in"), "{lost}");
-    let files = study("");
+    // Its hammer file is beside the study, not beside the dataset: the dataset keeps the text.
     let again = |further: &[&str]| {
-        let mut arguments = vec!["scene", "out", "--row", "2", "--files-in", files.to_str().expect("path")];
+        let mut arguments = vec!["scene", "out", "--row", "2"];
         arguments.extend(further);
         decore(scratch.path(), &arguments, 0)
     };
@@ -143,8 +140,10 @@ fn a_stored_row_is_run_again_and_compared() {
     // With another value it is another row.
     let other = again(&["--set", "duration_s=0.14"]);
     assert!(!text(&other.stdout).contains("stored row"));
-    let far = ["scene", "out", "--row", "900", "--files-in", files.to_str().expect("path")];
-    let none = text(&decore(scratch.path(), &far, 2).stderr);
+    // A hammer file that is set over the study's is read, from where `--files-in` says.
+    let lost = text(&decore(scratch.path(), &["scene", "out", "--set", "hammer.hammer.file=mine.toml"], 2).stderr);
+    assert!(lost.contains("mine.toml") && lost.contains("hammer file"), "{lost}");
+    let none = text(&decore(scratch.path(), &["scene", "out", "--row", "900"], 2).stderr);
     assert!(none.contains("--row is 900"), "{none}");
 }
 

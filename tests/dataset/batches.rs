@@ -47,6 +47,50 @@ fn a_damaged_part_ends_the_batches_with_its_name() {
 }
 
 #[test]
+fn a_part_that_a_sweep_replaced_is_told_from_a_damaged_one() {
+    let scratch = TempDir::new().expect("scratch");
+    let folder = scratch.path();
+    let write = |rows: std::ops::Range<u64>| {
+        let mut writer = DatasetWriter::create(folder, &info(), Existing::Resume).expect("opened");
+        rows.for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
+        writer
+    };
+    write(0..100).finish().expect("finished");
+    let reader = DatasetReader::open(folder).expect("a dataset");
+    let rows = |table: TableName| {
+        let mut rows = Vec::new();
+        reader.visit(table, &["row"], |cells| rows.extend(cells[0].and_then(|row| row.number()))).map(|()| rows)
+    };
+    let before = TableName::ALL.map(|table| rows(table).expect("read"));
+    // Rows that are not yet in a part change nothing for the reader.
+    let writer = write(100..120);
+    assert_eq!(TableName::ALL.map(|table| rows(table).expect("read")), before);
+    // A part that is not the manifest's while a sweep writes may be one that is about to be listed.
+    let part = folder.join("runs/runs-000000000064.parquet");
+    let bytes = std::fs::read(&part).expect("part");
+    std::fs::write(&part, "not listed").expect("written");
+    assert!(matches!(rows(TableName::Runs), Err(DatasetError::Replaced { .. })));
+    drop(writer);
+    let error = rows(TableName::Runs).expect_err("nobody writes");
+    assert!(matches!(&error, DatasetError::Damaged { .. }) && error.to_string().contains("decore verify"), "{error}");
+    std::fs::write(&part, bytes).expect("restored");
+    write(120..ROWS).finish().expect("finished");
+    for table in TableName::ALL {
+        let error = rows(table).expect_err("replaced");
+        assert!(matches!(&error, DatasetError::Replaced { path } if *path == folder), "{table:?}: {error}");
+    }
+    let mut again = 0;
+    let reader = DatasetReader::open(folder).expect("a dataset");
+    reader.visit(TableName::Runs, &["row"], |_| again += 1).expect("read");
+    assert_eq!(again, ROWS);
+    // A row is looked for in its own part.
+    std::fs::remove_file(folder.join("runs/runs-000000000000.parquet")).expect("removed");
+    let found = |row: u64| reader.visit_block_of(row, (TableName::Runs, &["row"]), |_| ());
+    let error = found(63).expect_err("gone").to_string();
+    assert!(found(64).is_ok() && error.contains("there is no such file"), "{error}");
+}
+
+#[test]
 fn a_dataset_that_was_replaced_is_not_read_as_what_it_was() {
     let (_scratch, folder) = dataset();
     let reader = DatasetReader::open(&folder).expect("a dataset");

@@ -67,9 +67,10 @@ fn lost_timings_cost_no_row() {
             None => fs::remove_file(&path).expect("removed"),
             Some(damage) => fs::write(&path, damage).expect("written"),
         }
-        // Readers go on; what is wrong with the file is among the damage.
-        let reader = DatasetReader::open(&folder).expect("opened");
-        assert_eq!(reader.damage().len(), 1, "{:?}", reader.damage());
+        // Readers of other tables go on; what is wrong with the file is among the faults.
+        assert_eq!(wall_times(&folder), times);
+        let found = verify(&folder).expect("verified");
+        assert_eq!(found.faults.len(), 1, "{:?}", found.faults);
         let resumed = resume(&folder).expect("resumed");
         assert_eq!((resumed.again, resumed.damaged.len()), (0, 0), "{:?}", resumed.damaged);
         assert!(resumed.notes[0].contains("timings.json is lost or damaged"), "{:?}", resumed.notes);
@@ -82,6 +83,9 @@ fn lost_timings_cost_no_row() {
     fs::write(folder.join("timings/timings-000000000000.parquet"), "garbage").expect("written");
     fs::remove_file(folder.join("timings/timings-000000000128.parquet")).expect("removed");
     fs::remove_file(&path).expect("removed");
+    let reader = DatasetReader::open(&folder).expect("opened");
+    let error = reader.visit(TableName::Timings, &["row"], |_| ()).expect_err("refused").to_string();
+    assert!(error.contains("timings-000000000000.parquet") && error.contains("64 rows from row 0"), "{error}");
     let resumed = resume(&folder).expect("resumed");
     assert_eq!((resumed.again, resumed.damaged.len()), (0, 0), "{:?}", resumed.damaged);
     assert!(resumed.notes.iter().any(|note| note.contains("wall times of 86 rows are lost")), "{:?}", resumed.notes);
@@ -277,10 +281,11 @@ fn a_merge_goes_on_without_timings() {
     assert!(merged.notes.len() == 1 && merged.notes[0].contains("wall times of 36 rows"), "{:?}", merged.notes);
     assert_eq!(contract(&scratch.path().join("merged")), contract(&whole));
     // Neither shard may lie within the output, nor the output within a shard.
-    for output in [shards[0].join("runs"), scratch.path().to_owned()] {
+    for output in [shards[0].join("runs"), scratch.path().to_owned(), shards[0].join("merged"), shards[1].join("a/b")] {
         let error = merge(&shards, &output, Existing::Replace).expect_err("refused").to_string();
         assert!(error.contains("folder of its own"), "{error}");
     }
+    assert!(!shards[0].join("merged").exists() && !shards[1].join("a").exists());
 }
 
 /// A copy of a dataset's files.
@@ -397,15 +402,17 @@ fn verify_reads_everything_and_strays_are_named() {
         assert!(found.len() == 1 && found[0].contains(words), "{name}: {found:?}");
         restore(&folder, &origin);
     }
-    // A resumed run and a report name strays and leave them.
+    // A resumed run names strays and leaves them, a reader refuses them.
     fs::write(folder.join(stray), "a copy").expect("written");
     let resumed = resume(&folder).expect("resumed");
     assert!(resumed.notes.len() == 1 && resumed.notes[0].contains("(1).parquet"), "{:?}", resumed.notes);
+    assert!(faults()[0].contains("move it elsewhere"), "{:?}", faults());
     let reader = DatasetReader::open(&folder).expect("opened");
-    assert!(reader.damage()[0].to_string().contains("move it elsewhere"), "{:?}", reader.damage());
     assert!(reader.damage_at_a_glance().len() == 1 && folder.join(stray).exists());
-    let report = summarise(&reader, &ReportSettings::default()).expect("summarised").to_string();
-    assert!(report.contains("(1).parquet") && report.contains("move it elsewhere"), "{report}");
+    let error = summarise(&reader, &ReportSettings::default()).expect_err("refused").to_string();
+    assert!(error.contains("(1).parquet") && error.contains("move it elsewhere"), "{error}");
+    let error = reader.batches(TableName::Blows).next().expect("an error").expect_err("refused").to_string();
+    assert!(error.contains("(1).parquet"), "{error}");
     // Rows still to come are no fault of the files, but the dataset is not whole.
     let scratch = TempDir::new().expect("scratch folder");
     let mut writer = DatasetWriter::create(scratch.path(), &info(), Existing::Refuse).expect("created");

@@ -6,6 +6,7 @@ mod cluster;
 mod compare;
 mod durable;
 mod features;
+mod flips;
 mod formats;
 mod groups;
 mod growth;

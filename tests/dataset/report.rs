@@ -50,19 +50,22 @@ fn equal_rows_are_ranked_by_index() {
     assert_eq!(best, [0, 1, 2]);
 }
 
-/// Blows are not read for a report: only their checksums, on request, tell that they are damaged.
+/// A report reads the runs and nothing else.
 #[test]
-fn checksums_are_compared_on_request() {
+fn a_damaged_part_is_refused_by_a_report_that_reads_it() {
     let (_scratch, folder) = dataset();
-    std::fs::write(folder.join("blows/blows-000000000064.parquet"), "no table").expect("written");
     let reader = DatasetReader::open(&folder).expect("opened");
-    let damage = |checksums: bool| {
-        let settings = ReportSettings { checksums, ..ReportSettings::default() };
-        summarise(&reader, &settings).expect("summarised").damage
-    };
-    let (unasked, asked) = (damage(false), damage(true));
-    assert!(unasked.is_empty() && asked.len() == 1, "{asked:?}");
-    assert!(asked[0].contains("blows-000000000064.parquet"), "{asked:?}");
+    let report = || summarise(&reader, &ReportSettings::default());
+    let whole = report().expect("summarised");
+    std::fs::write(folder.join("blows/blows-000000000064.parquet"), "no table").expect("written");
+    assert_eq!(report().expect("summarised"), whole);
+    std::fs::copy(folder.join("runs/runs-000000000000.parquet"), folder.join("runs/runs-000000000064.parquet"))
+        .expect("copied over");
+    let error = report().expect_err("refused");
+    assert!(
+        matches!(&error, DatasetError::Damaged { path, .. } if path.ends_with("runs-000000000064.parquet")),
+        "{error}"
+    );
 }
 
 #[test]

@@ -30,6 +30,7 @@ pub fn info() -> DatasetInfo {
         rows_hash: String::new(),
         overrides: Vec::new(),
         inputs: BTreeMap::new(),
+        hammer_files: BTreeMap::new(),
         settings: BTreeMap::new(),
         seed: 18_446_744_073_709_551_615,
         program_version: "0.1.0".to_owned(),

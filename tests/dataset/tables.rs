@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record, write};
 use decore::dataset::{
     Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, RowSpan, Source, TableName,
-    merge, rows_per_part,
+    merge, rows_per_part, verify,
 };
 use decore::quantity::{Kind, Value};
 use tempfile::TempDir;
@@ -52,7 +52,7 @@ fn every_value_comes_back() {
     // Status, reason and a factor of every row; of one that is done the percussions of two hammers, the lesser of them, a casting's
     // fastest point, and warnings.
     assert_eq!((row, texts), (ROWS, 3 * ROWS + 5 * 129));
-    assert!(reader.damage().is_empty());
+    assert_eq!(verify(&folder).expect("verified").faults, Vec::<String>::new());
 }
 
 #[test]
@@ -291,7 +291,7 @@ fn damage_is_named() {
     let missing = folder.join("blows/blows-000000000128.parquet");
     fs::remove_file(&missing).expect("removed");
     let reader = DatasetReader::open(&folder).expect("opened");
-    let damage: Vec<String> = reader.damage().iter().map(ToString::to_string).collect();
+    let damage = verify(&folder).expect("verified").faults;
     assert_eq!(damage.len(), 2, "{damage:?}");
     assert!(damage[0].contains("runs-000000000064.parquet") && damage[0].contains("BLAKE3"), "{damage:?}");
     assert!(damage[1].contains("blows-000000000128.parquet"), "{damage:?}");

@@ -27,6 +27,7 @@ pub fn dataset_info(
         rows_hash: checked.rows_hash(checked.row_count()),
         overrides: study.overrides(),
         inputs,
+        hammer_files: study.hammer_files(),
         settings,
         seed: study.seed(),
         program_version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -1,5 +1,6 @@
 //! A study as loaded: read, with all that it names, but not yet held to a machine.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::document::error::{Place, Problem, StudyError};
@@ -62,7 +63,8 @@ impl Study {
             .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
         let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let document = document(&path.display().to_string(), &text)?;
-        Self::build(Typed { document, file: Some(path.to_path_buf()), directory, overrides: Vec::new() })
+        let file = Some(path.to_path_buf());
+        Self::build(Typed { document, file, directory, hammers: BTreeMap::new(), overrides: Vec::new() })
     }
 
     /// Reads a study from a text. `directory`: where relative file names start; `name`: the file's name in messages.
@@ -70,8 +72,21 @@ impl Study {
     /// # Errors
     /// [`StudyError::Invalid`] with all faults found.
     pub fn parse(text: &str, directory: &Path, name: &str) -> Result<Self, StudyError> {
+        Self::parse_with_hammers(text, directory, name, BTreeMap::new())
+    }
+
+    /// As [`Study::parse`], with the texts of hammer files by the name that the study gives them; these files are not opened.
+    ///
+    /// # Errors
+    /// As for [`Study::parse`].
+    pub fn parse_with_hammers(
+        text: &str,
+        directory: &Path,
+        name: &str,
+        hammers: BTreeMap<String, String>,
+    ) -> Result<Self, StudyError> {
         let (document, directory) = (document(name, text)?, directory.to_path_buf());
-        Self::build(Typed { document, file: None, directory, overrides: Vec::new() })
+        Self::build(Typed { document, file: None, directory, hammers, overrides: Vec::new() })
     }
 
     /// The study with further values set, each `path=value`, over the file's and the factors' values.
@@ -150,7 +165,7 @@ impl Study {
             let at = ["hammer", name.as_str(), "file"].map(str::to_string);
             for candidate in self.candidates(&at) {
                 let key = path::join(&candidate.at);
-                let read = self.scenes.library.read(&self.typed.directory, &candidate.value, candidate.place, &key);
+                let read = self.scenes.library.read(&self.typed, &candidate.value, candidate.place, &key);
                 problems.extend(read.err().into_iter().flatten());
             }
         }
@@ -162,9 +177,11 @@ impl Study {
         &self.typed.document.name
     }
 
-    /// All files that the study reads, as paths to open: its own, hammer files, tables of rows, those of its machines.
+    /// All files that the study reads, as paths to open: its own, hammer files, tables of rows, the files of its machines.
     pub fn files(&self) -> Vec<PathBuf> {
-        let hammers = self.scenes.library.files().map(|name| self.typed.directory.join(name));
+        let is_opened = |name: &&str| !self.typed.hammers.contains_key(*name);
+        let hammers = self.scenes.library.texts().map(|(name, _)| name).filter(is_opened);
+        let hammers = hammers.map(|name| self.typed.directory.join(name));
         let rows = self.plan.files.iter().map(|file| self.typed.directory.join(&file.name));
         let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
         let machines = machines.flat_map(|settings| settings.source.files()).map(|(_, path)| path.to_path_buf());
@@ -175,6 +192,11 @@ impl Study {
     pub fn row_file(&self) -> Option<PathBuf> {
         let file = self.plan.files.first().filter(|_| matches!(self.plan.design.kind(), Kind::Table(_)))?;
         Some(self.typed.directory.join(&file.name))
+    }
+
+    /// Texts of the hammer files, by the name that the study gives them.
+    pub fn hammer_files(&self) -> BTreeMap<String, String> {
+        self.scenes.library.texts().map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
     }
 
     /// The text of the study file.

@@ -52,6 +52,8 @@ pub fn read(path: &Path, limit: Limit) -> io::Result<Vec<u8>> {
     let most = if known.is_file() { limit.bytes } else { limit.bytes.min(MOST_STREAMED) };
     let mut bytes = Vec::new();
     if known.len() <= most {
+        // One byte more than there should be: the end is seen without growing.
+        bytes.try_reserve_exact(usize::try_from(known.len()).unwrap_or(usize::MAX).saturating_add(1))?;
         file.take(most + 1).read_to_end(&mut bytes)?;
     }
     if known.len() > most || bytes.len() as u64 > most {

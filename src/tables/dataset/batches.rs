@@ -12,8 +12,9 @@ use super::column::{Column, Source};
 use super::columns::{Columns, TableName};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
+use super::manifest::Part;
 use super::parquet_file::{batch, schema};
-use super::reader::{DatasetReader, open_part};
+use super::reader::{DatasetReader, Opening};
 use super::record::{TableColumns, check_record};
 use crate::quantity::CellColumn;
 
@@ -49,14 +50,16 @@ fn push(table: &mut [CellColumn], columns: &[Column], source: &Source<'_>) {
     table.iter_mut().zip(columns).for_each(|(cells, column)| cells.push(column.cell(source)));
 }
 
-/// Batches of a table of a dataset, part by part; memory is bounded by one of them.
+/// Batches of a table of a dataset, part by part; memory is bounded by one part.
 pub struct Batches {
     schema: SchemaRef,
-    /// The dataset's folder, and the hash of its study.
-    dataset: (PathBuf, String),
+    folder: PathBuf,
+    opening: Opening,
+    /// The reason why the table is not read at all.
+    fault: Option<DatasetError>,
     /// Parts that have not been begun.
-    left: VecDeque<PathBuf>,
-    /// The part that is being read, and where it is.
+    left: VecDeque<Part>,
+    /// The part that is being read, and its path.
     part: Option<(PathBuf, ParquetRecordBatchReader)>,
 }
 
@@ -66,26 +69,24 @@ impl DatasetReader {
     ///
     /// Batches fail as [`DatasetReader::visit`] does, with the error of this library inside the Arrow library's.
     pub fn batches(&self, table: TableName) -> Batches {
-        let left = self.parts(table).iter().map(|part| self.folder().join(&part.file)).collect();
-        let study = &self.manifest().study;
-        let dataset = (self.folder().to_owned(), study.study_hash.clone());
-        Batches { schema: schema(study, self.columns(table)), dataset, left, part: None }
+        let schema = schema(&self.manifest().study, self.columns(table));
+        let (left, fault) = match self.whole(table) {
+            Ok(parts) => (parts.iter().cloned().collect(), None),
+            Err(fault) => (VecDeque::new(), Some(fault)),
+        };
+        Batches { schema, folder: self.folder().to_owned(), opening: self.opening(), fault, left, part: None }
     }
 }
 
 impl Batches {
-    fn open(&self, path: PathBuf) -> Result<(PathBuf, ParquetRecordBatchReader), DatasetError> {
-        let (folder, study_hash) = &self.dataset;
-        let reader = open_part(folder, &path, study_hash)?.batches(BATCH_ROWS);
-        let reader = reader.map_err(|source| DatasetError::Parquet { path: path.clone(), source })?;
-        Ok((path, reader))
-    }
-
     fn read(&mut self) -> Result<Option<RecordBatch>, DatasetError> {
+        if let Some(fault) = self.fault.take() {
+            return Err(fault);
+        }
         loop {
             if self.part.is_none() {
-                let Some(path) = self.left.pop_front() else { return Ok(None) };
-                self.part = Some(self.open(path)?);
+                let Some(part) = self.left.pop_front() else { return Ok(None) };
+                self.part = Some((self.folder.join(&part.file), self.opening.open(&part)?.batches(BATCH_ROWS)?));
             }
             let Some((path, reader)) = &mut self.part else { return Ok(None) };
             let Some(batch) = reader.next() else {

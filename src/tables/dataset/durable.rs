@@ -15,6 +15,18 @@ pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) ->
     move |source| DatasetError::Io { action, path, source }
 }
 
+/// Refuses a symbolic link in the place of a file that is written to where it is: the link's target would be overwritten.
+///
+/// # Errors
+/// [`io::ErrorKind::InvalidInput`].
+pub fn refuse_link(path: &Path) -> io::Result<()> {
+    if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink()) {
+        let message = "it is a symbolic link, which decore never makes here: remove the link";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
+    Ok(())
+}
+
 /// A file that is complete and synced in the staging folder, not yet in place.
 pub struct StagedFile(Staged);
 

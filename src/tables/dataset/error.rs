@@ -86,9 +86,10 @@ pub enum DatasetError {
         /// The dataset's folder.
         path: PathBuf,
     },
-    /// The dataset is another one than that which was opened.
+    /// The dataset is another one than that which was opened, or is being changed.
     #[error(
-        "{} holds another study, or more rows, than when it was opened: it was replaced or grown since; open it again",
+        "{} is not as it was when it was opened: it was replaced or grown since, or a sweep replaces parts of it now; open it \
+         again (if that does not help, `decore verify` lists what is damaged, when no sweep writes)",
         path.display()
     )]
     Replaced {
@@ -232,7 +233,11 @@ pub enum DatasetError {
     #[error("failed to put the columns of a table together: {0}")]
     Batch(#[from] ArrowError),
     /// A part is not the one that was written.
-    #[error("{}: {found}, expected {expected}; the file was changed or damaged: write the dataset anew, or run the sweep again to compute the part's rows again", path.display())]
+    #[error(
+        "{}: {found}, expected {expected}; the file was changed or damaged: `decore verify` lists all faults, and the same \
+         `decore run` computes the rows of damaged parts again",
+        path.display()
+    )]
     Damaged {
         /// The part.
         path: PathBuf,
@@ -299,6 +304,18 @@ impl DatasetError {
             Self::Seal { path } => format!("{}: its contents do not match its checksum", path.display()),
             other => other.to_string(),
         }
+    }
+
+    /// Whether files of a dataset are damaged, missing or foreign, so that what it holds cannot be read.
+    pub fn is_damage(&self) -> bool {
+        matches!(
+            self,
+            Self::Damaged { .. }
+                | Self::Stray { .. }
+                | Self::Unvouched { .. }
+                | Self::Manifest { .. }
+                | Self::Seal { .. }
+        )
     }
 
     /// Whether it is the request that is wrong (a folder in use, names that clash, a column that is not there), not the

@@ -71,6 +71,9 @@ pub struct DatasetInfo {
     pub overrides: Vec<String>,
     /// BLAKE3 of the files that the rows depend on besides, by the key and name of the file.
     pub inputs: BTreeMap<String, String>,
+    /// Text of each hammer file that the study names, by the name that the study gives it: rows can be run again without the files.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub hammer_files: BTreeMap<String, String>,
     /// Settings outside the study that the rows' results depend on, by name.
     pub settings: BTreeMap<String, String>,
     /// Seed of the design.
@@ -127,6 +130,7 @@ impl DatasetInfo {
             rows_hash: String::new(),
             overrides: Vec::new(),
             inputs: BTreeMap::new(),
+            hammer_files: BTreeMap::new(),
             settings: BTreeMap::new(),
             seed: 0,
             program_version: String::new(),

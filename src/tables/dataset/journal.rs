@@ -26,7 +26,7 @@ use memmap2::{MmapMut, MmapOptions};
 use twox_hash::XxHash64;
 
 use super::difference::{StudyKey, study_key};
-use super::durable::{StagedFile, failed_to, sync_folder};
+use super::durable::{StagedFile, failed_to, refuse_link, sync_folder};
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::lock::Place;
@@ -182,9 +182,7 @@ impl State {
 impl BlockFile {
     /// Opens a file behind its last whole row, or makes it with these first bytes.
     fn open(path: &Path, begin: &[u8]) -> io::Result<Self> {
-        if path.is_symlink() {
-            return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it is a link to another file: remove the link"));
-        }
+        refuse_link(path)?;
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         if file.seek(SeekFrom::End(0))? == 0 {
             file.write_all(begin)?;
@@ -353,7 +351,9 @@ fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     };
     let mut paths = Vec::new();
     for entry in entries {
-        paths.push(entry.map_err(failed_to("read the folder", &folder))?.path());
+        let path = entry.map_err(failed_to("read the folder", &folder))?.path();
+        refuse_link(&path).map_err(failed_to("open", &path))?;
+        paths.push(path);
     }
     paths.retain(|path| path.extension().is_some_and(|ending| ending == ROWS_ENDING));
     paths.sort();

@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::durable::failed_to;
+use super::durable::{failed_to, refuse_link};
 use super::error::DatasetError;
 use crate::files::{Limit, read};
 
@@ -149,6 +149,7 @@ fn has_no_locks(error: &io::Error) -> bool {
 
 /// Opens the lock's file, or makes it.
 fn open(path: &Path) -> io::Result<File> {
+    refuse_link(path)?;
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).truncate(false);
     #[cfg(windows)]

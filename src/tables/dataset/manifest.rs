@@ -326,6 +326,16 @@ fn parse_sealed<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result
     if is_sealed(text) { Ok(parsed) } else { Err(DatasetError::Seal { path: path.to_owned() }) }
 }
 
+/// A value from what [`to_sealed_json`] wrote, or from a text without a checksum, as earlier programs wrote it.
+///
+/// # Errors
+/// [`DatasetError::Manifest`] or [`DatasetError::Seal`].
+pub fn from_sealed_json<T: for<'de> Deserialize<'de>>(bytes: &[u8], path: &Path) -> Result<T, DatasetError> {
+    let seal = || DatasetError::Seal { path: path.to_owned() };
+    let text = std::str::from_utf8(bytes).map_err(|_| seal())?;
+    if text.contains(SEAL) { parse_sealed(text, path) } else { parse(text, path) }
+}
+
 /// A value as JSON in lines.
 ///
 /// # Errors
@@ -337,13 +347,17 @@ pub fn to_json<T: Serialize>(manifest: &T, path: &Path) -> Result<Vec<u8>, Datas
     Ok(bytes)
 }
 
-/// Length and checksum of a part's file.
+/// The bytes of a part's file.
 ///
 /// # Errors
 /// The system's.
-pub fn fingerprint(path: &Path) -> Result<(u64, String), DatasetError> {
-    let bytes = read(path, Limit::PART).map_err(failed_to("read", path))?;
-    Ok((bytes.len() as u64, blake3::hash(&bytes).to_hex().to_string()))
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, DatasetError> {
+    read(path, Limit::PART).map_err(failed_to("read", path))
+}
+
+/// Length and checksum of a part's bytes.
+pub fn fingerprint(bytes: &[u8]) -> (u64, String) {
+    (bytes.len() as u64, blake3::hash(bytes).to_hex().to_string())
 }
 
 fn read_text(path: &Path, folder: &Path) -> Result<String, DatasetError> {

@@ -12,6 +12,7 @@ use super::reader::DatasetReader;
 use super::reader::check_part;
 use super::recovery::{BlockParts, read_parts};
 use super::store::columns_of;
+use super::target::place;
 use super::writer::{DatasetWriter, Existing};
 
 /// What a merge gave.
@@ -81,8 +82,7 @@ pub fn merge(shards: &[PathBuf], output: &Path, existing: Existing) -> Result<Me
 /// The output is none of the shards and none lies within the other, by whatever path: replacing would take rows away before
 /// they are read.
 fn refuse_input(shards: &[PathBuf], output: &Path) -> Result<(), DatasetError> {
-    // What is not there yet is no shard.
-    let Ok(target) = fs::canonicalize(output) else { return Ok(()) };
+    let target = place(output);
     let overlaps = |shard: &&PathBuf| {
         fs::canonicalize(shard).is_ok_and(|shard| shard.starts_with(&target) || target.starts_with(&shard))
     };

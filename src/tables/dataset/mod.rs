@@ -33,8 +33,14 @@
 //! said. [`Existing::Resume`] checks every part against its checksum, moves damaged ones aside, and names the rows that are to
 //! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, and the journal its study, so that lost
 //! manifests are made anew from the parts, or from the journal where there is no part yet. Wall times are expendable: lost ones
-//! become nulls. [`verify`] reads everything. [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs
-//! chosen rows again. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! become nulls.
+//!
+//! A reader takes the manifest's word for nothing: [`DatasetReader`] compares the manifests with their own checksums and with
+//! themselves, and every part with its length and checksum before a row of it is used; the bytes that are parsed are those that were
+//! compared. It refuses damaged or missing parts, parts twice, and files in the tables' folders that are no parts. A part that was
+//! replaced since the manifest was read is told from a damaged one ([`DatasetError::Replaced`]). [`verify`] reads everything.
+//! [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs chosen rows again. A dataset has one writer at
+//! a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
 //!
 //! # Columns
 //!
@@ -47,6 +53,7 @@ mod batches;
 mod cells;
 mod column;
 mod columns;
+mod consistency;
 mod difference;
 mod durable;
 mod error;

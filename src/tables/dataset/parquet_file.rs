@@ -1,8 +1,7 @@
 //! Parquet bytes of a part, and back.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
@@ -12,19 +11,19 @@ use arrow_array::{
 };
 use arrow_buffer::{BooleanBuffer, Buffer, NullBuffer, OffsetBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
+use bytes::Bytes;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::arrow::{ArrowSchemaConverter, ArrowWriter, ProjectionMask, add_encoded_arrow_schema_to_metadata};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::schema::types::{ColumnPath, SchemaDescriptor};
 use serde_json::json;
 
 use super::column::ColumnDescription;
 use super::columns::TableName;
-use super::durable::failed_to;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use crate::quantity::{Cell, CellColumn, ColumnValues, Kind, Value};
@@ -33,11 +32,8 @@ use crate::quantity::{Cell, CellColumn, ColumnValues, Kind, Value};
 const ZSTD_LEVEL: i32 = 3;
 /// Rows per row group; several groups only in large parts of the table of blows.
 const ROW_GROUP_ROWS: usize = 65_536;
-/// Key of a part's metadata under which it describes its block.
+/// Key of a part's metadata under which it describes its block, see [`Opened::block_text`].
 const BLOCK_KEY: &str = "decore.block";
-
-/// Key of the hash of a file's study.
-const STUDY_HASH_KEY: &str = "decore.study_hash";
 
 /// The data dictionary of a table, as JSON.
 pub fn dictionary_json(table: TableName, columns: &[ColumnDescription]) -> String {
@@ -81,7 +77,7 @@ fn study_entries(info: &DatasetInfo) -> [(&'static str, String); 5] {
     [
         ("decore.study_name", info.study_name.clone()),
         ("decore.study_text", info.study_text.clone()),
-        (STUDY_HASH_KEY, info.study_hash.clone()),
+        ("decore.study_hash", info.study_hash.clone()),
         ("decore.seed", info.seed.to_string()),
         ("decore.version", info.program_version.clone()),
     ]
@@ -139,7 +135,7 @@ impl FileFormat {
         batch(Arc::clone(&self.schema), columns)
     }
 
-    /// The Parquet file of one batch; `block`: what the file is to say of its block, see [`read_block_text`].
+    /// The Parquet file of one batch; `block`: the description of its block.
     ///
     /// # Errors
     /// The Parquet library's, such as a batch of another schema.
@@ -197,109 +193,88 @@ fn texts(text: String, ends: &[usize], nulls: Option<NullBuffer>) -> Result<Stri
     StringArray::try_new(OffsetBuffer::new(offsets.into()), Buffer::from_vec(text.into_bytes()), nulls)
 }
 
-/// What a file says of its block; `None` if it says nothing or cannot be read.
-pub fn read_block_text(path: &Path) -> Option<String> {
-    read_entries(path).ok()?.into_iter().find(|entry| entry.key == BLOCK_KEY)?.value
-}
-
-fn read_entries(path: &Path) -> Result<Vec<KeyValue>, DatasetError> {
-    let file = File::open(path).map_err(failed_to("open", path))?;
-    let metadata = ParquetMetaDataReader::new().parse_and_finish(&file);
-    let metadata = metadata.map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
-    Ok(metadata.file_metadata().key_value_metadata().cloned().unwrap_or_default())
-}
-
-/// Holds what a file says of its study and columns to a dataset's.
-///
-/// # Errors
-/// [`DatasetError::Damaged`] with the first key that differs, the Parquet library's or the system's.
-pub fn check_study(
-    path: &Path,
-    info: &DatasetInfo,
-    table: TableName,
-    columns: &[ColumnDescription],
-) -> Result<(), DatasetError> {
-    let found = read_entries(path)?;
-    let wanted = entries(info, dictionary_json(table, columns));
-    match wanted.iter().find(|entry| !found.contains(entry)) {
-        None => Ok(()),
-        Some(entry) => Err(DatasetError::Damaged {
-            path: path.to_owned(),
-            found: format!("another `{}` in its metadata", entry.key),
-            expected: "that of the manifest's study".to_owned(),
-        }),
-    }
-}
-
-/// A file whose footer is read.
+/// A file in memory whose footer is read.
 pub struct Opened {
-    builder: ParquetRecordBatchReaderBuilder<File>,
+    path: PathBuf,
+    builder: ParquetRecordBatchReaderBuilder<Bytes>,
 }
 
 impl Opened {
-    /// Opens a file and reads its footer.
+    /// Reads the footer of a file from its bytes; `path`: for errors.
     ///
     /// # Errors
-    /// The Parquet library's or the system's.
-    pub fn new(path: &Path) -> Result<Self, DatasetError> {
-        let file = File::open(path).map_err(failed_to("open", path))?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file);
-        let builder = builder.map_err(|source| DatasetError::Parquet { path: path.to_owned(), source })?;
-        Ok(Self { builder })
+    /// The Parquet library's.
+    pub fn new(path: PathBuf, bytes: Vec<u8>) -> Result<Self, DatasetError> {
+        match ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes)) {
+            Ok(builder) => Ok(Self { path, builder }),
+            Err(source) => Err(DatasetError::Parquet { path, source }),
+        }
     }
 
-    /// Whether the file says that it is of the study with this hash.
-    pub fn is_of(&self, study_hash: &str) -> bool {
-        let entries = self.builder.metadata().file_metadata().key_value_metadata();
-        let mut entries = entries.into_iter().flatten();
-        entries.any(|entry| entry.key == STUDY_HASH_KEY && entry.value.as_deref() == Some(study_hash))
+    /// Number of rows, as the footer has it.
+    pub fn records(&self) -> u64 {
+        u64::try_from(self.builder.metadata().file_metadata().num_rows()).unwrap_or(0)
+    }
+
+    /// Description of the file's block; `None` if there is none.
+    pub fn block_text(&self) -> Option<&str> {
+        self.entries().iter().find(|entry| entry.key == BLOCK_KEY)?.value.as_deref()
+    }
+
+    fn entries(&self) -> &[KeyValue] {
+        self.builder.metadata().file_metadata().key_value_metadata().map_or(&[], Vec::as_slice)
+    }
+
+    /// Compares the study and the columns in the file's metadata with a dataset's.
+    ///
+    /// # Errors
+    /// [`DatasetError::Damaged`] with the first key that differs.
+    pub fn check_study(
+        &self,
+        info: &DatasetInfo,
+        table: TableName,
+        columns: &[ColumnDescription],
+    ) -> Result<(), DatasetError> {
+        let wanted = entries(info, dictionary_json(table, columns));
+        match wanted.iter().find(|entry| !self.entries().contains(entry)) {
+            None => Ok(()),
+            Some(entry) => Err(DatasetError::Damaged {
+                path: self.path.clone(),
+                found: format!("another `{}` in its metadata", entry.key),
+                expected: "that of the manifest's study".to_owned(),
+            }),
+        }
     }
 
     /// Its rows in batches of at most `rows`.
     ///
     /// # Errors
     /// The Parquet library's.
-    pub fn batches(self, rows: usize) -> Result<ParquetRecordBatchReader, ParquetError> {
-        self.builder.with_batch_size(rows).build()
+    pub fn batches(self, rows: usize) -> Result<ParquetRecordBatchReader, DatasetError> {
+        let Self { path, builder } = self;
+        builder.with_batch_size(rows).build().map_err(|source| DatasetError::Parquet { path, source })
     }
-}
 
-/// Calls `visit` with the chosen columns of every row of a file, in the order of `columns`.
-///
-/// # Errors
-/// [`DatasetError::Damaged`] if a column is missing or of another type, the Parquet library's or the system's.
-pub fn visit_rows(
-    path: &Path,
-    columns: &[ColumnDescription],
-    visit: &mut dyn FnMut(&[Cell<'_>]),
-) -> Result<(), DatasetError> {
-    visit_opened(Opened::new(path)?, path, columns, visit)
-}
-
-/// As [`visit_rows`], of a file that is open; `path`: for errors.
-///
-/// # Errors
-/// As for [`visit_rows`].
-pub fn visit_opened(
-    opened: Opened,
-    path: &Path,
-    columns: &[ColumnDescription],
-    visit: &mut dyn FnMut(&[Cell<'_>]),
-) -> Result<(), DatasetError> {
-    let parquet_error = |source| DatasetError::Parquet { path: path.to_owned(), source };
-    let builder = opened.builder;
-    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-    let mask = ProjectionMask::columns(builder.parquet_schema(), names);
-    let reader = builder.with_projection(mask).build().map_err(parquet_error)?;
-    for batch in reader {
-        let batch = batch.map_err(|error| parquet_error(error.into()))?;
-        visit_batch(&batch, columns, visit).map_err(|column| DatasetError::Damaged {
-            path: path.to_owned(),
-            found: format!("no column `{}` of type {}", column.name, data_type(column.kind)),
-            expected: "the columns of the manifest's study".to_owned(),
-        })?;
+    /// Calls `visit` with the chosen columns of every row, in the order of `columns`.
+    ///
+    /// # Errors
+    /// [`DatasetError::Damaged`] if a column is missing or of another type, or the Parquet library's.
+    pub fn visit(self, columns: &[ColumnDescription], visit: &mut dyn FnMut(&[Cell<'_>])) -> Result<(), DatasetError> {
+        let Self { path, builder } = self;
+        let parquet_error = |source| DatasetError::Parquet { path: path.clone(), source };
+        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+        let mask = ProjectionMask::columns(builder.parquet_schema(), names);
+        let reader = builder.with_projection(mask).build().map_err(parquet_error)?;
+        for batch in reader {
+            let batch = batch.map_err(|error| parquet_error(error.into()))?;
+            visit_batch(&batch, columns, visit).map_err(|column| DatasetError::Damaged {
+                path: path.clone(),
+                found: format!("no column `{}` of type {}", column.name, data_type(column.kind)),
+                expected: "the columns of the manifest's study".to_owned(),
+            })?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Fails with the column that the batch does not have.

@@ -17,9 +17,10 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal;
 use super::manifest::{
-    BlockFiles, FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file, part_first_row,
+    BlockFiles, FORMAT_VERSION, Manifest, Part, Rerun, RowSpan, TimingsManifest, fingerprint, part_file,
+    part_first_row, read_bytes,
 };
-use super::parquet_file::{read_block_text, visit_rows};
+use super::parquet_file::Opened;
 
 /// What a part of the table of timings says of its block.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -68,8 +69,8 @@ impl BlockDescription {
             .map_err(|source| DatasetError::Manifest { path: self.files.runs.file.clone().into(), source })
     }
 
-    fn read(path: &Path) -> Option<Self> {
-        let found: Self = serde_json::from_str(&read_block_text(path)?).ok()?;
+    fn of(part: &Opened) -> Option<Self> {
+        let found: Self = serde_json::from_str(part.block_text()?).ok()?;
         (found.format_version == FORMAT_VERSION).then_some(found)
     }
 }
@@ -117,9 +118,9 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
 fn manifest_of_parts(folder: &Path, begun: Option<Manifest>) -> Result<Option<Manifest>, DatasetError> {
     let mut manifest = begun;
     for (first_row, path) in part_files(folder, TableName::Timings)? {
-        let Some(block) = BlockDescription::read(&path).filter(|block| block.files.runs.first_row == first_row) else {
-            continue;
-        };
+        let part = read_bytes(&path).and_then(|bytes| Opened::new(path, bytes));
+        let block = part.ok().and_then(|part| BlockDescription::of(&part));
+        let Some(block) = block.filter(|block| block.files.runs.first_row == first_row) else { continue };
         let manifest = manifest.get_or_insert_with(|| Manifest::new(block.study.clone(), block.range));
         if manifest.range != block.range || !is_same_study(&manifest.study, &block.study) {
             return Ok(None);
@@ -140,12 +141,14 @@ pub fn timings_of_parts(folder: &Path, manifest: &Manifest) -> Result<TimingsMan
     for runs in &manifest.runs {
         let file = part_file(TableName::Timings, runs.first_row);
         let path = folder.join(&file);
+        let Ok(contents) = read_bytes(&path) else { continue };
+        let (bytes, blake3) = fingerprint(&contents);
+        let Ok(part) = Opened::new(path, contents) else { continue };
         let mut records = 0;
-        let whole = BlockDescription::read(&path).is_some_and(|block| block.files.runs == *runs)
-            && visit_rows(&path, &columns, &mut |_| records += 1).is_ok()
+        let whole = BlockDescription::of(&part).is_some_and(|block| block.files.runs == *runs)
+            && part.visit(&columns, &mut |_| records += 1).is_ok()
             && records == runs.records;
         if whole {
-            let (bytes, blake3) = fingerprint(&path)?;
             timings.put(Part { file, first_row: runs.first_row, records, failed: runs.failed, bytes, blake3 });
         }
     }

@@ -7,8 +7,7 @@ use super::columns::{Columns, TableName};
 use super::error::DatasetError;
 use super::journal::{self, Salvage};
 use super::manifest::{Manifest, Part, RowSpan, TimingsManifest, find, part_file};
-use super::parquet_file::visit_rows;
-use super::reader::check_part;
+use super::reader::{check_part, open_part};
 use super::rebuild::Known;
 use super::record::{RowWriter, StoredRow, cells_say_failed};
 use super::store::{Block, DAMAGED, remove, set_aside};
@@ -282,7 +281,7 @@ pub fn read_parts(
         let path = folder.join(&part.file);
         let names: Vec<&str> = descriptions.iter().map(|column| column.name.as_str()).collect();
         let mut strays = 0;
-        visit_rows(&path, &descriptions, &mut |cells| {
+        open_part(folder, part)?.visit(&descriptions, &mut |cells| {
             let row = match cells.first() {
                 Some(Some(Value::Count(row))) => *row,
                 _ => return strays += 1,

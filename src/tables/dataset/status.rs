@@ -1,6 +1,7 @@
 //! How far a sweep is, or how it ended: a small JSON file that other programs can read.
 
 use std::fs;
+use std::io;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -11,7 +12,7 @@ use super::durable::failed_to;
 use super::error::DatasetError;
 use super::journal;
 use super::lock::Lock;
-use super::manifest::Manifest;
+use super::manifest::{Manifest, from_sealed_json, to_json, to_sealed_json};
 use super::store::remove;
 use crate::files::{Limit, Staged, is_passing_name, read};
 
@@ -99,7 +100,8 @@ impl SweepStatus {
     /// # Errors
     /// The system's.
     pub fn write(&self, dataset: &Path) -> Result<(), DatasetError> {
-        self.write_as(&dataset.join(STATUS_NAME))
+        let target = dataset.join(STATUS_NAME);
+        put(&target, &to_sealed_json(self, &target)?)
     }
 
     /// Writes the status as a file, which appears whole in the place of one that is there.
@@ -107,9 +109,7 @@ impl SweepStatus {
     /// # Errors
     /// The system's.
     pub fn write_as(&self, target: &Path) -> Result<(), DatasetError> {
-        let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let staged = Staged::write(folder, target, &self.to_json(target)?);
-        staged.and_then(Staged::put_in_place).map_err(failed_to("write", target))
+        put(target, &self.to_json(target)?)
     }
 
     /// Notes that the sweep that writes the dataset is stopped at once, for a process that ends without any more words.
@@ -119,8 +119,7 @@ impl SweepStatus {
     pub fn note_stop(dataset: &Path) -> Result<(), DatasetError> {
         let path = dataset.join(STATUS_NAME);
         let text = read(&path, Limit::STATUS).map_err(failed_to("read", &path))?;
-        let last: Self =
-            serde_json::from_slice(&text).map_err(|source| DatasetError::Manifest { path: path.clone(), source })?;
+        let last: Self = from_sealed_json(&text, &path)?;
         let message = "stopped at once".to_owned();
         Self { state: SweepState::StoppedAtOnce, message, updated_unix_s: Self::now_unix_s(), ..last }.write(dataset)
     }
@@ -130,20 +129,23 @@ impl SweepStatus {
     /// # Errors
     /// [`DatasetError::Manifest`], should a value not be writable as JSON.
     pub fn to_json(&self, path: &Path) -> Result<Vec<u8>, DatasetError> {
-        super::manifest::to_json(self, path)
+        to_json(self, path)
     }
 
     /// The status of the dataset in `dataset`: what its last writer said, corrected by what is there.
     ///
     /// # Errors
-    /// [`DatasetError::Missing`], those of the manifest, or the system's.
+    /// [`DatasetError::Missing`], those of the manifest, [`DatasetError::Seal`] for a status that is damaged, or the system's.
     pub fn read(dataset: &Path) -> Result<Self, DatasetError> {
         // Taken is looked at first: a sweep that ends in between is then reported by its last word.
         let running = Lock::is_taken(dataset);
         let manifest = Manifest::read(dataset)?;
-        let last = read(&dataset.join(STATUS_NAME), Limit::STATUS).ok();
-        let last: Option<Self> = last.and_then(|text| serde_json::from_slice(&text).ok());
-        let mut status = last.unwrap_or_else(|| Self::of_manifest(&manifest));
+        let path = dataset.join(STATUS_NAME);
+        let mut status = match read(&path, Limit::STATUS) {
+            Ok(text) => from_sealed_json(&text, &path)?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Self::of_manifest(&manifest),
+            Err(error) => return Err(failed_to("read", &path)(error)),
+        };
         if running {
             status.state = SweepState::Running;
             return Ok(status);
@@ -183,6 +185,12 @@ impl SweepStatus {
             last_errors: Vec::new(),
         }
     }
+}
+
+/// Writes a file, which appears whole in the place of one that is there.
+fn put(target: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Staged::write(folder, target, bytes).and_then(Staged::put_in_place).map_err(failed_to("write", target))
 }
 
 /// Whether a file of a dataset's folder with this name is a status that is not yet in place.

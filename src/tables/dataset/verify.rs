@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::columns::{Columns, TableName};
+use super::consistency::check_manifests;
 use super::error::DatasetError;
 use super::info::DatasetInfo;
 use super::journal;
 use super::lock::Lock;
 use super::manifest::{Manifest, Part, RowSpan, find, gaps};
-use super::parquet_file::{check_study, visit_rows};
-use super::reader::check_part;
+use super::parquet_file::Opened;
+use super::reader::open_part;
 use super::rebuild::{known, strays};
 use crate::quantity::Value;
 
@@ -45,6 +46,7 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
     let manifest = &known.manifest;
     let mut faults = known.notes;
     faults.extend(strays(folder, manifest)?.iter().map(ToString::to_string));
+    faults.extend(check_manifests(folder, manifest, &known.timings).err().map(|error| error.to_string()));
     let (mut parts, mut bytes) = (0, 0);
     let columns = Columns::new(&manifest.study)?;
     let kept = Kept { folder, manifest, columns: &columns };
@@ -65,7 +67,7 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
                 continue;
             };
             (parts, bytes) = (parts + 1, bytes + part.bytes);
-            let checked = check_part(folder, part).and_then(|()| kept.check(table, part));
+            let checked = open_part(folder, part).and_then(|opened| kept.check((table, part), opened));
             wrong.extend(checked.err().map(|error| error.to_string()));
         }
         let mut rows = manifest.rows_of(runs.first_row).into_iter().flat_map(|span| span.first..span.end);
@@ -95,13 +97,13 @@ struct Kept<'a> {
 
 impl Kept<'_> {
     /// Holds a part to the study's metadata and to the rows that the manifest has of its block.
-    fn check(&self, table: TableName, part: &Part) -> Result<(), DatasetError> {
+    fn check(&self, (table, part): (TableName, &Part), opened: Opened) -> Result<(), DatasetError> {
         let path = self.folder.join(&part.file);
         let descriptions = self.columns.describe(table);
-        check_study(&path, &self.manifest.study, table, &descriptions)?;
+        opened.check_study(&self.manifest.study, table, &descriptions)?;
         let mut rows = BTreeSet::new();
         let (mut records, mut others) = (0, 0);
-        visit_rows(&path, &descriptions, &mut |cells| {
+        opened.visit(&descriptions, &mut |cells| {
             records += 1;
             match cells.first() {
                 Some(Some(Value::Count(row))) => _ = rows.insert(*row),

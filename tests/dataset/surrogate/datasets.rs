@@ -200,6 +200,34 @@ fn damaged_models_and_wrong_tables_are_errors() {
     }
 }
 
+#[test]
+fn a_model_that_predicts_nothing_is_neither_written_nor_used() {
+    let dataset = Dataset::new(60);
+    let refused = |output: Output, words: &[&str]| {
+        let told = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && words.iter().all(|word| told.contains(word)), "{told}");
+        assert!(!dataset.file("predicted.parquet").exists() && output.stdout.is_empty(), "{}", text(&output.stdout));
+    };
+    let unusable = ["--outputs", "left_contact_count", "left_arm_rms_steady_m_s", "--output", "model.parquet"];
+    let words = ["no output has a model", "constant (30)", "0 rows are too few"];
+    refused(dataset.surrogate(&unusable), &words);
+    refused(dataset.surrogate(&unusable[..3]), &words);
+    assert!(!dataset.file("model.parquet").exists() && !dataset.file("predict.py").exists());
+    let settings = SurrogateSettings { outputs: vec![unusable[1].to_owned()], ..SurrogateSettings::default() };
+    let model = fit(&DatasetReader::open(&dataset.file("out")).expect("a dataset"), &settings).expect("figures");
+    assert!(write(&model, &dataset.file("model.parquet")).is_err_and(|error| error.to_string().contains(words[1])));
+    // One that an earlier version wrote, and files that are no models.
+    let empty = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables/empty_model.parquet");
+    fs::write(dataset.file("rows.csv"), "pressure\n4.5\n").expect("rows");
+    refused(dataset.predict(empty.to_str().expect("a path"), "rows.csv"), &["no model that can be used"]);
+    for foreign in ["out/runs/runs-000000000000.parquet", "out/manifest.json", "rows.csv"] {
+        refused(dataset.predict(foreign, "rows.csv"), &["no model that can be used"]);
+    }
+    // A model of other factors than the table has.
+    assert!(dataset.surrogate(&[&OUTPUTS[..], &["--output", "model.parquet"]].concat()).status.success());
+    refused(dataset.predict("model.parquet", "rows.csv"), &["has no column `position`"]);
+}
+
 /// A factor of few values is told wherever models are: rows left out lie on values that others have.
 #[test]
 fn few_values_and_names_that_no_row_has_are_told() {

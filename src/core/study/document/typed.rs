@@ -1,5 +1,6 @@
 //! What a user typed: a text, the folder that its file names start from, and the values set over it.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::error::{Place, Problem, StudyError};
@@ -16,6 +17,8 @@ pub(in crate::study) struct Typed {
     pub file: Option<PathBuf>,
     /// Where relative file names start.
     pub directory: PathBuf,
+    /// Texts of hammer files by the name that the study gives them; these files are not opened.
+    pub hammers: BTreeMap<String, String>,
     /// What is set over the text, in order.
     pub overrides: Vec<Override>,
 }

@@ -1,7 +1,5 @@
 //! Hammer files, read once when a study is loaded.
 
-use std::path::Path;
-
 use indexmap::IndexMap;
 
 use super::layers::{Conflict, lay};
@@ -12,6 +10,7 @@ use crate::study::document::keys::{self, Shape};
 use crate::study::document::path;
 use crate::study::document::read::read_tree;
 use crate::study::document::tree::Document;
+use crate::study::document::typed::Typed;
 use crate::study::schema::hammer_schema;
 
 /// The hammers that rows of a study can use.
@@ -36,17 +35,26 @@ impl Library {
         Ok(Self { defaults, files: IndexMap::new() })
     }
 
-    /// Reads a hammer file; `place` and `key` say where the study names it.
-    pub fn read(&mut self, directory: &Path, file: &str, place: Place, key: &str) -> Result<(), Vec<Problem>> {
+    /// Reads a hammer file, or its text where the study comes with it; `place` and `key`: where the study names it.
+    pub fn read(&mut self, typed: &Typed, file: &str, place: Place, key: &str) -> Result<(), Vec<Problem>> {
         if self.files.contains_key(file) {
             return Ok(());
         }
-        let full = directory.join(file);
-        let text = files::read_text(&full, Limit::TOML).map_err(|error| {
-            let message = format!("cannot read the hammer file {}: {error}", full.display());
-            vec![Problem::new(place, key, message).expected("a hammer file (TOML), its path relative to the study")]
-        })?;
-        let document = Document::parse(&full.display().to_string(), &text)?;
+        let (name, text) = match typed.hammers.get(file) {
+            Some(text) => (format!("{file} of {}", typed.document.name), text.clone()),
+            None => {
+                let full = typed.directory.join(file);
+                let text = files::read_text(&full, Limit::TOML).map_err(|error| {
+                    let message = format!("cannot read the hammer file {}: {error}", full.display());
+                    vec![
+                        Problem::new(place, key, message)
+                            .expected("a hammer file (TOML), its path relative to the study"),
+                    ]
+                })?;
+                (full.display().to_string(), text)
+            }
+        };
+        let document = Document::parse(&name, &text)?;
         let shape = Shape::from_schema(&hammer_schema());
         let problems = keys::check(&document, &shape, &|_| false);
         if !problems.is_empty() {
@@ -84,9 +92,9 @@ impl Library {
         (depth == parameter.len()).then(|| document.locate(parameter))
     }
 
-    /// Names of all files read, as the study has them.
-    pub fn files(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().map(String::as_str)
+    /// Names of all files read, as the study has them, and their texts.
+    pub fn texts(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.files.iter().map(|(name, file)| (name.as_str(), file.document.text.as_str()))
     }
 
     /// Names and values of all files read, by name.

@@ -1,5 +1,6 @@
 //! Settings of the machine and its reduction, defaults filled in and paths resolved.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::placement::Rail;
@@ -105,8 +106,9 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
         StudyError::one(Problem::new(document.locate(&at), key, message))
     })?;
     let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let typed = Typed { document, file: Some(path.to_path_buf()), directory, overrides: Vec::new() };
-    let table = MachineTable { entry: &file.structure, typed: &typed, at: &["structure"] };
+    let (machine, file) = (file.structure, Some(path.to_path_buf()));
+    let typed = Typed { document, file, directory, hammers: BTreeMap::new(), overrides: Vec::new() };
+    let table = MachineTable { entry: &machine, typed: &typed, at: &["structure"] };
     StructureSettings::read(table, Fidelity::default()).map(Some).map_err(StudyError::several)
 }
 
