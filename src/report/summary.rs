@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::numerical::{NumericalTwins, numerical_twins};
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals};
 use crate::quantity::{Cell, Value};
@@ -190,6 +191,8 @@ pub struct Report {
     pub ranges: Vec<Range>,
     /// Row with the largest absolute energy residual.
     pub worst_residual: Option<WorstResidual>,
+    /// Numerical errors of the main outputs; null where no row has a numerical twin.
+    pub numerical_twins: Option<NumericalTwins>,
     /// Files that are no parts of the dataset, in words, and damaged ones if checksums were asked for.
     pub damage: Vec<String>,
     #[serde(skip)]
@@ -223,6 +226,7 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         best: Vec::new(),
         ranges: Vec::new(),
         worst_residual: None,
+        numerical_twins: numerical_twins(reader)?,
         damage: Vec::new(),
         spans: Spans::default(),
     };

@@ -16,6 +16,7 @@ mod inputs;
 mod machine;
 mod monitor;
 mod prepared;
+mod sample;
 mod signals;
 mod stub;
 mod sweep;

@@ -47,7 +47,7 @@ impl Recorder {
             energy_residual: energy_residual(system, end),
             chamber_residual: chamber_residual(system, end),
         };
-        RunMetrics { hammers, castings, blows, totals, scatter: None, signals: Vec::new() }
+        RunMetrics { hammers, castings, blows, totals, scatter: None, numerical: None, signals: Vec::new() }
     }
 }
 
