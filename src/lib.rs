@@ -85,7 +85,7 @@
 //! decore-core
 //! expression  :
 //! study       : contact design expression files hammer parameter quantity scene structure words workpiece
-//! engine      : dataset design integrate metrics quantity run scene structure study system words
+//! engine      : dataset design integrate metrics quantity random run scene structure study system words
 //! features    : dataset design files metrics quantity random run signal study
 //!
 //! decore

@@ -93,6 +93,7 @@ mod tests {
             blows: Vec::new(),
             totals: RunTotals::default(),
             scatter: None,
+            numerical: None,
             signals: Vec::new(),
         };
         let names = outputs();

@@ -330,6 +330,7 @@ mod tests {
             metrics: None,
             counters: Counters::default(),
             wall_time_s: 1.0,
+            numerical_twin_wall_time_s: None,
         };
         assert_eq!(row_time_s(&outcome(0.5), 1.5), Some(3.0));
         assert_eq!(row_time_s(&outcome(0.5), 1e308), Some(f64::MAX));

@@ -87,6 +87,7 @@ fn columns() -> Result<String, Failure> {
         hammers: named("HAMMER"),
         castings: named("CASTING"),
         twins: 1,
+        numerical_twins: true,
         signals: vec![signal],
         ..DatasetInfo::empty()
     })?;

@@ -18,7 +18,8 @@ use crate::dataset::write_signals;
 use crate::engine::{Engine, EngineError, Rows};
 use crate::integrate::Counters;
 use crate::metrics::{
-    Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder, Warning,
+    Blow, CastingMetrics, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder,
+    Warning,
 };
 use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
 use crate::quantity::{Quantity, Value};
@@ -234,29 +235,55 @@ fn readable(engine: &Engine, row: usize, outcome: &RowOutcome) -> String {
     text
 }
 
-/// All outputs, with their scatter where the row has twins.
+/// All outputs, with their scatter where the row has twins and their numerical error where it has a numerical twin.
 fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
     let study = engine.study();
-    let scatter = metrics.scatter.as_ref();
+    let (scatter, numerical) = (metrics.scatter.as_ref(), metrics.numerical.as_ref());
     for (h, (name, hammer)) in study.hammer_names().iter().zip(&metrics.hammers).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.hammers.get(h));
+        let errors = numerical.and_then(|numerical| numerical.hammers.get(h));
         let _ = writeln!(text, "\nhammer {name}");
-        section(text, HammerMetrics::QUANTITIES, hammer, scatter);
+        section(text, HammerMetrics::QUANTITIES, hammer, Beside { scatter, errors });
     }
     for (c, (name, casting)) in study.casting_names().iter().zip(&metrics.castings).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.castings.get(c));
+        let errors = numerical.and_then(|numerical| numerical.castings.get(c));
         let _ = writeln!(text, "\ncasting {name}");
-        section(text, CastingMetrics::QUANTITIES, casting, scatter);
+        section(text, CastingMetrics::QUANTITIES, casting, Beside { scatter, errors });
     }
     let twins = scatter.map_or(String::new(), |scatter| format!(" (+- over the row and {} twins)", scatter.twins_done));
-    let totals = scatter.map(|scatter| &scatter.totals);
+    let beside = Beside {
+        scatter: scatter.map(|scatter| &scatter.totals),
+        errors: numerical.map(|numerical| &numerical.totals),
+    };
     let _ = writeln!(text, "\nrun{twins}");
-    section(text, RunTotals::QUANTITIES, &metrics.totals, totals);
+    section(text, RunTotals::QUANTITIES, &metrics.totals, beside);
+    numerical.into_iter().for_each(|numerical| numerical_twin(text, numerical));
     blows(text, study.hammer_names().as_slice(), metrics);
     let _ = writeln!(text);
 }
 
-fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatter: Option<&ScatterOf>) {
+/// Figures that twins give beside the outputs of one hammer, one casting or the run.
+#[derive(Clone, Copy)]
+struct Beside<'a> {
+    scatter: Option<&'a ScatterOf>,
+    /// Numerical errors.
+    errors: Option<&'a ScatterOf>,
+}
+
+/// What the numerical twin shows of the row.
+fn numerical_twin(text: &mut String, numerical: &NumericalErrors) {
+    let words = match (numerical.numerical_errors_beyond_promise, numerical.worst_numerical_error_over_promise) {
+        (None, _) | (_, None) => "it did not reach its end: the numerical errors are not known".to_owned(),
+        (Some(0), _) => "no error is beyond the promise of the preset".to_owned(),
+        (Some(count), Some(worst)) => {
+            format!("BEYOND the promise of the preset in {count} outputs, at worst {} times", six_digits(worst))
+        }
+    };
+    let _ = writeln!(text, "\nnumerical twin: {words} (`decore help accuracy`)");
+}
+
+fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, beside: Beside<'_>) {
     for quantity in quantities {
         let (value, unit) = match (quantity.value)(metrics) {
             None => ("-".to_owned(), "1"),
@@ -264,13 +291,20 @@ fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, scatte
             Some(other) => (other.to_string(), quantity.unit),
         };
         let unit = if unit == "1" { "" } else { unit };
-        let moved = scatter.and_then(|scatter| scatter.get(quantity.name).copied().flatten());
+        let of = |all: Option<&ScatterOf>| all.and_then(|all| all.get(quantity.name).copied().flatten());
+        let (moved, error) = (of(beside.scatter), of(beside.errors));
         let moved = match (quantity.kind, moved) {
             (_, None) => String::new(),
             (kind, Some(share)) if kind.is_text() => format!("  another kind in {:.0} %", 100.0 * share),
             (_, Some(moved)) => format!("  +- {moved:.1e}"),
         };
-        let line = format!("  {:<46} {value:>12} {unit:<4}{moved}", quantity.name);
+        let error = match error {
+            None => String::new(),
+            Some(error) if quantity.kind.is_text() && error == 0.0 => String::new(),
+            Some(_) if quantity.kind.is_text() => "  another kind in its numerical twin".to_owned(),
+            Some(error) => format!("  numerical error {error:.1e}"),
+        };
+        let line = format!("  {:<46} {value:>12} {unit:<4}{moved}{error}", quantity.name);
         let _ = writeln!(text, "{}", line.trim_end());
     }
 }

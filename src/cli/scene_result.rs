@@ -76,7 +76,9 @@ pub(super) fn scene_schema() -> Json {
     schema["$defs"]["Blow"]["properties"]["hammer"] = name;
     let scatter = json!({ "type": ["number", "string", "null"] });
     for of in ["hammers", "castings"] {
-        schema["$defs"]["Scatter"]["properties"][of]["items"]["additionalProperties"] = scatter.clone();
+        for beside in ["Scatter", "NumericalErrors"] {
+            schema["$defs"][beside]["properties"][of]["items"]["additionalProperties"] = scatter.clone();
+        }
     }
     schema
 }
@@ -85,7 +87,7 @@ fn named(outcome: &RowOutcome, [hammers, castings]: [&[&str]; 2]) -> Json {
     let mut value = json!(outcome);
     let Some(metrics) = value.get_mut("metrics").filter(|metrics| metrics.is_object()) else { return value };
     for (list, names) in [("hammers", hammers), ("castings", castings)] {
-        for of in [format!("/{list}"), format!("/scatter/{list}")] {
+        for of in [format!("/{list}"), format!("/scatter/{list}"), format!("/numerical/{list}")] {
             let entries = metrics.pointer_mut(&of).and_then(Json::as_array_mut);
             for (entry, name) in entries.into_iter().flatten().zip(names) {
                 entry["name"] = json!(name);

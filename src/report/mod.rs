@@ -1,8 +1,10 @@
 //! Summary of a dataset as plain text: how the rows ended, the best rows, ranges of the outputs, where the tables are.
 
 mod charts;
+mod numerical;
 mod summary;
 mod text;
 
 pub use charts::{Charts, Paper};
+pub use numerical::{NumericalTwins, OutputError};
 pub use summary::{BestRow, DEFAULT_RANKING, Figure, Range, Report, ReportSettings, WorstResidual, summarise};

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::numerical::{NumericalTwins, numerical_twins};
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals, Warning};
 use crate::quantity::{Cell, Value};
@@ -190,6 +191,8 @@ pub struct Report {
     pub ranges: Vec<Range>,
     /// Row with the largest absolute energy residual.
     pub worst_residual: Option<WorstResidual>,
+    /// Numerical errors of the main outputs; null where no row has a numerical twin.
+    pub numerical_twins: Option<NumericalTwins>,
     #[serde(skip)]
     pub(super) spans: Spans,
 }
@@ -222,6 +225,7 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         best: Vec::new(),
         ranges: Vec::new(),
         worst_residual: None,
+        numerical_twins: numerical_twins(reader)?,
         spans: Spans::default(),
     };
     let mut gatherer = Gatherer::new(reader.columns(TableName::Runs), settings, report);

@@ -21,6 +21,7 @@ impl fmt::Display for Report {
         // A width that is asked for (`{:60}`) is that of the terminal.
         self.write_ranges(f, f.width().unwrap_or(usize::MAX))?;
         self.write_residual(f)?;
+        self.numerical_twins.iter().try_for_each(|twins| write!(f, "\n{twins}"))?;
         writeln!(f, "\nTables")?;
         for table in &self.tables {
             let glob = self.folder.join(table).join("*.parquet");

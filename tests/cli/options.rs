@@ -172,6 +172,61 @@ fn twins_have_columns_and_a_price() {
     assert!(!text.contains("scatter"), "{text}");
 }
 
+/// A sweep has a numerical twin of row 0 and of one row in every further hundred; `all` and `none`, `true` and `false` are taken, and
+/// `run`, `report` and `scene` print the errors.
+#[test]
+fn numerical_twins_have_columns_and_lines() {
+    let scratch = TempDir::new().expect("scratch");
+    let run = |command: &str, more: &[&str]| {
+        let mut command_line = decore(&scratch);
+        command_line.arg(command).arg(study("pressure_grid.toml")).args(QUICK).args(more);
+        ran(&mut command_line)
+    };
+    let done = |folder: &str| {
+        let reader = decore::dataset::DatasetReader::open(&scratch.path().join(folder)).expect("opened");
+        let names =
+            ["numerical_twin_done", "numerical_errors_beyond_promise", "hammer_first_impact_energy_j_numerical_error"];
+        let (table, mut rows) = (decore::dataset::TableName::Runs, Vec::new());
+        let read = reader.visit(table, &names, |cells| {
+            rows.push(cells.iter().map(|cell| cell.and_then(|value| value.number())).collect::<Vec<_>>());
+        });
+        read.map(|()| rows)
+    };
+    let sample = [("sample", "\"sample\""), ("true", "true"), ("default", "")];
+    for (folder, value) in sample {
+        let setting = format!("outputs.numerical_twin={value}");
+        let set: &[&str] = if value.is_empty() { &[] } else { &["--set", &setting] };
+        let (code, text, log) = run("run", &[&["--output", folder][..], set].concat());
+        assert_eq!(code, Some(0), "{log}");
+        assert!(text.contains("Numerical errors (relative; 1 row run again with better numerics; "), "{text}");
+        assert!(text.contains("  first_impact_energy_j ") && text.contains("  row 0\n"), "{text}");
+        let rows = done(folder).expect("columns");
+        assert!(rows[0][0] == Some(1.0) && rows[0][1].is_some(), "{:?}", rows[0]);
+        assert!(rows[0][2].is_some_and(|error| error > 0.0 && error < 0.1), "{:?}", rows[0]);
+        assert!(rows[1..].iter().flatten().all(Option::is_none) && rows.len() == 8, "{rows:?}");
+    }
+    let (code, text, _) = ran(decore(&scratch).args(["report", "default"]));
+    assert!(code == Some(0) && text.contains("Numerical errors (relative; 1 row run"), "{text}");
+    assert_eq!(run("run", &["--set", "outputs.numerical_twin=all", "--output", "all"]).0, Some(0));
+    assert!(done("all").expect("columns").iter().all(|row| row[0] == Some(1.0)));
+    for (folder, value) in [("none", "none"), ("false", "false")] {
+        let setting = format!("outputs.numerical_twin={value}");
+        let (code, text, log) = run("run", &["--set", &setting, "--output", folder]);
+        assert!(code == Some(0) && !text.contains("Numerical errors"), "{text}{log}");
+        assert!(done(folder).is_err(), "no such column");
+    }
+    let (code, _, log) = run("run", &["--set", "outputs.numerical_twin=some", "--output", "some"]);
+    assert!(code == Some(2) && log.contains("\"sample\", \"all\", \"none\""), "{log}");
+    let (code, _, log) = run("check", &["--set", "design.factor.pressure.path=outputs.numerical_twin"]);
+    assert!(code == Some(2) && log.contains("is shared by all rows"), "{log}");
+    // A scene alone has one when asked.
+    let scene = |more: &[&str]| ran(decore(&scratch).arg("scene").arg(study("paper_rig.toml")).args(QUICK).args(more));
+    assert!(!scene(&[]).1.contains("numerical"));
+    let (code, text, log) = scene(&["--set", "outputs.numerical_twin=all"]);
+    assert_eq!(code, Some(0), "{log}");
+    assert!(text.contains(" J     numerical error ") && text.contains("\nnumerical twin: "), "{text}");
+}
+
 #[test]
 fn the_guide_has_the_pages_that_the_readme_lists() {
     let scratch = TempDir::new().expect("scratch");

@@ -4,6 +4,7 @@
 //! - `harness`: piecewise smooth problems as an integrator sees them, logs of a run, observed orders
 //! - `smooth`: problems with a known smooth solution
 //! - `impact`: problems with an impact law
+//! - `sample`: random scenes of one hammer, their stated and their true errors
 //! - `studies`: rows of shipped studies
 //! - `scenes`: scenes for the coupled system, from a bare bench of rigid bodies to a whole rig
 
@@ -13,6 +14,7 @@
 pub mod changed;
 pub mod harness;
 pub mod impact;
+pub mod sample;
 pub mod scenes;
 pub mod smooth;
 pub mod studies;

@@ -43,6 +43,7 @@ pub fn info() -> DatasetInfo {
             factor("2nd mount", Kind::Text, ""),
         ],
         twins: 0,
+        numerical_twins: false,
         hammers: vec!["left".to_owned(), "right-hand".to_owned()],
         castings: vec!["1st".to_owned()],
         design_quality: serde_json::Value::Null,
@@ -71,6 +72,7 @@ pub fn outcome(row: u64) -> RowOutcome {
             ..Counters::default()
         },
         wall_time_s: 0.25,
+        numerical_twin_wall_time_s: None,
     }
 }
 
@@ -125,6 +127,7 @@ fn metrics(row: u64) -> RunMetrics {
             ..RunTotals::default()
         },
         scatter: None,
+        numerical: None,
         signals: Vec::new(),
     }
 }

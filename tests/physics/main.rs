@@ -19,6 +19,7 @@ mod hard_cases;
 mod lanes;
 mod ledger;
 mod metrics;
+mod numerical_twin;
 mod outputs;
 mod presets;
 mod val_reference;

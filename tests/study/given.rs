@@ -28,7 +28,7 @@ fn values_of_a_row_are_that_row_alone_and_side_by_side() {
     let levels = |row| engine.checked().levels(&given(&engine, row)).unwrap_or_else(|error| panic!("{error}"));
     let points: Vec<Vec<Level>> = rows.clone().map(levels).collect();
     let together = engine.outcomes_at(&points, 2, &AtomicBool::new(false)).expect("threads").expect("all");
-    let untimed = |outcome: RowOutcome| RowOutcome { wall_time_s: 0.0, ..outcome };
+    let untimed = |outcome: RowOutcome| RowOutcome { wall_time_s: 0.0, numerical_twin_wall_time_s: None, ..outcome };
     for ((row, levels), side_by_side) in rows.zip(&points).zip(together) {
         assert_eq!(Some(levels), engine.checked().design().row(row).as_ref());
         assert_eq!(engine.checked().values_at(levels), engine.checked().row_values(row));

@@ -7,6 +7,7 @@ use crate::dataset::{Columns, DatasetInfo, Factor, RowRecord, rows_per_part};
 use crate::design::Quality;
 use crate::quantity::Kind;
 use crate::run::RowOutcome;
+use crate::scene::NumericalTwin;
 use crate::study::{CheckedStudy, FactorInfo};
 
 /// What the tables must know of a study, the files it is computed from and the settings outside it, and the signals that are kept.
@@ -38,6 +39,7 @@ pub fn dataset_info(
         design_quality: design_quality(checked),
         row_groups: Some(checked.design().groups()),
         twins: study.twins() as u64,
+        numerical_twins: study.numerical_twin() != NumericalTwin::None,
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
         signals: signals.map_or_else(Vec::new, |kept| kept.columns.clone()),

@@ -1,11 +1,11 @@
 //! The machine of a study: its structure reduced once, its modes per placement of the hammers.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use crate::scene::{Housings, Scene};
+use crate::scene::{Housings, STANDARD, Scene};
 use crate::structure::{
-    DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
+    Damping, DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
     ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError, cache_path, reduce,
     reduce_files,
 };
@@ -35,9 +35,20 @@ pub struct Machine {
     /// Where modes are selected per scene.
     selection: Option<SelectionSettings>,
     housings: Housings,
+    /// The reduction from which numerical twins take all modes.
+    whole: Whole,
     /// The modes that rows run on: all of them, or what the study's tolerance selects.
     cache: Mutex<HashMap<PlacementKey, Arc<PlacedModes>>>,
     notes: Vec<String>,
+}
+
+/// The reduction from which numerical twins take all modes.
+#[derive(Debug)]
+enum Whole {
+    /// The one that rows run on.
+    Same,
+    /// One of the built-in station with more fixed-interface modes, made when it is first asked for.
+    Station(Box<ReductionSettings>, OnceLock<Result<ReducedStructure, String>>),
 }
 
 /// What a scene puts on the machine.
@@ -106,6 +117,14 @@ impl Machine {
         demand: &InterfaceDemand,
     ) -> Result<Self, StructureError> {
         let settings_of = || reduction_settings(settings, demand);
+        let whole = match &settings.source {
+            StructureSource::Station if settings.fixed_interface_cutoff_hz < STANDARD.station_basis_hz => {
+                let fixed_interface_cutoff_hz = STANDARD.station_basis_hz;
+                let settings = ReductionSettings { fixed_interface_cutoff_hz, ..settings_of() };
+                Whole::Station(Box::new(settings), OnceLock::new())
+            }
+            _ => Whole::Same,
+        };
         let mut notes = Vec::new();
         let reduced = match model {
             SourceModel::Model(model) => reduce(&model, &settings_of())?,
@@ -125,6 +144,7 @@ impl Machine {
             options: ModalOptions { cutoff_hz: settings.cutoff_hz, damping },
             selection: selection.map(|tolerance| SelectionSettings { tolerance, band_hz: settings.mode_band_hz }),
             housings: settings.housings,
+            whole,
             cache: Mutex::default(),
             notes,
         })
@@ -159,6 +179,30 @@ impl Machine {
             cache.insert(key, Arc::clone(&placed));
         }
         Ok(placed)
+    }
+
+    /// All modes of the machine with the housings of a scene on their mounts, whatever the study selects; of the built-in station all
+    /// that the basis of the preset `standard` has. Where the study lists a damping ratio per mode, its modes below the cut-off: there
+    /// is no damping for others.
+    ///
+    /// # Errors
+    /// As for [`Machine::modes`], in words.
+    pub fn all_modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, String> {
+        let reduced = match &self.whole {
+            Whole::Same => &self.reduced,
+            Whole::Station(settings, whole) => {
+                let reduce = || FeModel::station().and_then(|model| reduce(&model, settings));
+                whole.get_or_init(|| reduce().map_err(|error| error.to_string())).as_ref().map_err(String::clone)?
+            }
+        };
+        let cutoff_hz = match (&self.options.damping, self.selection) {
+            (Damping::PerMode(_), None) => self.options.cutoff_hz,
+            _ => f64::MAX,
+        };
+        let options = ModalOptions { cutoff_hz, damping: self.options.damping.clone() };
+        let Placement { bodies, rows } = self.placement(scene);
+        let modes = reduced.modes_at(&bodies, &options, &rows).map_err(|error| error.to_string())?;
+        Ok(Arc::new(ChosenModes::all(&modes).of(scene).into()))
     }
 
     /// What was selected for a scene; `None` where the study sets no tolerance.

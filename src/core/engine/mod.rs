@@ -18,6 +18,7 @@ mod machine;
 mod monitor;
 mod prepared;
 mod repeats;
+mod sample;
 mod signals;
 mod stub;
 mod sweep;

@@ -11,6 +11,7 @@ use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
+use super::sample::is_sampled;
 use super::signals::KeptSignals;
 use crate::dataset::{DatasetError, DatasetInfo, RETRIES};
 use crate::design::Level;
@@ -19,7 +20,7 @@ use crate::run::{
     BatchSettings, DEFAULT_RETRIES, DEFAULT_WINDOW, JobSource, RowJob, RowOutcome, RowSource, RowTask, run_batch,
     run_jobs, run_one_by_one,
 };
-use crate::scene::Scene;
+use crate::scene::{NumericalTwin, Scene};
 use crate::structure::StructureError;
 use crate::study::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
 use crate::system::PlacedModes;
@@ -128,10 +129,25 @@ impl Engine {
         Ok(RowScene { scene, modes })
     }
 
-    /// What is to be done for a scene, retries and twins included.
-    fn job(&self, scene: Result<Scene, InvalidRow>) -> Result<RowJob, InvalidRow> {
+    /// What is to be done for the scene of a row, or of values that are no row, retries and twins included.
+    fn job(&self, scene: Result<Scene, InvalidRow>, row: Option<u64>) -> Result<RowJob, InvalidRow> {
         let RowScene { scene, modes } = self.on_machine(scene)?;
-        Ok(RowJob::new(scene, modes, self.retries))
+        let job = RowJob::new(scene.clone(), modes, self.retries);
+        if !self.has_numerical_twin(row) {
+            return Ok(job);
+        }
+        // Modes that cannot be computed leave the row's errors unknown, which its column tells.
+        Ok(job.with_numerical_twin(self.machine_of(&scene).all_modes(&scene).ok()))
+    }
+
+    /// Whether a row has a numerical twin: a function of study, seed and row alone. Values that are no row are no part of a sample.
+    fn has_numerical_twin(&self, row: Option<u64>) -> bool {
+        let study = self.checked.study();
+        match study.numerical_twin() {
+            NumericalTwin::Sample => row.is_some_and(|row| is_sampled(study.seed(), row)),
+            NumericalTwin::All => true,
+            NumericalTwin::None => false,
+        }
     }
 
     /// The modes of its machine for any scene whose mounts and fixtures are points that the study uses.
@@ -157,7 +173,7 @@ impl Engine {
         row: usize,
         interval_s: f64,
     ) -> Result<(RowOutcome, Option<Vec<Signal>>), EngineError> {
-        self.with_signals(self.checked.scene(row), interval_s)
+        self.with_signals(self.checked.scene(row), Some(row as u64), interval_s)
     }
 
     /// As [`Engine::outcome_with_signals`], where the factors have these levels, see [`CheckedStudy::levels`].
@@ -169,12 +185,12 @@ impl Engine {
         levels: &[Level],
         interval_s: f64,
     ) -> Result<(RowOutcome, Option<Vec<Signal>>), EngineError> {
-        self.with_signals(self.checked.scene_at(levels), interval_s)
+        self.with_signals(self.checked.scene_at(levels), None, interval_s)
     }
 
     /// As [`Rows::outcome`], where the factors have these levels, see [`CheckedStudy::levels`].
     pub fn outcome_at(&self, levels: &[Level]) -> RowOutcome {
-        self.alone(self.checked.scene_at(levels))
+        self.alone(self.checked.scene_at(levels), None)
     }
 
     /// The outcomes where the factors have the levels of each of these points, in their order: those of [`Engine::outcome_at`],
@@ -199,20 +215,19 @@ impl Engine {
         Ok(Some(outcomes).filter(|_| !summary.stopped))
     }
 
-    fn alone(&self, scene: Result<Scene, InvalidRow>) -> RowOutcome {
-        match self.job(scene) {
+    fn alone(&self, scene: Result<Scene, InvalidRow>, row: Option<u64>) -> RowOutcome {
+        match self.job(scene, row) {
             Ok(job) => job.run(),
             Err(invalid) => RowOutcome::invalid(invalid.reason),
         }
     }
 
-    /// The outcome of a scene with means of its signals; none of a row that does not reach its end.
-    fn with_means(&self, scene: Result<Scene, InvalidRow>, settings: &MeanSettings) -> RowOutcome {
-        let RowScene { scene, modes } = match self.on_machine(scene) {
+    /// The outcome of a row's scene with means of its signals; none of a row that does not reach its end.
+    fn with_means(&self, scene: Result<Scene, InvalidRow>, row: u64, settings: &MeanSettings) -> RowOutcome {
+        let (scene, job) = match scene.and_then(|scene| Ok((scene.clone(), self.job(Ok(scene), Some(row))?))) {
             Ok(found) => found,
             Err(invalid) => return RowOutcome::invalid(invalid.reason),
         };
-        let job = RowJob::new(scene.clone(), modes, self.retries);
         let (mut outcome, recorder) = job.run_observed(|model| MeanRecorder::new(model, &scene, settings.clone()));
         if let (Some(metrics), Some(recorder)) = (&mut outcome.metrics, recorder) {
             metrics.signals = recorder.into_means();
@@ -223,9 +238,10 @@ impl Engine {
     fn with_signals(
         &self,
         scene: Result<Scene, InvalidRow>,
+        row: Option<u64>,
         interval_s: f64,
     ) -> Result<(RowOutcome, Option<Vec<Signal>>), EngineError> {
-        let RowScene { scene, modes } = match self.on_machine(scene) {
+        let (scene, job) = match scene.and_then(|scene| Ok((scene.clone(), self.job(Ok(scene), row)?))) {
             Ok(found) => found,
             Err(invalid) => return Ok((RowOutcome::invalid(invalid.reason), None)),
         };
@@ -234,7 +250,6 @@ impl Engine {
             let least_interval_s = interval_s * bytes / MOST_SIGNAL_BYTES;
             return Err(EngineError::Signals { duration_s: scene.duration_s, bytes, least_interval_s });
         }
-        let job = RowJob::new(scene.clone(), modes, self.retries);
         let (outcome, recorder) = job.run_observed(|model| SignalRecorder::new(model, &scene, interval_s));
         Ok((outcome, recorder.map(SignalRecorder::into_signals)))
     }
@@ -252,13 +267,14 @@ impl Rows for Engine {
 
     /// Simulates a row, retries and twins included.
     fn outcome(&self, row: usize) -> RowOutcome {
-        self.alone(self.checked.scene(row))
+        self.alone(self.checked.scene(row), Some(row as u64))
     }
 
     /// Rows of one shape side by side; with the signals that a sweep keeps, whose rows run alone.
     fn run(&self, rows: &mut dyn RowSource) {
         let kept = self.signals.as_ref();
-        run_jobs(&mut Jobs { engine: self, scene: &|row| self.checked.scene(row as usize), rows, kept });
+        let scene = |row| self.checked.scene(row as usize);
+        run_jobs(&mut Jobs { engine: self, scene: &scene, rows, numbered: true, kept });
     }
 }
 
@@ -276,7 +292,7 @@ impl RowTask for Points<'_> {
             Some(levels) => self.engine.checked.scene_at(levels),
             None => Err(InvalidRow { reason: format!("there is no point {row}") }),
         };
-        run_jobs(&mut Jobs { engine: self.engine, scene: &scene, rows, kept: None });
+        run_jobs(&mut Jobs { engine: self.engine, scene: &scene, rows, numbered: false, kept: None });
     }
 
     fn keep(&self, _: u64, outcome: RowOutcome) -> RowOutcome {
@@ -289,6 +305,8 @@ struct Jobs<'j> {
     engine: &'j Engine,
     scene: &'j dyn Fn(u64) -> Result<Scene, InvalidRow>,
     rows: &'j mut dyn RowSource,
+    /// Whether they are rows of the study, not points whose factors were given.
+    numbered: bool,
     /// The signals that are kept.
     kept: Option<&'j KeptSignals>,
 }
@@ -298,14 +316,15 @@ impl JobSource for Jobs<'_> {
         loop {
             let row = self.rows.next(wait)?;
             if let Some(kept) = self.kept.filter(|kept| kept.keep(row)) {
-                let run = || self.engine.with_means((self.scene)(row), &kept.settings);
+                let run = || self.engine.with_means((self.scene)(row), row, &kept.settings);
                 match catch_unwind(AssertUnwindSafe(run)) {
                     Ok(outcome) => self.rows.ended(row, outcome),
                     Err(payload) => self.panicked(row, payload),
                 }
                 continue;
             }
-            match catch_unwind(AssertUnwindSafe(|| self.engine.job((self.scene)(row)))) {
+            let numbered = self.numbered.then_some(row);
+            match catch_unwind(AssertUnwindSafe(|| self.engine.job((self.scene)(row), numbered))) {
                 Ok(Ok(job)) => return Some((row, job)),
                 Ok(Err(invalid)) => self.rows.ended(row, RowOutcome::invalid(invalid.reason)),
                 Err(payload) => self.panicked(row, payload),

@@ -83,6 +83,7 @@ impl Rows for StubRows {
                 ..Counters::default()
             },
             wall_time_s: own_time.as_secs_f64(),
+            numerical_twin_wall_time_s: None,
         }
     }
 }
@@ -128,6 +129,7 @@ impl StubRows {
                 ..RunTotals::default()
             },
             scatter: None,
+            numerical: None,
             signals: Vec::new(),
         }
     }

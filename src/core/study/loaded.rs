@@ -24,7 +24,7 @@ use super::schema::study_schema;
 use crate::design::Kind;
 use crate::files::{self, Limit};
 use crate::quantity::Value;
-use crate::scene::{OutputSettings, Scene, StructureEntry};
+use crate::scene::{NumericalTwin, OutputSettings, Scene, StructureEntry};
 
 /// A text that some row has at a path.
 pub(super) struct Candidate {
@@ -242,6 +242,14 @@ impl Study {
     /// Twins of each row.
     pub fn twins(&self) -> usize {
         self.file.outputs.twins
+    }
+
+    /// Rows that have a numerical twin: without factors none unless every row is to have one, as a scene alone is no sample.
+    pub fn numerical_twin(&self) -> NumericalTwin {
+        match self.file.outputs.numerical_twin {
+            NumericalTwin::Sample if self.factors().is_empty() => NumericalTwin::None,
+            asked => asked,
+        }
     }
 
     /// Windows and thresholds of the outputs, and the signals that are kept.

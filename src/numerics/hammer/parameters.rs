@@ -37,6 +37,15 @@ const RIGID_STIFFNESS_RATIO: f64 = 10.0;
 const RIGID_FREQUENCY_RATIO: f64 = 2.0;
 
 impl HammerParameters {
+    /// Whether the chisel goes on bouncing between piston and nose when little moves it: errors of many small bounces then add up until
+    /// the first impact.
+    pub fn chisel_chatters(&self) -> bool {
+        let (cylinder, piston) = (1.0 / self.telescope.cylinder_mass_kg, 1.0 / self.piston.mass_kg);
+        let chisel = 1.0 / self.chisel.mass_kg;
+        self.piston.chisel_contact.keeps_slow_bounces(1.0 / (piston + chisel))
+            || self.chisel.cylinder_contact.keeps_slow_bounces(1.0 / (chisel + cylinder))
+    }
+
     /// Whether the guide's spring is so stiff, and the guide on it so fast, beside the contacts that the guide moves with its
     /// mount for every purpose: a spring ten times as stiff as the stiffest of them, a frequency `sqrt(k/m)` twice that of the
     /// fastest, `sqrt(k (1/m1 + 1/m2))` with the masses of the bodies that meet.
@@ -62,6 +71,23 @@ impl HammerParameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::ContactLawName;
+
+    /// The published chisel comes to rest between its contacts; under Hunt-Crossley or without loss it does not.
+    #[test]
+    fn analytic_chatter() {
+        let with = |change: &dyn Fn(&mut HammerParameters)| {
+            let mut hammer = HammerParameters::default();
+            change(&mut hammer);
+            hammer.chisel_chatters()
+        };
+        assert!(!with(&|_| ()));
+        assert!(!with(&|hammer| hammer.chisel.casting_contact.restitution = Some(1.0)), "the casting is not there yet");
+        assert!(!with(&|hammer| hammer.piston.chisel_contact.restitution = Some(0.98)));
+        assert!(with(&|hammer| hammer.piston.chisel_contact.restitution = Some(1.0)));
+        assert!(with(&|hammer| hammer.chisel.cylinder_contact.damping_n_s_per_m = 0.0));
+        assert!(with(&|hammer| hammer.piston.chisel_contact.law = ContactLawName::HuntCrossley));
+    }
 
     /// The published guide is rigid beside its hammer; a softer or a heavier one, or one beside a stiffer contact, is not.
     #[test]

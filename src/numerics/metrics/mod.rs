@@ -7,6 +7,7 @@
 //! - [`Aggregates`]: what follows from them over all hammers and castings
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
+//! - [`NumericalErrors`], [`Promise`]: by how much they move under better numerics, and what presets promise
 //! - [`Phase`]: the parts of a hammer's work
 //! - [`SignalRecorder`], [`MeanRecorder`]: time signals, and means of chosen ones
 
@@ -17,10 +18,12 @@ mod blow;
 mod casting;
 mod contacts;
 mod hammer;
+mod numerical;
 mod outputs;
 mod peak;
 mod percussion;
 mod phase;
+mod promise;
 mod recorder;
 mod scatter;
 mod signal_means;
@@ -30,9 +33,10 @@ mod warning;
 
 pub use aggregates::Aggregates;
 pub use blow::{Blow, BlowKind};
-pub use outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
+pub use outputs::{CastingMetrics, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf};
 pub use percussion::Percussion;
 pub use phase::{Phase, PhaseKind};
+pub use promise::{PROMISES, Promise, Span};
 pub use recorder::Recorder;
 pub use signal_means::{MeanRecorder, MeanSettings};
 pub use signals::{

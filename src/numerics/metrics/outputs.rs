@@ -182,6 +182,9 @@ pub struct RunMetrics {
     /// Scatter of the main outputs over the run's twins; `None` without twins.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scatter: Option<Scatter>,
+    /// Numerical errors of the main outputs; `None` without a numerical twin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numerical: Option<NumericalErrors>,
     /// Means of the signals that the study keeps of the row, instant by instant, time in s first; empty where it keeps none. They
     /// have a table of their own.
     #[serde(skip)]
@@ -198,6 +201,27 @@ quantities! {
     pub struct Scatter {
         /// Twins of the row that were simulated to their end; the scatter is over these and the row itself.
         pub twins_done: u64 => "1",
+        /// One entry per hammer.
+        pub hammers: Vec<ScatterOf>,
+        /// One entry per casting.
+        pub castings: Vec<ScatterOf>,
+        /// Of the run as a whole.
+        pub totals: ScatterOf,
+    }
+}
+
+quantities! {
+    /// Numerical errors of the main outputs: by how much a row differs from its numerical twin, the same scene at a hundredth of the
+    /// tolerance, with housing guides on their springs and all modes of the structure. Of the percussion: 1 if the twin has another.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+    pub struct NumericalErrors {
+        /// 1 if the row's numerical twin was simulated to its end; 0 if it was not, so that the errors are unknown.
+        pub numerical_twin_done: u64 => "1",
+        /// Number of main outputs whose numerical error exceeds the promise of the row's preset. Outputs of the first impact count
+        /// in every row, the others where every hammer is periodic or strikes nothing, in the row and in its numerical twin.
+        pub numerical_errors_beyond_promise: Option<u64> => "1",
+        /// Largest numerical error of those outputs over its promise.
+        pub worst_numerical_error_over_promise: Option<f64> => "1",
         /// One entry per hammer.
         pub hammers: Vec<ScatterOf>,
         /// One entry per casting.

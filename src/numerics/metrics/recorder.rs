@@ -50,7 +50,7 @@ impl Recorder {
             chamber_residual: chamber_residual(system, end),
             warnings,
         };
-        RunMetrics { hammers, castings, blows, totals, scatter: None, signals: Vec::new() }
+        RunMetrics { hammers, castings, blows, totals, scatter: None, numerical: None, signals: Vec::new() }
     }
 }
 

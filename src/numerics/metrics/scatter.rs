@@ -93,6 +93,7 @@ mod tests {
             blows: Vec::new(),
             totals: RunTotals { delivered_work_j: work, ..RunTotals::default() },
             scatter: None,
+            numerical: None,
             signals: Vec::new(),
         }
     }

@@ -400,6 +400,7 @@ mod tests {
             metrics: None,
             counters: Counters::default(),
             wall_time_s: 0.0,
+            numerical_twin_wall_time_s: None,
         }
     }
 

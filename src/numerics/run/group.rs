@@ -200,8 +200,11 @@ impl<'g, R: Number> Group<'g, R> {
             Ok(mut outcome) => {
                 outcome.wall_time_s = ready.wall_time_s + wall_time_s;
                 ready.job.take(outcome);
-                if let Some(ready) = made_ready(self.source, ready.row, ready.job) {
-                    self.begin(lane, ready);
+                match made_ready(self.source, ready.row, ready.job) {
+                    Some(ready) if ready.shape == self.shape => self.begin(lane, ready),
+                    // A numerical twin has another shape: it waits for its group.
+                    Some(ready) => self.waiting.push_back(ready),
+                    None => {}
                 }
             }
             Err(payload) => self.source.panicked(ready.row, payload),

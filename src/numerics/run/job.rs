@@ -1,11 +1,11 @@
 //! What becomes of a row: it is simulated, simulated again with a stricter tolerance if it diverged or its audit fails, and then
-//! its twins are.
+//! its numerical twin and its twins are.
 
 use std::sync::Arc;
 
 use super::outcome::{RowOutcome, RowStatus};
 use super::row::{LEAST_TOLERANCE, run_row_placed};
-use super::twins::twin;
+use super::twins::{numerical_twin, twin};
 use crate::integrate::Observer;
 use crate::metrics::RunMetrics;
 use crate::scene::Scene;
@@ -21,17 +21,26 @@ pub const TIGHTENING: f64 = 0.01;
 pub struct RowJob {
     scene: Scene,
     modes: Arc<PlacedModes>,
+    /// Its numerical twin; `None` for a row without one.
+    numerical: Option<NumericalModes>,
     retries: u32,
+    /// Tolerance of its last time.
+    tolerance: f64,
     next: Next,
     outcome: Option<RowOutcome>,
     twins: Vec<RunMetrics>,
 }
+
+/// All modes of a row's machine, on which its numerical twin runs; `None` if they could not be computed.
+pub type NumericalModes = Option<Arc<PlacedModes>>;
 
 /// What a row's next simulation is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Next {
     /// The row itself, with this tolerance, for this time, from 0.
     Itself(f64, u32),
+    /// Its numerical twin.
+    NumericalTwin,
     /// One of its twins.
     Twin(usize),
     /// None any more.
@@ -43,26 +52,39 @@ impl RowJob {
     /// tolerance, at most `retries` times, where the method has one. Then its twins are run, if the scene asks for them.
     pub fn new(scene: Scene, modes: Arc<PlacedModes>, retries: u32) -> Self {
         let retries = if scene.solver.method.is_fixed() { 0 } else { retries };
-        let next = Next::Itself(scene.solver.tolerance, 0);
-        Self { scene, modes, retries, next, outcome: None, twins: Vec::new() }
+        let tolerance = scene.solver.tolerance;
+        let next = Next::Itself(tolerance, 0);
+        Self { scene, modes, numerical: None, retries, tolerance, next, outcome: None, twins: Vec::new() }
     }
 
-    /// Modes of its machine.
+    /// The row with a numerical twin, which runs before the other twins do.
+    pub fn with_numerical_twin(self, all_modes: NumericalModes) -> Self {
+        Self { numerical: Some(all_modes), ..self }
+    }
+
+    /// Modes on which the next simulation runs.
     pub fn modes(&self) -> &Arc<PlacedModes> {
-        &self.modes
+        match (self.next, &self.numerical) {
+            (Next::NumericalTwin, Some(Some(all))) => all,
+            _ => &self.modes,
+        }
     }
 
     /// The scene to be simulated next; `None` when all is done.
     pub fn scene(&self) -> Option<Scene> {
         match self.next {
-            Next::Itself(tolerance, _) => {
-                let mut scene = self.scene.clone();
-                scene.solver.tolerance = tolerance;
-                Some(scene)
-            }
+            Next::Itself(tolerance, _) => Some(self.scene_to(tolerance)),
+            Next::NumericalTwin => Some(numerical_twin(&self.scene_to(self.tolerance))),
             Next::Twin(number) => Some(twin(&self.scene, number)),
             Next::Nothing => None,
         }
+    }
+
+    /// The scene with another tolerance.
+    fn scene_to(&self, tolerance: f64) -> Scene {
+        let mut scene = self.scene.clone();
+        scene.solver.tolerance = tolerance;
+        scene
     }
 
     /// Whether the row itself is simulated next, not a twin.
@@ -74,6 +96,7 @@ impl RowJob {
     pub fn take(&mut self, mut outcome: RowOutcome) {
         match self.next {
             Next::Itself(tolerance, time) => {
+                self.tolerance = tolerance;
                 if time > 0 {
                     outcome.counters.retries = u64::from(time);
                     if outcome.status != RowStatus::Done {
@@ -85,22 +108,35 @@ impl RowJob {
                 let again = matches!(outcome.status, RowStatus::Diverged | RowStatus::AuditFailed)
                     && time < self.retries
                     && stricter >= LEAST_TOLERANCE;
-                let twins = outcome.metrics.is_some() && self.scene.outputs.twins > 0;
+                if !again && matches!(self.numerical, Some(None)) {
+                    let fidelity = self.scene.solver.fidelity;
+                    outcome.metrics.iter_mut().for_each(|own| own.take_numerical_twin(None, fidelity));
+                }
+                let ended = outcome.metrics.is_some();
                 self.outcome = Some(outcome);
-                self.next = match (again, twins) {
+                self.next = match (again, ended) {
                     (true, _) => Next::Itself(stricter, time + 1),
-                    (false, true) => Next::Twin(0),
+                    (false, true) if matches!(self.numerical, Some(Some(_))) => Next::NumericalTwin,
+                    (false, true) => self.twin_or_nothing(0),
                     (false, false) => Next::Nothing,
                 };
+            }
+            Next::NumericalTwin => {
+                let fidelity = self.scene.solver.fidelity;
+                if let Some(own) = &mut self.outcome {
+                    own.wall_time_s += outcome.wall_time_s;
+                    own.numerical_twin_wall_time_s = Some(outcome.wall_time_s);
+                    own.metrics.iter_mut().for_each(|own| own.take_numerical_twin(outcome.metrics.as_ref(), fidelity));
+                }
+                self.next = self.twin_or_nothing(0);
             }
             Next::Twin(number) => {
                 self.outcome.iter_mut().for_each(|own| own.wall_time_s += outcome.wall_time_s);
                 self.twins.extend(outcome.metrics);
-                if number + 1 < self.scene.outputs.twins {
-                    self.next = Next::Twin(number + 1);
+                self.next = self.twin_or_nothing(number + 1);
+                if self.next != Next::Nothing {
                     return;
                 }
-                self.next = Next::Nothing;
                 if let Some(metrics) = self.outcome.as_mut().and_then(|own| own.metrics.as_mut()) {
                     // A twin that did not reach its end is left out and missing in the count.
                     metrics.take_twins(&self.twins);
@@ -108,6 +144,11 @@ impl RowJob {
             }
             Next::Nothing => {}
         }
+    }
+
+    /// The twin with this number, or nothing behind the last one.
+    fn twin_or_nothing(&self, number: usize) -> Next {
+        if number < self.scene.outputs.twins { Next::Twin(number) } else { Next::Nothing }
     }
 
     /// The outcome, once all is done: that of the last time, its wall time that of all.
@@ -123,7 +164,7 @@ impl RowJob {
     {
         let mut last = None;
         while let Some(scene) = self.scene() {
-            let (outcome, seen) = run_row_placed(&scene, &self.modes, &observer);
+            let (outcome, seen) = run_row_placed(&scene, self.modes(), &observer);
             if self.is_itself() {
                 last = seen;
             }
@@ -141,7 +182,8 @@ impl RowJob {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Environment, Method, ModeTreatment, OutputSettings, SolverSettings};
+    use crate::metrics::RunTotals;
+    use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings, SolverSettings};
     use crate::system::InterfaceModes;
 
     fn scene() -> Scene {
@@ -184,6 +226,44 @@ mod tests {
         outcome.status = if done { RowStatus::Done } else { RowStatus::Diverged };
         outcome.wall_time_s = 2.0;
         outcome
+    }
+
+    /// The numerical twin follows the row's last time, at a hundredth of its tolerance; one that does not reach its end is counted so.
+    #[test]
+    fn a_numerical_twin_follows_the_last_time() {
+        let modes = || -> Arc<PlacedModes> {
+            let (omega_rad_s, damping_ratio) = (Vec::new(), Vec::new());
+            let (mounts, fixtures, points) = (Vec::new(), Vec::new(), Vec::new());
+            Arc::new(InterfaceModes { omega_rad_s, damping_ratio, mounts, fixtures, points }.into())
+        };
+        let all_modes = modes();
+        for (twin_ends, expected) in [(true, 1), (false, 0)] {
+            let mut job = RowJob::new(scene(), modes(), 1).with_numerical_twin(Some(Arc::clone(&all_modes)));
+            let mut run_with = Vec::new();
+            while let Some(scene) = job.scene() {
+                let is_twin = scene.solver.guide == Guide::Spring;
+                assert_eq!(Arc::ptr_eq(job.modes(), &all_modes), is_twin);
+                run_with.push(scene.solver.tolerance);
+                let mut outcome = run(&scene, 1e-5);
+                let metrics = || RunMetrics {
+                    hammers: Vec::new(),
+                    castings: Vec::new(),
+                    blows: Vec::new(),
+                    totals: RunTotals::default(),
+                    scatter: None,
+                    numerical: None,
+                    signals: Vec::new(),
+                };
+                outcome.metrics = (outcome.status == RowStatus::Done && (twin_ends || !is_twin)).then(metrics);
+                job.take(outcome);
+            }
+            assert_eq!(run_with.len(), 3);
+            assert!((run_with[2] / (0.01 * run_with[1]) - 1.0).abs() < 1e-9, "{run_with:?}");
+            let outcome = job.outcome();
+            let numerical = outcome.metrics.and_then(|metrics| metrics.numerical).expect("a numerical twin");
+            assert_eq!((numerical.numerical_twin_done, outcome.numerical_twin_wall_time_s), (expected, Some(2.0)));
+            assert_eq!((outcome.status, outcome.wall_time_s), (RowStatus::Done, 6.0));
+        }
     }
 
     #[test]

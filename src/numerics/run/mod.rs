@@ -12,8 +12,8 @@ pub use batch::{
     BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowSource, RowTask, run_batch, run_one_by_one,
 };
 pub use group::{JobSource, run_jobs, run_jobs_in, run_jobs_over};
-pub use job::{DEFAULT_RETRIES, RowJob, TIGHTENING};
+pub use job::{DEFAULT_RETRIES, NumericalModes, RowJob, TIGHTENING};
 pub use outcome::{RowOutcome, RowStatus};
 pub use row::{RESIDUAL_LIMIT, run_row, run_row_observed};
 pub use threads::{MOST_THREADS, ThreadCountError, thread_count};
-pub use twins::{PERTURBATION, amplifies, perturbed, twin};
+pub use twins::{PERTURBATION, amplifies, numerical_twin, perturbed, twin};

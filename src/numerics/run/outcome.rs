@@ -46,6 +46,8 @@ quantities! {
         pub counters: Counters,
         /// Wall time that the row took; depends on the machine and its load.
         pub wall_time_s: f64 => "s",
+        /// Part of the wall time that the row's numerical twin took; null without one.
+        pub numerical_twin_wall_time_s: Option<f64> => "s",
     }
 }
 
@@ -74,6 +76,7 @@ impl RowOutcome {
             metrics: None,
             counters: Counters::default(),
             wall_time_s: 0.0,
+            numerical_twin_wall_time_s: None,
         }
     }
 }

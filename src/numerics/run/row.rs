@@ -104,6 +104,7 @@ pub(super) fn outcome(scene: &Scene, system: &Coupled, recorder: Recorder, end: 
         metrics,
         counters,
         wall_time_s: 0.0,
+        numerical_twin_wall_time_s: None,
     }
 }
 

@@ -1,12 +1,16 @@
 //! A row's twins: the same scene with inputs that are the same for every purpose, to see how far its outputs move.
 
 use super::row::LEAST_TOLERANCE;
-use crate::scene::{HammerUnit, Scene};
+use crate::scene::{Guide, HammerUnit, Method, ModeTreatment, Scene, SolverSettings};
 
 /// Relative change of supply pressures and standoffs from one twin to the next.
 pub const PERTURBATION: f64 = 1e-9;
 /// Factor on the tolerance of twins: one step tighter, so that errors of the integration show as well.
 const TWIN_TIGHTENING: f64 = 0.1;
+/// Factor on the tolerance of a numerical twin: its own error is then small beside the row's.
+const NUMERICAL_TIGHTENING: f64 = 0.01;
+/// Factor on the budget of steps of a numerical twin, which takes about ten times as many.
+const NUMERICAL_STEPS: u64 = 100;
 /// Mass of a casting over that of the chisel above which the percussion of a single hammer is mostly not periodic: with the default
 /// hammer (1.8 kg) castings of 3 kg still are, of 3.5 kg no more (the guide's page on scatter).
 const HEAVY_RATIO: f64 = 1.75;
@@ -30,6 +34,20 @@ pub fn twin(scene: &Scene, number: usize) -> Scene {
     let mut moved = perturbed(scene, number);
     moved.solver.tolerance = (moved.solver.tolerance * TWIN_TIGHTENING).max(LEAST_TOLERANCE);
     moved
+}
+
+/// The numerical twin of a scene: the same inputs with a hundredth of the tolerance and housing guides on their springs; of a method
+/// with a fixed step the default method. It is to be run on all modes of the structure.
+pub fn numerical_twin(scene: &Scene) -> Scene {
+    let solver = SolverSettings {
+        tolerance: (scene.solver.tolerance * NUMERICAL_TIGHTENING).max(LEAST_TOLERANCE),
+        guide: Guide::Spring,
+        method: Method::Tsit5,
+        modes: ModeTreatment::Automatic,
+        max_steps: scene.solver.max_steps.saturating_mul(NUMERICAL_STEPS),
+        ..scene.solver
+    };
+    Scene { solver, ..scene.clone() }
 }
 
 /// A scene with supply pressures (absolute) and standoffs times `1 + d`, where `d` is +1, -1, +2, -2 and so on, by `number` from

@@ -13,6 +13,8 @@ pub use crate::integrate::Method;
 pub use machine::{Housings, SourceName, StructureEntry, StructureParameters};
 pub use model::{Environment, HammerEntry, HammerUnit, Mount, OutputSettings, Scene, Supply};
 pub use overrides::ParameterOverrides;
-pub use solver::{Fidelity, Guide, ModeTreatment, PRESETS, Preset, STANDARD, SolverEntry, SolverSettings};
+pub use solver::{
+    Fidelity, Guide, ModeTreatment, NumericalTwin, PRESETS, Preset, STANDARD, SolverEntry, SolverSettings,
+};
 pub use strike::{DEEP_SHARE, JUMP_RATIO};
 pub use validate::{SceneProblem, SceneProblemKind};

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::overrides::ParameterOverrides;
-use super::solver::{Guide, SolverSettings};
+use super::solver::{Guide, NumericalTwin, SolverSettings};
 use crate::hammer::{HammerParameters, choked_flow};
 use crate::parameter::parameters;
 use crate::workpiece::Casting;
@@ -185,6 +185,11 @@ parameters! { file
         /// Twins of each row: further runs, each a run of its own with inputs that are the same for every purpose, whose outputs
         /// show by how much a row's scatter. The same for all rows.
         pub twins: usize = 0, "1", [0 ..= 1000], "none unless asked for";
+        /// Rows that are run once more with better numerics: a tolerance of a hundredth, housing guides on their springs, and all modes
+        /// of the structure. Their columns `..._numerical_error` hold by how much each main output moves. `sample` (or `true`): row 0 of
+        /// a design and one row of every further hundred, drawn by the seed; none without a design. `all`: every row. `none` (or
+        /// `false`): no row.
+        pub numerical_twin: NumericalTwin = NumericalTwin::Sample, "", [choice], "`sample`";
     }
 }
 

@@ -5,7 +5,9 @@ use serde::Serialize;
 
 use super::info::{DatasetInfo, RowRecord};
 use crate::integrate::Counters;
-use crate::metrics::{Aggregates, Blow, CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
+use crate::metrics::{
+    Aggregates, Blow, CastingMetrics, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf,
+};
 use crate::quantity::{Cell, Kind, Value};
 use crate::run::RowOutcome;
 
@@ -64,11 +66,21 @@ impl ColumnDescription {
     pub fn scatter_name(&self) -> String {
         scatter_name(&self.name)
     }
+
+    /// Name of the column that holds the numerical error of this one, where its row has a numerical twin.
+    pub fn numerical_error_name(&self) -> String {
+        numerical_error_name(&self.name)
+    }
 }
 
 /// Name of the column that holds the scatter of the column with this name.
 pub fn scatter_name(name: &str) -> String {
     format!("{name}_scatter")
+}
+
+/// Name of the column that holds the numerical error of the column with this name.
+pub fn numerical_error_name(name: &str) -> String {
+    format!("{name}_numerical_error")
 }
 
 /// What a row of a table is made from.
@@ -106,6 +118,19 @@ impl<'a> Source<'a> {
         self.metrics()?.scatter.as_ref()
     }
 
+    fn numerical(&self) -> Option<&NumericalErrors> {
+        self.metrics()?.numerical.as_ref()
+    }
+
+    fn numerical_of(&self, group: ScatterGroup) -> Option<&ScatterOf> {
+        let numerical = self.numerical()?;
+        match group {
+            ScatterGroup::Hammer(index) => numerical.hammers.get(index),
+            ScatterGroup::Casting(index) => numerical.castings.get(index),
+            ScatterGroup::Totals => Some(&numerical.totals),
+        }
+    }
+
     fn scatter_of(&self, group: ScatterGroup) -> Option<&ScatterOf> {
         let scatter = self.scatter()?;
         match group {
@@ -136,6 +161,9 @@ pub enum Get {
     Twins(Read<Scatter>),
     /// Of what, and the quantity's name.
     Scatter(ScatterGroup, &'static str),
+    Numerical(Read<NumericalErrors>),
+    /// Of what, and the quantity's name.
+    NumericalError(ScatterGroup, &'static str),
     Blow(Read<Blow>),
     /// The name of the blow's hammer.
     BlowHammer,
@@ -145,7 +173,7 @@ pub enum Get {
     Instant(usize),
 }
 
-/// What a scatter belongs to.
+/// What a scatter or a numerical error belongs to.
 #[derive(Clone, Copy)]
 pub enum ScatterGroup {
     Hammer(usize),
@@ -179,6 +207,8 @@ impl Column {
             Get::Casting(index, read) => source.metrics()?.castings.get(index).and_then(read),
             Get::Totals(read) => read(&source.metrics()?.totals),
             Get::Twins(read) => source.scatter().and_then(read),
+            Get::Numerical(read) => source.numerical().and_then(read),
+            Get::NumericalError(group, name) => source.numerical_of(group)?.get(name).copied()?.map(Value::Real),
             Get::Scatter(group, name) => source.scatter_of(group)?.get(name).copied()?.map(Value::Real),
             Get::Blow(read) => source.blow.and_then(read),
             Get::BlowHammer => name(&source.info.hammers, source.blow?.hammer),

@@ -7,11 +7,13 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::cells::Segment;
-use super::column::{Column, ColumnDescription, ColumnGroup, Get, Read, ScatterGroup, Source, scatter_name};
+use super::column::{
+    Column, ColumnDescription, ColumnGroup, Get, Read, ScatterGroup, Source, numerical_error_name, scatter_name,
+};
 use super::error::DatasetError;
 use super::info::{DatasetInfo, RowRecord};
 use crate::integrate::Counters;
-use crate::metrics::{Aggregates, Blow, CastingMetrics, HammerMetrics, Instant, RunTotals, Scatter};
+use crate::metrics::{Aggregates, Blow, CastingMetrics, HammerMetrics, Instant, NumericalErrors, RunTotals, Scatter};
 use crate::quantity::{Kind, Quantity};
 use crate::run::RowOutcome;
 use crate::words::identifier;
@@ -187,6 +189,25 @@ impl<'a> About<'a> {
         })
     }
 
+    /// Columns of the numerical errors of the main quantities, `<quantity>_numerical_error`.
+    fn numerical_errors<T: 'static>(
+        &self,
+        quantities: &[Quantity<T>],
+        group: ScatterGroup,
+    ) -> impl Iterator<Item = Column> {
+        quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
+            let (name, column) = (quantity.name, numerical_error_name(quantity.name));
+            let (of, unit) = match quantity.kind {
+                Kind::Text | Kind::Category => ("1 if the row's numerical twin has another value, otherwise 0", "1"),
+                Kind::Real | Kind::Count | Kind::Integer => {
+                    ("difference of the row and its numerical twin", quantity.unit)
+                }
+            };
+            let text = format!("Numerical error ({of}) of {name}; null without a numerical twin.");
+            Column::new(self.describe(&column, Kind::Real, unit, &text), Get::NumericalError(group, name))
+        })
+    }
+
     /// Columns of the scatter of the main quantities, `<quantity>_scatter`.
     fn scatter<T: 'static>(&self, quantities: &[Quantity<T>], group: ScatterGroup) -> impl Iterator<Item = Column> {
         quantities.iter().filter(|quantity| quantity.main).map(move |quantity| {
@@ -203,8 +224,19 @@ impl<'a> About<'a> {
     }
 }
 
+/// The columns beside those of some quantities that twins give: scatter and numerical errors.
+fn beside<T: 'static>(
+    info: &DatasetInfo,
+    about: &About<'_>,
+    quantities: &[Quantity<T>],
+    group: ScatterGroup,
+) -> Vec<Column> {
+    let scatter = (info.twins > 0).then(|| about.scatter(quantities, group));
+    let errors = info.numerical_twins.then(|| about.numerical_errors(quantities, group));
+    scatter.into_iter().flatten().chain(errors.into_iter().flatten()).collect()
+}
+
 fn run_columns(info: &DatasetInfo) -> Vec<Column> {
-    let twins = info.twins > 0;
     let [row, aggregate, run, solver] =
         [ColumnGroup::Row, ColumnGroup::Aggregate, ColumnGroup::Run, ColumnGroup::Solver].map(About::all);
     let mut columns = row_column();
@@ -215,21 +247,20 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
     for (index, name) in info.hammers.iter().enumerate() {
         let hammer = About::one(ColumnGroup::Hammer, "Hammer", name);
         columns.extend(hammer.columns(HammerMetrics::QUANTITIES, |read| Get::Hammer(index, read)));
-        if twins {
-            columns.extend(hammer.scatter(HammerMetrics::QUANTITIES, ScatterGroup::Hammer(index)));
-        }
+        columns.extend(beside(info, &hammer, HammerMetrics::QUANTITIES, ScatterGroup::Hammer(index)));
     }
     for (index, name) in info.castings.iter().enumerate() {
         let casting = About::one(ColumnGroup::Casting, "Casting", name);
         columns.extend(casting.columns(CastingMetrics::QUANTITIES, |read| Get::Casting(index, read)));
-        if twins {
-            columns.extend(casting.scatter(CastingMetrics::QUANTITIES, ScatterGroup::Casting(index)));
-        }
+        columns.extend(beside(info, &casting, CastingMetrics::QUANTITIES, ScatterGroup::Casting(index)));
     }
     columns.extend(run.columns(RunTotals::QUANTITIES, Get::Totals));
-    if twins {
-        columns.extend(run.scatter(RunTotals::QUANTITIES, ScatterGroup::Totals));
+    columns.extend(beside(info, &run, RunTotals::QUANTITIES, ScatterGroup::Totals));
+    if info.twins > 0 {
         columns.extend(run.columns(Scatter::QUANTITIES, Get::Twins));
+    }
+    if info.numerical_twins {
+        columns.extend(run.columns(NumericalErrors::QUANTITIES, Get::Numerical));
     }
     columns.extend(solver.columns(&[RowOutcome::modes, RowOutcome::states], Get::Outcome));
     let counted = About { prefix: "solver_".to_owned(), ..solver };
@@ -272,7 +303,7 @@ fn blow_columns() -> Vec<Column> {
 fn timing_columns() -> Vec<Column> {
     let mut columns = row_column();
     let about = About::all(ColumnGroup::Solver);
-    columns.extend(about.columns(&[RowOutcome::wall_time_s], Get::Outcome));
+    columns.extend(about.columns(&[RowOutcome::wall_time_s, RowOutcome::numerical_twin_wall_time_s], Get::Outcome));
     columns
 }
 
@@ -298,7 +329,13 @@ mod tests {
     #[test]
     fn names_end_in_the_unit() {
         let named = |name: &str| vec![name.to_owned()];
-        let info = DatasetInfo { hammers: named("left"), castings: named("part"), twins: 1, ..DatasetInfo::empty() };
+        let info = DatasetInfo {
+            hammers: named("left"),
+            castings: named("part"),
+            twins: 1,
+            numerical_twins: true,
+            ..DatasetInfo::empty()
+        };
         let columns = Columns::new(&info).expect("unique");
         for column in TableName::ALL.into_iter().flat_map(|table| columns.describe(table)) {
             let ColumnDescription { name, unit, kind, description, .. } = column;
@@ -317,7 +354,10 @@ mod tests {
                 "J/NL" => "_j_per_nl",
                 other => panic!("unit {other} of {name} has no suffix here"),
             };
-            assert!(name.trim_end_matches("_scatter").ends_with(suffix), "{name} [{unit}]");
+            assert!(
+                name.trim_end_matches("_scatter").trim_end_matches("_numerical_error").ends_with(suffix),
+                "{name} [{unit}]"
+            );
         }
     }
 

@@ -99,6 +99,9 @@ pub struct DatasetInfo {
     /// Twins of each row.
     #[serde(default)]
     pub twins: u64,
+    /// Whether some rows have numerical twins.
+    #[serde(default)]
+    pub numerical_twins: bool,
     /// Names of the hammers, in the scene's order.
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
@@ -141,6 +144,7 @@ impl DatasetInfo {
             design_quality: serde_json::Value::Null,
             row_groups: None,
             twins: 0,
+            numerical_twins: false,
             hammers: Vec::new(),
             castings: Vec::new(),
             signals: Vec::new(),

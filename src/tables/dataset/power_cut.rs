@@ -156,6 +156,7 @@ fn record(row: u64) -> RowRecord {
         blows: vec![blow],
         totals: RunTotals { delivered_work_j: row as f64, ..RunTotals::default() },
         scatter: None,
+        numerical: None,
         signals: Vec::new(),
     };
     let mut outcome = RowOutcome::invalid(String::new());

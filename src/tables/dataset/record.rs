@@ -221,6 +221,7 @@ mod tests {
             metrics: None,
             counters: Counters { steps: 9, ..Counters::default() },
             wall_time_s: 0.1,
+            numerical_twin_wall_time_s: None,
         }
     }
 
@@ -238,6 +239,7 @@ mod tests {
             blows: [0, 1].map(|hammer| Blow { hammer, energy_j: 5.0 + hammer as f64, ..Blow::default() }).to_vec(),
             totals: RunTotals { delivered_work_j: 5.0, ..RunTotals::default() },
             scatter: None,
+            numerical: None,
             signals: Vec::new(),
         }
     }
@@ -272,8 +274,13 @@ mod tests {
     #[test]
     fn a_row_is_the_cells_of_its_columns() {
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
-        let info =
-            DatasetInfo { hammers: names(&["a", "b"]), castings: names(&["c"]), twins: 1, ..DatasetInfo::empty() };
+        let info = DatasetInfo {
+            hammers: names(&["a", "b"]),
+            castings: names(&["c"]),
+            twins: 1,
+            numerical_twins: true,
+            ..DatasetInfo::empty()
+        };
         let columns = Columns::new(&info).expect("unique");
         for metrics in [Some(metrics()), None] {
             let record = RowRecord { row: 4, factors: Vec::new(), outcome: RowOutcome { metrics, ..outcome() } };

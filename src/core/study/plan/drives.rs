@@ -12,7 +12,7 @@ use crate::words::nearest;
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
 
 /// The keys of `outputs` that all rows share: they decide which tables and columns there are.
-const SHARED_OUTPUTS: [&str; 5] = ["twins", "points", "signals", "signal_rows", "signal_interval_s"];
+const SHARED_OUTPUTS: [&str; 6] = ["twins", "numerical_twin", "points", "signals", "signal_rows", "signal_interval_s"];
 
 /// A parameter as the factor names it.
 struct Named<'a> {

@@ -49,10 +49,10 @@ pub(in crate::study) fn resolve(file: &StudyFile, context: &Context<'_>) -> Resu
     let scene = Scene {
         machine,
         environment: file.environment,
+        solver: solver(&file.solver, &hammers),
         hammers,
         castings,
         duration_s: file.duration_s.unwrap_or(Scene::default().duration_s),
-        solver: solver(&file.solver),
         outputs: file.outputs.clone(),
     };
     let problems = scene.validate();
@@ -83,9 +83,11 @@ fn machine(name: Option<&str>, known: &[String], issues: &mut Vec<Issue>) -> Opt
     found
 }
 
-fn solver(entry: &SolverEntry) -> SolverSettings {
+fn solver(entry: &SolverEntry, hammers: &[HammerUnit]) -> SolverSettings {
     let preset = Preset::of(entry.fidelity.unwrap_or_default());
-    let default = SolverSettings { tolerance: preset.tolerance, guide: preset.guide, ..SolverSettings::default() };
+    let Preset { fidelity, guide, .. } = preset;
+    let tolerance = preset.tolerance_for(hammers.iter().map(|hammer| &hammer.parameters));
+    let default = SolverSettings { fidelity, tolerance, guide, ..SolverSettings::default() };
     let fixed = entry.method.is_some_and(Method::is_fixed);
     // Fixed steps are for comparison: the model as published.
     let published = SolverSettings { guide: Guide::Spring, modes: ModeTreatment::Integrated, ..default };
