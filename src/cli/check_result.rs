@@ -7,8 +7,9 @@ use super::exit::Failure;
 use crate::dataset::{Columns, TableName};
 use crate::design::{Acceptance, Aliases, Quality};
 use crate::engine::{Engine, RowScene, Rows};
+use crate::metrics::{HammerMetrics, duration_for};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
-use crate::scene::Scene;
+use crate::scene::{HammerUnit, Scene};
 use crate::study::{CheckedStudy, Study};
 use crate::system::InterfaceModes;
 
@@ -149,12 +150,49 @@ pub(super) struct Probe {
     /// How many times as long a row takes with one twin as without, less one; null where neither twins nor a scene that
     /// amplifies make it worth knowing.
     pub twin_time_ratio: Option<f64>,
+    /// Outputs of its hammers with standard errors, and the duration that these need; empty where the run did not reach its end or
+    /// has too few blows, or its percussion has not settled.
+    pub precision: Vec<Needed>,
     /// Wall time of a row alone, its twins included, s; null if the row ended at once.
     pub row_time_s: Option<f64>,
     /// Threads of the forecast.
     pub threads: usize,
     /// Wall time of all rows were they run one by one, s: an upper bound; null if the row ended at once.
     pub total_time_s: Option<f64>,
+}
+
+/// Standard error of an output, and the duration at which it would be as small as asked for.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Needed {
+    /// Name of the hammer.
+    pub hammer: String,
+    /// The output.
+    pub output: &'static str,
+    /// Its standard error over its value in the row that was run.
+    pub relative_error: f64,
+    /// Relative standard error asked for.
+    pub wanted_error: f64,
+    /// Duration of a run for that error, s: errors fall with the root of the duration.
+    pub needed_s: f64,
+}
+
+impl Needed {
+    /// Those of a run of `scene`.
+    fn all(scene: &Scene, outcome: &RowOutcome, wanted_error: f64) -> Vec<Self> {
+        let metrics = outcome.metrics.as_ref();
+        let hammers = metrics.iter().flat_map(|metrics| scene.hammers.iter().zip(&metrics.hammers));
+        let of = |(unit, hammer): (&HammerUnit, &HammerMetrics)| -> Vec<Self> {
+            let needed = |(output, value, error): (&'static str, f64, f64)| Self {
+                hammer: unit.name.clone(),
+                output,
+                relative_error: error / value.abs(),
+                wanted_error,
+                needed_s: duration_for(wanted_error, scene.duration_s, (value, error)),
+            };
+            hammer.erring().map(needed).filter(|needed| needed.needed_s.is_finite()).collect()
+        };
+        hammers.flat_map(of).collect()
+    }
 }
 
 /// A selection of modes.
@@ -223,7 +261,7 @@ impl Confused {
 }
 
 /// Simulates the first row that describes a scene and tells what it took; `threads` 0: as many as the machine has.
-pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
+pub(super) fn probe(engine: &Engine, threads: usize, wanted_error: f64) -> Option<Probe> {
     let rows = engine.checked().row_count();
     let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
     let found = (0..rows.min(PROBED_ROWS)).find_map(|row| Some((row, engine.scene(row).ok()?)));
@@ -251,6 +289,7 @@ pub(super) fn probe(engine: &Engine, threads: usize) -> Option<Probe> {
         twins: twins as u64,
         amplifies,
         twin_time_ratio,
+        precision: Needed::all(&scene, &outcome, wanted_error),
         row_time_s,
         threads,
         total_time_s: row_time_s.map(|row_s| (row_s * rows_one_by_one).min(f64::MAX)),

@@ -1,8 +1,12 @@
 //! Summary of a dataset as plain text: how the rows ended, the best rows, ranges of the outputs, where the tables are.
 
 mod charts;
+mod precision;
 mod summary;
 mod text;
 
 pub use charts::{Charts, Paper};
-pub use summary::{BestRow, DEFAULT_RANKING, Figure, Range, Report, ReportSettings, WorstResidual, summarise};
+pub use precision::{Precision, WorstPrecision};
+pub use summary::{
+    BestRow, DEFAULT_RANKING, Figure, Range, Report, ReportSettings, WANTED_ERROR, WorstResidual, summarise,
+};
