@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::check_result::{Check, Confused, Invalid, Plan, Probe, probe};
+use super::check_result::{Check, Confused, Invalid, Needed, Plan, Probe, Probed, probe};
 use super::exit::{Exit, Failure, write_file};
 use super::json::say_json;
 use super::outputs::{Form, Output, StudyArguments};
-use super::text::{plural, say, tell, threads};
+use super::text::{plural, say, tell, threads, wanted_error};
 use crate::design::{Distribution, Level, PHI_EXPONENT, Quality};
 use crate::engine::{MOST_COMPARED, Rows};
 use crate::plot::{Factor, scatter_matrix};
@@ -41,6 +41,9 @@ pub(super) struct CheckArguments {
     /// Write a scatter matrix of the design (SVG), every factor against every other one.
     #[arg(long, value_name = "FILE")]
     scatter: Option<PathBuf>,
+    /// Relative standard error of the outputs for which the duration of a run is estimated.
+    #[arg(long, default_value_t = crate::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
+    wanted_error: f64,
     /// Print what was found as JSON (schemas/check.schema.json).
     #[arg(long)]
     json: bool,
@@ -61,7 +64,8 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     }
     let Invalid { looked_at, count, .. } = plan.invalid;
     let no_row_runs = count == looked_at;
-    let probe = probe(&engine, plan.repeated, thread_count(arguments.threads)?);
+    let rows = Probed { repeated: plan.repeated, threads: thread_count(arguments.threads)? };
+    let probe = probe(&engine, rows, arguments.wanted_error);
     if arguments.json {
         say_json(&Check { plan, probe })?;
     } else {
@@ -168,6 +172,7 @@ fn probe_text(probe: &Probe) -> String {
     }));
     lines.push(format!("states         {}", probe.states));
     lines.extend(twins_line(probe));
+    lines.push(precision_line(probe));
     lines.push(time_line(probe));
     lines.join("\n")
 }
@@ -195,6 +200,26 @@ fn twins_line(probe: &Probe) -> Option<String> {
         )
     };
     probe.amplifies.as_ref().map(line)
+}
+
+/// Which duration the standard errors of the row need.
+fn precision_line(probe: &Probe) -> String {
+    let worst = probe.precision.iter().max_by(|a, b| a.needed_s.total_cmp(&b.needed_s));
+    let Some(Needed { hammer, output, relative_error, wanted_error, needed_s }) = worst else {
+        return format!(
+            "precision      row {} has no standard errors: too few blows, or a percussion that has not settled; try a longer duration_s",
+            probe.row
+        );
+    };
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let error = format!("at most {} (`{hammer}_{output}`, row {})", percent(*relative_error), probe.row);
+    if relative_error <= wanted_error {
+        return format!("precision      standard errors of {error}");
+    }
+    format!(
+        "precision      standard errors of {error}; for {} set duration_s to about {needed_s:.1}",
+        percent(*wanted_error)
+    )
 }
 
 /// Time of a row alone, and of all were they run one by one: what rows side by side save depends on their shapes, known only by

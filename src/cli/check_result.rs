@@ -7,8 +7,9 @@ use super::exit::Failure;
 use crate::dataset::{Columns, TableName};
 use crate::design::{Acceptance, Aliases, Design, Kind, Quality};
 use crate::engine::{Engine, Repeats, RowScene, Rows};
+use crate::metrics::{HammerMetrics, duration_for};
 use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
-use crate::scene::Scene;
+use crate::scene::{HammerUnit, Scene};
 use crate::study::{CheckedStudy, Study};
 use crate::system::InterfaceModes;
 
@@ -153,12 +154,49 @@ pub(super) struct Probe {
     /// How many times as long a row takes with one twin as without, less one; null where neither twins nor a scene that
     /// amplifies make it worth knowing.
     pub twin_time_ratio: Option<f64>,
+    /// Outputs of its hammers with standard errors, and the duration that these need; empty where the run did not reach its end or
+    /// has too few blows, or its percussion has not settled.
+    pub precision: Vec<Needed>,
     /// Wall time of a row alone, its twins included, s; null if the row ended at once.
     pub row_time_s: Option<f64>,
     /// Threads of the forecast.
     pub threads: usize,
     /// Wall time of all rows were they run one by one, s: an upper bound; null if the row ended at once.
     pub total_time_s: Option<f64>,
+}
+
+/// Standard error of an output, and the duration at which it would be as small as asked for.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Needed {
+    /// Name of the hammer.
+    pub hammer: String,
+    /// The output.
+    pub output: &'static str,
+    /// Its standard error over its value in the row that was run.
+    pub relative_error: f64,
+    /// Relative standard error asked for.
+    pub wanted_error: f64,
+    /// Duration of a run for that error, s: errors fall with the root of the duration.
+    pub needed_s: f64,
+}
+
+impl Needed {
+    /// Those of a run of `scene`.
+    fn all(scene: &Scene, outcome: &RowOutcome, wanted_error: f64) -> Vec<Self> {
+        let metrics = outcome.metrics.as_ref();
+        let hammers = metrics.iter().flat_map(|metrics| scene.hammers.iter().zip(&metrics.hammers));
+        let of = |(unit, hammer): (&HammerUnit, &HammerMetrics)| -> Vec<Self> {
+            let needed = |(output, value, error): (&'static str, f64, f64)| Self {
+                hammer: unit.name.clone(),
+                output,
+                relative_error: error / value.abs(),
+                wanted_error,
+                needed_s: duration_for(wanted_error, scene.duration_s, (value, error)),
+            };
+            hammer.erring().map(needed).filter(|needed| needed.needed_s.is_finite()).collect()
+        };
+        hammers.flat_map(of).collect()
+    }
 }
 
 /// A selection of modes.
@@ -260,9 +298,16 @@ impl Confused {
     }
 }
 
-/// Simulates the first row that describes a scene and returns its cost. The time of all rows, repeats left out, is the time on
-/// `threads` threads.
-pub(super) fn probe(engine: &Engine, repeated: usize, threads: usize) -> Option<Probe> {
+/// What the time of all rows follows from.
+pub(super) struct Probed {
+    /// Rows that repeat others and are not run.
+    pub repeated: usize,
+    /// Threads that run the others.
+    pub threads: usize,
+}
+
+/// Simulates the first row that describes a scene and returns its cost, and the time of all rows.
+pub(super) fn probe(engine: &Engine, Probed { repeated, threads }: Probed, wanted_error: f64) -> Option<Probe> {
     let rows = engine.checked().row_count();
     let found = (0..rows.min(PROBED_ROWS)).find_map(|row| Some((row, engine.scene(row).ok()?)));
     let (row, RowScene { mut scene, modes }) = found?;
@@ -290,6 +335,7 @@ pub(super) fn probe(engine: &Engine, repeated: usize, threads: usize) -> Option<
         twins: twins as u64,
         amplifies,
         twin_time_ratio,
+        precision: Needed::all(&scene, &outcome, wanted_error),
         row_time_s,
         threads,
         total_time_s: row_time_s.map(|row_s| (row_s * rows_one_by_one).min(f64::MAX)),

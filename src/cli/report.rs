@@ -8,7 +8,7 @@ use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_dataset;
 use super::json::say_json;
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{fit, say, terminal_columns};
+use super::text::{fit, say, terminal_columns, wanted_error};
 use super::written::Written;
 use crate::dataset::DatasetReader;
 use crate::page::{MOST_ROWS, dataset_page};
@@ -27,6 +27,9 @@ pub(super) struct ReportArguments {
     /// Write the dataset as one page of HTML to look through in a browser, instead of printing the summary; needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Relative standard error of the outputs for which the report states the duration that rows need.
+    #[arg(long, default_value_t = crate::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
+    wanted_error: f64,
     /// Print the summary as JSON (schemas/report.schema.json); with --html, what was written (schemas/written.schema.json).
     #[arg(long)]
     json: bool,
@@ -42,8 +45,11 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
     let page = Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) };
     check_outputs(std::slice::from_ref(&arguments.dataset), &[page])?;
-    let settings =
-        ReportSettings { rank_by: arguments.rank_by.clone(), best: arguments.best, ..ReportSettings::default() };
+    let settings = ReportSettings {
+        rank_by: arguments.rank_by.clone(),
+        best: arguments.best,
+        wanted_error: arguments.wanted_error,
+    };
     let reader = DatasetReader::open(&arguments.dataset)?;
     if let Some(path) = &arguments.html {
         let page = dataset_page(&reader, &settings, MOST_ROWS)?;

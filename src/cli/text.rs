@@ -81,6 +81,12 @@ pub(super) fn threads(text: &str) -> Result<usize, String> {
     number.ok_or_else(|| format!("expected a whole number from 0 (one thread per core) to {MOST_THREADS}"))
 }
 
+/// Reads a relative standard error.
+pub(super) fn wanted_error(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| *share > 0.0 && *share < 1.0);
+    share.ok_or_else(|| "expected a number between 0 and 1, e.g. 0.01 for 1 %".to_owned())
+}
+
 /// A row asked for on the command line must be one of the study's.
 pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
     let last = engine.checked().row_count() - 1;

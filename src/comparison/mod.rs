@@ -8,8 +8,8 @@
 //!
 //! # When an output differs
 //!
-//! A row and its twins span a range of each main output, of which `<output>_scatter` is the half, `s`. The rows may be anywhere
-//! within theirs. Their outputs `a` and `b` lie beyond their scatter where these ranges cannot meet:
+//! A row and ten twins span a range of each main output, of which `<output>_scatter` is the half, `s` (estimated where there are
+//! fewer or more). The rows may be anywhere within theirs. Their outputs `a` and `b` lie beyond their scatter where these ranges cannot meet:
 //!
 //! ```text
 //! |a - b| > 2 (s_a + s_b)

@@ -2,9 +2,13 @@
 
 mod charts;
 mod numerical;
+mod precision;
 mod summary;
 mod text;
 
 pub use charts::{Charts, Paper};
 pub use numerical::{NumericalTwins, OutputError};
-pub use summary::{BestRow, DEFAULT_RANKING, Figure, Range, Report, ReportSettings, WorstResidual, summarise};
+pub use precision::{Precision, WorstPrecision};
+pub use summary::{
+    BestRow, DEFAULT_RANKING, Figure, Range, Report, ReportSettings, WANTED_ERROR, WorstResidual, summarise,
+};

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::numerical::{NumericalTwins, numerical_twins};
+use super::precision::{Precision, Precisions, RowTime};
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use crate::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals, Warning};
 use crate::quantity::{Cell, Value};
@@ -51,10 +52,11 @@ const ROW_RANGES: [(&str, &str); 6] = [
     (Aggregates::work_per_air_j_per_nl.name, "work per air in a row"),
 ];
 /// Columns that every report reads, before those that depend on the study.
-const ALWAYS: [&str; 5] = [
+const ALWAYS: [&str; 6] = [
     RowRecord::row.name,
     RowOutcome::status.name,
     RowOutcome::reason.name,
+    RowOutcome::time_reached_s.name,
     Aggregates::least_percussion.name,
     RunTotals::energy_residual.name,
 ];
@@ -62,17 +64,22 @@ const ALWAYS: [&str; 5] = [
 const MOST_REASONS: usize = 100;
 
 /// What to report.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ReportSettings {
     /// Column of `runs` by which rows are ranked, largest first. Default [`DEFAULT_RANKING`].
     pub rank_by: String,
     /// Number of best rows. Default 5.
     pub best: usize,
+    /// Relative standard error for which durations are stated, positive. Default 0.01.
+    pub wanted_error: f64,
 }
+
+/// Relative standard error for which durations are stated unless another one is asked for.
+pub const WANTED_ERROR: f64 = 0.01;
 
 impl Default for ReportSettings {
     fn default() -> Self {
-        Self { rank_by: DEFAULT_RANKING.to_owned(), best: 5 }
+        Self { rank_by: DEFAULT_RANKING.to_owned(), best: 5, wanted_error: WANTED_ERROR }
     }
 }
 
@@ -189,6 +196,10 @@ pub struct Report {
     pub best: Vec<BestRow>,
     /// Ranges of outputs.
     pub ranges: Vec<Range>,
+    /// Relative standard error for which durations are stated.
+    pub wanted_error: f64,
+    /// Outputs of hammers with standard errors: how many rows miss the wanted error, and the duration that they need.
+    pub precision: Vec<Precision>,
     /// Row with the largest absolute energy residual.
     pub worst_residual: Option<WorstResidual>,
     /// Numerical errors of the main outputs; null where no row has a numerical twin.
@@ -224,6 +235,8 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         ranking,
         best: Vec::new(),
         ranges: Vec::new(),
+        wanted_error: settings.wanted_error,
+        precision: Vec::new(),
         worst_residual: None,
         numerical_twins: numerical_twins(reader)?,
         spans: Spans::default(),
@@ -271,6 +284,7 @@ struct Gatherer<'a> {
     ranged: Vec<(usize, &'a ColumnDescription)>,
     /// Column of the warnings; none in datasets of older versions.
     warnings: Option<&'a ColumnDescription>,
+    precisions: Precisions<'a>,
     /// One per factor.
     factor_spans: Vec<Span>,
 }
@@ -283,6 +297,7 @@ impl<'a> Gatherer<'a> {
         let factors: Vec<_> = columns.iter().filter(|column| column.group == ColumnGroup::Factor).collect();
         Self {
             outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
+            precisions: Precisions::of(columns, settings.wanted_error),
             factor_spans: vec![Span::default(); factors.len()],
             warnings: named(RunTotals::warnings.name),
             factors,
@@ -298,13 +313,14 @@ impl<'a> Gatherer<'a> {
         let columns = self.outputs.iter().copied().chain(self.factors.iter().copied()).chain(ranged);
         let columns = columns.chain(self.warnings);
         let fixed = ALWAYS.into_iter().chain([self.settings.rank_by.as_str()]);
-        fixed.chain(columns.map(|column| column.name.as_str())).collect()
+        fixed.chain(columns.map(|column| column.name.as_str())).chain(self.precisions.names()).collect()
     }
 
     fn row(&mut self, cells: &[Cell<'_>]) {
-        let [Some(Value::Count(row)), Some(Value::Text(status)), reason, percussion, residual, rank, others @ ..] =
-            cells
-        else {
+        let [Some(Value::Count(row)), Some(Value::Text(status)), reason, time_s, rest @ ..] = cells else {
+            return;
+        };
+        let [percussion, residual, rank, others @ ..] = rest else {
             return;
         };
         *self.report.statuses.entry((*status).to_owned()).or_default() += 1;
@@ -325,6 +341,9 @@ impl<'a> Gatherer<'a> {
             self.rank(*row, rank, beside);
         }
         self.widen(rank, beside);
+        let (ranged, erring) = ranged.split_at(self.ranged.len().min(ranged.len()));
+        let duration_s = number(time_s).unwrap_or_default();
+        self.precisions.row(RowTime { row: *row, duration_s }, erring);
         for ((place, _), cell) in self.ranged.iter().zip(ranged) {
             if let (Some(range), Some(value)) =
                 (self.report.ranges.get_mut(*place), cell.and_then(|cell| cell.number()))
@@ -379,6 +398,7 @@ impl<'a> Gatherer<'a> {
         self.report.ranges.retain(|range| range.count > 0);
         let names = self.factors.iter().map(|column| column.name.clone());
         self.report.spans.factors = names.zip(self.factor_spans).collect();
+        self.report.precision = self.precisions.finish();
         self.report
     }
 }

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt;
 
+use super::precision::{Precision, WorstPrecision};
 use super::summary::{BestRow, Figure, Range, Report, WorstResidual};
 use crate::metrics::{Aggregates, Percussion, Warning};
 use crate::quantity::Value;
@@ -20,6 +21,7 @@ impl fmt::Display for Report {
         self.write_best(f)?;
         // A width that is asked for (`{:60}`) is that of the terminal.
         self.write_ranges(f, f.width().unwrap_or(usize::MAX))?;
+        self.write_precision(f)?;
         self.write_residual(f)?;
         self.numerical_twins.iter().try_for_each(|twins| write!(f, "\n{twins}"))?;
         writeln!(f, "\nTables")?;
@@ -102,6 +104,31 @@ impl Report {
             let [min, mean, max] = [*min, *mean, *max].map(significant);
             let line = format!("{title:<width$}{gap}{min:>10} {mean:>10} {max:>10} {unit}");
             writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+
+    /// Outputs whose standard errors are above the wanted one, and which duration they need.
+    fn write_precision(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let wanted = significant(100.0 * self.wanted_error);
+        let noted: Vec<&Precision> = self.precision.iter().filter(|one| one.above + one.without > 0).collect();
+        if self.precision.is_empty() {
+            return Ok(());
+        }
+        if noted.is_empty() {
+            return writeln!(f, "\nStandard errors: all within {wanted} % of their values");
+        }
+        writeln!(f, "\nStandard errors above {wanted} % (they fall with the root of `duration_s`)")?;
+        for Precision { output, count, without, above, worst } in noted {
+            write!(f, "  {output}: {above} of {} values", count + without)?;
+            if let Some(WorstPrecision { row, relative_error, duration_s, needed_s }) = worst.filter(|_| *above > 0) {
+                let [percent, duration_s, needed_s] = [100.0 * relative_error, duration_s, needed_s].map(significant);
+                write!(f, ", at worst {percent} % after {duration_s} s in row {row}: needs {needed_s} s")?;
+            }
+            if *without > 0 {
+                write!(f, "; {without} without an error: too short, or not settled")?;
+            }
+            writeln!(f)?;
         }
         Ok(())
     }

@@ -285,3 +285,42 @@ fn no_output_overwrites_what_the_command_reads() {
     }
     assert_eq!(fs::read_to_string(&own).expect("still there"), text);
 }
+
+/// `check` and `report` state the duration that a wanted standard error needs: errors fall with the root of the duration.
+#[test]
+fn durations_for_a_wanted_error() {
+    let scratch = TempDir::new().expect("scratch");
+    let rig = study("paper_rig.toml");
+    let run = |arguments: &[&str]| {
+        let (code, text, log) = ran(decore(&scratch).args(arguments));
+        assert_eq!(code, Some(0), "{arguments:?}: {log}");
+        text
+    };
+    let rig = rig.to_str().expect("UTF-8");
+    let heavy = ["--set", "casting.part.mass_kg=40"];
+    let text = run(&["check", rig, heavy[0], heavy[1], "--wanted-error", "0.02"]);
+    assert!(text.contains("for 2.00 % set duration_s to about "), "{text}");
+    assert!(run(&["check", rig]).contains("precision      standard errors of at most 0."));
+    let json = run(&["check", rig, heavy[0], heavy[1], "--wanted-error", "0.02", "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let needed = found["probe"]["precision"].as_array().expect("a list");
+    assert!(needed.len() >= 7, "{json}");
+    for one in needed {
+        let number = |key: &str| one[key].as_f64().expect("a number");
+        let expected = 1.5 * (number("relative_error") / 0.02).powi(2);
+        assert!((number("needed_s") / expected - 1.0).abs() < 1e-9, "{one}");
+    }
+    run(&["run", rig, heavy[0], heavy[1], "--output", "heavy"]);
+    let text = run(&["report", "heavy", "--wanted-error", "0.02"]);
+    assert!(text.contains("Standard errors above 2.000 %") && text.contains(" s in row 0: needs "), "{text}");
+    let json = run(&["report", "heavy", "--wanted-error", "0.02", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let precision = report["precision"].as_array().expect("a list");
+    for one in needed {
+        let same = precision.iter().find(|other| other["output"] == one["output"]).expect("the output");
+        let worst = same["worst"]["needed_s"].as_f64().expect("a number");
+        assert!((worst / one["needed_s"].as_f64().expect("a number") - 1.0).abs() < 1e-9, "{same}");
+    }
+    let (code, _, log) = ran(decore(&scratch).args(["report", "heavy", "--wanted-error", "0"]));
+    assert!(code == Some(2) && log.contains("expected a number between 0 and 1"), "{log}");
+}

@@ -7,8 +7,8 @@ use crate::common::harness::{assert_close, assert_relative, bisect};
 use crate::common::studies::{outcome, rig, scene};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step};
-use decore::metrics::{BlowKind, Percussion, RunMetrics};
-use decore::run::{RowJob, RowStatus, run_row, run_row_observed};
+use decore::metrics::{BlowKind, ERRING, HammerMetrics, Percussion, RunMetrics};
+use decore::run::{RowJob, RowStatus, perturbed, run_row, run_row_observed};
 use decore::scene::Environment;
 use decore::system::{ContactKind, Coupled, HammerQuadrature, build};
 
@@ -197,17 +197,103 @@ fn the_fastest_point_of_a_rotating_casting() {
     assert_eq!(plain.measuring_point_peak_velocity_m_s, Some(plain.peak_velocity_m_s));
 }
 
-/// The steady figure of the arm is that of the percussion: it does not fall with the duration as that of the whole hammering does,
-/// whose first impact is inside. What the slow modes (below 20 Hz, 2 % of damping) still ring at the first periodic blow remains.
+/// The steady figure of the arm starts when the first impact has decayed: it does not fall with the duration, as the figure of the
+/// whole hammering does, and as it did when it started at the first periodic blow (0.00478, 0.00344 and 0.00332 m/s after 1.5, 10 and
+/// 20 s; 0.003195 in the last second). Its error holds what is left. A run that is too short has none.
 #[test]
 fn the_steady_arm_forgets_the_first_impact() {
     let [short, long, longer] =
         ["duration_s=1.5", "duration_s=6", "duration_s=12"].map(|duration| rig(&[duration]).hammers.remove(0));
-    let steady = [&short, &long, &longer].map(|hammer| hammer.arm_rms_steady_m_s.unwrap());
-    let whole = [&short, &long, &longer].map(|hammer| hammer.arm_rms_hammering_m_s.unwrap());
+    assert_eq!((short.arm_rms_steady_m_s, short.arm_rms_steady_error_m_s), (None, None));
+    let whole = [&long, &longer].map(|hammer| hammer.arm_rms_hammering_m_s.unwrap());
+    let of = |hammer: &HammerMetrics| (hammer.arm_rms_steady_m_s.unwrap(), hammer.arm_rms_steady_error_m_s.unwrap());
+    let steady = [of(&long), of(&longer)];
     println!("steady {steady:?}, hammering {whole:?}");
-    assert!((steady[1] / steady[2] - 1.0).abs() < 0.08 && whole[1] / whole[2] > 1.15);
-    assert!(steady[0] / steady[2] < 0.7 * whole[0] / whole[2]);
+    assert!(whole[0] / whole[1] > 1.15);
+    for (value, error) in steady {
+        assert!((value / 0.003195 - 1.0).abs() < 0.015, "{value}");
+        assert!((value - 0.003195).abs() < 2.0 * error && error < 0.02 * value, "{value} {error}");
+    }
+}
+
+/// A percussion whose works scatter by 6 % from blow to blow is not periodic, though its energies (to 0.4 %) and intervals repeat;
+/// its twins agree.
+#[test]
+fn works_that_scatter_are_not_periodic() {
+    let soft = [
+        "casting.part.fixture.table.stiffness_n_per_m=1e6",
+        "casting.part.fixture.table.damping_n_s_per_m=400",
+        "casting.part.mass_kg=1.5",
+        "outputs.twins=4",
+    ];
+    let metrics = rig(&soft);
+    let works = metrics.blows.iter().filter(|blow| blow.kind == BlowKind::Periodic).map(|blow| blow.work_j);
+    let works: Vec<f64> = works.collect();
+    let mean = works.iter().sum::<f64>() / works.len() as f64;
+    let spread = (works.iter().map(|work| (work - mean).powi(2)).sum::<f64>() / works.len() as f64).sqrt() / mean;
+    let kinds = metrics.scatter.as_ref().unwrap().hammers[0]["percussion"];
+    println!(
+        "works scatter by {:.1} %, {:?}, others among twins {kinds:?}",
+        100.0 * spread,
+        metrics.hammers[0].percussion
+    );
+    assert!(spread > 0.03, "{spread}");
+    assert_ne!(metrics.hammers[0].percussion, Percussion::Periodic);
+    assert_eq!(kinds, Some(0.0));
+}
+
+/// Number of a hammer's outputs by its name.
+fn number(hammer: &HammerMetrics, name: &str) -> Option<f64> {
+    let quantity = HammerMetrics::QUANTITIES.iter().find(|quantity| quantity.name == name).unwrap();
+    (quantity.value)(hammer).and_then(|value| value.number())
+}
+
+/// Two standard errors hold the truth, the mean over 24 runs that differ by chance, in most runs: of every output that has an error,
+/// with a casting whose intervals once held it in 84 % (3.5 kg), one in 62 % of runs (60 kg), and of runs that are short (1.5 s). The
+/// bound is what 3 x 24 intervals of 95 % meet in 999 of 1000 cases.
+#[test]
+fn val_intervals_hold_the_truth() {
+    let mut held = [(0, 0); ERRING.len()];
+    for mass in ["3.5", "20", "60"] {
+        let mass = format!("casting.part.mass_kg={mass}");
+        let (scene, modes) = scene("paper_rig.toml", 0, &[&mass]).unwrap();
+        let hammer =
+            |run: usize| RowJob::new(perturbed(&scene, run), modes.clone(), 0).run().metrics.unwrap().hammers.remove(0);
+        let runs: Vec<HammerMetrics> = (0..24).map(hammer).collect();
+        for ((value, error), (held, all)) in ERRING.iter().zip(&mut held) {
+            let values: Vec<f64> = runs.iter().filter_map(|run| number(run, value)).collect();
+            let truth = values.iter().sum::<f64>() / values.len() as f64;
+            let pairs = || runs.iter().filter_map(|run| number(run, value).zip(number(run, error)));
+            *held += pairs().filter(|(value, error)| (value - truth).abs() <= 2.0 * error).count();
+            *all += pairs().count();
+        }
+    }
+    for ((name, _), (held, all)) in ERRING.iter().zip(held) {
+        println!("{name}: {held} of {all}");
+        // The steady velocity of the mount needs a longer run.
+        assert!(*name == "arm_rms_steady_m_s" || all >= 40, "{name}: {all}");
+        assert!(held as f64 >= 0.86 * all as f64, "{name}: {held} of {all}");
+    }
+}
+
+/// A casting of 116 kg switches between two motions every few hundred blows: most short runs have no standard error, and say why.
+#[test]
+fn errors_are_null_where_the_percussion_is_unsettled() {
+    let (scene, modes) = scene("paper_rig.toml", 0, &["casting.part.mass_kg=116", "duration_s=3"]).unwrap();
+    let mut unsettled = 0;
+    for run in 0..6 {
+        let metrics = RowJob::new(perturbed(&scene, run), modes.clone(), 0).run().metrics.unwrap();
+        let hammer = &metrics.hammers[0];
+        let sure = matches!(hammer.percussion, Percussion::Aperiodic | Percussion::Periodic);
+        unsettled += usize::from(!sure);
+        assert_eq!(hammer.periodic_energy_mean_error_j.is_some(), sure, "{hammer:?}");
+        assert_eq!(
+            (hammer.delivered_work_error_j.is_some(), metrics.totals.delivered_work_error_j.is_some()),
+            (sure, sure)
+        );
+    }
+    println!("{unsettled} of 6 unsettled");
+    assert!(unsettled >= 3);
 }
 
 /// Supplies too low or too high for the percussion: rows that are done, and whose outputs say what the hammer does.
@@ -314,7 +400,8 @@ fn twins_show_the_scatter() {
     let rig_metrics = rig(&["outputs.twins=4"]);
     let (worst, name) = largest_relative(&rig_metrics);
     println!("rig: {worst:.1e} ({name})");
-    assert!(worst > 0.0 && worst < 1e-5, "{name}: {worst:e}");
+    // Half the range of five runs is below 1e-5; scaled to the range of eleven runs it is 1.36 times as large.
+    assert!(worst > 0.0 && worst < 1.4e-5, "{name}: {worst:e}");
     assert_eq!(rig_metrics.scatter.as_ref().unwrap().twins_done, 4);
     let mut ratios = [18, 20, 22].map(|mass_kg| {
         let heavy = rig(&["outputs.twins=6", &format!("casting.part.mass_kg={mass_kg}")]);

@@ -372,7 +372,7 @@ pub(super) const FIGURES: &[Figure<'static>] = &[
         "arm_rms_steady_max_m_s",
         "m/s",
         Hammers(HammerMetrics::arm_rms_steady_m_s.name, Largest),
-        "Machine: the same from the first to the last periodic blow of each stroke.",
+        "Machine: the same between periodic blows, once the impacts have decayed.",
     )
     .scattering(Largest),
     target("modes", "1", Run(RowOutcome::modes.name), "Machine: modes of the structure that were kept."),

@@ -58,8 +58,8 @@ quantities! {
         pub max_casting_point_velocity_m_s: Option<f64> => "m/s",
         /// Largest of the mounts' root-mean-square velocities after the first impacts, their transients included.
         pub max_arm_rms_hammering_m_s: Option<f64> => "m/s",
-        /// Largest of the mounts' root-mean-square velocities while hammers strike periodically: the lasting load on the
-        /// machine.
+        /// Largest of the mounts' root-mean-square velocities while hammers strike periodically and their impacts have decayed:
+        /// the lasting load on the machine.
         pub max_arm_rms_steady_m_s: Option<f64> => "m/s",
         /// Air drawn by all hammers over the run, in standard litres.
         pub total_air_used_nl: f64 => "NL",

@@ -69,11 +69,15 @@ impl BlowKind {
 }
 
 /// A blow whose window lies within the simulation, with what its hammer had done when it began.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Recorded {
     pub blow: Blow,
     /// Time in s that the gate had been open.
     pub gated_s: f64,
     /// Integral of the mount's squared velocity, m2/s.
     pub arm_integral: f64,
+    /// Work that the hammer had delivered, J.
+    pub work_before_j: f64,
+    /// Work that all hammers had delivered, J.
+    pub run_work_before_j: f64,
 }

@@ -5,8 +5,9 @@ use super::blow::{Blow, BlowKind, Recorded};
 use super::contacts::ContactTrack;
 use super::outputs::HammerMetrics;
 use super::peak::{Probe, peak, reach};
-use super::percussion::{judge, strokes};
-use super::statistics::{mean, standard_error, variance};
+use super::percussion::judge;
+use super::statistics::{error_of_mean, mean, variance};
+use super::steady::{self, Interval, Shown, Sure};
 use super::warning::Warning;
 use crate::hammer::body;
 use crate::integrate::{Step, Switching};
@@ -142,7 +143,13 @@ impl HammerTrack {
         };
         let arm_integral = quadrature(HammerQuadrature::ArmVelocitySquared);
         self.window = Some(Window {
-            recorded: Recorded { blow, gated_s: self.gated_s, arm_integral },
+            recorded: Recorded {
+                blow,
+                gated_s: self.gated_s,
+                arm_integral,
+                work_before_j: quadrature(HammerQuadrature::Work),
+                run_work_before_j: run_work(system, y),
+            },
             end_s: t + self.settings.blow_window_s,
             work_at_start: quadrature(HammerQuadrature::Work),
             impulse_at_start: quadrature(HammerQuadrature::Impulse),
@@ -178,7 +185,7 @@ impl HammerTrack {
     }
 
     /// The blows and the outputs at the end of the simulation, at time `t` and state `y`.
-    pub fn finish(self, system: &Coupled, At { t, y }: At<'_>) -> (HammerMetrics, Vec<Blow>) {
+    pub fn finish(self, system: &Coupled, At { t, y }: At<'_>) -> Finished {
         let quadrature = |q| y[system.model().layout().quadrature(self.hammer, q)];
         let rms = |integral: f64, duration: f64| (duration > 0.0).then(|| (integral.max(0.0) / duration).sqrt());
         let arm_total = quadrature(HammerQuadrature::ArmVelocitySquared);
@@ -210,8 +217,26 @@ impl HammerTrack {
             air_used_nl: standard_litres(quadrature(HammerQuadrature::Air), system.model().gas_constant_j_per_kg_k()),
             ..first_impact(&self.recorded)
         };
-        (periodic(&self.recorded, metrics), self.recorded.into_iter().map(|recorded| recorded.blow).collect())
+        let series = Series::of(&self.recorded, system.model().decay_per_s(self.hammer), t);
+        let metrics = series.add_to(metrics);
+        let run_work_error_j = metrics.percussion.is_sure().then(|| series.delivered(|interval| interval.run_work_j));
+        let blows = self.recorded.into_iter().map(|recorded| recorded.blow).collect();
+        Finished { metrics, blows, run_work_error_j: run_work_error_j.flatten() }
     }
+}
+
+/// The end of a hammer's record.
+pub(super) struct Finished {
+    pub metrics: HammerMetrics,
+    pub blows: Vec<Blow>,
+    /// Standard error of the work of all hammers by the intervals between this one's blows, J.
+    pub run_work_error_j: Option<f64>,
+}
+
+/// Work that all hammers have delivered, J.
+fn run_work(system: &Coupled, y: &[f64]) -> f64 {
+    let layout = system.model().layout();
+    (0..layout.hammers).map(|hammer| y[layout.quadrature(hammer, HammerQuadrature::Work)]).sum()
 }
 
 impl Window {
@@ -303,47 +328,73 @@ fn first_impact(recorded: &[Recorded]) -> HammerMetrics {
     }
 }
 
-/// Adds the outputs of the periodic blows to `metrics`.
-fn periodic(recorded: &[Recorded], metrics: HammerMetrics) -> HammerMetrics {
-    let periodic: Vec<&Recorded> =
-        recorded.iter().filter(|recorded| recorded.blow.kind == BlowKind::Periodic).collect();
-    let figures =
-        |value: fn(&Blow) -> f64| -> Vec<f64> { periodic.iter().map(|recorded| value(&recorded.blow)).collect() };
-    let (energies, works) = (figures(|blow| blow.energy_j), figures(|blow| blow.work_j));
-    let (impulses, forces) = (figures(|blow| blow.impulse_n_s), figures(|blow| blow.peak_force_n));
-    let speeds = figures(|blow| blow.casting_peak_velocity_m_s);
-    let (momenta, given) = (figures(|blow| blow.strike_momentum_n_s), figures(|blow| blow.strike_energy_j));
-    let kinetic = figures(|blow| blow.strike_kinetic_energy_j);
-    // Over the strokes: intervals between blows, the time and the arm's integral from the first blow to the last.
-    let (mut intervals, mut span_s, mut arm_integral) = (0, 0.0, 0.0);
-    for stroke in strokes(&periodic) {
-        if let [first, .., last] = stroke {
-            intervals += stroke.len() - 1;
-            span_s += last.blow.start_time_s - first.blow.start_time_s;
-            arm_integral += last.arm_integral - first.arm_integral;
+/// The periodic blows of a run and what lies between them.
+struct Series {
+    periodic: Vec<Blow>,
+    intervals: Vec<Interval>,
+    arm: Sure,
+    shown: Shown,
+}
+
+impl Series {
+    /// `decay_per_s`: rate at which the energy of the mount's slowest mode decays; `end_s`: end of the run.
+    fn of(recorded: &[Recorded], decay_per_s: f64, end_s: f64) -> Self {
+        let periodic: Vec<&Recorded> =
+            recorded.iter().filter(|recorded| recorded.blow.kind == BlowKind::Periodic).collect();
+        let intervals = steady::intervals(&periodic);
+        let is_impact = |blow: &&Blow| !blow.kind.is_percussion();
+        let impacts = recorded.iter().map(|recorded| &recorded.blow).filter(is_impact);
+        let impacts: Vec<(usize, f64)> = impacts.map(|blow| (blow.stroke, blow.start_time_s)).collect();
+        let since_last_s = periodic.last().map_or(0.0, |last| end_s - last.blow.start_time_s);
+        let span_s = intervals.iter().map(|interval| interval.duration_s).sum::<f64>() + since_last_s;
+        Self {
+            arm: steady::arm(&intervals, &impacts, decay_per_s),
+            shown: Shown { span_s, since_last_s },
+            periodic: periodic.into_iter().map(|recorded| recorded.blow.clone()).collect(),
+            intervals,
         }
     }
-    HammerMetrics {
-        periodic_blows: periodic.len() as u64,
-        periodic_energy_mean_j: mean(&energies),
-        periodic_energy_mean_error_j: standard_error(&energies),
-        periodic_energy_std_j: variance(&energies).map(f64::sqrt),
-        hit_frequency_hz: (span_s > 0.0).then(|| intervals as f64 / span_s),
-        periodic_work_mean_j: mean(&works),
-        periodic_work_mean_error_j: standard_error(&works),
-        periodic_impulse_mean_n_s: mean(&impulses),
-        periodic_impulse_mean_error_n_s: standard_error(&impulses),
-        periodic_peak_force_mean_n: mean(&forces),
-        periodic_peak_force_mean_error_n: standard_error(&forces),
-        periodic_casting_peak_velocity_mean_m_s: mean(&speeds),
-        periodic_casting_peak_velocity_mean_error_m_s: standard_error(&speeds),
-        periodic_strike_momentum_mean_n_s: mean(&momenta),
-        periodic_strike_momentum_mean_error_n_s: standard_error(&momenta),
-        periodic_strike_energy_mean_j: mean(&given),
-        periodic_strike_energy_mean_error_j: standard_error(&given),
-        periodic_strike_kinetic_energy_mean_j: mean(&kinetic),
-        periodic_strike_kinetic_energy_mean_error_j: standard_error(&kinetic),
-        arm_rms_steady_m_s: (span_s > 0.0).then(|| (arm_integral.max(0.0) / span_s).sqrt()),
-        ..metrics
+
+    fn delivered(&self, work: fn(&Interval) -> f64) -> Option<f64> {
+        steady::delivered(&self.intervals, work, self.shown)
+    }
+
+    /// Adds the outputs of the periodic blows to `metrics`; errors only where the percussion has settled.
+    fn add_to(&self, metrics: HammerMetrics) -> HammerMetrics {
+        let figures = |value: fn(&Blow) -> f64| -> Vec<f64> { self.periodic.iter().map(value).collect() };
+        let (energies, works) = (figures(|blow| blow.energy_j), figures(|blow| blow.work_j));
+        let (impulses, forces) = (figures(|blow| blow.impulse_n_s), figures(|blow| blow.peak_force_n));
+        let speeds = figures(|blow| blow.casting_peak_velocity_m_s);
+        let (momenta, given) = (figures(|blow| blow.strike_momentum_n_s), figures(|blow| blow.strike_energy_j));
+        let kinetic = figures(|blow| blow.strike_kinetic_energy_j);
+        let sure = metrics.percussion.is_sure();
+        let error = |values: &[f64]| error_of_mean(values).filter(|_| sure);
+        let frequency = steady::frequency(&self.intervals);
+        HammerMetrics {
+            periodic_blows: self.periodic.len() as u64,
+            periodic_energy_mean_j: mean(&energies),
+            periodic_energy_mean_error_j: error(&energies),
+            periodic_energy_std_j: variance(&energies).map(f64::sqrt),
+            hit_frequency_hz: frequency.value,
+            hit_frequency_error_hz: frequency.error.filter(|_| sure),
+            periodic_work_mean_j: mean(&works),
+            periodic_work_mean_error_j: error(&works),
+            periodic_impulse_mean_n_s: mean(&impulses),
+            periodic_impulse_mean_error_n_s: error(&impulses),
+            periodic_peak_force_mean_n: mean(&forces),
+            periodic_peak_force_mean_error_n: error(&forces),
+            periodic_casting_peak_velocity_mean_m_s: mean(&speeds),
+            periodic_casting_peak_velocity_mean_error_m_s: error(&speeds),
+            periodic_strike_momentum_mean_n_s: mean(&momenta),
+            periodic_strike_momentum_mean_error_n_s: error(&momenta),
+            periodic_strike_energy_mean_j: mean(&given),
+            periodic_strike_energy_mean_error_j: error(&given),
+            periodic_strike_kinetic_energy_mean_j: mean(&kinetic),
+            periodic_strike_kinetic_energy_mean_error_j: error(&kinetic),
+            delivered_work_error_j: self.delivered(|interval| interval.work_j).filter(|_| sure),
+            arm_rms_steady_m_s: self.arm.value,
+            arm_rms_steady_error_m_s: self.arm.error.filter(|_| sure),
+            ..metrics
+        }
     }
 }

@@ -6,6 +6,7 @@
 //! - `hammer`, `casting`, `audit`: what it keeps of each hammer, of each casting, and of the energies
 //! - [`Aggregates`]: what follows from them over all hammers and castings
 //! - `percussion`, `statistics`: what a series of blows is, and the standard error of its mean
+//! - `steady`: figures over the intervals between blows with their errors: frequency, motion of the mount, delivered work
 //! - [`Scatter`]: how far a run's main outputs move under inputs that are the same for every purpose
 //! - [`NumericalErrors`], [`Promise`]: by how much they move under better numerics, and what presets promise
 //! - [`Phase`]: the parts of a hammer's work
@@ -29,11 +30,14 @@ mod scatter;
 mod signal_means;
 mod signals;
 mod statistics;
+mod steady;
 mod warning;
 
 pub use aggregates::Aggregates;
 pub use blow::{Blow, BlowKind};
-pub use outputs::{CastingMetrics, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf};
+pub use outputs::{
+    CastingMetrics, ERRING, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf, duration_for,
+};
 pub use percussion::Percussion;
 pub use phase::{Phase, PhaseKind};
 pub use promise::{PROMISES, Promise, Span};

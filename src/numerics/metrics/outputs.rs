@@ -12,7 +12,9 @@ use crate::quantity::quantities;
 quantities! {
     /// Outputs of one hammer. `None`: the event did not happen (or not often enough).
     ///
-    /// "Periodic" figures are over the periodic blows: those that reach the casting, without the first of each stroke.
+    /// "Periodic" figures are over the periodic blows: those that reach the casting, without the first of each stroke. An
+    /// `..._error_...` is a standard error, enlarged by Student's quantile for few or correlated blows: the value +- 2 errors is a
+    /// 95 % interval. `None` with fewer than eight values, and where the percussion is unsettled or stalled.
     #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct HammerMetrics {
         /// Start of the first impact (the first contact with the casting in the first stroke).
@@ -50,12 +52,15 @@ quantities! {
         pub percussion_period: Option<u64> => "1",
         /// Mean impact energy of the periodic blows.
         pub periodic_energy_mean_j: Option<f64> => "J" main,
-        /// Standard error of the mean impact energy, from the series of blows with its autocorrelation.
+        /// Standard error of the mean impact energy; mean +- 2 errors is a 95 % interval. None with fewer than eight blows or
+        /// an unsettled or stalled percussion.
         pub periodic_energy_mean_error_j: Option<f64> => "J",
         /// Standard deviation of the impact energy of the periodic blows.
         pub periodic_energy_std_j: Option<f64> => "J",
         /// Periodic blows less one over the time from the first to the last, both summed over the strokes.
         pub hit_frequency_hz: Option<f64> => "Hz" main,
+        /// Standard error of the hit frequency.
+        pub hit_frequency_error_hz: Option<f64> => "Hz",
         /// Mean work that a periodic blow delivers to the casting within its window.
         pub periodic_work_mean_j: Option<f64> => "J" main,
         /// Standard error of that mean work.
@@ -92,6 +97,8 @@ quantities! {
         pub strike_kinetic_energy_j: f64 => "J" main,
         /// Work delivered to the casting over the whole run: the integral of force times the casting's velocity.
         pub delivered_work_j: f64 => "J" main,
+        /// Standard error of the delivered work: its deviation from run to run, where runs differ by chance.
+        pub delivered_work_error_j: Option<f64> => "J",
         /// Impulse of the chisel-casting force over the whole run.
         pub delivered_impulse_n_s: f64 => "N s" main,
         /// Root mean square of the mount's velocity along the hammer, before the hammer's first impact.
@@ -99,8 +106,12 @@ quantities! {
         /// Root mean square of the mount's velocity along the hammer from the first impact to the end of the run; the
         /// transient of the impact is part of it, so it falls with the duration.
         pub arm_rms_hammering_m_s: Option<f64> => "m/s" main,
-        /// Root mean square of the mount's velocity along the hammer from the first to the last periodic blow of each stroke.
+        /// Root mean square of the mount's velocity along the hammer between periodic blows, from the time on at which the
+        /// stroke's impact has decayed: five time constants of the energy of the slowest mode that moves the mount. None where
+        /// fewer than eight blows follow.
         pub arm_rms_steady_m_s: Option<f64> => "m/s" main,
+        /// Standard error of the steady velocity of the mount. None over less than three of those time constants.
+        pub arm_rms_steady_error_m_s: Option<f64> => "m/s",
         /// Number of chisel-casting contacts: intervals of positive force, of which those separated by less than
         /// `outputs.contact_separation_s` (50 us) are one.
         pub contact_count: u64 => "1",
@@ -111,6 +122,47 @@ quantities! {
         /// Air drawn from the supply over the run, in standard litres (101325 Pa, 293.15 K).
         pub air_used_nl: f64 => "NL",
     }
+}
+
+/// Outputs of a hammer that have a standard error, with the name of that error.
+pub const ERRING: [(&str, &str); 11] = [
+    (HammerMetrics::periodic_energy_mean_j.name, HammerMetrics::periodic_energy_mean_error_j.name),
+    (HammerMetrics::hit_frequency_hz.name, HammerMetrics::hit_frequency_error_hz.name),
+    (HammerMetrics::periodic_work_mean_j.name, HammerMetrics::periodic_work_mean_error_j.name),
+    (HammerMetrics::periodic_impulse_mean_n_s.name, HammerMetrics::periodic_impulse_mean_error_n_s.name),
+    (HammerMetrics::periodic_peak_force_mean_n.name, HammerMetrics::periodic_peak_force_mean_error_n.name),
+    (
+        HammerMetrics::periodic_casting_peak_velocity_mean_m_s.name,
+        HammerMetrics::periodic_casting_peak_velocity_mean_error_m_s.name,
+    ),
+    (
+        HammerMetrics::periodic_strike_momentum_mean_n_s.name,
+        HammerMetrics::periodic_strike_momentum_mean_error_n_s.name,
+    ),
+    (HammerMetrics::periodic_strike_energy_mean_j.name, HammerMetrics::periodic_strike_energy_mean_error_j.name),
+    (
+        HammerMetrics::periodic_strike_kinetic_energy_mean_j.name,
+        HammerMetrics::periodic_strike_kinetic_energy_mean_error_j.name,
+    ),
+    (HammerMetrics::delivered_work_j.name, HammerMetrics::delivered_work_error_j.name),
+    (HammerMetrics::arm_rms_steady_m_s.name, HammerMetrics::arm_rms_steady_error_m_s.name),
+];
+
+impl HammerMetrics {
+    /// Value and standard error of each of [`ERRING`], with its name, where there are both.
+    pub fn erring(&self) -> impl Iterator<Item = (&'static str, f64, f64)> {
+        let number = |name: &str| {
+            let quantity = Self::QUANTITIES.iter().find(|quantity| quantity.name == name)?;
+            (quantity.value)(self)?.number()
+        };
+        ERRING.iter().filter_map(move |(name, error)| Some((*name, number(name)?, number(error)?)))
+    }
+}
+
+/// Duration in s at which a standard error would be `wanted` of its value, where a run of `duration_s` has `error`: errors fall
+/// with the root of the duration.
+pub fn duration_for(wanted: f64, duration_s: f64, (value, error): (f64, f64)) -> f64 {
+    duration_s * (error / (wanted * value)).powi(2)
 }
 
 quantities! {
@@ -153,6 +205,9 @@ quantities! {
     pub struct RunTotals {
         /// Work delivered to the castings over the whole run by all hammers: the integral of force times velocity.
         pub delivered_work_j: f64 => "J" main,
+        /// Standard error of the delivered work: its deviation from run to run, where runs differ by chance. None where a
+        /// hammer's percussion is unsettled or stalled.
+        pub delivered_work_error_j: Option<f64> => "J",
         /// Impulse of the chisel-casting forces over the whole run, all hammers.
         pub delivered_impulse_n_s: f64 => "N s" main,
         /// Energy given to all castings by the strikes of all blows: the default ranking.
@@ -196,7 +251,8 @@ pub struct RunMetrics {
 pub type ScatterOf = BTreeMap<&'static str, Option<f64>>;
 
 quantities! {
-    /// Scatter of the main outputs over a run and its twins: half the range; of the percussion, the share of another kind.
+    /// Scatter of the main outputs over a run and its twins: half the range, scaled to the range of eleven runs; of the percussion,
+    /// the share of another kind.
     #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct Scatter {
         /// Twins of the row that were simulated to their end; the scatter is over these and the row itself.

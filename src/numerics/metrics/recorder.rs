@@ -3,7 +3,7 @@
 use super::at::At;
 use super::audit::{chamber_residual, energy_residual};
 use super::casting::CastingTrack;
-use super::hammer::HammerTrack;
+use super::hammer::{Finished, HammerTrack};
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
 use super::warning::Warning;
 use crate::integrate::{Observer, Step};
@@ -32,8 +32,10 @@ impl Recorder {
     pub fn finish(self, system: &Coupled, t: f64, y: &[f64]) -> RunMetrics {
         let end = At { t, y };
         let warnings = Warning::text(self.hammers.iter().flat_map(|track| track.warnings(system)));
+        let finished: Vec<Finished> = self.hammers.into_iter().map(|track| track.finish(system, end)).collect();
+        let delivered_work_error_j = run_work_error_j(&finished);
         let (hammers, blows): (Vec<_>, Vec<_>) =
-            self.hammers.into_iter().map(|track| track.finish(system, end)).unzip();
+            finished.into_iter().map(|hammer| (hammer.metrics, hammer.blows)).unzip();
         let mut blows: Vec<_> = blows.into_iter().flatten().collect();
         blows.sort_by(|a, b| a.start_time_s.total_cmp(&b.start_time_s).then(a.hammer.cmp(&b.hammer)));
         let castings = self.castings.into_iter().enumerate();
@@ -44,6 +46,7 @@ impl Recorder {
         let castings = castings.collect();
         let totals = RunTotals {
             delivered_work_j: sum(hammers.iter().map(|hammer| hammer.delivered_work_j)),
+            delivered_work_error_j,
             delivered_impulse_n_s: sum(hammers.iter().map(|hammer| hammer.delivered_impulse_n_s)),
             strike_energy_j: sum(hammers.iter().map(|hammer| hammer.strike_energy_j)),
             energy_residual: energy_residual(system, end),
@@ -52,6 +55,17 @@ impl Recorder {
         };
         RunMetrics { hammers, castings, blows, totals, scatter: None, numerical: None, signals: Vec::new() }
     }
+}
+
+/// Error of the run's delivered work, by the hammer with most periodic blows, which are the finest clock; `None` if a hammer's
+/// percussion has not settled.
+fn run_work_error_j(hammers: &[Finished]) -> Option<f64> {
+    let unsure = |hammer: &&Finished| !hammer.metrics.percussion.is_sure() && hammer.metrics.struck_blow_count > 0;
+    if hammers.iter().any(|hammer| unsure(&hammer)) {
+        return None;
+    }
+    // `max_by_key` keeps the last of equals, so the first hammer comes last.
+    hammers.iter().rev().max_by_key(|hammer| hammer.metrics.periodic_blows)?.run_work_error_j
 }
 
 /// The sum, 0.0 of nothing, where `Iterator::sum` has -0.0.

@@ -1,5 +1,7 @@
 //! How far the main outputs of a run move under inputs that are the same for every purpose.
 
+use libm::{erf, pow};
+
 use super::outputs::{CastingMetrics, HammerMetrics, RunMetrics, RunTotals, Scatter, ScatterOf};
 use super::percussion::Percussion;
 use crate::quantity::{Kind, Quantity, Value};
@@ -45,18 +47,38 @@ impl Usual {
     }
 }
 
-/// Scatter of each main quantity over the same part of the runs: half the range of a number, of a text the share of the runs
+/// Runs whose range is the measure of scatter, whatever the number of runs that were done: a row and ten twins.
+const MEASURE_RUNS: usize = 11;
+/// Standard deviations to both sides over which ranges are integrated, and steps.
+const SIDE: f64 = 8.0;
+/// See [`SIDE`].
+const STEPS: i32 = 800;
+
+/// Scatter of each main quantity over the same part of the runs: of a number half the range, of a text the share of the runs
 /// that differ from the most frequent one. Nothing with fewer than two runs.
+///
+/// The range of a few runs is smaller than that of many. Half the range is scaled by the expected range of [`MEASURE_RUNS`] normal
+/// values over that of as many as were run: it estimates the same figure for any number of twins.
 fn scatter<T>(quantities: &[Quantity<T>], parts: &[&T]) -> ScatterOf {
     let values = |quantity: &Quantity<T>| -> Option<Vec<Value<&str>>> {
         let values: Option<Vec<Value<&str>>> = parts.iter().map(|part| (quantity.value)(part)).collect();
         values.filter(|values| values.len() > 1)
     };
+    let scale = if parts.len() > 1 { expected_range(MEASURE_RUNS) / expected_range(parts.len()) } else { 1.0 };
     let scatter = |quantity: &Quantity<T>| match quantity.kind {
         Kind::Text | Kind::Category => share_of_others(&values(quantity)?),
-        Kind::Real | Kind::Count | Kind::Integer => half_range(&values(quantity)?),
+        Kind::Real | Kind::Count | Kind::Integer => Some(scale * half_range(&values(quantity)?)?),
     };
     quantities.iter().filter(|quantity| quantity.main).map(|q| (q.name, scatter(q))).collect()
+}
+
+/// Expected range of `count` independent values of the standard normal distribution, `int 1 - F^n - (1 - F)^n dx`.
+fn expected_range(count: usize) -> f64 {
+    let at = |step: i32| {
+        let below = 0.5 * (1.0 + erf(SIDE * f64::from(step) / f64::from(STEPS) / std::f64::consts::SQRT_2));
+        1.0 - pow(below, count as f64) - pow(1.0 - below, count as f64)
+    };
+    (-STEPS..=STEPS).map(at).sum::<f64>() * SIDE / f64::from(STEPS)
 }
 
 /// Half the range of the numbers; `None` if one is not a number.
@@ -103,13 +125,23 @@ mod tests {
         run.scatter.expect("taken in")
     }
 
-    /// Half the range, the run itself included; nothing where one of the runs lacks the output, or without twins.
+    /// Expected ranges of tables of quality control (`d2`).
+    #[test]
+    fn analytic_expected_range() {
+        for (count, range) in [(2, 1.128), (3, 1.693), (5, 2.326), (11, 3.173), (25, 3.931)] {
+            assert!((expected_range(count) - range).abs() < 6e-4, "{count}: {}", expected_range(count));
+        }
+    }
+
+    /// Half the range, the run itself included, scaled to that of eleven runs; nothing where one of the runs lacks the output, or
+    /// without twins.
     #[test]
     fn analytic_half_range() {
+        let scale = 3.1729 / 1.6926;
         let scatter = scatter_of(run(Some(12.0), 100.0), &[run(Some(12.5), 90.0), run(Some(11.9), 94.0)]);
         assert_eq!(scatter.twins_done, 2);
-        assert!((scatter.hammers[0]["periodic_energy_mean_j"].unwrap() - 0.3).abs() < 1e-12);
-        assert_eq!(scatter.totals["delivered_work_j"], Some(5.0));
+        assert!((scatter.hammers[0]["periodic_energy_mean_j"].unwrap() / scale - 0.3).abs() < 1e-4);
+        assert!((scatter.totals["delivered_work_j"].unwrap() / scale - 5.0).abs() < 1e-3);
         assert_eq!(scatter.castings[0]["peak_velocity_m_s"], Some(0.0));
         assert_eq!(scatter.hammers[0]["hit_frequency_hz"], None);
         assert!(!scatter.hammers[0].contains_key("contact_count"));

@@ -175,8 +175,9 @@ parameters! { file
         pub contact_separation_s: f64 = 5e-5, "s", [>= 0] usual [0, 0.01], "measured, see `decore help outputs`";
         /// Number of struck blows of each stroke taken as settling.
         pub settling_blows: usize = 5, "1", [0 ..], "definition";
-        /// Root mean square of the differences of blow energies, and of intervals, a period apart, relative to their mean, up to
-        /// which a percussion is periodic; also the rise over a series above which it counts as a trend.
+        /// Root mean square of the differences of blow energies, of intervals and of works a period apart, relative to their mean, up
+        /// to which a percussion is periodic; of works three times as much, and relative to at least a tenth of the mean energy. Also
+        /// the rise over a series above which it counts as a trend.
         pub periodic_agreement: f64 = 0.01, "1", [> 0], "definition";
         /// Longest period in blows that is looked for.
         pub longest_period_blows: usize = 4, "1", [1 ..], "definition";

@@ -87,6 +87,9 @@ pub struct CoupledModel {
     pub(super) initial: Vec<f64>,
 }
 
+/// Share of the strongest mode's answer to an impulse on a mount from which on a mode counts as moving it.
+const LEAST_ANSWER: f64 = 0.01;
+
 impl CoupledModel {
     /// Offsets of the state vector.
     pub fn layout(&self) -> &Layout {
@@ -111,6 +114,19 @@ impl CoupledModel {
     /// Specific gas constant in J/(kg K).
     pub fn gas_constant_j_per_kg_k(&self) -> f64 {
         self.gas_constant_j_per_kg_k
+    }
+
+    /// Rate at which the energy of the slowest mode decays that moves a hammer's mount, 1/s; infinite without modes.
+    ///
+    /// A mode counts if it answers an impulse on the mount with at least [`LEAST_ANSWER`] of the velocity of the strongest mode.
+    pub fn decay_per_s(&self, hammer: usize) -> f64 {
+        let shapes = self.modes.phi.column(self.hammers[hammer].mount);
+        let strongest = shapes.iter().fold(0.0_f64, |strongest, phi| strongest.max(phi * phi));
+        let modes = shapes.iter().zip(&self.modes.damping);
+        modes
+            .filter(|(phi, _)| *phi * *phi >= LEAST_ANSWER * strongest)
+            .map(|(_, damping)| *damping)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// State at rest, quadratures zero.
