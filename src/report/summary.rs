@@ -341,7 +341,8 @@ impl<'a> Gatherer<'a> {
             self.rank(*row, rank, beside);
         }
         self.widen(rank, beside);
-        let (ranged, erring) = ranged.split_at(self.ranged.len().min(ranged.len()));
+        let (ranged, rest) = ranged.split_at(self.ranged.len().min(ranged.len()));
+        let (warnings, erring) = rest.split_at(self.warnings.iter().len().min(rest.len()));
         let duration_s = number(time_s).unwrap_or_default();
         self.precisions.row(RowTime { row: *row, duration_s }, erring);
         for ((place, _), cell) in self.ranged.iter().zip(ranged) {
@@ -351,7 +352,7 @@ impl<'a> Gatherer<'a> {
                 range.add(value);
             }
         }
-        if let Some(Some(Value::Text(text))) = ranged.get(self.ranged.len()) {
+        if let [Some(Value::Text(text))] = warnings {
             Warning::of(text).for_each(|one| *self.report.warnings.entry(one.name()).or_default() += 1);
         }
     }

@@ -107,10 +107,10 @@ fn a_report_shows_distributions_and_fits_its_reader() {
     let (blocks, plain) = (report("C.UTF-8"), report("C"));
     for text in [&blocks, &plain] {
         assert!(
-            text.contains("Best rows by `delivered_work_j`") && text.contains("Distributions (rows done)"),
+            text.contains("Best rows by `strike_energy_j`") && text.contains("Distributions (rows done)"),
             "{text}"
         );
-        assert!(text.contains("`delivered_work_j` over factor `"), "{text}");
+        assert!(text.contains("`strike_energy_j` over factor `"), "{text}");
     }
     assert!(blocks.contains('\u{2588}') && plain.is_ascii(), "{blocks}{plain}");
     let tables: PathBuf = scratch.path().join("out/pressure_grid/runs");

@@ -121,6 +121,7 @@ fn metrics(row: u64) -> RunMetrics {
         ],
         totals: RunTotals {
             delivered_work_j: row as f64,
+            strike_energy_j: row as f64,
             energy_residual: if row == 20 { -2e-3 } else { 1e-5 },
             chamber_residual: 1e-10,
             warnings: if row.is_multiple_of(50) { "deep_contact, damper_jump".to_owned() } else { String::new() },

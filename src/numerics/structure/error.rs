@@ -142,6 +142,9 @@ impl StructureError {
     }
 }
 
+/// What to do where the matrices are not to blame.
+const MORE_MEMORY: &str = "raise the limit on memory (`ulimit -v`), or use a machine with more";
+
 /// Names the step that failed and what to do about it.
 pub(super) trait Step<T> {
     fn step(self, step: &'static str, advice: &'static str) -> Result<T, StructureError>;
@@ -149,6 +152,9 @@ pub(super) trait Step<T> {
 
 impl<T> Step<T> for Result<T, LinalgError> {
     fn step(self, step: &'static str, advice: &'static str) -> Result<T, StructureError> {
-        self.map_err(|source| StructureError::Linalg { step, source, advice })
+        self.map_err(|source| {
+            let advice = if matches!(source, LinalgError::OutOfMemory { .. }) { MORE_MEMORY } else { advice };
+            StructureError::Linalg { step, source, advice }
+        })
     }
 }

@@ -90,7 +90,7 @@ fn a_jump_between_few_values_is_hidden_from_rows_left_out() {
         }
         let mean = true_share.iter().sum::<f64>() / 6.0;
         eprintln!("{levels} values: Q2 {told:.3?}, of new places {mean:.3}");
-        assert!(told.iter().all(|q2| *q2 > 0.99) && mean < 0.92, "{levels}: {told:?} {true_share:?}");
+        assert!(told.iter().sum::<f64>() / 6.0 > mean + 0.02 && mean < 0.92, "{levels}: {told:?} {true_share:?}");
     }
 }
 
