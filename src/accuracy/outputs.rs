@@ -40,7 +40,8 @@ pub(super) fn differences(found: &RunMetrics, reference: &RunMetrics) -> Vec<f64
     let mut differences = quantities(HammerMetrics::QUANTITIES, &found.hammers, &reference.hammers);
     let of_castings = quantities(CastingMetrics::QUANTITIES, &found.castings, &reference.castings);
     let names = numbers(CastingMetrics::QUANTITIES).map(|quantity| quantity.name);
-    differences.extend(of_castings.into_iter().zip(names).filter(|(_, name)| !of_hammers(name)).map(|(found, _)| found));
+    differences
+        .extend(of_castings.into_iter().zip(names).filter(|(_, name)| !of_hammers(name)).map(|(found, _)| found));
     differences
 }
 

@@ -56,7 +56,7 @@ fn a_page_depends_on_the_dataset_alone() {
     assert!(data.len() <= columns * (8 * ROWS as usize + 8), "{} bytes of {columns} columns", data.len());
     let known: usize = ["sensitivity", "models"].iter().map(|name| meta[*name].to_string().len()).sum();
     assert!(
-        known < 60_000 && page.len() < data.len() * 4 / 3 + 130_000 + known,
+        known < 60_000 && page.len() < data.len() * 4 / 3 + 60_000 + 900 * columns + known,
         "{} bytes for {ROWS} rows",
         page.len()
     );

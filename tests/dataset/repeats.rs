@@ -15,7 +15,7 @@ use crate::sweeps::{assert_same, decore, errors, expect_code};
 const NUMBERS: &str = r#"
 [design.factor.position]
 path = "hammer.left.rail_position_m"
-range = [-0.10, 0.10]
+range = [-0.10, 0.05]
 [design.factor.pressure]
 path = "hammer.left.supply_bar"
 range = [4.0, 6.0]
@@ -66,18 +66,19 @@ fn computed(folder: &Path) -> (usize, usize) {
 
 #[test]
 fn rows_with_the_same_factors_are_run_once() {
+    // Row 0 has a numerical twin, so it is run by itself.
     let designs = [
         // Fault 11: 84 of 100 rows.
-        ("kind = 'morris'\ntrajectories = 8\nmorris_levels = 2", NUMBERS, 20),
+        ("kind = 'morris'\ntrajectories = 8\nmorris_levels = 2", NUMBERS, 19),
         ("kind = 'central_composite'\ncentre_points = 8", NUMBERS, 7),
         (
             "kind = 'union'\n[[design.part]]\nkind = 'full_factorial'\n[[design.part]]\nkind = 'full_factorial'",
             NUMBERS,
-            4,
+            3,
         ),
     ];
     for (design, factors, repeated) in designs {
-        let factors = factors.replace("[4.0, 6.0]", "[4.0, 6.0]\nlevels = 2").replace("0.10]", "0.10]\nlevels = 2");
+        let factors = factors.replace("[4.0, 6.0]", "[4.0, 6.0]\nlevels = 2").replace("0.05]", "0.05]\nlevels = 2");
         let factors = if design.contains("full") { factors } else { NUMBERS.to_owned() };
         let study = Study::new(design, &factors);
         let said = study.run(&["--output", "two", "--threads", "2"]);
@@ -127,12 +128,12 @@ fn tables_and_values_that_repeat_and_designs_that_grow() {
     };
     fs::write(study.file("rows.csv"), rows(9)).expect("rows");
     let said = study.run(&["--output", "grown"]);
-    assert!(said.contains("3 rows have the same factors"), "{said}");
+    assert!(said.contains("2 rows have the same factors"), "{said}");
     fs::write(study.file("rows.csv"), rows(15)).expect("rows");
     study.run(&["--output", "grown"]);
     study.run(&["--output", "fresh"]);
     assert_same(&study.file("grown"), &study.file("fresh"));
-    assert_eq!(computed(&study.file("fresh")), (6, 15));
+    assert_eq!(computed(&study.file("fresh")), (7, 15));
 }
 
 /// Fault 11: numbers of rows that are not those of the sweep.

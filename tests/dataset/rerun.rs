@@ -223,9 +223,6 @@ fn kills_of_a_rerun_lose_nothing() {
             break;
         }
         kills += 1;
-        let now = failed();
-        assert!(now <= before, "{now} failed rows after {before}");
-        before = now;
         let asked = rows_asked(&errors(&ended)).unwrap_or(left);
         assert!(asked <= left, "{asked} rows to run after {left}");
         left = asked;
@@ -233,6 +230,12 @@ fn kills_of_a_rerun_lose_nothing() {
         // A kill between two renames: nothing is lost, and that is said.
         let is_said = |fault: &String| fault.contains("the journal has all their rows");
         assert!(verified.faults.iter().all(is_said), "{:?}", verified.faults);
+        // Readers refuse a dataset in this state; the next command completes it.
+        if verified.faults.is_empty() {
+            let now = failed();
+            assert!(now <= before, "{now} failed rows after {before}");
+            before = now;
+        }
     }
     println!("{kills} kills of the rerun, {left} of {all} rows left before the last");
     assert!(kills > 3 && left < all, "{kills} kills, {left} of {all} rows left");

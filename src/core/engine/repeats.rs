@@ -4,9 +4,11 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use super::sample::is_sampled;
 use crate::design::{Distribution, Kind};
 use crate::quantity::Value;
 use crate::run::{RowOutcome, RowSource};
+use crate::scene::NumericalTwin;
 use crate::study::CheckedStudy;
 
 /// Rows that are compared at most, the first ones of a sweep: later ones are all run. They take 16 bytes each while they are compared.
@@ -26,13 +28,17 @@ pub struct Repeats {
 }
 
 impl Repeats {
-    /// Compares these rows of a study, [`MOST_COMPARED`] at most.
+    /// Compares these rows of a study, [`MOST_COMPARED`] at most. A row that is drawn for a numerical twin is by itself: rows with its
+    /// factors have no such twin.
     pub fn of(study: &CheckedStudy, rows: impl Iterator<Item = u64>) -> Self {
         if never_repeats(study) {
             return Self::default();
         }
         let hash = |row: u64| (key(&study.row_values(row as usize)), row);
-        let mut hashes: Vec<(u64, u64)> = rows.take(MOST_COMPARED).map(hash).collect();
+        let is_alone = |row: &u64| {
+            study.study().numerical_twin() == NumericalTwin::Sample && is_sampled(study.study().seed(), *row)
+        };
+        let mut hashes: Vec<(u64, u64)> = rows.take(MOST_COMPARED).filter(|row| !is_alone(row)).map(hash).collect();
         hashes.sort_unstable();
         let mut found = Self::default();
         for same in hashes.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {

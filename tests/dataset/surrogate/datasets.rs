@@ -209,7 +209,7 @@ fn a_model_that_predicts_nothing_is_neither_written_nor_used() {
         assert!(!dataset.file("predicted.parquet").exists() && output.stdout.is_empty(), "{}", text(&output.stdout));
     };
     let unusable = ["--outputs", "left_contact_count", "left_arm_rms_steady_m_s", "--output", "model.parquet"];
-    let words = ["no output has a model", "constant (30)", "0 rows are too few"];
+    let words = ["no output has a model", "constant (30)", "0 different rows are too few"];
     refused(dataset.surrogate(&unusable), &words);
     refused(dataset.surrogate(&unusable[..3]), &words);
     assert!(!dataset.file("model.parquet").exists() && !dataset.file("predict.py").exists());
