@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::summary::{Ranged, Report, Span, number, ranged};
+use super::numbers::{number, significant};
+use super::summary::{Ranged, Report, Span, ranged};
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};
@@ -58,7 +59,7 @@ impl Axis {
 
     fn words(&self) -> String {
         let unit = if self.unit == "1" || self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
-        format!("{} to {}{unit}", super::text::significant(self.span.low), super::text::significant(self.span.high))
+        format!("{} to {}{unit}", significant(self.span.low), significant(self.span.high))
     }
 }
 
@@ -233,8 +234,7 @@ impl Charts {
             "\n`{}` over factor `{}` (correlation {correlation:.2})",
             self.ranking.title, scatter.factor.title
         );
-        let (high, low) =
-            (super::text::significant(self.ranking.span.high), super::text::significant(self.ranking.span.low));
+        let (high, low) = (significant(self.ranking.span.high), significant(self.ranking.span.low));
         let margin = high.chars().count().max(low.chars().count());
         // Cells are joined where the terminal is narrow.
         let joined = ACROSS.div_ceil(columns.saturating_sub(margin + 3).clamp(1, ACROSS));

@@ -1,6 +1,7 @@
 //! Summary of a dataset as plain text: how the rows ended, the best rows, ranges of the outputs, where the tables are.
 
 mod charts;
+mod numbers;
 mod numerical;
 mod precision;
 mod summary;

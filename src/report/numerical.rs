@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::text::significant;
+use super::numbers::significant;
 use crate::dataset::{ColumnDescription, DatasetError, DatasetReader, TableName};
 use crate::metrics::NumericalErrors;
 use crate::quantity::{Cell, Value};

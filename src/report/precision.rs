@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::summary::number;
+use super::numbers::number;
 use crate::dataset::{ColumnDescription, ColumnGroup};
 use crate::metrics::{ERRING, duration_for};
 use crate::quantity::Cell;

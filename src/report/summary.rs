@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::numbers::number;
 use super::numerical::{NumericalTwins, numerical_twins};
 use super::precision::{Precision, Precisions, RowTime};
 use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
@@ -402,11 +403,6 @@ impl<'a> Gatherer<'a> {
         self.report.precision = self.precisions.finish();
         self.report
     }
-}
-
-/// A finite number.
-pub(super) fn number(cell: &Cell<'_>) -> Option<f64> {
-    cell.as_ref().and_then(Value::number).filter(|number| number.is_finite())
 }
 
 fn figures(columns: &[&ColumnDescription], cells: &[Cell<'_>]) -> Vec<Figure> {

@@ -75,5 +75,5 @@ fn tables_matrices_and_datasets_of_others_give_no_orders() {
     shown(&machine.iter().map(String::as_str).collect::<Vec<_>>(), scratch.path(), 2);
     fs::create_dir(at("dataset")).expect("folder");
     fs::write(at("dataset/manifest.json"), "{\"schema\": \"\\u001b[2J\u{9b}\"}").expect("manifest");
-    shown(&["status", "dataset"], scratch.path(), 3);
+    shown(&["status", "dataset"], scratch.path(), 8);
 }

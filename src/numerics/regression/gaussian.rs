@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::error::RegressionError;
 use super::groups::{Groups, LeftOut};
 use super::kernel::Kernel;
-use super::likelihood::{Hyperparameters, Inverse, LEAST_NOISE, Likelihood, Pairs, Solved, solve};
+use super::likelihood::{Hyperparameters, Inverse, LEAST_NOISE, Likelihood, Pairs, Prior, Solved, solve};
 use super::minimise::{Minimum, Stop, dot, minimise};
 use super::ordered::ordered_solve;
 use super::places::Places;
@@ -57,7 +57,7 @@ pub struct GaussianProcess {
     groups: Groups,
     residuals: Residuals,
     /// Noise that no search goes below.
-    least_noise: f64,
+    prior: Prior,
 }
 
 /// What rows say of places, a row for each place and a column for each row of the table.
@@ -113,15 +113,24 @@ impl GaussianProcess {
     /// As [`Self::fit`].
     pub fn fit_above(places: &Places, least_noise: f64) -> Result<Self, RegressionError> {
         check(places.points(), places.values())?;
-        Self::fit_kernels(places, least_noise)
+        Self::fit_kernels(places, Prior::of_outputs(least_noise))
+    }
+
+    /// As [`Self::fit`] of places with -1 and 1 for values.
+    ///
+    /// # Errors
+    /// As [`Self::fit`].
+    pub(super) fn fit_signs(places: &Places) -> Result<Self, RegressionError> {
+        check(places.points(), places.values())?;
+        Self::fit_kernels(places, Prior::OF_SIGNS)
     }
 
     /// The best kernel of any number of places.
-    fn fit_kernels(places: &Places, least_noise: f64) -> Result<Self, RegressionError> {
+    fn fit_kernels(places: &Places, prior: Prior) -> Result<Self, RegressionError> {
         let part = places.points().rows() > SEARCHED_PLACES;
         let searched =
             if part { places.select(&chosen(places.points().rows(), SEARCHED_PLACES)) } else { places.clone() };
-        let fit = |kernel: &Kernel| Fit::new(&searched, *kernel, hyperparameters(&searched, (*kernel, least_noise)));
+        let fit = |kernel: &Kernel| Fit::new(&searched, *kernel, hyperparameters(&searched, (*kernel, prior)));
         let mut found: Vec<Result<Fit, RegressionError>> = Kernel::ALL.par_iter().map(fit).collect();
         // Densities compare where the same places are left out together.
         let groups: Vec<Groups> = found.iter().flatten().map(|fit| fit.groups.clone()).collect();
@@ -142,7 +151,7 @@ impl GaussianProcess {
         }
         let best = best?;
         let whole = if part { Fit::new(places, best.kernel, best.of)? } else { best };
-        Ok(Self { least_noise, ..Self::of(places, whole) })
+        Ok(Self { prior, ..Self::of(places, whole) })
     }
 
     /// Errors of places that are left out with their groups, a tenth of the groups at a time, or one at a time of fewer than 20, with
@@ -187,18 +196,18 @@ impl GaussianProcess {
     /// A model of other places, searched for from here.
     fn fit_anew(&self, places: &Places) -> Result<Self, RegressionError> {
         if self.values().len() < FEW_PLACES {
-            return Self::fit_kernels(places, self.least_noise);
+            return Self::fit_kernels(places, self.prior);
         }
         let pairs = Pairs::new(places.points());
-        let least_noise = self.least_noise;
+        let prior = self.prior;
         let unit = places.unit();
-        let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, places: &unit, least_noise };
-        let start = self.hyperparameters.logarithms(least_noise);
+        let likelihood = Likelihood { kernel: self.kernel, pairs: &pairs, places: &unit, prior };
+        let start = self.hyperparameters.logarithms(prior.least_noise);
         let found = minimise(start, WITHOUT_FOLD, &mut |at| likelihood.sloped(at));
         let factors = places.points().factors();
-        let found = found.map(|found| Hyperparameters::from_logarithms(&found.at, factors, least_noise));
+        let found = found.map(|found| Hyperparameters::from_logarithms(&found.at, factors, prior.least_noise));
         let of = found.unwrap_or_else(|| self.hyperparameters.clone());
-        Ok(Self { least_noise, ..Self::of(places, Fit::new(places, self.kernel, of)?) })
+        Ok(Self { prior, ..Self::of(places, Fit::new(places, self.kernel, of)?) })
     }
 
     /// The model for lengths and noise that are given.
@@ -227,7 +236,16 @@ impl GaussianProcess {
         ordered_solve(&solved.factor, &mut ones);
         let ones = ones.as_slice().to_vec();
         let places = places.clone();
-        Self { places, kernel, hyperparameters: of, solved, ones, groups, residuals, least_noise: LEAST_NOISE }
+        Self {
+            places,
+            kernel,
+            hyperparameters: of,
+            solved,
+            ones,
+            groups,
+            residuals,
+            prior: Prior::of_outputs(LEAST_NOISE),
+        }
     }
 
     /// The places that it was fitted to.
@@ -435,25 +453,25 @@ fn chosen(all: usize, count: usize) -> Vec<usize> {
 }
 
 /// Lengths and noise of one kernel, the noise above a least one.
-fn hyperparameters(places: &Places, (kernel, least_noise): (Kernel, f64)) -> Hyperparameters {
+fn hyperparameters(places: &Places, (kernel, prior): (Kernel, Prior)) -> Hyperparameters {
     let (unit, pairs, factors) = (places.unit(), Pairs::new(places.points()), places.points().factors());
-    let minimum = search(&Likelihood { kernel, pairs: &pairs, places: &unit, least_noise });
-    let found = minimum.map_or_else(|| Hyperparameters::start(factors, STARTS[1], unit.spread()), |found| found.at);
-    Hyperparameters::from_logarithms(&found, factors, least_noise).rounded()
+    let minimum = search(&Likelihood { kernel, pairs: &pairs, places: &unit, prior });
+    let found = minimum.map_or_else(|| prior.start(factors, STARTS[1], unit.spread()), |found| found.at);
+    Hyperparameters::from_logarithms(&found, factors, prior.least_noise).rounded()
 }
 
 /// Lengths and noise of the largest posterior density: starts are compared on some of the places, the best is followed on all.
 fn search(whole: &Likelihood<'_>) -> Option<Minimum> {
-    let (places, kernel, least_noise) = (whole.places, whole.kernel, whole.least_noise);
+    let (places, kernel, prior) = (whole.places, whole.kernel, whole.prior);
     let factors = places.points().factors();
-    let starts = STARTS.iter().map(|start| Hyperparameters::start(factors, *start, places.spread()));
+    let starts = STARTS.iter().map(|start| prior.start(factors, *start, places.spread()));
     if places.values().len() <= COMPARED_PLACES {
         let ends = starts.filter_map(|start| minimise(start, SEARCH, &mut |at| whole.sloped(at)));
         return ends.min_by(|a, b| a.value.total_cmp(&b.value));
     }
     let some = places.select(&chosen(places.values().len(), COMPARED_PLACES));
     let pairs = Pairs::new(some.points());
-    let part = Likelihood { kernel, pairs: &pairs, places: &some, least_noise };
+    let part = Likelihood { kernel, pairs: &pairs, places: &some, prior };
     let ends = starts.filter_map(|start| minimise(start, COMPARISON, &mut |at| part.sloped(at)));
     let best = ends.min_by(|a, b| a.value.total_cmp(&b.value))?;
     minimise(best.at, SEARCH, &mut |at| whole.sloped(at))

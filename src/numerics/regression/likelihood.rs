@@ -11,12 +11,33 @@ use crate::linalg::{LinalgError, cholesky, cholesky_inverse};
 
 /// Least noise, as a share of the process's variance: below it, rounding decides.
 pub const LEAST_NOISE: f64 = 1e-6;
-/// Mean and standard deviation of the logarithm of a length, beside half that of the number of factors (lengths grow with it as
-/// distances do: Hvarfner, Hellsten and Nardi, ICML 2024).
-const LENGTHS: [f64; 2] = [0.7, 1.0];
-/// Mean of the logarithm of the noise over the least noise, and its standard deviation: of 10 to 20 rows, the likelihood alone is too sure
-/// that there is none.
-const NOISE: [f64; 2] = [8.8, 2.5];
+/// What is believed of a process before its rows are seen: normal distributions of logarithms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Prior {
+    /// Noise that no search goes below, as a share of the process's variance.
+    pub least_noise: f64,
+    /// Mean and standard deviation of the logarithm of a length, beside half that of the number of factors (lengths grow with it as
+    /// distances do: Hvarfner, Hellsten and Nardi, ICML 2024).
+    lengths: [f64; 2],
+    /// Mean and standard deviation of the logarithm of the noise's share.
+    noise: [f64; 2],
+}
+
+impl Prior {
+    /// Of -1 and 1 for rows that fail and rows that succeed: an edge anywhere, hardly any noise.
+    pub const OF_SIGNS: Self = Self {
+        least_noise: LEAST_NOISE,
+        lengths: [std::f64::consts::SQRT_2, 1.732_050_807_568_877_2],
+        noise: [-14.0, 3.0],
+    };
+
+    /// Of an output. The noise is believed to be well above the least one: of 10 to 20 rows, the likelihood alone is too sure that there
+    /// is none.
+    pub fn of_outputs(least_noise: f64) -> Self {
+        let noise = [libm::log(least_noise.max(f64::MIN_POSITIVE)) + 8.8, 2.5];
+        Self { least_noise, lengths: [0.7, 1.0], noise }
+    }
+}
 
 /// Lengths and noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,19 +75,6 @@ impl Hyperparameters {
         let weights = self.weights.iter().map(rounded).collect();
         Self { weights, noise: rounded(&self.noise), spread: rounded(&self.spread) }
     }
-
-    /// Where a search starts: one length, a multiple of the usual one, and a noise; of values with the variance 1.
-    pub(super) fn start(factors: usize, [length, noise]: [f64; 2], spread: Spread) -> Vec<f64> {
-        let mut start = vec![usual_weight(factors) - 2.0 * libm::log(length); factors];
-        start.push(libm::log(noise));
-        start.extend((spread.freedom > 0.0).then(|| libm::log(spread.squares / spread.freedom)));
-        start
-    }
-}
-
-/// Logarithm of the inverse square of a usual length.
-fn usual_weight(factors: usize) -> f64 {
-    -2.0 * LENGTHS[0] - libm::log(factors as f64)
 }
 
 /// Squared distances of all pairs of rows along each factor, row after row of the lower triangle's columns.
@@ -138,8 +146,7 @@ pub(super) struct Likelihood<'a> {
     pub pairs: &'a Pairs,
     /// The places, their values scaled to the variance 1.
     pub places: &'a Places,
-    /// Noise that no search goes below.
-    pub least_noise: f64,
+    pub prior: Prior,
 }
 
 /// Mean, variance and likelihood of places for lengths and noise.
@@ -166,7 +173,7 @@ impl Likelihood<'_> {
     /// correlations have no Cholesky factor.
     pub fn sloped(&self, logarithms: &[f64]) -> Option<Sloped> {
         let factors = self.places.points().factors();
-        let of = Hyperparameters::from_logarithms(logarithms, factors, self.least_noise);
+        let of = Hyperparameters::from_logarithms(logarithms, factors, self.prior.least_noise);
         let (values, slopes): (Vec<f64>, Vec<f64>) =
             self.pairs.distances(&of.weights).iter().map(|squared| self.kernel.with_slope(*squared)).unzip();
         let factor = cholesky(self.pairs.matrix(&values, &diagonal(&of, self.places.runs()))).ok()?;
@@ -192,31 +199,45 @@ impl Likelihood<'_> {
             trace += pull;
             trace_of_runs += pull / runs;
         }
-        slope.push(-0.5 * trace * (of.noise - self.least_noise));
+        slope.push(-0.5 * trace * (of.noise - self.prior.least_noise));
         if logarithms.len() > factors + 1 {
             let Spread { squares, freedom } = self.places.spread();
             let own = squares / (solved.variance * of.spread) - freedom;
             slope.push(-0.5 * (trace_of_runs * of.spread + own));
         }
-        let prior = prior(&logarithms[..=factors], self.least_noise, &mut slope);
-        let value = prior - solved.log_likelihood;
+        let belief = self.prior.loss(&logarithms[..=factors], &mut slope);
+        let value = belief - solved.log_likelihood;
         (value.is_finite() && slope.iter().all(|part| part.is_finite())).then_some((value, slope))
     }
 }
 
-/// Minus the logarithm of the prior density; adds its gradient.
-fn prior(logarithms: &[f64], least_noise: f64, slope: &mut [f64]) -> f64 {
-    let factors = logarithms.len() - 1;
-    let lengths = [usual_weight(factors), 2.0 * LENGTHS[1]];
-    let noise = [libm::log(least_noise.max(f64::MIN_POSITIVE)) + NOISE[0], NOISE[1]];
-    let mut sum = 0.0;
-    for (place, (logarithm, slope)) in logarithms.iter().zip(slope).enumerate() {
-        let [mean, deviation] = if place < factors { lengths } else { noise };
-        let off = (logarithm - mean) / deviation;
-        sum += 0.5 * off * off;
-        *slope += off / deviation;
+impl Prior {
+    /// Where a search starts: one length, a multiple of the usual one, and a noise; of values with the variance 1.
+    pub fn start(&self, factors: usize, [length, noise]: [f64; 2], spread: Spread) -> Vec<f64> {
+        let mut start = vec![self.usual_weight(factors) - 2.0 * libm::log(length); factors];
+        start.push(libm::log(noise));
+        start.extend((spread.freedom > 0.0).then(|| libm::log(spread.squares / spread.freedom)));
+        start
     }
-    sum
+
+    /// Logarithm of the inverse square of a usual length.
+    fn usual_weight(&self, factors: usize) -> f64 {
+        -2.0 * self.lengths[0] - libm::log(factors as f64)
+    }
+
+    /// Minus the logarithm of the density; adds its gradient.
+    fn loss(&self, logarithms: &[f64], slope: &mut [f64]) -> f64 {
+        let factors = logarithms.len() - 1;
+        let lengths = [self.usual_weight(factors), 2.0 * self.lengths[1]];
+        let mut sum = 0.0;
+        for (place, (logarithm, slope)) in logarithms.iter().zip(slope).enumerate() {
+            let [mean, deviation] = if place < factors { lengths } else { self.noise };
+            let off = (logarithm - mean) / deviation;
+            sum += 0.5 * off * off;
+            *slope += off / deviation;
+        }
+        sum
+    }
 }
 
 /// Solves places for the Cholesky factor of their correlations.
@@ -258,7 +279,8 @@ mod tests {
         let pairs = Pairs::new(&points);
         let places = Places::new(&points, &values).expect("places").with_spread(Spread { squares: 0.4, freedom: 7.0 });
         for kernel in Kernel::ALL {
-            let likelihood = Likelihood { kernel, pairs: &pairs, places: &places, least_noise: LEAST_NOISE };
+            let likelihood =
+                Likelihood { kernel, pairs: &pairs, places: &places, prior: Prior::of_outputs(LEAST_NOISE) };
             let at = [1.0, 0.3, -0.5, -4.0, -3.0];
             let (_, slope) = likelihood.sloped(&at).expect("a value");
             for (place, slope) in slope.iter().enumerate() {

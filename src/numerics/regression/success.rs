@@ -8,8 +8,6 @@ use super::points::Points;
 
 /// Places of the rarer kind from which on the probability depends on the place.
 const LEAST_OF_A_KIND: f64 = 4.0;
-/// Least noise of the process: the same row succeeds or fails each time, so the edge between both kinds is sharp.
-const NO_NOISE: f64 = 1e-10;
 /// Mean and standard deviation of the logarithm of the slope.
 const SLOPE: [f64; 2] = [1.0, 1.0];
 /// Mean and standard deviation of the offset: how many rows fail is in the process's mean already, and rows that were chosen near a
@@ -51,7 +49,7 @@ impl Success {
         if count.min(all - count) < LEAST_OF_A_KIND {
             return Ok(Self::Everywhere((count + 1.0) / (all + 2.0)));
         }
-        let process = Box::new(GaussianProcess::fit_above(&places, NO_NOISE)?);
+        let process = Box::new(GaussianProcess::fit_signs(&places)?);
         let left_out = process.residuals();
         let errors = left_out.errors().iter().zip(left_out.std_devs());
         let rows: Vec<(f64, f64, Prediction)> = (places.values().iter().zip(&shares).zip(errors))
