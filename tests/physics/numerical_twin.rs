@@ -45,7 +45,7 @@ fn a_numerical_twin_exposes_what_the_energy_residual_does_not() {
         assert!(row.totals.energy_residual.abs() < 1e-5, "{preset}: {:e}", row.totals.energy_residual);
         assert!(error > 0.03 && error < 2.0 * stated, "{preset}: error {error:.3} J, stated {stated:.3} J");
         assert!(numerical.numerical_errors_beyond_promise.unwrap() > 0, "{preset}");
-        assert!(numerical.worst_numerical_error_over_promise.unwrap() > 10.0, "{preset}");
+        assert!(numerical.worst_numerical_error_over_promise.unwrap() > 3.0, "{preset}");
     }
 }
 
@@ -96,7 +96,8 @@ fn presets_are_tighter_where_the_chisel_goes_on_bouncing() {
 fn a_coarse_row_states_its_errors() {
     let settings = ["duration_s=0.1", "solver.tolerance=0.01", "outputs.numerical_twin=all"];
     let (coarse, fine) = (rig(&settings), rig(&["duration_s=0.1", "outputs.numerical_twin=all"]));
-    let worst = |run: &RunMetrics| run.numerical.as_ref().unwrap().worst_numerical_error_over_promise.unwrap();
-    assert!(worst(&coarse) > 2.0 * worst(&fine), "{} {}", worst(&coarse), worst(&fine));
+    let name = HammerMetrics::first_impact_energy_j.name;
+    let stated = |run: &RunMetrics| run.numerical.as_ref().unwrap().hammers[0][name].unwrap();
+    assert!(stated(&coarse) > 10.0 * stated(&fine), "{} {}", stated(&coarse), stated(&fine));
     assert!(coarse.numerical.unwrap().numerical_errors_beyond_promise.unwrap() > 0);
 }

@@ -48,7 +48,7 @@ enum Whole {
     /// The one that rows run on.
     Same,
     /// One of the built-in station with more fixed-interface modes, made when it is first asked for.
-    Station(Box<ReductionSettings>, OnceLock<Result<ReducedStructure, String>>),
+    Station(Box<ReductionSettings>, Box<OnceLock<Result<ReducedStructure, String>>>),
 }
 
 /// What a scene puts on the machine.
@@ -121,7 +121,7 @@ impl Machine {
             StructureSource::Station if settings.fixed_interface_cutoff_hz < STANDARD.station_basis_hz => {
                 let fixed_interface_cutoff_hz = STANDARD.station_basis_hz;
                 let settings = ReductionSettings { fixed_interface_cutoff_hz, ..settings_of() };
-                Whole::Station(Box::new(settings), OnceLock::new())
+                Whole::Station(Box::new(settings), Box::default())
             }
             _ => Whole::Same,
         };

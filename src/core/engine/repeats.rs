@@ -126,7 +126,7 @@ struct Table {
 enum Turn {
     Run,
     Wait,
-    Copy(RowOutcome),
+    Copy(Box<RowOutcome>),
 }
 
 impl Shared {
@@ -146,7 +146,7 @@ impl Shared {
         let turn = match &table.states[class] {
             State::Open => Turn::Run,
             State::Running => return Turn::Wait,
-            State::Ended(outcome) => Turn::Copy(RowOutcome { wall_time_s: 0.0, ..(**outcome).clone() }),
+            State::Ended(outcome) => Turn::Copy(Box::new(RowOutcome { wall_time_s: 0.0, ..(**outcome).clone() })),
         };
         table.left[class] = table.left[class].saturating_sub(1);
         match turn {
@@ -205,7 +205,7 @@ impl<'a> Once<'a> {
                 Turn::Wait => place += 1,
                 Turn::Copy(outcome) => {
                     self.waiting.remove(place);
-                    self.rows.ended(row, outcome);
+                    self.rows.ended(row, *outcome);
                 }
                 Turn::Run => {
                     self.waiting.remove(place);

@@ -28,7 +28,7 @@ pub struct Promise {
 }
 
 /// All promises, which the bench `promises` measures over random scenes.
-pub const PROMISES: [Promise; 8] = [
+pub const PROMISES: [Promise; 9] = [
     Promise {
         outputs: &[HammerMetrics::first_impact_time_s.name, HammerMetrics::first_impact_energy_j.name],
         span: Span::FirstImpact,
@@ -93,7 +93,6 @@ pub const PROMISES: [Promise; 8] = [
             RunTotals::delivered_work_j.name,
             RunTotals::delivered_impulse_n_s.name,
             RunTotals::strike_energy_j.name,
-            HammerMetrics::strike_momentum_n_s.name,
             HammerMetrics::strike_kinetic_energy_j.name,
             CastingMetrics::fixture_damper_loss_j.name,
         ],
@@ -101,6 +100,14 @@ pub const PROMISES: [Promise; 8] = [
         draft: 1e-1,
         standard: 5e-3,
         reference: 2e-3,
+    },
+    Promise {
+        // A strike ends where the kinetic energy is largest: the energy is flat there, and the time less sure.
+        outputs: &[HammerMetrics::strike_momentum_n_s.name],
+        span: Span::Run,
+        draft: 1e-1,
+        standard: 2e-2,
+        reference: 1e-2,
     },
     Promise {
         outputs: &[HammerMetrics::arm_rms_hammering_m_s.name, HammerMetrics::arm_rms_steady_m_s.name],

@@ -121,7 +121,8 @@ mod tests {
             check_manifests(Path::new("data"), &manifest, &timings).map_err(|error| error.to_string())
         };
         assert_eq!(check(&|_, _| ()), Ok(()));
-        let cases: [(&dyn Fn(&mut Manifest, &mut TimingsManifest), &str); 11] = [
+        type Change<'c> = &'c dyn Fn(&mut Manifest, &mut TimingsManifest);
+        let cases: [(Change<'_>, &str); 11] = [
             (&|manifest, _| manifest.runs.push(part(TableName::Runs, 8, 2)), "runs twice"),
             (&|manifest, _| manifest.runs.swap(0, 1), "out of order"),
             (&|manifest, _| _ = manifest.blows.pop(), "2 parts of blows"),
