@@ -223,7 +223,8 @@ fn intervals_of_few_rows_are_sane() {
     let curved = |x: &[f64]| (4.0 * x[0]).sin() + x[1] * x[1] + 0.5 * x[0] * x[2];
     let waves = |x: &[f64]| (9.0 * x[0]).sin() * (7.0 * x[1]).cos() + x[2];
     let jump = |x: &[f64]| f64::from(u8::from(x[0] + 0.3 * x[1] > 0.6)) + x[1] + 0.3 * x[2];
-    let functions: [&dyn Fn(&[f64]) -> f64; 3] = [&curved, &waves, &jump];
+    type Function<'f> = &'f dyn Fn(&[f64]) -> f64;
+    let functions: [Function<'_>; 3] = [&curved, &waves, &jump];
     for rows in [10, 15, 20, 30] {
         let (mut held, mut tables) = (0.0, 0.0);
         for of in functions {
