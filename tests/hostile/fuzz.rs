@@ -289,9 +289,8 @@ fn killed_sweep(folder: &Path) {
     command.arg("--output").arg(folder).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().expect("decore runs");
     let written = || {
-        let journal = fs::read_dir(folder.join(".journal")).into_iter().flatten().flatten().next();
-        journal
-            .is_some_and(|entry| fs::read(entry.path()).is_ok_and(|bytes| bytes[..].iter().skip(4000).any(|b| *b != 0)))
+        let rows = journal(folder).and_then(|path| fs::read(path).ok());
+        rows.is_some_and(|bytes| bytes.iter().skip(4000).any(|byte| *byte != 0))
     };
     while !written() {
         assert!(child.try_wait().expect("known").is_none(), "the sweep ended before it was killed");
@@ -299,6 +298,12 @@ fn killed_sweep(folder: &Path) {
     }
     child.kill().expect("killed");
     child.wait().expect("ended");
+}
+
+/// The file of the journal that holds rows; beside it lies the description of its study.
+fn journal(folder: &Path) -> Option<PathBuf> {
+    let files = fs::read_dir(folder.join(".journal")).into_iter().flatten().flatten().map(|entry| entry.path());
+    files.into_iter().find(|path| path.extension().is_some_and(|ending| ending == "rows"))
 }
 
 /// A file of a dataset, read as `status` and the report read it.
@@ -334,7 +339,7 @@ fn targets(folder: &Path) -> Vec<Target> {
     assert!(design.arg(&rows).stdout(Stdio::null()).status().expect("decore runs").success());
     let sweep = folder.join("sweep");
     killed_sweep(&sweep);
-    let journal = fs::read_dir(sweep.join(".journal")).expect("journal").flatten().next().expect("a file").path();
+    let journal = journal(&sweep).expect("a file");
     let names = |format, files: &[&str], dofs| matrices(format, format_of(format), files, dofs);
     vec![
         studies(),
