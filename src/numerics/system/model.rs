@@ -118,7 +118,7 @@ impl CoupledModel {
 
     /// Rate at which the energy of the slowest mode decays that moves a hammer's mount, 1/s; infinite without modes.
     ///
-    /// A mode counts if it answers an impulse on the mount with at least [`LEAST_ANSWER`] of the velocity of the strongest mode.
+    /// A mode counts if it answers an impulse on the mount with at least a share (`LEAST_ANSWER`) of the velocity of the strongest mode.
     pub fn decay_per_s(&self, hammer: usize) -> f64 {
         let shapes = self.modes.phi.column(self.hammers[hammer].mount);
         let strongest = shapes.iter().fold(0.0_f64, |strongest, phi| strongest.max(phi * phi));
