@@ -562,7 +562,8 @@ fn check_tells_what_a_fraction_confuses() {
     std::fs::write(&file, format!("duration_s = 0.01\n{machine}\n{design}\n{factors}")).expect("written");
     let text = |arguments: &[&str]| {
         let output = decore(arguments, &file);
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        // The design is looked at: no row of this machine can be simulated, hence exit code 4.
+        assert!(matches!(output.status.code(), Some(0 | 4)), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
     let five = text(&["check"]);
