@@ -23,7 +23,7 @@ fn given(engine: &Engine, row: usize) -> Vec<(String, Value)> {
 
 #[test]
 fn values_of_a_row_are_that_row_alone_and_side_by_side() {
-    let engine = engine(&["duration_s=0.12"]);
+    let engine = engine(&["duration_s=0.12", "outputs.numerical_twin=none"]);
     let rows = 0..engine.checked().row_count();
     let levels = |row| engine.checked().levels(&given(&engine, row)).unwrap_or_else(|error| panic!("{error}"));
     let points: Vec<Vec<Level>> = rows.clone().map(levels).collect();

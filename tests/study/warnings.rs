@@ -16,7 +16,9 @@ fn warnings(from: &str, to: &str) -> Vec<Problem> {
 
 #[track_caller]
 fn warns(from: &str, to: &str, (line, column, key): (usize, usize, &str), words: &str) {
-    let found = warnings(from, to);
+    let mut found = warnings(from, to);
+    // A value that is a thousand times too large also makes contacts senseless: other tests hold that.
+    found.retain(|problem| problem.key == key);
     assert_eq!(found.len(), 1, "{found:#?}");
     holds(&found[0], line, column, key, words);
 }
