@@ -9,7 +9,7 @@ use crate::system::Coupled;
 
 /// Contacts of one hammer's chisel with its casting.
 pub(super) struct ContactTrack {
-    /// The contact among those of the system.
+    /// Index of the contact in the system.
     strike: usize,
     /// Least time in s between two contacts.
     separation_s: f64,
@@ -57,7 +57,7 @@ impl ContactTrack {
         if reach(step, row, elements.contacts()[self.strike].offset_m) > self.largest_penetration_m {
             let support = system.guard_support(self.strike);
             let depth = |t: f64, y: &[f64]| system.penetration(self.strike, t, y).0.max(0.0);
-            let (depth_m, _) = peak(step, 1.0, Probe { support, scratch }, depth);
+            let (depth_m, _) = peak(step, step.theta_end, Probe { support, scratch }, depth);
             self.largest_penetration_m = self.largest_penetration_m.max(depth_m);
         }
     }
