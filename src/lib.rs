@@ -68,7 +68,7 @@
 //! linalg      : number
 //! number      :
 //! parameter   :
-//! regression  : linalg number random
+//! regression  : design linalg number random
 //! contact     : number parameter
 //! workpiece   : parameter
 //! hammer      : contact number parameter
@@ -76,7 +76,7 @@
 //! structure   : files linalg parameter words
 //! scene       : hammer integrate parameter quantity structure workpiece
 //! system      : contact hammer integrate number scene workpiece
-//! metrics     : hammer integrate quantity scene system workpiece
+//! metrics     : design hammer integrate quantity scene system workpiece
 //! run         : integrate metrics number quantity scene system
 //!
 //! decore-tables

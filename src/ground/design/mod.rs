@@ -51,7 +51,7 @@ pub use quality::{
     wrap_around_discrepancy,
 };
 pub use selection::Acceptance;
-pub use special::{normal_cdf, normal_quantile};
+pub use special::{normal_cdf, normal_quantile, student_quantile};
 pub use strata::{HypercubeKind, LatinHypercube, Placement};
 
 /// A checked design.

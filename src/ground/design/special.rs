@@ -38,6 +38,23 @@ pub fn normal_quantile(probability: f64) -> f64 {
     z.copysign(probability - 0.5)
 }
 
+/// Quantile of Student's distribution for a probability in [0, 1].
+///
+/// The expansion in powers of `1 / freedom` (Abramowitz and Stegun 1964, 26.7.5): for the quantile 0.975 within 1 % from 2 degrees of
+/// freedom on.
+pub fn student_quantile(probability: f64, freedom: f64) -> f64 {
+    let (v, z) = (freedom.recip(), normal_quantile(probability));
+    let square = z * z;
+    let terms = [
+        1.0,
+        (square + 1.0) / 4.0,
+        ((5.0 * square + 16.0) * square + 3.0) / 96.0,
+        (((3.0 * square + 19.0) * square + 17.0) * square - 15.0) / 384.0,
+        ((((79.0 * square + 776.0) * square + 1482.0) * square - 1920.0) * square - 945.0) / 92160.0,
+    ];
+    z * terms.iter().rev().fold(0.0, |sum, term| sum * v + term)
+}
+
 /// Distribution function of the beta distribution in [0, 1], the regularised incomplete beta function `I_x(a, b)`.
 ///
 /// Its continued fraction (Digital Library of Mathematical Functions, 8.17.22) by Lentz' method, on the side where it converges
@@ -91,6 +108,15 @@ mod tests {
     use statrs::function::erf::{erf_inv, erfc_inv};
 
     use super::*;
+
+    #[test]
+    fn student_quantiles_are_those_of_tables() {
+        for (freedom, expected) in [(2.0, 4.3027), (4.0, 2.7764), (9.0, 2.2622), (19.0, 2.0930), (200.0, 1.9719)] {
+            let found = student_quantile(0.975, freedom);
+            assert!((found / expected - 1.0).abs() < if freedom < 4.0 { 1e-2 } else { 1e-3 }, "{freedom}: {found}");
+        }
+        assert!((student_quantile(0.025, 9.0) + 2.2622).abs() < 1e-3);
+    }
 
     #[test]
     fn normal_quantiles_are_those_of_another_library() {

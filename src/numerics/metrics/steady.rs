@@ -1,13 +1,14 @@
 //! Figures over the intervals from one periodic blow to the next: frequency, steady motion of the mount, delivered work, each
 //! with its error.
 
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::TAU;
 
-use libm::{erf, exp};
+use libm::exp;
 
 use super::blow::Recorded;
 use super::percussion::strokes;
 use super::statistics::{LEAST_VALUES, error_of_mean, mean};
+use crate::design::normal_cdf;
 
 /// Time constants of the slowest mode of the mount after which a stroke's impact counts as decayed: the energy of that mode has fallen
 /// to `exp(-5)`, 0.7 %, the energy of faster modes further.
@@ -115,7 +116,7 @@ pub(super) fn delivered(intervals: &[Interval], work: fn(&Interval) -> f64, show
 /// The uncertain number of blows within a run.
 struct Count {
     variance: f64,
-    /// Its covariance with an earlier last blow over the deviation of that blow's time.
+    /// Covariance of the number with an earlier last blow, over the deviation of that blow's time.
     with_time: f64,
 }
 
@@ -130,7 +131,7 @@ impl Count {
         let [mut sum, mut square, mut with_time] = [0.0; 3];
         for blows in -reach..=reach {
             let (low, high) = ((blows as f64 - since) / deviation, (blows as f64 + 1.0 - since) / deviation);
-            let probability = normal(high) - normal(low);
+            let probability = normal_cdf(high) - normal_cdf(low);
             sum += blows as f64 * probability;
             square += (blows * blows) as f64 * probability;
             with_time += blows as f64 * (density(low) - density(high));
@@ -153,12 +154,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     (0.25 * (error(1.0) - error(-1.0))).clamp(-1.0, 1.0)
 }
 
-/// Distribution function of the standard normal distribution.
-fn normal(z: f64) -> f64 {
-    0.5 * (1.0 + erf(z * FRAC_1_SQRT_2))
-}
-
-/// Its density.
+/// Density of the standard normal distribution.
 fn density(z: f64) -> f64 {
     exp(-0.5 * z * z) / TAU.sqrt()
 }

@@ -1,6 +1,7 @@
 //! Errors of rows that were left out.
 
 use super::groups::Groups;
+use crate::design::student_quantile;
 
 /// Groups below which few of their errors lie beyond the wanted share: what a normal distribution with their mean square leaves counts too.
 const FEW_GROUPS: f64 = 40.0;
@@ -68,7 +69,7 @@ impl Residuals {
         let sizes: Vec<f64> = self.errors.iter().zip(&self.std_devs).map(|(error, own)| (error / own).abs()).collect();
         let groups = self.counts.iter().sum::<f64>().round();
         let ranked = self.ranked(&sizes, (level, groups));
-        let quantile = student(level, (groups - 1.0).max(LEAST_FREEDOM));
+        let quantile = student_quantile(0.5 * (1.0 + level), (groups - 1.0).max(LEAST_FREEDOM));
         let least = if groups < FEW_GROUPS { quantile * mean_square(&sizes, &self.counts).sqrt() } else { 0.0 };
         let mut usual = self.std_devs.clone();
         usual.sort_by(f64::total_cmp);
@@ -100,36 +101,4 @@ impl Residuals {
 fn mean_square(values: &[f64], counts: &[f64]) -> f64 {
     let sum: f64 = values.iter().zip(counts).map(|(value, count)| count * value * value).sum();
     sum / counts.iter().sum::<f64>()
-}
-
-/// The size that a variable of Student's distribution exceeds with the probability `1 - level`, to three digits (Abramowitz and Stegun,
-/// *Handbook of Mathematical Functions*, 26.7.5).
-fn student(level: f64, freedom: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 40.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        let beyond = libm::erfc(middle / std::f64::consts::SQRT_2);
-        (low, high) = if beyond > 1.0 - level { (middle, high) } else { (low, middle) };
-    }
-    let x = low;
-    let x2 = x * x;
-    let terms = [
-        x * (x2 + 1.0) / 4.0,
-        x * ((5.0 * x2 + 16.0) * x2 + 3.0) / 96.0,
-        x * (((3.0 * x2 + 19.0) * x2 + 17.0) * x2 - 15.0) / 384.0,
-    ];
-    x + terms[0] / freedom + terms[1] / freedom.powi(2) + terms[2] / freedom.powi(3)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn student_s_quantiles_are_those_of_tables() {
-        for (freedom, expected) in [(4.0, 2.776), (9.0, 2.262), (19.0, 2.093), (200.0, 1.972)] {
-            let found = student(0.95, freedom);
-            assert!((found / expected - 1.0).abs() < 5e-3, "{freedom}: {found}");
-        }
-    }
 }
