@@ -11,7 +11,7 @@ use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
-use super::sample::is_sampled;
+use super::sample::is_drawn;
 use super::signals::KeptSignals;
 use crate::dataset::{DatasetError, DatasetInfo, RETRIES};
 use crate::design::Level;
@@ -129,25 +129,22 @@ impl Engine {
         Ok(RowScene { scene, modes })
     }
 
-    /// What is to be done for the scene of a row, or of values that are no row, retries and twins included.
+    /// Returns the job of a row, or of values that are no row, with its retries and twins.
     fn job(&self, scene: Result<Scene, InvalidRow>, row: Option<u64>) -> Result<RowJob, InvalidRow> {
         let RowScene { scene, modes } = self.on_machine(scene)?;
-        let job = RowJob::new(scene.clone(), modes, self.retries);
-        if !self.has_numerical_twin(row) {
-            return Ok(job);
-        }
-        // Modes that cannot be computed leave the row's errors unknown, which its column tells.
-        Ok(job.with_numerical_twin(self.machine_of(&scene).all_modes(&scene).ok()))
+        // If the modes cannot be computed, the row's errors stay unknown: `numerical_twin_done` is 0.
+        let numerical = self.has_numerical_twin(row).then(|| self.machine_of(&scene).all_modes(&scene).ok());
+        let job = RowJob::new(scene, modes, self.retries);
+        Ok(match numerical {
+            Some(all_modes) => job.with_numerical_twin(all_modes),
+            None => job,
+        })
     }
 
-    /// Whether a row has a numerical twin: a function of study, seed and row alone. Values that are no row are no part of a sample.
+    /// Whether a row has a numerical twin: a function of study, seed and row alone. Values that are not a row are never drawn.
     fn has_numerical_twin(&self, row: Option<u64>) -> bool {
         let study = self.checked.study();
-        match study.numerical_twin() {
-            NumericalTwin::Sample => row.is_some_and(|row| is_sampled(study.seed(), row)),
-            NumericalTwin::All => true,
-            NumericalTwin::None => false,
-        }
+        study.numerical_twin() == NumericalTwin::All || row.is_some_and(|row| is_drawn(study, row))
     }
 
     /// The modes of its machine for any scene whose mounts and fixtures are points that the study uses.

@@ -4,11 +4,10 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::sample::is_sampled;
+use super::sample::is_drawn;
 use crate::design::{Distribution, Kind};
 use crate::quantity::Value;
 use crate::run::{RowOutcome, RowSource};
-use crate::scene::NumericalTwin;
 use crate::study::CheckedStudy;
 
 /// Rows that are compared at most, the first ones of a sweep: later ones are all run. They take 16 bytes each while they are compared.
@@ -35,10 +34,8 @@ impl Repeats {
             return Self::default();
         }
         let hash = |row: u64| (key(&study.row_values(row as usize)), row);
-        let is_alone = |row: &u64| {
-            study.study().numerical_twin() == NumericalTwin::Sample && is_sampled(study.study().seed(), *row)
-        };
-        let mut hashes: Vec<(u64, u64)> = rows.take(MOST_COMPARED).filter(|row| !is_alone(row)).map(hash).collect();
+        let mut hashes: Vec<(u64, u64)> =
+            rows.take(MOST_COMPARED).filter(|row| !is_drawn(study.study(), *row)).map(hash).collect();
         hashes.sort_unstable();
         let mut found = Self::default();
         for same in hashes.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {
@@ -93,7 +90,7 @@ fn are_same(a: &[Value], b: &[Value]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(same)
 }
 
-/// What has become of a class.
+/// State of a class.
 #[derive(Debug, Clone)]
 enum State {
     /// None of its rows runs, and no outcome is kept.
@@ -122,7 +119,7 @@ struct Table {
     kept: VecDeque<usize>,
 }
 
-/// What a thread is to do with a row.
+/// Action of a thread on a row.
 enum Turn {
     Run,
     Wait,
@@ -140,7 +137,7 @@ impl Shared {
         self.table.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What to do with a row of a class: the first one runs, others wait for its outcome.
+    /// Returns the action for a row of a class: the first row runs, the others wait for its outcome.
     fn turn(&self, class: usize) -> Turn {
         let mut table = self.lock();
         let turn = match &table.states[class] {

@@ -1,15 +1,22 @@
 //! The rows of a sweep that have a numerical twin.
 
 use crate::random::{below, hash};
+use crate::scene::NumericalTwin;
+use crate::study::Study;
 
 /// Rows of which one is drawn.
 const ROWS: u64 = 100;
 /// Stream of the random numbers that draw it: the letters `twin`.
 const STREAM: u64 = 0x7477_696e;
 
+/// Whether a study draws this row for a numerical twin, which most rows do not have.
+pub(super) fn is_drawn(study: &Study, row: u64) -> bool {
+    study.numerical_twin() == NumericalTwin::Sample && is_sampled(study.seed(), row)
+}
+
 /// Whether a row is in the sample: row 0, so that every sweep has one, and one row of every further hundred, drawn by the seed. The
 /// number of rows does not matter: a sweep that grows keeps its sample.
-pub(super) fn is_sampled(seed: u64, row: u64) -> bool {
+fn is_sampled(seed: u64, row: u64) -> bool {
     let (hundred, place) = (row / ROWS, row % ROWS);
     place == if hundred == 0 { 0 } else { below(hash(seed, STREAM, hundred), ROWS) }
 }
