@@ -3,8 +3,8 @@ row the table of the signals that it was drawn from.
 
 Each page must draw every plot without an error on the console, at 1280 and 800 pixels and for print, and save each as SVG. On the first,
 hovering shows a row and dragging selects rows; limits are set, changed and let go and rows are sorted by the keyboard alone. As a page of
-a sweep that is under way, with many factors, it tells what is to come and what is not drawn, and stays legible; names of 10 kB
-make it no wider. The same page
+a sweep that is under way, with many factors, it shows the rows to come and the rows left out, and stays legible. Names of 10 kB
+do not make it wider. The same page
 with 100 000 rows of 20 columns must show its first plots within a second, and a drag answered within 100 ms, whichever part of the page is
 in sight. On a page of a row time is played, set, jumped over and zoomed into, by pointer and keyboard; what moves is
 where the signals have it to 1e-6 m, at 30 frames a second, and the page has at most 5 MB. LIMIT_FACTOR loosens times, for machines that do

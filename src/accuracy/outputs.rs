@@ -101,9 +101,7 @@ mod tests {
             castings: vec![CastingMetrics { peak_velocity_m_s: 2.0, ..CastingMetrics::default() }],
             blows: Vec::new(),
             totals: RunTotals::default(),
-            scatter: None,
-            numerical: None,
-            signals: Vec::new(),
+            ..RunMetrics::default()
         };
         let names = outputs();
         let find = |differences: &[f64], name: &str| {

@@ -172,7 +172,7 @@ pub(super) struct Needed {
     pub hammer: String,
     /// The output.
     pub output: &'static str,
-    /// Its standard error over its value in the row that was run.
+    /// Relative standard error in the row that was run.
     pub relative_error: f64,
     /// Relative standard error asked for.
     pub wanted_error: f64,
@@ -181,7 +181,7 @@ pub(super) struct Needed {
 }
 
 impl Needed {
-    /// Those of a run of `scene`.
+    /// Returns the needs of all hammers in a run of `scene`.
     fn all(scene: &Scene, outcome: &RowOutcome, wanted_error: f64) -> Vec<Self> {
         let metrics = outcome.metrics.as_ref();
         let hammers = metrics.iter().flat_map(|metrics| scene.hammers.iter().zip(&metrics.hammers));
@@ -298,7 +298,7 @@ impl Confused {
     }
 }
 
-/// What the time of all rows follows from.
+/// Rows to skip and threads to use, for the estimate of a sweep's time.
 pub(super) struct Probed {
     /// Rows that repeat others and are not run.
     pub repeated: usize,

@@ -193,7 +193,7 @@ pub(super) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), F
         .map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
 }
 
-/// As [`write_file`]; on the disk when it returns, for a file that decides on what is done next.
+/// Writes a file as [`write_file`] does and syncs it to disk. Use it for a file that the next step depends on.
 pub(super) fn write_durable_file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let write = || {

@@ -57,7 +57,7 @@ impl Source<'_> {
     /// `wanted`. Missing the goal ends as rows that are not done do.
     ///
     /// # Errors
-    /// A design that cannot grow, an analysis without intervals; those of `decore run`.
+    /// A design that cannot grow, an analysis without intervals, or an error of `decore run`.
     pub fn run(&self, wanted: Wanted<'_>) -> Result<Exit, Failure> {
         let mut course = Analysed { source: self, wanted, setting: None, missed: false };
         Ok(match pursue(self.folder, &mut course)? {
@@ -72,7 +72,7 @@ impl Source<'_> {
     }
 }
 
-/// What is wanted of a dataset before it is analysed.
+/// Rows to run before a dataset is analysed.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     /// Whether rows that are not done are run again.
@@ -88,7 +88,7 @@ pub(super) struct Wanted<'a> {
 struct Analysed<'a> {
     source: &'a Source<'a>,
     wanted: Wanted<'a>,
-    /// What the last look decided.
+    /// Setting that the last look decided on.
     setting: Option<String>,
     /// Whether the goal was not reached.
     missed: bool,
@@ -151,7 +151,7 @@ impl Course for Analysed<'_> {
     }
 }
 
-/// Whether all intervals are narrow, where those are that more rows narrow; tells of the others.
+/// Whether all intervals that more rows can narrow are narrow enough. Prints the others.
 fn is_narrow_enough(goal: Goal, widths: &Widths) -> bool {
     if let Some(settled) = widths.settled.filter(|width| *width > goal.width) {
         tell(&format_args!(

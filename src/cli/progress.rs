@@ -137,7 +137,7 @@ impl Progress {
     }
 }
 
-/// Why the progress is shown.
+/// Reason for printing the progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Occasion {
     Tick,

@@ -149,7 +149,7 @@ pub(super) fn refine(arguments: &RefineArguments) -> Result<Exit, Failure> {
     Ok(if rows_failed == 0 { Exit::Done } else { Exit::RowsFailed })
 }
 
-/// The course of a refinement: the rows that are decided on are those of the table.
+/// Course of a refinement. Each decision adds rows to the table of rows.
 struct Refined<'a> {
     arguments: &'a RefineArguments,
     study: StudyArguments<'a>,

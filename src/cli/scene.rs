@@ -271,7 +271,7 @@ struct Beside<'a> {
     errors: Option<&'a ScatterOf>,
 }
 
-/// What the numerical twin shows of the row.
+/// Numerical errors of a row as text.
 fn numerical_twin(text: &mut String, numerical: &NumericalErrors) {
     let words = match (numerical.numerical_errors_beyond_promise, numerical.worst_numerical_error_over_promise) {
         (None, _) | (_, None) => "it did not reach its end: the numerical errors are not known".to_owned(),

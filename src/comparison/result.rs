@@ -133,8 +133,8 @@ pub struct OutputDifference {
     pub one_sided: u64,
     /// Median of the absolute differences; `null` for texts and where no pair has two numbers.
     pub median: Option<f64>,
-    /// Of the pairs with two values the one with the largest absolute difference, of texts the first one that differs; `null`
-    /// where all are equal.
+    /// Pair with the largest absolute difference among those with two values; for texts the first pair that differs. `null` if all
+    /// are equal.
     pub worst: Option<PairDifference>,
 }
 

@@ -66,7 +66,7 @@ pub(super) struct Varied {
     pub hammer: HammerMetrics,
 }
 
-/// What the hammer gives at another supply.
+/// Figures of the hammer at another supply pressure.
 #[derive(Debug)]
 pub(super) struct Supplied {
     pub supply_bar: f64,

@@ -57,7 +57,7 @@ struct Gathered<'a> {
     error: OutputError,
     /// Number of errors by class.
     classes: Vec<u64>,
-    /// Its columns, each with that of its error.
+    /// Columns of the output, each with the column of its error.
     columns: Vec<(&'a ColumnDescription, String)>,
 }
 

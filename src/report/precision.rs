@@ -28,7 +28,7 @@ pub struct Precision {
 pub struct WorstPrecision {
     /// Index of the row in the design.
     pub row: u64,
-    /// Its standard error over its value.
+    /// Relative standard error.
     pub relative_error: f64,
     /// Duration of the row, s.
     pub duration_s: f64,
@@ -94,7 +94,7 @@ impl<'a> Precisions<'a> {
         }
     }
 
-    /// What was found; outputs without any value are left out.
+    /// Returns the result. Outputs without any value are left out.
     pub fn finish(self) -> Vec<Precision> {
         self.found.into_iter().filter(|found| found.count + found.without > 0).collect()
     }

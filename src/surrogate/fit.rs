@@ -149,7 +149,7 @@ impl Task<'_> {
     /// The process of rows with these values, and its figures.
     ///
     /// # Errors
-    /// Why there is none, in words.
+    /// Reason for the missing model.
     fn process(
         &self,
         (values, rows): (&[f64], &[usize]),

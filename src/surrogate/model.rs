@@ -115,7 +115,7 @@ impl ProcessFigures {
         of.into_iter().chain(self.q2_folds).all(f64::is_finite)
     }
 
-    /// What runs at one place told of the noise.
+    /// Noise of a single run, from runs at the same place.
     pub(super) fn evidence(&self) -> Spread {
         Spread { squares: self.run_squares, freedom: self.run_freedom }
     }

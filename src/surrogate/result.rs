@@ -77,7 +77,7 @@ pub struct ProcessFigures {
     /// from before it was told.
     #[serde(default)]
     pub spread: f64,
-    /// What `spread` was told by: the sum of squared deviations of runs from the means of their places, twins' scatter included.
+    /// Evidence for `spread`: the sum of squared deviations of runs from the means of their places, twins' scatter included.
     #[serde(default)]
     pub run_squares: f64,
     /// Degrees of freedom of that sum.

@@ -129,7 +129,7 @@ fn evidence(comparison: &Json, name: &str) -> Vec<Vec<f64>> {
     list(table, "rows").iter().map(values).collect()
 }
 
-/// Where ours and the paper's words cannot both hold, that is printed, with runs that show it.
+/// Contradictions with the paper are printed, with runs that show them.
 #[test]
 fn contradictions_are_shown_as_such() {
     let comparison: Json = serde_json::from_str(&said(&["paper", "--json"])).expect("JSON");

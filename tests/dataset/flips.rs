@@ -22,7 +22,7 @@ use crate::synthetic::{self, contract, files, outcome, record};
 /// Variable that sets the number of flips of the campaign.
 const FLIPS: &str = "DECORE_FLIPS";
 
-/// What a command makes of a dataset: bytes, or the words of an error.
+/// Result of a command on a dataset: bytes or an error message.
 type Verb<'v> = (&'static str, Box<dyn Fn() -> Result<Vec<u8>, String> + 'v>);
 
 fn flips(share: usize) -> usize {

@@ -14,7 +14,7 @@ use crate::synthetic::files;
 
 /// Rows of the kept study.
 const ROWS: u64 = 6;
-/// What must be the same for rows to go into one dataset.
+/// Parts of a study that must be equal for rows of one dataset.
 const IDENTITY: [&str; 7] =
     ["study_hash", "seed", "program_version", "columns_hash", "rows", "rows_per_part", "settings"];
 

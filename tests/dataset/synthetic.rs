@@ -127,9 +127,7 @@ fn metrics(row: u64) -> RunMetrics {
             warnings: if row.is_multiple_of(50) { "deep_contact, damper_jump".to_owned() } else { String::new() },
             ..RunTotals::default()
         },
-        scatter: None,
-        numerical: None,
-        signals: Vec::new(),
+        ..RunMetrics::default()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Where the work of the hammers goes, what a strike gives to its casting, and an order of placements that fixtures do not set.
+//! Ledger of the hammers' work, strikes on a casting, and a ranking of placements that does not depend on the fixtures.
 
 use std::path::Path;
 

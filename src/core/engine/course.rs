@@ -29,7 +29,7 @@ use std::path::Path;
 
 use crate::dataset::{DatasetError, SweepState, settle};
 
-/// What a look at a whole dataset decides.
+/// Decision after a look at a whole dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// There are enough rows.
@@ -38,21 +38,21 @@ pub enum Verdict {
     More,
 }
 
-/// What a command does in each state.
+/// Actions of a command, one for each state.
 pub trait Course {
-    /// Why it fails.
+    /// Error of a step.
     type Error: From<DatasetError>;
 
     /// Runs the rows that are missing, of the study as decided so far.
     ///
     /// # Errors
-    /// Those of a sweep.
+    /// Any error of a sweep.
     fn run_missing(&mut self) -> Result<SweepState, Self::Error>;
 
     /// Runs the rows again that are not done; without budgets for these they stay as they are.
     ///
     /// # Errors
-    /// Those of a sweep.
+    /// Any error of a sweep.
     fn run_failed(&mut self) -> Result<SweepState, Self::Error> {
         Ok(SweepState::Complete)
     }
@@ -60,7 +60,7 @@ pub trait Course {
     /// Looks at the dataset, which has all its rows.
     ///
     /// # Errors
-    /// What makes it impossible to judge, or to write the decision.
+    /// The dataset cannot be judged, or the decision cannot be written.
     fn judge(&mut self) -> Result<Verdict, Self::Error>;
 }
 
@@ -68,7 +68,7 @@ pub trait Course {
 /// [`SweepState::Complete`] where there are enough rows.
 ///
 /// # Errors
-/// Those of the course; [`DatasetError::InUse`].
+/// Any error of the course, or [`DatasetError::InUse`].
 pub fn pursue<C: Course>(folder: &Path, course: &mut C) -> Result<SweepState, C::Error> {
     // What the command reads first is the old dataset or the grown one, not something in between.
     settle(folder)?;

@@ -128,9 +128,7 @@ impl StubRows {
                 energy_residual: 1e-5 * unit(row, 8),
                 ..RunTotals::default()
             },
-            scatter: None,
-            numerical: None,
-            signals: Vec::new(),
+            ..RunMetrics::default()
         }
     }
 }

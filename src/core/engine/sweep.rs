@@ -63,8 +63,8 @@ impl Engine {
     }
 }
 
-/// Runs the rows that the dataset in `folder` does not hold yet, and tells how that ended: all there, stopped by the flag, or too many
-/// failed. Rows with the same factors are run once, see [`Repeats`].
+/// Runs the rows that the dataset in `folder` does not hold yet. Returns how that ended: complete, stopped by the flag, or too many
+/// failed rows. Rows with the same factors are run once, see [`Repeats`].
 ///
 /// # Errors
 /// A folder that is in use, holds another study, lies in another dataset, would take the place of the study's files, or cannot be

@@ -107,7 +107,7 @@ impl CastingTrack {
     }
 }
 
-/// Where the work of the hammers on a casting went; each figure by itself, none as the rest of the others.
+/// Ledger of the hammers' work on a casting. Each figure is computed by itself, none as the rest of the others.
 fn ledger(system: &Coupled, casting: usize, At { t, y }: At<'_>) -> CastingMetrics {
     let model = system.model();
     let quadrature = |quantity| y[model.layout().casting_quadrature(casting, quantity)];

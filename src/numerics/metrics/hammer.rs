@@ -25,7 +25,6 @@ const LITRES_PER_M3: f64 = 1000.0;
 struct Window {
     recorded: Recorded,
     end_s: f64,
-    work_at_start: f64,
     impulse_at_start: f64,
     kinetic_at_start: f64,
 }
@@ -151,7 +150,6 @@ impl HammerTrack {
                 run_work_before_j: run_work(system, y),
             },
             end_s: t + self.settings.blow_window_s,
-            work_at_start: quadrature(HammerQuadrature::Work),
             impulse_at_start: quadrature(HammerQuadrature::Impulse),
             kinetic_at_start: model.casting_energy(slot.casting, y),
         });
@@ -161,8 +159,9 @@ impl HammerTrack {
 
     /// Closes the window, if one is open; `component` reads the state at its end.
     fn close(&mut self, system: &Coupled, component: impl Fn(usize) -> f64) {
-        let Some(Window { mut recorded, work_at_start, impulse_at_start, .. }) = self.window.take() else { return };
+        let Some(Window { mut recorded, impulse_at_start, .. }) = self.window.take() else { return };
         let quadrature = |q| component(system.model().layout().quadrature(self.hammer, q));
+        let work_at_start = recorded.work_before_j;
         let blow = &mut recorded.blow;
         blow.work_j = quadrature(HammerQuadrature::Work) - work_at_start;
         blow.impulse_n_s = quadrature(HammerQuadrature::Impulse) - impulse_at_start;
@@ -278,7 +277,7 @@ impl Window {
         if energy > largest {
             let at = |q| step.component(model.layout().quadrature(blow.hammer, q), theta);
             blow.strike_kinetic_energy_j = energy - self.kinetic_at_start;
-            blow.strike_energy_j = at(HammerQuadrature::Work) - self.work_at_start;
+            blow.strike_energy_j = at(HammerQuadrature::Work) - self.recorded.work_before_j;
             blow.strike_momentum_n_s = at(HammerQuadrature::Impulse) - self.impulse_at_start;
         }
     }

@@ -92,12 +92,7 @@ mod tests {
                 percussion,
                 ..HammerMetrics::default()
             }],
-            castings: Vec::new(),
-            blows: Vec::new(),
-            totals: RunTotals::default(),
-            scatter: None,
-            numerical: None,
-            signals: Vec::new(),
+            ..RunMetrics::default()
         }
     }
 

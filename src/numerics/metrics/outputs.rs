@@ -223,7 +223,7 @@ quantities! {
 }
 
 /// All outputs of one run.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct RunMetrics {
     /// One entry per hammer.
     pub hammers: Vec<HammerMetrics>,

@@ -114,9 +114,7 @@ mod tests {
             castings: vec![CastingMetrics { peak_velocity_m_s: 3.0, ..CastingMetrics::default() }],
             blows: Vec::new(),
             totals: RunTotals { delivered_work_j: work, ..RunTotals::default() },
-            scatter: None,
-            numerical: None,
-            signals: Vec::new(),
+            ..RunMetrics::default()
         }
     }
 

@@ -19,7 +19,7 @@ use crate::random::hash;
 pub const LEAST_ROWS: usize = 8;
 /// Places on which starts are compared.
 const COMPARED_PLACES: usize = 160;
-/// Places on which lengths and noise are searched: of more, a part tells them as well.
+/// Most places on which lengths and noise are searched. With more places, a part of them is enough.
 const SEARCHED_PLACES: usize = 640;
 /// Starts: the length as a multiple of the usual one, and the noise.
 const STARTS: [[f64; 2]; 4] = [[0.4, 1e-6], [0.1, 1e-2], [0.07, 1e-6], [0.8, 1e-6]];
@@ -159,7 +159,7 @@ impl GaussianProcess {
     /// than 320 places.
     ///
     /// # Errors
-    /// Those of [`Self::fit`] for the rest of the places; a rest that is constant predicts its constant.
+    /// Any error of [`Self::fit`] on the remaining places. A constant rest predicts its constant.
     pub fn folds(&self) -> Result<Option<Residuals>, RegressionError> {
         let values = self.values();
         if values.len() > FOLDED_PLACES {
@@ -183,7 +183,7 @@ impl GaussianProcess {
         Ok(Some(Residuals::new((values, &self.groups), errors, self.residuals.std_devs().to_vec())))
     }
 
-    /// What a model of some places, fitted anew, expects at others; a rest that is constant predicts its constant.
+    /// Predictions at left-out places by a model fitted to the others. A constant rest predicts its constant.
     fn predict_without(&self, (rest, out): (&[usize], &[usize])) -> Result<Vec<f64>, RegressionError> {
         let known = self.places.select(rest);
         if let Some(mean) = constant(known.values()) {

@@ -11,7 +11,7 @@ use crate::linalg::{LinalgError, cholesky, cholesky_inverse};
 
 /// Least noise, as a share of the process's variance: below it, rounding decides.
 pub const LEAST_NOISE: f64 = 1e-6;
-/// What is believed of a process before its rows are seen: normal distributions of logarithms.
+/// Prior of lengths and noise: normal distributions of their logarithms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prior {
     /// Noise that no search goes below, as a share of the process's variance.
@@ -212,7 +212,7 @@ impl Likelihood<'_> {
 }
 
 impl Prior {
-    /// Where a search starts: one length, a multiple of the usual one, and a noise; of values with the variance 1.
+    /// Start of a search: one length, a multiple of the usual one, and a noise, for values with variance 1.
     pub fn start(&self, factors: usize, [length, noise]: [f64; 2], spread: Spread) -> Vec<f64> {
         let mut start = vec![self.usual_weight(factors) - 2.0 * libm::log(length); factors];
         start.push(libm::log(noise));

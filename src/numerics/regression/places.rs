@@ -121,7 +121,7 @@ impl Places {
         &self.first
     }
 
-    /// Where the places are.
+    /// Coordinates of the places.
     pub fn points(&self) -> &Points {
         &self.points
     }

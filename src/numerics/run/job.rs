@@ -21,7 +21,7 @@ pub const TIGHTENING: f64 = 0.01;
 pub struct RowJob {
     scene: Scene,
     modes: Arc<PlacedModes>,
-    /// Its numerical twin; `None` for a row without one.
+    /// Numerical twin of the row; `None` for a row without one.
     numerical: Option<NumericalModes>,
     retries: u32,
     /// Tolerance of its last time.
@@ -39,7 +39,7 @@ pub type NumericalModes = Option<Arc<PlacedModes>>;
 enum Next {
     /// The row itself, with this tolerance, for this time, from 0.
     Itself(f64, u32),
-    /// Its numerical twin.
+    /// The numerical twin of the row.
     NumericalTwin,
     /// One of its twins.
     Twin(usize),
@@ -182,7 +182,6 @@ impl RowJob {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::RunTotals;
     use crate::scene::{Environment, Guide, Method, ModeTreatment, OutputSettings, SolverSettings};
     use crate::system::InterfaceModes;
 
@@ -245,16 +244,8 @@ mod tests {
                 assert_eq!(Arc::ptr_eq(job.modes(), &all_modes), is_twin);
                 run_with.push(scene.solver.tolerance);
                 let mut outcome = run(&scene, 1e-5);
-                let metrics = || RunMetrics {
-                    hammers: Vec::new(),
-                    castings: Vec::new(),
-                    blows: Vec::new(),
-                    totals: RunTotals::default(),
-                    scatter: None,
-                    numerical: None,
-                    signals: Vec::new(),
-                };
-                outcome.metrics = (outcome.status == RowStatus::Done && (twin_ends || !is_twin)).then(metrics);
+                let ends = outcome.status == RowStatus::Done && (twin_ends || !is_twin);
+                outcome.metrics = ends.then(RunMetrics::default);
                 job.take(outcome);
             }
             assert_eq!(run_with.len(), 3);

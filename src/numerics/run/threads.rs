@@ -11,7 +11,7 @@ const VARIABLES: [&str; 2] = ["RAYON_NUM_THREADS", "RAYON_RS_NUM_CPUS"];
 pub struct ThreadCountError {
     /// Name of the setting or the environment variable.
     name: &'static str,
-    /// Its value.
+    /// Value that was found.
     found: String,
     /// How to fix it.
     advice: &'static str,

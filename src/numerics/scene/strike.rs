@@ -1,4 +1,4 @@
-//! Where a chisel meets its casting, as far as the inputs tell: the masses, the speed, contacts that are too soft or too damped.
+//! Strike of a chisel on its casting, from the inputs alone: mass, largest speed, contacts that are too soft or too damped.
 
 use std::f64::consts::PI;
 

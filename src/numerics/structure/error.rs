@@ -142,7 +142,7 @@ impl StructureError {
     }
 }
 
-/// What to do where the matrices are not to blame.
+/// Advice for errors that the matrices do not cause.
 const MORE_MEMORY: &str = "raise the limit on memory (`ulimit -v`), or use a machine with more";
 
 /// Names the step that failed and what to do about it.

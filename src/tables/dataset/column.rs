@@ -173,7 +173,7 @@ pub enum Get {
     Instant(usize),
 }
 
-/// What a scatter or a numerical error belongs to.
+/// Subject of a scatter or of a numerical error.
 #[derive(Clone, Copy)]
 pub enum ScatterGroup {
     Hammer(usize),

@@ -29,7 +29,7 @@ pub fn check_manifests(folder: &Path, manifest: &Manifest, timings: &TimingsMani
     check_rows(manifest).map_err(|words| fault(MANIFEST_NAME, words))
 }
 
-/// What was found, and what was expected.
+/// Found and expected values.
 type Words = (String, &'static str);
 
 /// Compares the parts of a table with each other and with those of the runs.

@@ -150,7 +150,7 @@ pub enum DatasetError {
         .damage.damage_of_manifest()
     )]
     Lost {
-        /// What is wrong with the manifest.
+        /// Description of the damage.
         damage: Box<DatasetError>,
     },
     /// The dataset is of another format version.
@@ -295,7 +295,7 @@ impl DatasetError {
         matches!(self, Self::Missing { .. } | Self::Manifest { .. } | Self::Seal { .. })
     }
 
-    /// What is wrong with a manifest, without what to do about it.
+    /// Describes the damage of a manifest, without advice.
     fn damage_of_manifest(&self) -> String {
         match self {
             Self::Manifest { path, source } => {

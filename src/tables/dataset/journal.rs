@@ -273,10 +273,10 @@ pub fn is_described(dataset: &Path) -> bool {
     dataset.join(JOURNAL).join(STUDY_NAME).is_file()
 }
 
-/// What the journal gave back.
+/// Rows recovered from the journal.
 #[derive(Debug, Default, PartialEq)]
 pub struct Salvage {
-    /// What was no row, in words.
+    /// Descriptions of entries that are not rows.
     pub notes: Vec<String>,
     /// Files with rows of another study; they were left as they are.
     pub foreign: Vec<PathBuf>,

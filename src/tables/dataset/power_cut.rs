@@ -155,9 +155,7 @@ fn record(row: u64) -> RowRecord {
         castings: vec![CastingMetrics::default()],
         blows: vec![blow],
         totals: RunTotals { delivered_work_j: row as f64, ..RunTotals::default() },
-        scatter: None,
-        numerical: None,
-        signals: Vec::new(),
+        ..RunMetrics::default()
     };
     let mut outcome = RowOutcome::invalid(String::new());
     (outcome.status, outcome.metrics, outcome.wall_time_s) = (RowStatus::Done, Some(metrics), 1.0);

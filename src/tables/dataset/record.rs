@@ -238,9 +238,7 @@ mod tests {
             castings: vec![CastingMetrics { peak_velocity_m_s: 0.7, ..CastingMetrics::default() }],
             blows: [0, 1].map(|hammer| Blow { hammer, energy_j: 5.0 + hammer as f64, ..Blow::default() }).to_vec(),
             totals: RunTotals { delivered_work_j: 5.0, ..RunTotals::default() },
-            scatter: None,
-            numerical: None,
-            signals: Vec::new(),
+            ..RunMetrics::default()
         }
     }
 

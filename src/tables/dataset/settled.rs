@@ -10,7 +10,7 @@ use super::lock::Lock;
 use super::manifest::{MANIFEST_NAME, Manifest, TIMINGS_NAME};
 use super::store::{GROWING, remove};
 
-/// File in the grown dataset that says that it is whole and replaces the one around it.
+/// Marker file in the grown dataset: it is whole and replaces the dataset around it.
 pub const READY: &str = "ready";
 
 /// Completes a growth of the dataset in `folder` that was interrupted, or undoes it where it was not whole yet. Without one it does
@@ -54,7 +54,7 @@ pub fn settle_locked(folder: &Path) -> Result<(), DatasetError> {
 /// Whether a dataset has all rows that it is to hold in parts: none is missing, and none waits in the journal.
 ///
 /// # Errors
-/// Those of [`Manifest::read`], or the system's.
+/// Any error of [`Manifest::read`], or a system error.
 pub fn is_settled(folder: &Path) -> Result<bool, DatasetError> {
     let waits = folder.join(GROWING).exists() || journal::count(folder, &|_| true)?.0 > 0;
     Ok(!waits && Manifest::read(folder)?.complete)
