@@ -63,7 +63,8 @@ fn wait_for<T>(what: &str, mut ready: impl FnMut() -> Option<T>) -> T {
 /// The process that writes a shard, once it has rows in its journal.
 fn working_process(shard: &Path) -> Option<u32> {
     let journal = fs::read_dir(shard.join(".journal")).ok()?;
-    let has_rows = journal.flatten().any(|entry| entry.metadata().is_ok_and(|data| data.len() > 2000));
+    let of_rows = |entry: &fs::DirEntry| entry.path().extension().is_some_and(|ending| ending == "rows");
+    let has_rows = journal.flatten().filter(of_rows).any(|entry| entry.metadata().is_ok_and(|data| data.len() > 2000));
     let owner = fs::read_to_string(shard.join(".lock")).ok()?;
     has_rows.then(|| owner.split_whitespace().nth(1)?.parse().ok()).flatten()
 }
