@@ -3,12 +3,15 @@
 use clap::{Args, Command};
 
 use super::exit::{Exit, Failure};
-use super::text::say;
+use super::text::{fit, say};
 use crate::dataset::{ColumnDescription, ColumnGroup, Columns, DatasetInfo, Factor, SignalColumn, TableName};
 use crate::guide::TOPICS;
 use crate::quantity::Kind;
-use crate::study::study_schema;
+use crate::study::{hammer_schema, study_schema};
 use crate::words::{did_you_mean, nearest};
+
+/// Columns of the page on theory.
+const GUIDE_COLUMNS: usize = 80;
 
 #[derive(Debug, Args)]
 pub(super) struct HelpArguments {
@@ -29,9 +32,12 @@ pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Ex
     };
     if let Some(topic) = TOPICS.iter().find(|topic| topic.name == name) {
         say(&filled(topic.text).trim_end())?;
-        if name == "outputs" {
-            say(&format_args!("\n{}", columns()?.trim_end()))?;
-        }
+        let list = match name {
+            "outputs" => columns()?,
+            "theory" => hammer_parameters(),
+            _ => return Ok(Exit::Done),
+        };
+        say(&format_args!("\n{}", list.trim_end()))?;
         return Ok(Exit::Done);
     }
     // Usage lines name the command by its whole path only once the program is built.
@@ -63,6 +69,22 @@ fn filled(page: &str) -> String {
         Some(entries.iter().map(row).collect::<Vec<_>>().join("\n"))
     };
     page.lines().map(|line| set(line).unwrap_or_else(|| line.to_owned())).collect::<Vec<_>>().join("\n")
+}
+
+/// All parameters of a hammer, group by group: key, text with symbol, range, default and source.
+fn hammer_parameters() -> String {
+    let schema = hammer_schema();
+    let entries = |table: &serde_json::Value| table["properties"].as_object().cloned().unwrap_or_default();
+    let mut text = "# Parameters of a hammer\n".to_owned();
+    for (group, entry) in entries(&schema) {
+        let about = |entry: &serde_json::Value| entry["description"].as_str().unwrap_or_default().replace('\n', " ");
+        text.push_str(&format!("\n{}\n\n", about(&entry)));
+        let definition = entry["$ref"].as_str().and_then(|path| schema.pointer(path.trim_start_matches('#')));
+        for (key, parameter) in definition.map(entries).unwrap_or_default() {
+            text.push_str(&format!("- `{group}.{key}`: {}\n", about(&parameter)));
+        }
+    }
+    fit(&text, GUIDE_COLUMNS)
 }
 
 /// All columns of all tables with their units and descriptions, as the writer puts them together for a study with one of each part.

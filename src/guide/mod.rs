@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 16] = [
+pub const TOPICS: [Topic; 18] = [
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
@@ -75,6 +75,11 @@ pub const TOPICS: [Topic; 16] = [
         text: include_str!("accuracy.md"),
     },
     Topic {
+        name: "theory",
+        about: "the model, equation by equation; the definition of each output",
+        text: include_str!("theory.md"),
+    },
+    Topic {
         name: "processors",
         about: "which bytes are the same where; what GPUs and nodes of many cores would need",
         text: include_str!("processors.md"),
@@ -85,4 +90,5 @@ pub const TOPICS: [Topic; 16] = [
         text: include_str!("paper.md"),
     },
     Topic { name: "limits", about: "what decore does not do", text: include_str!("limits.md") },
+    Topic { name: "glossary", about: "terms, one word for one thing", text: include_str!("glossary.md") },
 ];

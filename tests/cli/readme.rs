@@ -79,6 +79,36 @@ fn the_guide_lists_what_a_study_can_name() {
     }
 }
 
+/// The page on theory lists every parameter of a hammer, both pages fit into 80 columns, and every name in them is one of a column, a
+/// key or a value.
+#[test]
+fn theory_and_glossary_name_what_there_is() {
+    let scratch = TempDir::new().expect("scratch");
+    let help = |page: &str| {
+        let output = decore(&scratch).args(["help", page]).output().expect("started");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let (theory, glossary) = (help("theory"), help("glossary"));
+    let hammer = decore::study::hammer_schema();
+    for (group, entry) in hammer["properties"].as_object().expect("groups") {
+        let definition = entry["$ref"].as_str().expect("a reference").trim_start_matches('#');
+        let parameters = hammer.pointer(definition).expect("a group")["properties"].as_object().expect("parameters");
+        for key in parameters.keys() {
+            assert!(theory.contains(&format!("\n- `{group}.{key}`: ")), "{group}.{key}");
+        }
+    }
+    let known = format!("{}{}{hammer}", help("outputs"), decore::study::study_schema());
+    for text in [&theory, &glossary] {
+        let long: Vec<&str> = text.lines().filter(|line| line.chars().count() > 80).collect();
+        assert!(long.is_empty(), "{long:#?}");
+        // Shorter words are symbols.
+        let words = text.split(|c: char| !(c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'));
+        let names = words.filter(|word| word.len() >= 10 && word.contains('_'));
+        let unknown: BTreeSet<&str> = names.filter(|name| !known.contains(name)).collect();
+        assert!(unknown.is_empty(), "{unknown:#?}");
+    }
+}
+
 /// Every column of the tables of a study that uses all there is stands in the guide with its unit and description, and no other does.
 #[test]
 fn the_guide_lists_every_column() {
