@@ -155,6 +155,41 @@ fn line(column: &ColumnDescription) -> String {
     }
 }
 
+/// Texts of all source files below a folder.
+fn sources(folder: &Path, all: &mut String) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, all);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            all.push_str(&fs::read_to_string(&path).expect("a text"));
+        }
+    }
+}
+
+#[test]
+fn the_types_of_the_architecture_page_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
+    let mut code = String::new();
+    sources(&root.join("src"), &mut code);
+    let words: BTreeSet<&str> = page.split(|c: char| !c.is_ascii_alphanumeric()).collect();
+    let is_type = |word: &&&str| {
+        let capitals = word.chars().filter(char::is_ascii_uppercase).count();
+        capitals > 1
+            && word.starts_with(|c: char| c.is_ascii_uppercase())
+            && word.contains(|c: char| c.is_ascii_lowercase())
+    };
+    let types: Vec<&str> = words.iter().filter(is_type).copied().collect();
+    assert!(types.len() > 20, "{types:?}");
+    // `from`: the table of a study that `parameters!` declares.
+    let declared = |name: &&&str| {
+        ["struct", "enum", "trait", "type", "from"].iter().any(|kind| code.contains(&format!("{kind} {name}")))
+    };
+    let unknown: Vec<&&str> = types.iter().filter(|name| !declared(name)).collect();
+    assert!(unknown.is_empty(), "rename them in ARCHITECTURE.md: {unknown:?}");
+}
+
 /// Two significant digits, as the guide prints them.
 fn two_digits(value: f64) -> String {
     let decimals = (1 - value.log10().floor() as i32).max(0) as usize;
