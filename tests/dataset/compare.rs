@@ -13,14 +13,15 @@ use decore::run::RowStatus;
 use tempfile::TempDir;
 
 use crate::sweeps::{decore, errors, output};
-use crate::synthetic::{ROWS, info, outcome, record};
+use crate::synthetic::{ROWS, described, info, outcome, record};
 
 /// Rows of the synthetic study that are done: every seventh from the third on is not.
 const DONE: u64 = 129;
 
 /// Writes a dataset of the synthetic study's rows after a change.
 fn written(folder: &Path, info: &DatasetInfo, change: impl Fn(&mut RowRecord)) -> PathBuf {
-    let mut writer = DatasetWriter::create(folder, info, Existing::Refuse).expect("created");
+    let info = described(info.clone());
+    let mut writer = DatasetWriter::create(folder, &info, Existing::Refuse).expect("created");
     for row in 0..info.rows {
         let mut made = record(row, outcome(row));
         change(&mut made);
@@ -183,7 +184,7 @@ fn columns_that_one_lacks_are_named() {
     assert!(found.outputs_only_in_a.len() > 10, "{:?}", found.outputs_only_in_a);
     assert!(found.outputs_only_in_a.iter().all(|name| name.starts_with("right_hand_")));
     let scratch = TempDir::new().expect("scratch");
-    let [a, b] = [("a", info()), ("b", one_hammer)].map(|(name, info)| {
+    let [a, b] = [("a", info()), ("b", described(one_hammer))].map(|(name, info)| {
         let writer = DatasetWriter::create(&scratch.path().join(name), &info, Existing::Refuse).expect("created");
         writer.finish().expect("finished");
         scratch.path().join(name)
@@ -202,6 +203,7 @@ fn other_factors_are_refused() {
     let refused = |name: &str, change: &dyn Fn(&mut DatasetInfo)| {
         let mut other = info();
         change(&mut other);
+        let other = described(other);
         let b = scratch.path().join(name);
         DatasetWriter::create(&b, &other, Existing::Refuse).expect("created").finish().expect("finished");
         compared([&a, &b], &ComparisonSettings::default()).expect_err("refused").to_string()
@@ -314,7 +316,7 @@ fn the_command_has_exit_codes_and_json_of_its_schema() {
     let (code, _, said) = ran([&a, &b], &["--output", "delivered_work"]);
     assert!(code == Some(2) && said.contains("did you mean `delivered_work_j`?"), "{said}");
     // A dataset of another format is the wrong argument, no result that could not be written.
-    std::fs::write(b.join("manifest.json"), "{\n  \"format_version\": 6 }").expect("written");
+    std::fs::write(b.join("manifest.json"), "{\n  \"format_version\": 7 }").expect("written");
     let (code, _, said) = ran([&a, &b], &[]);
-    assert!(code == Some(2) && said.contains("`format_version` is 6, expected 5"), "{code:?} {said}");
+    assert!(code == Some(2) && said.contains("`format_version` is 7, expected 6"), "{code:?} {said}");
 }

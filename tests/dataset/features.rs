@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::synthetic::{ROWS, dataset, info, outcome};
+use crate::synthetic::{ROWS, dataset, described, info, outcome};
 use decore::dataset::{DatasetInfo, DatasetReader, DatasetWriter, Existing, Factor, RowRecord};
 use decore::features::{Column, FeatureSettings, Features, FeaturesError, Format, Role, Splits, export, features};
 use decore::metrics::CastingMetrics;
@@ -100,13 +100,13 @@ values = ["a", "b"]
         unit: String::new(),
         description: "which casting".to_owned(),
     };
-    let info = DatasetInfo {
+    let info = described(DatasetInfo {
         study_text: text.to_owned(),
         castings: ["a", "b"].map(str::to_owned).to_vec(),
         factors: vec![struck],
         rows: 4,
         ..info()
-    };
+    });
     let folder = scratch.path().join("two");
     let mut writer = DatasetWriter::create(&folder, &info, Existing::Refuse).expect("created");
     for row in 0..4_u64 {

@@ -48,6 +48,12 @@ fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
+/// The format version in a manifest, or in the description of a journal.
+fn version_of(manifest: &Path) -> Value {
+    let text = fs::read_to_string(manifest).expect("manifest");
+    serde_json::from_str::<Value>(&text).expect("JSON")["format_version"].clone()
+}
+
 /// The study in a manifest, or in the description of a journal.
 fn study_of(manifest: &Path) -> Value {
     let text = fs::read_to_string(manifest).expect("manifest");
@@ -60,15 +66,30 @@ fn kept_datasets_go_on_or_are_refused_with_words() {
     let fresh = scratch.path().join("fresh");
     expect_code(run(&fresh), 0);
     let now = study_of(&fresh.join("manifest.json"));
-    let cases =
-        [("format_5", "manifest.json", 6), ("journal_1", "manifest.json", 3), ("journal_2", ".journal/study.json", 3)];
+    let cases = [
+        ("format_5", "manifest.json", 6),
+        ("format_6", "manifest.json", 6),
+        ("journal_1", "manifest.json", 3),
+        ("journal_2", ".journal/study.json", 3),
+    ];
     for (name, manifest, rows) in cases {
         let folder = restored(name, scratch.path());
         let then = study_of(&folder.join(manifest));
+        let version = version_of(&folder.join(manifest));
         let before = tables(&folder);
         let ended = output(run(&folder));
         let text = errors(&ended);
-        if IDENTITY.iter().all(|key| then[*key] == now[*key]) {
+        if version != version_of(&fresh.join("manifest.json")) {
+            let refused = format!("key `format_version` is {version}, expected ");
+            assert!(ended.status.code() == Some(2) && text.contains(&refused), "{name}: {text}");
+            for verb in ["report", "verify"] {
+                let mut command = decore();
+                command.arg(verb).arg(&folder);
+                let text = errors(&expect_code(command, 2));
+                assert!(text.contains(&refused), "{name}: {text}");
+            }
+            assert_eq!(tables(&folder), before, "{name}");
+        } else if IDENTITY.iter().all(|key| then[*key] == now[*key]) {
             assert_eq!(ended.status.code(), Some(0), "{name}: {text}");
             let told = match rows {
                 ROWS => "all 6 rows are in".to_owned(),
@@ -101,7 +122,7 @@ fn other_versions_and_nameless_journals_are_refused_and_can_be_replaced() {
     fs::write(&manifest, format!("{body}\n}}\n")).expect("written");
     let before = tables(&folder);
     let refused = errors(&expect_code(run(&folder), 2));
-    assert!(refused.contains("key `format_version` is 3, expected 5"), "{refused}");
+    assert!(refused.contains("key `format_version` is 3, expected 6"), "{refused}");
     assert_eq!(tables(&folder), before);
 
     // A journal that names no study, and nothing else that does.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::synthetic::info;
+use crate::synthetic::{described, info};
 use decore::dataset::{DatasetInfo, DatasetReader, DatasetWriter, Existing, Factor as StoredFactor, RowRecord};
 use decore::design::{
     Axial, BoxBehnken, CentralComposite, Constraints, Design, Distribution, Factor, FractionalFactorial, FullFactorial,
@@ -93,13 +93,13 @@ fn dataset(folder: &Path, design: &Design) -> DatasetReader {
         unit: "1".to_owned(),
         description: "a factor".to_owned(),
     };
-    let info = DatasetInfo {
+    let info = described(DatasetInfo {
         factors: (0..design.factors().len()).map(factor).collect(),
         rows: design.row_count() as u64,
         rows_per_part: 4096,
         row_groups: Some(design.groups()),
         ..info()
-    };
+    });
     let mut writer = DatasetWriter::create(folder, &info, Existing::Replace).expect("created");
     for row in 0..design.row_count() {
         let values = design.row(row).expect("a row").into_iter().map(|level| match level {

@@ -109,7 +109,7 @@ fn a_lost_manifest_is_made_anew_from_the_parts() {
         text.replace("\"unit\": \"bar\"", "\"unit\": \"Pa\""),
         text.replace("synthetic", "synthetiC"),
         text.replace("\"checksum\"", "\"checksun\""),
-        text.replace("\"format_version\": 5", "\"format_version\": 6"),
+        text.replace("\"format_version\": 6", "\"format_version\": 7"),
         text[..text.len() - 100].to_owned(),
         String::new(),
     ];

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::synthetic::{ROWS, dataset, info, record, write};
+use crate::synthetic::{ROWS, dataset, described, info, record, write};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use decore::dataset::{DatasetReader, DatasetWriter, Existing, TableName};
@@ -157,6 +157,7 @@ fn names_of_a_page_are_text() {
     info.study_name = name.to_owned();
     info.study_text = name.to_owned();
     info.factors[2].name = name.to_owned();
+    let info = described(info);
     let mut writer = DatasetWriter::create(scratch.path(), &info, Existing::Refuse).expect("created");
     let mut first = record(0, crate::synthetic::outcome(0));
     first.factors[2] = Value::Text(name.to_owned());

@@ -11,7 +11,7 @@ use decore::engine::{Engine, Rows, SweepSettings};
 use decore::features::{FeatureSettings, export, features};
 use tempfile::TempDir;
 
-use crate::synthetic::{self, ROWS, contract, outcome};
+use crate::synthetic::{self, ROWS, contract, described, outcome};
 
 /// Settings with which a shipped study is quick and keeps two signals of some rows.
 const KEEPS: [&str; 4] = [
@@ -140,7 +140,7 @@ fn info() -> DatasetInfo {
         unit: unit.to_owned(),
         description: "made up.".to_owned(),
     };
-    DatasetInfo { signals: vec![column("a_m", "m"), column("b_n", "N")], ..synthetic::info() }
+    described(DatasetInfo { signals: vec![column("a_m", "m"), column("b_n", "N")], ..synthetic::info() })
 }
 
 /// A row of it; every third one has signals.
@@ -288,7 +288,8 @@ fn features_of_rows_without_signals_are_nulls() {
         unit: "m/s".to_owned(),
         description: "made up.".to_owned(),
     };
-    let [info, other] = [vec![velocity], info().signals].map(|signals| DatasetInfo { signals, ..synthetic::info() });
+    let [info, other] =
+        [vec![velocity], info().signals].map(|signals| described(DatasetInfo { signals, ..synthetic::info() }));
     let make = |folder: &Path, info: &DatasetInfo| {
         let mut writer = DatasetWriter::create(folder, info, Existing::Refuse).expect("created");
         for row in 0..ROWS {

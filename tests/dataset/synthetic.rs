@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use decore::dataset::{DatasetInfo, DatasetWriter, Existing, Factor, Manifest, RowRecord};
+use decore::dataset::{Columns, DatasetInfo, DatasetWriter, Existing, Factor, Manifest, RowRecord};
 use decore::integrate::Counters;
 use decore::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Percussion, RunMetrics, RunTotals};
 use decore::quantity::{Kind, Value};
@@ -21,7 +21,7 @@ fn factor(name: &str, kind: Kind, unit: &str) -> Factor {
 
 /// The synthetic study.
 pub fn info() -> DatasetInfo {
-    DatasetInfo {
+    described(DatasetInfo {
         study_name: "synthetic".to_owned(),
         study_text: "[study]\nname = \"synthetic\"  # Gußteil\n".to_owned(),
         study_hash: "0123456789abcdef".to_owned(),
@@ -34,7 +34,7 @@ pub fn info() -> DatasetInfo {
         settings: BTreeMap::new(),
         seed: 18_446_744_073_709_551_615,
         program_version: "0.1.0".to_owned(),
-        columns_hash: "of these columns".to_owned(),
+        columns_hash: String::new(),
         rows: ROWS,
         rows_per_part: 64,
         factors: vec![
@@ -49,7 +49,13 @@ pub fn info() -> DatasetInfo {
         design_quality: serde_json::Value::Null,
         row_groups: Some(Vec::new()),
         signals: Vec::new(),
-    }
+    })
+}
+
+/// A study with the hash of the columns that it has.
+pub fn described(info: DatasetInfo) -> DatasetInfo {
+    let columns_hash = Columns::new(&info).expect("columns").hash();
+    DatasetInfo { columns_hash, ..info }
 }
 
 /// Every seventh row is invalid; the right-hand hammer of every fifth row misses its first impact.

@@ -305,8 +305,8 @@ fn folders_without_dataset_and_bad_manifests_are_explained() {
     let open = || DatasetReader::open(scratch.path()).expect_err("refused");
     assert!(matches!(open(), DatasetError::Missing { .. }));
     fs::write(scratch.path().join("manifest.json"), "{\n  \"format_version\": 99 }").expect("written");
-    assert!(open().to_string().contains("`format_version` is 99, expected 5"), "{}", open());
-    fs::write(scratch.path().join("manifest.json"), "{\n  \"format_version\": 5,\n").expect("written");
+    assert!(open().to_string().contains("`format_version` is 99, expected 6"), "{}", open());
+    fs::write(scratch.path().join("manifest.json"), "{\n  \"format_version\": 6,\n").expect("written");
     assert!(open().to_string().contains("manifest.json, line 3"), "{}", open());
 }
 
@@ -399,9 +399,21 @@ fn other_columns_are_refused_before_a_row_runs() {
     let said = error.to_string();
     assert!(said.contains("holds 1 of 150 rows"), "rows in the journal count: {said}");
     assert!(said.contains("columns of the tables: this program has others"), "{said}");
-    // A dataset of a program that did not say which columns it has is gone on with.
+    // A dataset without a hash of its columns is gone on with.
     let silent = DatasetInfo { columns_hash: String::new(), ..info() };
     DatasetWriter::create(scratch.path(), &silent, Existing::Resume).expect("opened");
+}
+
+/// An undamaged dataset with other columns is not damaged.
+#[test]
+fn other_columns_are_named_where_a_dataset_is_read() {
+    let scratch = TempDir::new().expect("scratch folder");
+    let other = DatasetInfo { columns_hash: "of one more".to_owned(), ..info() };
+    let mut writer = DatasetWriter::create(scratch.path(), &other, Existing::Refuse).expect("created");
+    writer.write(&record(0, outcome(0))).expect("taken");
+    writer.finish().expect("finished");
+    let error = DatasetReader::open(scratch.path()).expect_err("refused");
+    assert!(error.is_usage() && error.to_string().contains("the columns of another decore (version 0.1.0)"), "{error}");
 }
 
 #[test]

@@ -167,6 +167,18 @@ pub enum DatasetError {
         /// Version that this program knows.
         expected: u32,
     },
+    /// The program that wrote the dataset has other columns.
+    #[error(
+        "{}: the tables have the columns of another decore (version {written_by}); read them with the program that wrote them, or run \
+         the study again with `--replace`",
+        path.display()
+    )]
+    Columns {
+        /// Path of the manifest.
+        path: PathBuf,
+        /// Version of the program that wrote the dataset.
+        written_by: String,
+    },
     /// Two names of the study give the same column.
     #[error(
         "column `{column}` would hold both {first} and {second} (column names keep letters, digits and \
@@ -330,6 +342,7 @@ impl DatasetError {
                 | Self::Missing { .. }
                 | Self::Lost { .. }
                 | Self::Version { .. }
+                | Self::Columns { .. }
                 | Self::DuplicateColumn { .. }
                 | Self::UnknownColumn { .. }
                 | Self::NotANumber { .. }

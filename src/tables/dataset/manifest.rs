@@ -12,8 +12,9 @@ use super::info::DatasetInfo;
 use crate::files::{Limit, read};
 
 /// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
-/// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries.
-pub const FORMAT_VERSION: u32 = 5;
+/// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries. 6: contacts
+/// counted apart in time, standard errors and scatter defined anew, the ledger of the castings.
+pub const FORMAT_VERSION: u32 = 6;
 /// Name of the manifest in the dataset's folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
 /// Name of the timings' manifest in the dataset's folder.

@@ -10,7 +10,7 @@ use super::consistency::check_manifests;
 use super::durable::failed_to;
 use super::error::DatasetError;
 use super::lock::Lock;
-use super::manifest::{Manifest, Part, TimingsManifest, find, fingerprint, part_file, read_bytes};
+use super::manifest::{MANIFEST_NAME, Manifest, Part, TimingsManifest, find, fingerprint, part_file, read_bytes};
 use super::parquet_file::Opened;
 use super::rebuild::{strays, timings_of_parts};
 use crate::quantity::Cell;
@@ -29,8 +29,8 @@ impl DatasetReader {
     ///
     /// # Errors
     /// [`DatasetError::Missing`], [`DatasetError::Manifest`], [`DatasetError::Seal`], [`DatasetError::Version`],
-    /// [`DatasetError::Damaged`] for parts that are listed twice, leave a gap or do not add up, [`DatasetError::DuplicateColumn`] or
-    /// the system's. Timings that are lost are an error only for those who read them.
+    /// [`DatasetError::Columns`], [`DatasetError::Damaged`] for parts that are listed twice, leave a gap or do not add up,
+    /// [`DatasetError::DuplicateColumn`], or a system error. Lost timings are an error only where they are read.
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         // In this order: `timings.json` may be ahead of the manifest, never behind.
         let manifest = Manifest::read(folder)?;
@@ -41,6 +41,11 @@ impl DatasetReader {
         timings.timings.retain(|part| find(&manifest.runs, part.first_row).is_some());
         check_manifests(folder, &manifest, &timings)?;
         let columns = Columns::new(&manifest.study)?;
+        let written = &manifest.study.columns_hash;
+        if !written.is_empty() && *written != columns.hash() {
+            let (path, written_by) = (folder.join(MANIFEST_NAME), manifest.study.program_version.clone());
+            return Err(DatasetError::Columns { path, written_by });
+        }
         Ok(Self {
             folder: folder.to_owned(),
             manifest,
