@@ -76,7 +76,7 @@
 //! structure   : files linalg parameter words
 //! scene       : hammer integrate parameter quantity structure workpiece
 //! system      : contact hammer integrate number scene workpiece
-//! metrics     : design hammer integrate quantity scene system workpiece
+//! metrics     : design hammer integrate quantity scene system
 //! run         : integrate metrics number quantity scene system
 //!
 //! decore-tables

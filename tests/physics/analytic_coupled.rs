@@ -9,7 +9,7 @@ use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Stopped, System};
 use decore::run::{RowStatus, run_row};
 use decore::scene::{Guide, ModeTreatment, Scene};
-use decore::system::{Coupled, CoupledModel, InterfaceModes, build};
+use decore::system::{Coupled, CoupledModel, FixtureId, InterfaceModes, Owner, PointId, build};
 use nalgebra::{DMatrix, Matrix2, SymmetricEigen};
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -143,18 +143,19 @@ fn analytic_reciprocity() {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         // Velocity after an impulse along `row`: the tied guide takes its share at once.
         let tied_mass = if guide == Guide::Tied { scene.hammers[0].parameters.guide.mass_kg } else { 0.0 };
-        let response = |row: &[f64], node: usize, end: f64| {
+        let response = |row: &[f64], point: PointId, end: f64| {
             let share = tied_mass * dot(mount, row) / (1.0 + tied_mass * dot(mount, mount));
             let mut y0 = model.initial_state().to_vec();
-            for s in model.layout().structure_displacements() {
-                y0[model.layout().structure_velocities().start + s] = row[s] - share * mount[s];
+            for s in model.layout().flexible_displacements() {
+                y0[model.layout().flexible_velocities().start + s] = row[s] - share * mount[s];
             }
             let run = simulate(&model, &y0, (1e-7, 1e-3), end);
             assert_eq!(run.stopped, Stopped::AtEnd);
-            Coupled::new(&model).interface_motion(node, end, &run.y).1
+            Coupled::new(&model).motion(point, end, &run.y).1
         };
         for end in [0.003, 0.011, 0.05] {
-            let (there, back) = (response(mount, 1, end), response(fixture, 0, end));
+            let support = PointId::Support(FixtureId { casting: 0, fixture: 0 });
+            let (there, back) = (response(mount, support, end), response(fixture, PointId::Mount { hammer: 0 }, end));
             println!("{guide:?} at {end}: {there} and {back}");
             assert!((there - back).abs() < 1e-6 * dot(mount, mount).max(dot(fixture, fixture)), "{there} and {back}");
             assert!(there.abs() > 1e-4, "nothing moved");
@@ -197,15 +198,17 @@ enum Point {
 
 /// Entries of the first hammer's rows.
 fn hammer_rows(model: &CoupledModel) -> Vec<Vec<(Point, f64)>> {
-    let (bodies, heave, hammers) = (model.layout().bodies, model.castings()[0].heave, model.hammers().len());
-    let name = |point: usize| match point {
-        p if p >= bodies + hammers => Point::Fixture(p - bodies - hammers),
-        p if p >= bodies => Point::Mount(p - bodies),
+    let heave = model.castings()[0].heave;
+    let support = PointId::Support(FixtureId { casting: 0, fixture: 0 });
+    let is = |column: usize, point: PointId| model.points().row(point) == [(column, 1.0)];
+    let name = |column: usize| match column {
+        p if is(p, support) => Point::Fixture(0),
+        p if p == model.hammers()[0].mount => Point::Mount(0),
         p if p >= heave => Point::Casting(p - heave),
         p => Point::Body(p),
     };
     let elements = model.elements();
-    let own = elements.contacts().iter().enumerate().filter(|(_, contact)| contact.hammer == 0);
+    let own = elements.contacts().iter().enumerate().filter(|(_, contact)| contact.owner == Owner::Hammer(0));
     let entries = |row: usize| {
         let mut entries: Vec<(Point, f64)> = elements.row(row).map(|(point, c)| (name(point), c)).collect();
         entries.sort_by(|a, b| format!("{:?}", a.0).cmp(&format!("{:?}", b.0)));

@@ -35,10 +35,10 @@ impl Change for Plant {
             Plant::Drag(body, rate_per_s) => rate[layout.velocity(body)] -= rate_per_s * y[layout.velocity(body)],
             Plant::Structure(share) => {
                 // The rates of the first integrals, two points; velocities exist where modes are integrated.
-                if layout.structure[1] == 0 {
+                if layout.flexible[1] == 0 {
                     (0..2).for_each(|at| change(at, share, rate));
                 }
-                layout.structure_velocities().for_each(|at| rate[at] -= 100.0 * share * y[at]);
+                layout.flexible_velocities().for_each(|at| rate[at] -= 100.0 * share * y[at]);
             }
             Plant::Dissipation(share) => change(layout.dissipated(), share, rate),
             Plant::Input(share) => change(layout.work_in(), share, rate),

@@ -5,7 +5,7 @@ use decore::hammer::body;
 use decore::integrate::{Observer, Step};
 use decore::run::{RowOutcome, RowStatus, run_row, run_row_observed};
 use decore::scene::Scene;
-use decore::system::{Coupled, InterfaceModes};
+use decore::system::{Coupled, InterfaceModes, PointId};
 
 /// The energy audit of every hard case.
 const RESIDUAL: f64 = 1e-3;
@@ -260,7 +260,7 @@ impl Observer<Coupled> for Momentum {
         let state = system.hammer_state(0, step.t1(), y);
         let hammer: f64 = model.hammers()[0].model.mass().iter().zip(state.velocity).map(|(m, v)| m * v).sum();
         let casting = 0.517 * y[model.layout().velocity(model.castings()[0].heave)];
-        let machine = system.interface_motion(0, step.t1(), y).1 / (self.shape * self.shape);
+        let machine = system.motion(PointId::Mount { hammer: 0 }, step.t1(), y).1 / (self.shape * self.shape);
         self.largest = self.largest.max((hammer + casting + machine).abs());
     }
 

@@ -7,7 +7,7 @@ use decore::integrate::{Observer, Step, System};
 use decore::metrics::{BlowKind, RunMetrics};
 use decore::run::{run_row, run_row_observed};
 use decore::scene::{OutputSettings, Scene};
-use decore::system::{ContactKind, Coupled, InterfaceModes};
+use decore::system::{ContactKind, Coupled, InterfaceModes, Owner, PointId};
 
 /// Everything that the definitions need, kept as it comes.
 #[derive(Default)]
@@ -46,7 +46,7 @@ impl Observer<Coupled> for Trace {
             for (h, slot) in model.hammers().iter().enumerate() {
                 let force = system.contact_force(slot.strike, step.time(theta), &y);
                 let heave = y[model.layout().velocity(model.castings()[slot.casting].heave)];
-                let arm = system.interface_motion(slot.mount, step.time(theta), &y).1;
+                let arm = system.motion(PointId::Mount { hammer: h }, step.time(theta), &y).1;
                 self.samples[h].push([step.time(theta), force, heave, arm]);
                 if system.is_closed(slot.strike) {
                     let (depth_m, _) = system.penetration(slot.strike, step.time(theta), &y);
@@ -59,7 +59,7 @@ impl Observer<Coupled> for Trace {
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let model = system.model();
         let contact = &model.elements().contacts()[guard];
-        let h = contact.hammer;
+        let Owner::Hammer(h) = contact.owner else { return };
         match contact.kind {
             ContactKind::ChiselCasting if system.is_closed(guard) => {
                 self.contacts.push((h, t));

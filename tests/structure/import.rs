@@ -10,11 +10,13 @@ use std::path::{Path, PathBuf};
 use decore::files::Limit;
 use decore::structure::{
     CACHE_FOLDER, CacheOutcome, Damping, ExportFormat, FeModel, InterfacePoints, MatrixFile, MatrixFormat,
-    ModalOptions, ModelFiles, ModelMatrices, QualitySettings, ReducedStructure, ReductionSettings, StructureError,
-    Units, assess, cache_path, reduce, reduce_files, write_model,
+    ModalOptions, ModelFiles, ModelMatrices, ModesAt, QualitySettings, ReducedStructure, ReductionSettings,
+    StructureError, Units, assess, cache_path, reduce, reduce_files, write_model,
 };
 use serde_json::Value;
 use sprs::CsMat;
+
+use crate::road;
 
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
@@ -107,7 +109,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 fn hz(structure: &ReducedStructure, cutoff_hz: f64) -> Vec<f64> {
     let options = ModalOptions { cutoff_hz, damping: Damping::Ratio(0.02) };
-    structure.modes(&[], &options).expect("modes").frequencies_hz()
+    road::hz(structure, &[], &options)
 }
 
 #[test]
@@ -212,7 +214,7 @@ fn what_is_written_reads_back_to_the_same_reduction() {
     let model = with_damping(&FeModel::station().expect("shipped"));
     let direct = reduce(&model, &station_settings()).expect("reduces");
     let options = ModalOptions { cutoff_hz: 1000.0, damping: Damping::Ratio(0.5) };
-    let expected = direct.modes(&[], &options).expect("modes");
+    let expected = direct.modes_at(&[], &options, &[]).expect("modes");
     // D = beta K: 2 xi omega = beta omega^2.
     for (ratio, omega) in expected.damping_ratio.iter().zip(&expected.omega_rad_s) {
         assert!((ratio / (0.5e-5 * omega) - 1.0).abs() < 1e-8);
@@ -222,11 +224,11 @@ fn what_is_written_reads_back_to_the_same_reduction() {
         let folder = tempfile::tempdir().expect("a folder");
         let files = write_model(&model, format, folder.path()).unwrap_or_else(|error| panic!("{name}: {error}"));
         let read = FeModel::read(&files).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let modes = reduce(&read, &station_settings()).expect("reduces").modes(&[], &options).expect("modes");
+        let modes = reduce(&read, &station_settings()).expect("reduces").modes_at(&[], &options, &[]).expect("modes");
         // Ten digits of a full stiffness move the lowest frequencies by some 1e-5.
         // Formats that leave out zeros change the order of elimination, and with it the rounding.
         let bound = if format.loss().is_some() { 2e-4 } else { 1e-9 };
-        assert_eq!(modes.len(), expected.len(), "{name}");
+        assert_eq!(modes.omega_rad_s.len(), expected.omega_rad_s.len(), "{name}");
         for (found, exact) in modes.omega_rad_s.iter().zip(&expected.omega_rad_s) {
             assert!((found / exact - 1.0).abs() < bound, "{name}: {found} instead of {exact}");
         }
@@ -268,7 +270,8 @@ fn tonnes_and_millimetres_become_si() {
     let tonnes = FeModel::new(matrices, model.points().clone()).expect("valid");
     let expected = reduce(&model, &station_settings()).expect("reduces");
     let options = ModalOptions { cutoff_hz: 1000.0, damping: Damping::Ratio(0.02) };
-    let expected = expected.modes(&[], &options).expect("modes");
+    let mount = [road::along(&[("R5", 1.0)], Z)];
+    let expected = expected.modes_at(&[], &options, &mount).expect("modes");
     // Each product rounds an entry's last digit, which the lowest frequencies magnify.
     for (labels, bound) in [(true, 1e-9), (false, 1e-9)] {
         let mut files = write_model(&tonnes, export("matrix_market_gz"), folder.path()).expect("written");
@@ -278,11 +281,12 @@ fn tonnes_and_millimetres_become_si() {
             files.dofs = None;
         }
         let read = FeModel::read(&files).expect("valid");
-        let modes = reduce(&read, &station_settings()).expect("reduces").modes(&[], &options).expect("modes");
+        let modes =
+            reduce(&read, &station_settings()).expect("reduces").modes_at(&[], &options, &mount).expect("modes");
         for (found, exact) in modes.omega_rad_s.iter().zip(&expected.omega_rad_s) {
             assert!((found / exact - 1.0).abs() < bound, "{found} instead of {exact}");
         }
-        let row = |modes: &decore::structure::StructureModes| modes.row(&[("R5".to_owned(), 1.0)], Z).expect("kept");
+        let row = |modes: &ModesAt| road::row(modes, 0);
         let largest = row(&expected).iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
         assert!(row(&modes).iter().zip(row(&expected)).all(|(f, e)| (f - e).abs() < 1e-6 * largest));
     }
@@ -415,11 +419,12 @@ fn a_cache_is_used_when_it_is_sound_and_made_anew_when_not() {
     assert_eq!(outcome, CacheOutcome::Stored);
     let same = |other: &ReducedStructure| {
         let options = ModalOptions { cutoff_hz: 1000.0, damping: Damping::Ratio(0.02) };
-        let [a, b] = [&fresh, other].map(|structure| structure.modes(&[], &options).expect("modes"));
+        let points = ["R5", "T5"].map(|name| road::along(&[(name, 1.0)], Z));
+        let [a, b] = [&fresh, other].map(|structure| structure.modes_at(&[], &options, &points).expect("modes"));
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&a.omega_rad_s), bits(&b.omega_rad_s));
         assert_eq!(bits(&a.damping_ratio), bits(&b.damping_ratio));
-        assert_eq!(bits(a.shapes().as_slice()), bits(b.shapes().as_slice()));
+        assert_eq!(bits(a.rows.as_slice()), bits(b.rows.as_slice()));
     };
     let (kept, outcome) = run();
     assert_eq!(outcome, CacheOutcome::Used);

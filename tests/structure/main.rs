@@ -7,4 +7,5 @@ mod op4_files;
 mod outside;
 mod quality;
 mod reduction;
+mod road;
 mod selection;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::op4_files::{Form, Matrix, file};
+use crate::road;
 use decore::structure::{
     Damping, DofLabel, ExportFormat, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions,
     ModelFiles, ModelMatrices, PointPlace, QualityReport, QualitySettings, ReductionSettings, Units, assess, reduce,
@@ -550,7 +551,7 @@ pub fn as_calculix(points: &str, deck: &str) {
     let settings = ReductionSettings { interface, fixed_interface_cutoff_hz: 1e5 };
     let structure = reduce(&case.read().expect("valid"), &settings).expect("reduces");
     let options = ModalOptions { cutoff_hz: 1e4, damping: Damping::Ratio(0.02) };
-    let found = structure.modes(&[], &options).expect("modes").frequencies_hz();
+    let found = road::hz(&structure, &[], &options);
     for (found, expected) in found.iter().zip(&expected) {
         // Seven digits are printed.
         assert!((found / expected - 1.0).abs() < 1e-6, "{found} instead of {expected}");

@@ -8,12 +8,14 @@ use std::process::{Command, Output};
 use decore::page::quality_page;
 use decore::structure::{
     Damping, DofLabel, FeModel, InterfacePoint, InterfacePoints, MOBILITY_SHARE, ModalOptions, ModeSelection,
-    ModelMatrices, PointPlace, QualityReport, QualitySettings, ReductionSettings, SelectionSettings, StructureModes,
-    assess, reduce,
+    ModelMatrices, ModesAt, PointPlace, QualityReport, QualitySettings, ReductionSettings, SelectionSettings, assess,
+    reduce,
 };
 use nalgebra::DMatrix;
 use serde_json::Value;
 use sprs::TriMat;
+
+use crate::road;
 
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 const X: [f64; 3] = [1.0, 0.0, 0.0];
@@ -208,13 +210,11 @@ fn modes_are_selected_within_the_bound_that_is_stated() {
     let settings = station_settings(1000.0);
     let structure = reduce(&FeModel::station().expect("shipped"), &settings.reduction).expect("reduces");
     let options = ModalOptions { cutoff_hz: f64::MAX, damping: Damping::Ratio(0.02) };
-    let modes = structure.modes(&[], &options).expect("modes");
-    let point = |name: &str| (vec![(name.to_owned(), 1.0)], Z);
-    let rows = [point("R5"), point("T5")];
-    let phi: Vec<Vec<f64>> = rows.iter().map(|(points, d)| modes.row(points, *d).expect("kept")).collect();
-    let at = modes.at(&rows).expect("kept");
+    let rows = ["R5", "T5"].map(|name| road::along(&[(name, 1.0)], Z));
+    let at = structure.modes_at(&[], &options, &rows).expect("modes");
+    let (modes, phi) = (&at, [road::row(&at, 0), road::row(&at, 1)]);
     let all = at.select(SelectionSettings { tolerance: 0.0, band_hz: 1000.0 }).expect("selected");
-    assert!(all.kept.len() > modes.len() / 2 && all.bound == 0.0);
+    assert!(all.kept.len() > modes.omega_rad_s.len() / 2 && all.bound == 0.0);
     let mut last = all.kept.len() + 1;
     for tolerance in [1e-6, 1e-4, 1e-2, 0.3] {
         let selected = at.select(SelectionSettings { tolerance, band_hz: 1000.0 }).expect("selected");
@@ -229,7 +229,7 @@ fn modes_are_selected_within_the_bound_that_is_stated() {
             let w = TAU * 0.25 * f64::from(step);
             for (i, j) in [(0, 0), (1, 1), (0, 1)] {
                 let full = receptance((&modes.omega_rad_s, &modes.damping_ratio), w, |s| phi[i][s] * phi[j][s]);
-                let few = selected_receptance(&modes, &selected, w, (i, j));
+                let few = selected_receptance(modes, &selected, w, (i, j));
                 let error = (full[0] - few[0]).hypot(full[1] - few[1]) / (flexibility(i) * flexibility(j)).sqrt();
                 worst = worst.max(error);
                 // Nothing is lost at rest.
@@ -240,7 +240,7 @@ fn modes_are_selected_within_the_bound_that_is_stated() {
         assert!(worst > 0.01 * selected.bound, "the bound is not idle: {worst} {}", selected.bound);
         // Nor of the response to a jump of force.
         for (i, j) in [(0, 0), (1, 1), (0, 1)] {
-            let all: f64 = (0..modes.len()).map(|s| phi[i][s] * phi[j][s]).sum();
+            let all: f64 = (0..modes.omega_rad_s.len()).map(|s| phi[i][s] * phi[j][s]).sum();
             let few = selected.rows.row(i).dot(&selected.rows.row(j))
                 + selected.residual.rows.row(i).dot(&selected.residual.rows.row(j));
             assert!((few / all - 1.0).abs() < 1e-9, "{few} and {all}");
@@ -250,7 +250,7 @@ fn modes_are_selected_within_the_bound_that_is_stated() {
     }
     assert!(at.select(SelectionSettings { tolerance: -1.0, band_hz: 1.0 }).is_err());
     assert!(at.select(SelectionSettings { tolerance: 0.1, band_hz: 0.0 }).is_err());
-    assert!(modes.at(&[(vec![("R9".to_owned(), 1.0)], X)]).is_err());
+    assert!(structure.modes_at(&[], &options, &[road::along(&[("R9", 1.0)], X)]).is_err());
 }
 
 /// `sum shape_s / (omega_s^2 - w^2 + 2 i xi_s omega_s w)`: real and imaginary part.
@@ -262,7 +262,7 @@ fn receptance((omega, xi): (&[f64], &[f64]), w: f64, shape: impl Fn(usize) -> f6
     })
 }
 
-fn selected_receptance(modes: &StructureModes, selected: &ModeSelection, w: f64, (i, j): (usize, usize)) -> [f64; 2] {
+fn selected_receptance(modes: &ModesAt, selected: &ModeSelection, w: f64, (i, j): (usize, usize)) -> [f64; 2] {
     let of = |values: &[f64]| -> Vec<f64> { selected.kept.iter().map(|&s| values[s]).collect() };
     let (omega, xi) = (of(&modes.omega_rad_s), of(&modes.damping_ratio));
     let kept = receptance((&omega, &xi), w, |s| selected.rows[(i, s)] * selected.rows[(j, s)]);

@@ -7,18 +7,20 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use decore::structure::{
-    Damping, Directed, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions, ModalTable,
-    ModelFiles, ModelMatrices, PointPlace, ReducedStructure, ReductionSettings, RigidMass, StructureError,
-    StructureModes, Units, reduce,
+    Damping, DirectedPoints, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions,
+    ModalTable, ModelFiles, ModelMatrices, ModesAt, PointPlace, ReducedStructure, ReductionSettings, RigidMass,
+    StructureError, Units, reduce,
 };
 use serde_json::Value;
 use sprs::{CsMat, TriMat};
 
+use crate::road::{along, frequencies_hz, hz, row};
+
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// Points that move along [`Z`].
-fn upwards(points: &[(String, f64)]) -> Directed<'_> {
-    Directed { points, direction: Z }
+/// One point that moves along [`Z`].
+fn upwards(point: &str) -> DirectedPoints {
+    along(&[(point, 1.0)], Z)
 }
 
 /// Rounding of scipy's dense solver in the lowest frequencies, relative (found with extended precision).
@@ -110,14 +112,13 @@ fn assert_close(found: &[f64], expected: &[f64], tolerance: f64) {
 fn full_frequencies_follow_the_housing() {
     let complete = station(&study_interface(1e7));
     let reference = reference();
-    let bare = complete.modes(&[], &options(310.0)).expect("modes");
-    assert_close(&bare.frequencies_hz(), &numbers(&reference["hz_no_hammer"]), 2e-5);
+    assert_close(&hz(&complete, &[], &options(310.0)), &numbers(&reference["hz_no_hammer"]), 2e-5);
     for mount in ["R1", "R3", "R5", "R9"] {
-        let modes = complete.modes(&[housing(&[(mount, 1.0)])], &options(310.0)).expect("modes");
-        assert_close(&modes.frequencies_hz(), &numbers(&reference["hz_by_mount"][mount]), 2e-5);
+        let found = hz(&complete, &[housing(&[(mount, 1.0)])], &options(310.0));
+        assert_close(&found, &numbers(&reference["hz_by_mount"][mount]), 2e-5);
     }
-    let modes = complete.modes(&[housing(&[("R5", 1.0)])], &options(310.0)).expect("modes");
-    assert_close(&modes.frequencies_hz(), &numbers(&reference["full_hz"]), SCIPY_ROUNDING);
+    let found = hz(&complete, &[housing(&[("R5", 1.0)])], &options(310.0));
+    assert_close(&found, &numbers(&reference["full_hz"]), SCIPY_ROUNDING);
     // Inverse iteration in extended precision on the same matrices.
     let precise = [
         3.145_854_552_993_23,
@@ -127,15 +128,15 @@ fn full_frequencies_follow_the_housing() {
         7.643_795_173_576_418,
         8.654_341_455_671_284,
     ];
-    assert_close(&modes.frequencies_hz(), &precise, 1e-10);
+    assert_close(&found, &precise, 1e-10);
 }
 
 #[test]
 fn adding_the_housing_after_the_reduction_equals_having_it_in_the_matrices() {
     let settings = study_interface(1500.0);
-    let after = station(&settings).modes(&[housing(&[("R5", 1.0)])], &options(1000.0)).expect("modes");
-    let within = reduce(&station_with_housing(), &settings).expect("reduces").modes(&[], &options(1000.0));
-    assert_close(&after.frequencies_hz(), &within.expect("modes").frequencies_hz(), 1e-10);
+    let after = hz(&station(&settings), &[housing(&[("R5", 1.0)])], &options(1000.0));
+    let within = hz(&reduce(&station_with_housing(), &settings).expect("reduces"), &[], &options(1000.0));
+    assert_close(&after, &within, 1e-10);
 }
 
 #[test]
@@ -153,7 +154,7 @@ fn craig_bampton_truncation_errors_equal_scipys() {
         let reduced = reduce(&model, &settings).expect("reduces");
         let (inner, interface) = (set["n_fixed_modes"].as_u64(), set["n_b"].as_u64());
         assert_eq!(Some(reduced.m_zz().nrows() as u64), inner.zip(interface).map(|(a, b)| a + b), "{name}");
-        let hz = reduced.modes(&[], &options(400.0)).expect("modes").frequencies_hz();
+        let hz = hz(&reduced, &[], &options(400.0));
         assert_close(&hz, &numbers(&set["reduced_hz_below_400"]), SCIPY_ROUNDING);
         let error = hz.iter().zip(&full).filter(|(_, full)| **full < 300.0).map(|(f, g)| f / g - 1.0);
         let (least, largest) = error.fold((f64::INFINITY, 0.0_f64), |(a, b), e| (a.min(e), b.max(e)));
@@ -185,20 +186,22 @@ fn static_interface_stiffness_equals_scipys() {
     }
     let flexibility = &reference["drive_point_flexibility_m_per_n"];
     let reduced = station(&study_interface(300.0));
-    let points = [weights(&[("R5", 1.0)]), weights(&[("T5", 1.0)])];
-    let modes = reduced.modes(&[], &options(250.0)).expect("modes");
-    for (i, first) in points.iter().enumerate() {
-        for (j, second) in points.iter().enumerate() {
-            let residual = modes.residual_flexibility(upwards(first), upwards(second)).expect("known").expect("stands");
-            let (p, q) = (modes.row(first, Z).expect("kept"), modes.row(second, Z).expect("kept"));
+    let modes = reduced.modes_at(&[], &options(250.0), &["R5", "T5"].map(upwards)).expect("modes");
+    let whole = reduced.static_flexibility().expect("stands");
+    let rows = ["R5", "T5"].map(|point| reduced.interface().row_of(point, 2).expect("kept"));
+    for i in 0..2 {
+        for j in 0..2 {
+            let full = whole[(rows[i], rows[j])];
+            assert_close(&[full], &[flexibility[i][j].as_f64().expect("a number")], 1e-9);
+            // Modes below the cut-off are softer than the whole machine nowhere.
+            let (p, q) = (row(&modes, i), row(&modes, j));
             let kept: f64 = p.iter().zip(&q).zip(&modes.omega_rad_s).map(|((p, q), w)| p * q / (w * w)).sum();
-            assert_close(&[residual + kept], &[flexibility[i][j].as_f64().expect("a number")], 1e-9);
-            assert!(i != j || residual > 0.0);
+            assert!(i != j || full > kept);
         }
     }
 }
 
-fn mobility(modes: &StructureModes, rows: [&[f64]; 2], hz: f64) -> [f64; 2] {
+fn mobility(modes: &ModesAt, rows: [&[f64]; 2], hz: f64) -> [f64; 2] {
     let w = TAU * hz;
     let mut sum = [0.0; 2];
     for (((p, q), omega), xi) in rows[0].iter().zip(rows[1]).zip(&modes.omega_rad_s).zip(&modes.damping_ratio) {
@@ -215,9 +218,9 @@ fn mobility(modes: &StructureModes, rows: [&[f64]; 2], hz: f64) -> [f64; 2] {
 fn mobilities_equal_scipys() {
     let reference = reference();
     let complete = station(&study_interface(1e7));
-    let modes = complete.modes(&[housing(&[("R5", 1.0)])], &options(1e7)).expect("modes");
-    let h = modes.row(&weights(&[("R5", 1.0)]), Z).expect("kept");
-    let t = modes.row(&weights(&[("T5", 1.0)]), Z).expect("kept");
+    let points = ["R5", "T5"].map(upwards);
+    let modes = complete.modes_at(&[housing(&[("R5", 1.0)])], &options(1e7), &points).expect("modes");
+    let (h, t) = (row(&modes, 0), row(&modes, 1));
     for (name, rows) in [("hh", [&h[..], &h[..]]), ("tt", [&t, &t]), ("ht", [&h, &t])] {
         let samples = reference["mobility_samples_hz_re_im"][name].as_object().expect("samples");
         for (hz, sample) in samples {
@@ -267,15 +270,14 @@ fn chain_closed_form_exact_with_all_modes_upper_bounds_when_cut() {
         fixed_interface_cutoff_hz: 1e6,
     };
     let exact: Vec<f64> = (1..=n).map(|j| chain_hz(n, j)).collect();
-    let complete = reduce(&model, &settings).expect("reduces").modes(&[], &options(100.0)).expect("modes");
+    let complete = hz(&reduce(&model, &settings).expect("reduces"), &[], &options(100.0));
     assert_eq!(complete.len(), n);
-    assert_close(&complete.frequencies_hz(), &exact, 1e-11);
+    assert_close(&complete, &exact, 1e-11);
 
     let mut last: Option<Vec<f64>> = None;
     for cutoff in [1.0, 2.0, 3.0, 4.0] {
         settings.fixed_interface_cutoff_hz = cutoff;
-        let cut = reduce(&model, &settings).expect("reduces").modes(&[], &options(100.0)).expect("modes");
-        let hz = cut.frequencies_hz();
+        let hz = hz(&reduce(&model, &settings).expect("reduces"), &[], &options(100.0));
         assert!(hz.len() < n && hz.iter().zip(&exact).all(|(cut, full)| cut > &(full * (1.0 - 1e-11))));
         if let Some(coarse) = last {
             assert!(coarse.iter().zip(&hz).all(|(coarse, fine)| *fine <= coarse * (1.0 + 1e-11)));
@@ -289,10 +291,10 @@ fn all_dofs_on_the_interface_is_exact_too() {
     let (n, model) = (4, chain(4));
     let interface = (0..n).flat_map(|i| (0..6).map(move |dof| (format!("N{i}"), dof))).collect();
     let settings = ReductionSettings { interface, fixed_interface_cutoff_hz: 1.0 };
-    let modes = reduce(&model, &settings).expect("reduces").modes(&[], &options(100.0)).expect("modes");
-    assert_close(&modes.frequencies_hz(), &[1, 2, 3, 4].map(|j| chain_hz(4, j)), 1e-11);
-    let row = modes.row(&weights(&[("N0", 1.0)]), [1.0, 0.0, 0.0]).expect("kept");
-    for (j, value) in (1..).zip(row) {
+    let end = [along(&[("N0", 1.0)], [1.0, 0.0, 0.0])];
+    let modes = reduce(&model, &settings).expect("reduces").modes_at(&[], &options(100.0), &end).expect("modes");
+    assert_close(&frequencies_hz(&modes), &[1, 2, 3, 4].map(|j| chain_hz(4, j)), 1e-11);
+    for (j, value) in (1..).zip(row(&modes, 0)) {
         let exact = (2.0_f64 / (5.0 * 2.0)).sqrt() * (f64::from(j) * PI / 5.0).sin();
         assert!((value.abs() / exact.abs() - 1.0).abs() < 1e-10, "mode {j}: {value} {exact}");
     }
@@ -316,20 +318,17 @@ fn floating_structure_has_rigid_modes_and_no_static_flexibility() {
     let settings = ReductionSettings { interface, fixed_interface_cutoff_hz: 1e4 };
     let reduced = reduce(&model, &settings).expect("reduces");
     assert!(reduced.static_flexibility().is_none());
-    let modes = reduced.modes(&[housing(&[("N3", 1.0)])], &options(5.0)).expect("modes");
+    let modes = reduced.modes_at(&[housing(&[("N3", 1.0)])], &options(5.0), &[upwards("N3")]).expect("modes");
     assert_eq!(modes.omega_rad_s[..6], [0.0; 6]);
-    let point = weights(&[("N3", 1.0)]);
-    assert_eq!(modes.residual_flexibility(upwards(&point), upwards(&point)), Ok(None));
     // Along z the centre of mass lies below the mount, so z is a pure translation of 20 + 27 kg.
-    let row = modes.row(&point, Z).expect("kept");
-    let rigid: f64 = row[..6].iter().map(|value| value * value).sum();
+    let rigid: f64 = row(&modes, 0)[..6].iter().map(|value| value * value).sum();
     assert!((rigid * 47.0 - 1.0).abs() < 1e-9, "{rigid}");
 }
 
 #[test]
 fn interpolated_mount_and_two_housings() {
     let reduced = station(&study_interface(1500.0));
-    let hz = |bodies: &[RigidMass]| reduced.modes(bodies, &options(1000.0)).expect("modes").frequencies_hz();
+    let hz = |bodies: &[RigidMass]| hz(&reduced, bodies, &options(1000.0));
     assert_eq!(hz(&[housing(&[("R5", 1.0), ("R6", 0.0)])]), hz(&[housing(&[("R5", 1.0)])]));
     let (left, between, right) =
         (hz(&[housing(&[("R1", 1.0)])]), hz(&[housing(&[("R1", 0.5), ("R2", 0.5)])]), hz(&[housing(&[("R2", 1.0)])]));
@@ -343,17 +342,18 @@ fn interpolated_mount_and_two_housings() {
 
 #[test]
 fn receptance_is_symmetric_and_signs_are_fixed() {
-    let modes = station(&study_interface(1500.0)).modes(&[housing(&[("R4", 1.0)])], &options(1000.0)).expect("modes");
-    for column in modes.shapes().column_iter() {
+    let points = [along(&[("R4", 0.25), ("R5", 0.75)], [0.0, 0.0, -1.0]), upwards("R4"), upwards("R5")];
+    let body = housing(&[("R4", 1.0)]);
+    let modes = station(&study_interface(1500.0)).modes_at(&[body], &options(1000.0), &points).expect("modes");
+    for column in modes.rows.column_iter() {
         let largest = column.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).expect("rows");
         assert!(largest > -1e-5 * column.amax());
     }
-    let between = modes.row(&weights(&[("R4", 0.25), ("R5", 0.75)]), [0.0, 0.0, -1.0]).expect("kept");
-    let (a, b) = (modes.row(&weights(&[("R4", 1.0)]), Z), modes.row(&weights(&[("R5", 1.0)]), Z));
-    for ((value, a), b) in between.iter().zip(a.expect("kept")).zip(b.expect("kept")) {
+    let [between, a, b] = [0, 1, 2].map(|at| row(&modes, at));
+    for ((value, a), b) in between.iter().zip(a).zip(b) {
         assert!((value + 0.25 * a + 0.75 * b).abs() < 1e-14);
     }
-    assert_eq!(modes.damping_ratio, vec![0.02; modes.len()]);
+    assert_eq!(modes.damping_ratio, vec![0.02; modes.omega_rad_s.len()]);
 }
 
 #[test]
@@ -361,48 +361,58 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
         pool.install(|| {
-            let modes = station(&study_interface(1500.0)).modes(&[housing(&[("R2", 1.0)])], &options(1000.0));
+            let (body, points) = (housing(&[("R2", 1.0)]), ["R1", "R2", "R9", "T5"].map(upwards));
+            let modes = station(&study_interface(1500.0)).modes_at(&[body], &options(1000.0), &points);
             let modes = modes.expect("modes");
             let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-            (bits(&modes.omega_rad_s), bits(modes.shapes().as_slice()))
+            (bits(&modes.omega_rad_s), bits(modes.rows.as_slice()))
         })
     };
     assert_eq!(run(1), run(4));
 }
 
-/// The station's modes as a table of z at R5 and T5 and all DOFs of R5.
-fn station_table() -> (ModalTable, InterfacePoints, StructureModes) {
-    let modes = station(&study_interface(1e7)).modes(&[], &options(1e7)).expect("modes");
+/// The station's modes as a table of z at R5 and T5 and all DOFs of R5, solved for here.
+fn station_table() -> (ModalTable, InterfacePoints) {
+    let reduced = station(&study_interface(1e7));
+    // `L^-1 M L^-T y = y / omega^2` with `K = L L'`, whose large eigenvalues are the low frequencies.
+    let l = reduced.k_zz().clone().cholesky().expect("stands").l();
+    let half = l.solve_lower_triangular(reduced.m_zz()).expect("regular");
+    let scaled = l.solve_lower_triangular(&half.transpose()).expect("regular");
+    let own = (0.5 * (&scaled + scaled.transpose())).symmetric_eigen();
+    let mut rising: Vec<usize> = (0..own.eigenvalues.len()).collect();
+    rising.sort_by(|a, b| own.eigenvalues[*b].total_cmp(&own.eigenvalues[*a]));
+    let shapes = reduced.transfer() * l.tr_solve_lower_triangular(&own.eigenvectors).expect("regular");
     let columns: Vec<String> = (0..6).map(|dof| format!("R5.{}", decore::structure::DOF_NAMES[dof])).collect();
     let mut text = format!("mode,frequency_hz,damping_ratio,{},T5.z\n", columns.join(","));
-    let interface = modes.interface();
+    let interface = reduced.interface();
     let mut rows: Vec<usize> = (0..6).map(|dof| interface.row_of("R5", dof).expect("kept")).collect();
     rows.push(interface.row_of("T5", 2).expect("kept"));
-    for (s, hz) in modes.frequencies_hz().iter().enumerate() {
-        let values: Vec<String> = rows.iter().map(|row| modes.shapes()[(*row, s)].to_string()).collect();
-        text += &format!("{},{hz},{},{}\n", s + 1, 0.01 + 1e-5 * s as f64, values.join(","));
+    for (s, mode) in rising.into_iter().enumerate() {
+        let omega = own.eigenvalues[mode].sqrt().recip();
+        let values: Vec<String> = rows.iter().map(|row| (shapes[(*row, mode)] * omega).to_string()).collect();
+        text += &format!("{},{},{},{}\n", s + 1, omega / TAU, 0.01 + 1e-5 * s as f64, values.join(","));
     }
     let points = "name,role,x_m,y_m,z_m\nR5,mount,0.36,0,1.605\nT5,fixture,0.36,0,0.41\n";
     let points = InterfacePoints::parse("points.csv", points).expect("valid");
-    (ModalTable::parse("modes.csv", &text).expect("valid"), points, modes)
+    (ModalTable::parse("modes.csv", &text).expect("valid"), points)
 }
 
 #[test]
 fn modal_table_returns_its_own_modes_and_takes_housings() {
-    let (table, points, modes) = station_table();
+    let (table, points) = station_table();
     let structure = ReducedStructure::from_modal_table(&table, points).expect("valid");
     assert!(structure.has_own_damping());
-    let own = structure.modes(&[], &options(1000.0)).expect("modes");
-    assert_eq!(own.damping_ratio[..], table.damping_ratio[..own.len()]);
-    assert_eq!(
-        own.row(&weights(&[("T5", 1.0)]), Z),
-        modes.row(&weights(&[("T5", 1.0)]), Z).map(|row| row[..own.len()].to_vec())
-    );
-    for (own, listed) in own.frequencies_hz().iter().zip(&table.frequency_hz) {
+    let own = structure.modes_at(&[], &options(1000.0), &[upwards("T5")]).expect("modes");
+    let count = own.omega_rad_s.len();
+    assert_eq!(own.damping_ratio[..], table.damping_ratio[..count]);
+    let listed = table.shapes.row(table.shapes.nrows() - 1).iter().copied().take(count).collect::<Vec<f64>>();
+    assert_eq!(row(&own, 0), listed);
+    for (own, listed) in frequencies_hz(&own).iter().zip(&table.frequency_hz) {
         assert!((own / listed - 1.0).abs() < 1e-15);
     }
-    let with_housing = structure.modes(&[housing(&[("R5", 1.0)])], &options(310.0)).expect("modes");
-    assert_close(&with_housing.frequencies_hz(), &numbers(&reference()["full_hz"]), 1e-9);
+    let body = housing(&[("R5", 1.0)]);
+    let with_housing = structure.modes_at(&[body], &options(310.0), &[]).expect("modes");
+    assert_close(&frequencies_hz(&with_housing), &numbers(&reference()["full_hz"]), 1e-9);
     let range = 0.01..0.01 + 1e-5 * table.frequency_hz.len() as f64;
     assert!(with_housing.damping_ratio.iter().all(|ratio| *ratio > 0.5 * range.start && *ratio < range.end));
 }
@@ -414,16 +424,16 @@ fn modal_table_with_one_mode_has_a_closed_form() {
     let points = InterfacePoints::parse("p", "name,role,x_m,y_m,z_m\nA,mount,0,0,0\n").expect("valid");
     let table = ModalTable::parse("m", table).expect("valid");
     let structure = ReducedStructure::from_modal_table(&table, points).expect("valid");
-    let modes = structure.modes(&[housing(&[("A", 1.0)])], &options(100.0)).expect("modes");
+    let modes = structure.modes_at(&[housing(&[("A", 1.0)])], &options(100.0), &[upwards("A")]).expect("modes");
     let factor = 1.0 + 27.0 * 0.25;
-    assert_close(&modes.frequencies_hz(), &[10.0 / f64::sqrt(factor)], 1e-13);
+    assert_close(&frequencies_hz(&modes), &[10.0 / f64::sqrt(factor)], 1e-13);
     assert_close(&modes.damping_ratio, &[0.03 / f64::sqrt(factor)], 1e-13);
-    assert_close(&modes.row(&weights(&[("A", 1.0)]), Z).expect("kept"), &[0.5 / f64::sqrt(factor)], 1e-13);
+    assert_close(&row(&modes, 0), &[0.5 / f64::sqrt(factor)], 1e-13);
 }
 
 #[test]
 fn modal_tables_that_do_not_fit_together_are_errors() {
-    let (table, points, _) = station_table();
+    let (table, points) = station_table();
     let refuses = |change: &dyn Fn(&mut ModalTable), wanted: &str| {
         let mut changed = table.clone();
         change(&mut changed);
@@ -539,7 +549,7 @@ fn bad_requests_are_errors() {
 
     let reduced = station(&ReductionSettings { interface: r5z(), fixed_interface_cutoff_hz: 1500.0 });
     let refuses = |bodies: &[RigidMass], options: &ModalOptions, wanted: &str| {
-        let error = reduced.modes(bodies, options).expect_err(wanted).to_string();
+        let error = reduced.modes_at(bodies, options, &[]).expect_err(wanted).to_string();
         assert!(error.contains(wanted), "{error}");
     };
     let good = options(1000.0);
@@ -562,9 +572,8 @@ fn bad_requests_are_errors() {
         "damping ratios: expected one for",
     );
     refuses(&[], &ModalOptions { damping: Damping::PerMode(vec![f64::NAN; 300]), ..good.clone() }, "damping ratio");
-    let modes = reduced.modes(&[], &good).expect("modes");
-    assert!(modes.row(&weights(&[("T5", 1.0)]), Z).is_err());
-    assert!(modes.row(&weights(&[("R5", 1.0)]), [1.0, 0.0, 0.0]).is_err());
+    assert!(reduced.modes_at(&[], &good, &[upwards("T5")]).is_err());
+    assert!(reduced.modes_at(&[], &good, &[along(&[("R5", 1.0)], [1.0, 0.0, 0.0])]).is_err());
 }
 
 #[test]

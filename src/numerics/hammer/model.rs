@@ -17,13 +17,7 @@ pub struct HammerModel {
 impl HammerModel {
     /// Prepares a hammer for gas `gas` under gravity `gravity_m_s2`.
     pub fn new(parameters: &HammerParameters, gas: Gas, gravity_m_s2: f64) -> Self {
-        let mass = [
-            parameters.guide.mass_kg,
-            parameters.telescope.cylinder_mass_kg,
-            parameters.valve.mass_kg,
-            parameters.piston.mass_kg,
-            parameters.chisel.mass_kg,
-        ];
+        let mass = parameters.masses_kg();
         let mut weight = mass.map(|m| m * gravity_m_s2);
         weight[body::GUIDE] = -weight[body::CYLINDER..].iter().sum::<f64>();
         let constants = HammerConstants::new(parameters, &gas, weight);

@@ -7,6 +7,7 @@
 use super::chisel::ChiselParameters;
 use super::housing::{GuideParameters, HousingParameters};
 use super::piston::PistonParameters;
+use super::state::body;
 use super::telescope::TelescopeParameters;
 use super::valve::ValveParameters;
 use crate::parameter::parameters;
@@ -65,6 +66,17 @@ impl HammerParameters {
         let guide = &self.guide;
         guide.stiffness_n_per_m >= RIGID_STIFFNESS_RATIO * stiffest
             && guide.stiffness_n_per_m / guide.mass_kg >= RIGID_FREQUENCY_RATIO.powi(2) * fastest
+    }
+
+    /// Masses of the bodies, kg.
+    pub fn masses_kg(&self) -> [f64; body::COUNT] {
+        [
+            self.guide.mass_kg,
+            self.telescope.cylinder_mass_kg,
+            self.valve.mass_kg,
+            self.piston.mass_kg,
+            self.chisel.mass_kg,
+        ]
     }
 }
 

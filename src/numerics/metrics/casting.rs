@@ -4,7 +4,7 @@ use super::at::At;
 use super::outputs::CastingMetrics;
 use super::peak::{Probe, peak, reach};
 use crate::integrate::Step;
-use crate::system::{CastingQuadrature, CastingSlot, Coupled, HammerQuadrature, Layout, MEASURING_POINT};
+use crate::system::{CastingQuadrature, CastingSlot, Coupled, HammerQuadrature, Layout, PointId};
 
 /// The largest absolute velocity of one point.
 struct PointPeak {
@@ -50,8 +50,8 @@ impl PointPeak {
 /// What is remembered of one casting.
 pub(super) struct CastingTrack {
     heave: PointPeak,
-    /// Its points by name; those of a casting that only heaves move as the heave does and are not followed.
-    points: Vec<(String, PointPeak)>,
+    /// Its points, each with its name; those of a casting that only heaves move as the heave does and are not followed.
+    points: Vec<(PointId, String, PointPeak)>,
     rotates: bool,
     /// Components of its own velocities, heave first, and how far each reaches within a step.
     velocities: Vec<usize>,
@@ -60,12 +60,12 @@ pub(super) struct CastingTrack {
 
 impl CastingTrack {
     pub fn new(layout: &Layout, slot: &CastingSlot) -> Self {
-        let points =
-            (slot.points.iter()).map(|point| (point.name.clone(), PointPeak::new(layout, slot.heave, &point.row)));
+        let peak = |row: &[(usize, f64)]| PointPeak::new(layout, slot.heave, row);
+        let points = slot.points.iter().map(|point| (point.id, point.name.clone(), peak(&point.row)));
         Self {
-            heave: PointPeak::new(layout, slot.heave, &[(slot.heave, 1.0)]),
+            heave: peak(&[(slot.heave, 1.0)]),
             points: points.collect(),
-            rotates: slot.points.iter().any(|point| point.row.len() > 1),
+            rotates: slot.rotations.iter().any(Option::is_some),
             reaches: vec![0.0; slot.velocities.len()],
             velocities: slot.velocities.clone(),
         }
@@ -78,7 +78,7 @@ impl CastingTrack {
         }
         self.heave.update(step, &self.reaches, scratch);
         if self.rotates {
-            self.points.iter_mut().for_each(|(_, point)| point.update(step, &self.reaches, scratch));
+            self.points.iter_mut().for_each(|(.., point)| point.update(step, &self.reaches, scratch));
         }
     }
 
@@ -93,13 +93,13 @@ impl CastingTrack {
             peak_velocity_time_s: self.heave.time_s,
             ..ledger(system, casting, end)
         };
-        for (name, point) in &self.points {
+        for (id, name, point) in &self.points {
             let (largest, time_s) = of(point);
             if metrics.peak_point.is_empty() || largest > metrics.peak_point_velocity_m_s {
                 (metrics.peak_point_velocity_m_s, metrics.peak_point_velocity_time_s) = (largest, time_s);
                 metrics.peak_point.clone_from(name);
             }
-            if name == MEASURING_POINT {
+            if matches!(id, PointId::Measured { .. }) {
                 metrics.measuring_point_peak_velocity_m_s = Some(largest);
             }
         }

@@ -1,7 +1,7 @@
 //! Contacts of a chisel with its casting: their number, the deepest penetration, the largest force at touch.
 
 use super::at::At;
-use super::peak::{Probe, peak, reach};
+use super::peak::{Probe, peak, reach, terms};
 use super::warning::Warning;
 use crate::integrate::{Step, Switching};
 use crate::scene::{DEEP_SHARE, JUMP_RATIO};
@@ -52,9 +52,10 @@ impl ContactTrack {
         if !system.is_closed(self.strike) {
             return;
         }
-        let (layout, elements) = (system.model().layout(), system.model().elements());
-        let row = elements.row(elements.contact_row(self.strike)).map(|(body, c)| (layout.position(body), c));
-        if reach(step, row, elements.contacts()[self.strike].offset_m) > self.largest_penetration_m {
+        let model = system.model();
+        let offset_m = model.elements().contacts()[self.strike].offset_m;
+        let bound = model.contact_sums(self.strike).map(|[penetration, _]| reach(step, terms(penetration), offset_m));
+        if bound.is_none_or(|bound| bound > self.largest_penetration_m) {
             let support = system.guard_support(self.strike);
             let depth = |t: f64, y: &[f64]| system.penetration(self.strike, t, y).0.max(0.0);
             let (depth_m, _) = peak(step, step.theta_end, Probe { support, scratch }, depth);

@@ -4,7 +4,7 @@ use super::at::At;
 use super::blow::{Blow, BlowKind, Recorded};
 use super::contacts::ContactTrack;
 use super::outputs::HammerMetrics;
-use super::peak::{Probe, peak, reach};
+use super::peak::{Probe, peak, reach, terms};
 use super::percussion::judge;
 use super::statistics::{error_of_mean, mean, variance};
 use super::steady::{self, Interval, Shown, Sure};
@@ -283,25 +283,25 @@ impl Window {
     }
 }
 
-/// Practical bound within a step of the force, were it closed, between a hammer's chisel and its casting, N.
+/// Practical bound within a step of the force, were it closed, between a hammer's chisel and its casting, N; none, infinity, where they
+/// are no sums of states.
 fn force_reach(system: &Coupled, hammer: usize, step: &Step<'_>) -> f64 {
     let model = system.model();
-    let (layout, elements, strike) = (model.layout(), model.elements(), model.hammers()[hammer].strike);
-    let contact = &elements.contacts()[strike];
-    // Chisel and casting are bodies: no point of the structure is among them.
-    let row = || elements.row(elements.contact_row(strike));
-    let penetration = reach(step, row().map(|(body, c)| (layout.position(body), c)), contact.offset_m);
+    let strike = model.hammers()[hammer].strike;
+    let contact = &model.elements().contacts()[strike];
+    let Some([penetration, rate]) = model.contact_sums(strike) else { return f64::INFINITY };
     // The absolute force of every law is largest where both are.
-    contact.law.closed_force(penetration, reach(step, row().map(|(body, c)| (layout.velocity(body), c)), 0.0))
+    let penetration = reach(step, terms(penetration), contact.offset_m);
+    contact.law.closed_force(penetration, reach(step, terms(rate), 0.0))
 }
 
-/// Practical bound within a step of the casting's velocity where a hammer strikes it, m/s.
+/// Practical bound within a step of the casting's velocity where a hammer strikes it, m/s; as [`force_reach`].
 fn speed_reach(system: &Coupled, hammer: usize, step: &Step<'_>) -> f64 {
     let model = system.model();
-    let (layout, elements, slot) = (model.layout(), model.elements(), &model.hammers()[hammer]);
-    let chisel = slot.points[body::CHISEL];
-    let row = elements.row(elements.contact_row(slot.strike)).filter(|(body, _)| *body != chisel);
-    reach(step, row.map(|(body, c)| (layout.velocity(body), c)), 0.0)
+    let slot = &model.hammers()[hammer];
+    let chisel = model.layout().velocity(slot.points[body::CHISEL]);
+    let Some([_, rate]) = model.contact_sums(slot.strike) else { return f64::INFINITY };
+    reach(step, terms(rate).filter(|(component, _)| *component != chisel), 0.0)
 }
 
 /// Standard litres of a mass of gas in kg.

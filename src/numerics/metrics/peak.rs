@@ -23,6 +23,11 @@ pub(super) fn reach(step: &Step<'_>, terms: impl Iterator<Item = (usize, f64)> +
     start.abs() + step.h * step.largest_rate(terms)
 }
 
+/// Components with their coefficients, one by one.
+pub(super) fn terms(sum: &[(usize, f64)]) -> impl Iterator<Item = (usize, f64)> + Clone {
+    sum.iter().copied()
+}
+
 /// Largest absolute value of `quantity`, a function of time and state, between the start of the step and `theta_end`, and the fraction where it is.
 pub(super) fn peak(
     step: &Step<'_>,

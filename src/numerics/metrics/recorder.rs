@@ -8,7 +8,7 @@ use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
 use super::warning::Warning;
 use crate::integrate::{Observer, Step};
 use crate::scene::Scene;
-use crate::system::{ContactKind, Coupled, CoupledModel};
+use crate::system::{ContactKind, Coupled, CoupledModel, Owner};
 
 /// Computes the outputs of a run while it is integrated.
 pub struct Recorder {
@@ -85,11 +85,12 @@ impl Observer<Coupled> for Recorder {
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let contact = &system.model().elements().contacts()[guard];
-        let track = &mut self.hammers[contact.hammer];
+        let Owner::Hammer(hammer) = contact.owner else { return };
+        let track = &mut self.hammers[hammer];
         match (contact.kind, system.is_closed(guard)) {
             (ContactKind::ChiselCasting, true) => track.contact(system, At { t, y }),
             (ContactKind::ChiselCasting, false) => track.release(t),
-            (ContactKind::PistonChisel, true) if system.gate_open(contact.hammer) => {
+            (ContactKind::PistonChisel, true) if system.gate_open(hammer) => {
                 let (_, closing) = system.penetration(guard, t, y);
                 track.percussion(closing, system, At { t, y });
             }

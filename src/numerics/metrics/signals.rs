@@ -6,8 +6,7 @@ use crate::hammer::body;
 use crate::integrate::{Observer, Step};
 use crate::quantity::{Quantity, quantities};
 use crate::scene::Scene;
-use crate::system::{ContactKind, Coupled, CoupledModel, HammerQuadrature, MEASURING_POINT};
-use crate::workpiece::Casting;
+use crate::system::{ContactKind, Coupled, CoupledModel, FixtureId, HammerQuadrature, Owner, PointId};
 
 /// What a signal is of; hammers, castings, a casting's fixtures and points by their places in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -197,7 +196,7 @@ impl State<'_> {
     /// Force of a contact of a hammer in N.
     fn stop_force(&self, hammer: usize, kind: ContactKind) -> f64 {
         let mut contacts = self.system.model().elements().contacts().iter();
-        let place = contacts.position(|contact| contact.hammer == hammer && contact.kind == kind);
+        let place = contacts.position(|contact| contact.owner == Owner::Hammer(hammer) && contact.kind == kind);
         place.map_or(0.0, |contact| self.system.contact_force(contact, self.time_s, self.y))
     }
 }
@@ -221,7 +220,7 @@ impl HammerSignals {
         let guide_force_n = if forces { slot.model.evaluate(&own).force[body::GUIDE] } else { f64::NAN };
         // Of the chisel against the casting.
         let closing_m_s = system.relative_motion(model.elements().contact_row(slot.strike), t, y).1;
-        let (arm_displacement_m, arm_velocity_m_s) = system.interface_motion(slot.mount, t, y);
+        let (arm_displacement_m, arm_velocity_m_s) = system.motion(PointId::Mount { hammer }, t, y);
         Self {
             extension_m: position[body::CYLINDER] - position[body::GUIDE],
             piston_m: position[body::PISTON] - position[body::CYLINDER],
@@ -258,14 +257,13 @@ impl HammerSignals {
 }
 
 impl CastingSignals {
-    /// `rotates`: whether it needs its rotations about x and y.
-    fn at(state: &State<'_>, casting: usize, rotates: [bool; 2]) -> Self {
+    fn at(state: &State<'_>, casting: usize) -> Self {
         let (model, y) = (state.system.model(), state.y);
         let slot = &model.castings()[casting];
         let heave = slot.heave;
-        let position = |is_there: bool, body| if is_there { y[model.layout().position(body)] } else { 0.0 };
+        let rotation = |column: Option<usize>| column.map_or(0.0, |column| y[model.layout().position(column)]);
         let velocity = |body| y[model.layout().velocity(body)];
-        let measured = slot.points.iter().find(|point| point.name == MEASURING_POINT);
+        let measured = slot.points.iter().find(|point| matches!(point.id, PointId::Measured { .. }));
         // What of a body the measuring point has, summed over the bodies that move it.
         let at_measured = |of: &dyn Fn(usize) -> f64| match measured {
             Some(point) => point.row.iter().map(|(body, coefficient)| coefficient * of(*body)).sum(),
@@ -274,8 +272,8 @@ impl CastingSignals {
         Self {
             heave_m: y[model.layout().position(heave)],
             heave_velocity_m_s: velocity(heave),
-            rotation_x_rad: position(rotates[0], heave + 1),
-            rotation_y_rad: position(rotates[1], heave + 1 + usize::from(rotates[0])),
+            rotation_x_rad: rotation(slot.rotations[0]),
+            rotation_y_rad: rotation(slot.rotations[1]),
             heave_acceleration_m_s2: state.acceleration(heave),
             measuring_point_velocity_m_s: at_measured(&velocity),
             measuring_point_acceleration_m_s2: at_measured(&|body| state.acceleration(body)),
@@ -284,19 +282,12 @@ impl CastingSignals {
 }
 
 impl FixtureSignals {
-    /// `fixture` counts those of all castings, of which there are `count`.
-    fn at(state: &State<'_>, fixture: usize, count: usize) -> Self {
+    fn at(state: &State<'_>, fixture: FixtureId) -> Self {
         let State { system, time_s: t, y, .. } = *state;
-        let model = system.model();
-        let springs = model.elements().springs();
-        // Fixtures come last among the springs, and after the mounts among the interface points.
-        let row = springs.len() - count + fixture;
-        let (distance, rate) = system.relative_motion(row, t, y);
-        let (point_displacement_m, point_velocity_m_s) =
-            system.interface_motion(model.layout().hammers + fixture, t, y);
-        let spring = springs[row];
+        let elements = system.model().elements().of_fixture(fixture);
+        let (point_displacement_m, point_velocity_m_s) = system.motion(PointId::Support(fixture), t, y);
         Self {
-            force_n: spring.stiffness_n_per_m * distance + spring.damping_n_s_per_m * rate,
+            force_n: elements.map(|element| system.element_force(element, t, y)).sum(),
             point_displacement_m,
             point_velocity_m_s,
         }
@@ -304,9 +295,8 @@ impl FixtureSignals {
 }
 
 impl PointSignals {
-    /// `node`: its place among the interface points.
-    fn at(state: &State<'_>, node: usize) -> Self {
-        let (displacement_m, velocity_m_s) = state.system.interface_motion(node, state.time_s, state.y);
+    fn at(state: &State<'_>, point: PointId) -> Self {
+        let (displacement_m, velocity_m_s) = state.system.motion(point, state.time_s, state.y);
         Self { displacement_m, velocity_m_s }
     }
 }
@@ -316,28 +306,23 @@ impl PointSignals {
 enum Part {
     Instant,
     Hammer(usize),
-    /// With the rotations that it needs.
-    Casting(usize, [bool; 2]),
-    /// By its place among those of all castings, of which there are so many.
-    Fixture(usize, usize),
-    /// By its place among the interface points: behind those of mounts and fixtures.
-    Point(usize),
+    Casting(usize),
+    Fixture(FixtureId),
+    Point(PointId),
     Energy,
 }
 
 impl Part {
     /// All parts of a scene, in the order of their signals.
     fn all(scene: &Scene) -> Vec<Self> {
-        let rotates = |(index, casting): (usize, &Casting)| {
-            Self::Casting(index, casting.active_rotations(&scene.strike_points(index)))
-        };
-        let fixtures = scene.castings.iter().map(|casting| casting.fixtures.len()).sum();
-        let first = scene.hammers.len() + fixtures;
+        let fixtures = scene.castings.iter().enumerate().flat_map(|(casting, held)| {
+            (0..held.fixtures.len()).map(move |fixture| Self::Fixture(FixtureId { casting, fixture }))
+        });
         let mut parts = vec![Self::Instant];
         parts.extend((0..scene.hammers.len()).map(Self::Hammer));
-        parts.extend(scene.castings.iter().enumerate().map(rotates));
-        parts.extend((0..fixtures).map(|fixture| Self::Fixture(fixture, fixtures)));
-        parts.extend((0..scene.outputs.points.len()).map(|point| Self::Point(first + point)));
+        parts.extend((0..scene.castings.len()).map(Self::Casting));
+        parts.extend(fixtures);
+        parts.extend((0..scene.outputs.points.len()).map(|point| Self::Point(PointId::Watched(point))));
         parts.push(Self::Energy);
         parts
     }
@@ -347,8 +332,8 @@ impl Part {
         match self {
             Self::Instant => Instant::QUANTITIES.len(),
             Self::Hammer(_) => HammerSignals::QUANTITIES.len(),
-            Self::Casting(..) => CastingSignals::QUANTITIES.len(),
-            Self::Fixture(..) => FixtureSignals::QUANTITIES.len(),
+            Self::Casting(_) => CastingSignals::QUANTITIES.len(),
+            Self::Fixture(_) => FixtureSignals::QUANTITIES.len(),
             Self::Point(_) => PointSignals::QUANTITIES.len(),
             Self::Energy => EnergySignals::QUANTITIES.len(),
         }
@@ -481,15 +466,15 @@ impl SignalRecorder {
                     let of = HammerSignals::at(state, hammer, read.forces);
                     read.push(to, HammerSignals::QUANTITIES, &of);
                 }
-                Part::Casting(casting, rotates) => {
-                    let of = CastingSignals::at(state, casting, rotates);
+                Part::Casting(casting) => {
+                    let of = CastingSignals::at(state, casting);
                     read.push(to, CastingSignals::QUANTITIES, &of);
                 }
-                Part::Fixture(fixture, count) => {
-                    let of = FixtureSignals::at(state, fixture, count);
+                Part::Fixture(fixture) => {
+                    let of = FixtureSignals::at(state, fixture);
                     read.push(to, FixtureSignals::QUANTITIES, &of);
                 }
-                Part::Point(node) => read.push(to, PointSignals::QUANTITIES, &PointSignals::at(state, node)),
+                Part::Point(point) => read.push(to, PointSignals::QUANTITIES, &PointSignals::at(state, point)),
                 Part::Energy => energies.iter().for_each(|of| read.push(to, EnergySignals::QUANTITIES, of)),
             }
         }

@@ -99,7 +99,7 @@ pub(super) fn outcome(scene: &Scene, system: &Coupled, recorder: Recorder, end: 
         status,
         reason,
         time_reached_s: t,
-        modes: layout.modes,
+        modes: system.model().modes(),
         states: layout.states(),
         metrics,
         counters,

@@ -2,16 +2,16 @@
 //!
 //! ```text
 //! K, M (files of many programs) + points (CSV) -> FeModel -> reduce() -+
-//!                                                                      +-> ReducedStructure -> modes(housings) -> StructureModes
+//!                                                                      +-> ReducedStructure -> modes_at(housings, points) -> ModesAt
 //! modal table (CSV) + points (CSV) -> ModalTable ----------------------+
 //! ```
 //!
 //! 1. [`reduce`] is the Craig-Bampton reduction (Craig and Bampton 1968): interface DOFs b, all others o, constraint modes
 //!    `G = -K_oo^-1 K_ob`, fixed-interface modes `Psi` of `(K_oo, M_oo)` below a cut-off,
 //!    `T = [Psi G; 0 I]`, `M_zz = T' M T`, `K_zz = T' K T`. Done once per study.
-//! 2. [`ReducedStructure::modes`] adds the rigid housings to `M_zz` and solves the second eigenproblem
+//! 2. [`ReducedStructure::modes_at`] adds the rigid housings to `M_zz` and solves the second eigenproblem
 //!    `K_zz phi = omega^2 M_zz phi`, as a change of few columns to the machine's own modes. Done once per placement.
-//! 3. [`StructureModes::row`] gives `phi_n = d' R_n T Phi` of a point n and a direction d: force and displacement use the same
+//! 3. [`ModesAt::rows`] are `phi_n = d' R_n T Phi` of a point n and a direction d: force and displacement use the same
 //!    row, so receptances are symmetric.
 //!
 //! SI units, rotations in rad. All results are independent of the number of threads.
@@ -47,7 +47,7 @@ pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, writ
 pub use label::{DofLabel, SCALAR};
 pub use modal_table::ModalTable;
 pub use model::{FeModel, ModelMatrices};
-pub use modes::{Directed, DirectedPoints, ModesAt, Rest, StructureModes};
+pub use modes::{DirectedPoints, ModesAt, Rest};
 pub use observe::{Observer, StepRecord, peak_memory_bytes};
 pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};
 pub use quality::{

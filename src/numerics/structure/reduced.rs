@@ -1,7 +1,6 @@
 //! The reduced structure and its second eigenproblem.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
@@ -10,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::attached::{RigidMass, mass_factor};
 use super::error::{Step, StructureError};
 use super::modal_table::ModalTable;
-use super::modes::{DirectedPoints, ModesAt, StructureModes};
+use super::modes::{DirectedPoints, ModesAt};
 use super::own::{CHECK_INPUT, OwnModes, SHIFT, ScaledMatrices};
 use super::points::{Interface, InterfacePoints};
 use super::rest::Asked;
@@ -39,7 +38,7 @@ impl Numbers for Damping {
     }
 }
 
-/// What [`ReducedStructure::modes`] keeps.
+/// What [`ReducedStructure::modes_at`] keeps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModalOptions {
     /// Modes below this frequency are kept, in Hz.
@@ -58,8 +57,8 @@ pub struct ReducedStructure {
     k_zz: DMatrix<f64>,
     d_zz: Option<DMatrix<f64>>,
     transfer: DMatrix<f64>,
-    interface: Arc<Interface>,
-    static_flexibility: Option<Arc<DMatrix<f64>>>,
+    interface: Interface,
+    static_flexibility: Option<DMatrix<f64>>,
     own: OwnModes,
     table: Option<TableModes>,
     remarks: Vec<String>,
@@ -93,8 +92,7 @@ impl ReducedStructure {
             shapes: shapes.transpose(),
             damping: d_zz.clone().map(|d_zz| congruence(&l, d_zz)).transpose()?,
         })?;
-        let static_flexibility = if own.floats() { None } else { Some(Arc::new(flexibility(&k_zz, &transfer)?)) };
-        let interface = Arc::new(interface);
+        let static_flexibility = if own.floats() { None } else { Some(flexibility(&k_zz, &transfer)?) };
         Ok(Self { m_zz, k_zz, d_zz, transfer, interface, static_flexibility, own, table: None, remarks: Vec::new() })
     }
 
@@ -172,36 +170,20 @@ impl ReducedStructure {
 
     /// Static flexibility of the interface DOFs, `B K_zz^-1 B'` in m/N (n_b x n_b); `None` for a structure that floats.
     pub fn static_flexibility(&self) -> Option<&DMatrix<f64>> {
-        self.static_flexibility.as_deref()
+        self.static_flexibility.as_ref()
     }
 
     /// The modes of the structure that carries `attached` rigid bodies, `K_zz phi = omega^2 M phi` with
-    /// `M = M_zz + sum W' M_body W`, mass-normalised, those below the cut-off, in the order of rising frequency.
+    /// `M = M_zz + sum W' M_body W`, mass-normalised, those below the cut-off, in the order of rising frequency, at a scene's points.
     ///
-    /// The sign of a mode is fixed: its largest interface entry is positive. Modes below 0.01 Hz are rigid-body motions
+    /// The sign of a mode is fixed: its largest entry at the points is positive. Modes below 0.01 Hz are rigid-body motions
     /// and get omega = 0. A modal table to which nothing is attached returns its own modes and damping unchanged (its
     /// frequencies may include the housings). Damping that the structure brings, `diag(2 xi omega)` of a table or a matrix D,
     /// becomes the diagonal of `Phi' D Phi`: couplings of modes by damping are left out.
     ///
     /// # Errors
     /// A mount that is unknown or lacks one of its six DOFs, arguments out of range, fewer damping ratios than modes, no
-    /// mode below the cut-off.
-    pub fn modes(&self, attached: &[RigidMass], options: &ModalOptions) -> Result<StructureModes, StructureError> {
-        let rows: Vec<_> = (0..self.interface.len()).map(|row| vec![(row, 1.0)]).collect();
-        let (solution, damping_ratio) = self.solve(attached, options, &rows)?;
-        Ok(StructureModes {
-            omega_rad_s: solution.omega_rad_s,
-            damping_ratio,
-            shapes: solution.shapes,
-            interface: Arc::clone(&self.interface),
-            static_flexibility: self.static_flexibility.clone(),
-        })
-    }
-
-    /// [`ReducedStructure::modes`] at a scene's points alone: [`StructureModes::at`] of it, but for the signs, which these rows decide.
-    ///
-    /// # Errors
-    /// As for [`ReducedStructure::modes`] and [`StructureModes::row`].
+    /// mode below the cut-off; an unknown point, a direction that was not kept, is 0 or not finite.
     pub fn modes_at(
         &self,
         attached: &[RigidMass],

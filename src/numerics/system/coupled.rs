@@ -2,22 +2,18 @@
 
 use std::sync::Arc;
 
-use crate::system::base::Base;
+use crate::system::block::Block;
 use crate::system::discrete::Discrete;
-use crate::system::dissipation::Dissipation;
 use crate::system::model::CoupledModel;
-use crate::system::moments::Moments;
+use crate::system::points::Owner;
 use crate::system::rates::Rates;
 
 /// A coupled model being integrated: which contacts are closed, which supplies and gates are open, and scratch memory.
 #[derive(Debug, Clone)]
 pub struct Coupled {
     pub(super) model: Arc<CoupledModel>,
-    /// The condensed modes at their last rebase; `None` if modes are integrated.
-    pub(super) base: Option<Base>,
-    /// What they have dissipated.
-    pub(super) dissipation: Option<Dissipation>,
-    pub(super) moments: Option<Moments<f64>>,
+    /// The blocks of the model's parts, with what they carry outside the state.
+    pub(super) blocks: Vec<Block>,
     pub(super) discrete: Discrete,
     /// Whether forces of contacts follow the state alone, see [`crate::integrate::Switching::follow_state`].
     pub(super) following: bool,
@@ -30,14 +26,8 @@ impl Coupled {
     /// The model at rest.
     pub fn new(model: &Arc<CoupledModel>) -> Self {
         let discrete = Discrete::at_rest(model);
-        let mut moments = model.condensation.as_ref().map(|condensation| Moments::new(condensation.points()));
-        if let (Some(moments), Some(damping)) = (&mut moments, &model.damping) {
-            moments.begin(0, damping);
-        }
         Self {
-            base: model.condensation.as_deref().map(Base::at_rest),
-            dissipation: model.damping.as_deref().map(Dissipation::at_rest),
-            moments,
+            blocks: model.parts.iter().map(|part| part.block.clone()).collect(),
             following: false,
             released_energy_j: 0.0,
             rates: Rates::new(model, &discrete),
@@ -71,17 +61,9 @@ impl Coupled {
         self.discrete.gate_open[hammer]
     }
 
-    /// Brings the modes to the next node of what they dissipate, see [`Moments::follow`]; gives the time of the node after it, s.
-    pub(super) fn at_node(&mut self, moments: &[f64]) -> f64 {
-        let (Some(dissipation), Some(damping)) = (&mut self.dissipation, &self.model.damping) else {
-            return f64::INFINITY;
-        };
-        dissipation.advance(damping, moments);
-        dissipation.next_s(damping)
-    }
-
+    /// A contact has closed: the first of a stroke between chisel and casting sets the time at which the gate opens.
     pub(super) fn refresh_gate(&mut self, contact: usize, t: f64) {
-        let hammer = self.model.elements.contacts()[contact].hammer;
+        let Owner::Hammer(hammer) = self.model.elements.contacts()[contact].owner else { return };
         let first = self.discrete.gate_time_s[hammer].is_infinite();
         if first && !self.discrete.vented(hammer) && self.model.hammers[hammer].strike == contact {
             self.discrete.gate_time_s[hammer] = t + self.model.hammers[hammer].gate_delay_s;

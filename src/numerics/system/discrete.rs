@@ -20,13 +20,13 @@ impl Discrete {
     /// That of the model at rest.
     pub fn at_rest(model: &CoupledModel) -> Self {
         let hammers = model.hammers.len();
-        // At rest interface points stand still at zero.
-        let mut displacement = vec![0.0; model.layout.bodies + model.modes.phi.ncols()];
+        // At rest points of flexible parts stand still at zero.
+        let mut displacement = vec![0.0; model.elements.matrix().cols()];
         let positions = &model.initial[model.layout.position(0)..model.layout.velocities()];
         displacement[..model.layout.bodies].copy_from_slice(positions);
         let closed = |(at, contact): (usize, &Contact)| {
             let row = model.elements.row(model.elements.contact_row(at));
-            let d: f64 = row.map(|(point, coefficient)| coefficient * displacement[point]).sum();
+            let d: f64 = row.map(|(column, coefficient)| coefficient * displacement[column]).sum();
             contact.law.onset_indicator(d - contact.offset_m, 0.0) > 0.0
         };
         Self {

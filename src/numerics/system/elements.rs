@@ -1,14 +1,15 @@
 //! Springs and one-sided contacts as sparse rows over the points that move.
 //!
-//! Every element acts along one relative coordinate, a sparse row `r` over the points: hammer bodies, casting degrees of
-//! freedom, then interface points of the structure. Its elongation (or penetration) is `r u - offset`, its force `f` acts
+//! Every element acts along one relative coordinate, a sparse row `r` over the columns: the coordinates of rigid parts and the driven
+//! points of flexible ones ([`crate::system::Layout`]). Its elongation (or penetration) is `r u - offset`, its force `f` acts
 //! as `-r' f`. One matrix serves motion and force, so reciprocity holds by construction; an element more is a row more.
 
 use sprs::{CsMat, TriMat};
 
 use crate::contact::ContactLaw;
+use crate::system::points::{FixtureId, Owner, PointId, Points, Row};
 
-/// Which contact of a hammer a row is.
+/// Which contact of its owner a row is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactKind {
     /// Telescope against its top stop.
@@ -38,16 +39,16 @@ pub struct Spring {
     pub stiffness_n_per_m: f64,
     /// Damping in N s/m.
     pub damping_n_s_per_m: f64,
-    /// Casting that it holds on the structure; `None` for the spring of a guide.
-    pub casting: Option<usize>,
+    /// Who it belongs to.
+    pub owner: Owner,
 }
 
 /// A one-sided contact; its row follows those of the springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Hammer that it belongs to.
-    pub hammer: usize,
-    /// Which of the hammer's contacts.
+    /// Who it belongs to.
+    pub owner: Owner,
+    /// Which of the owner's contacts.
     pub kind: ContactKind,
     /// Law.
     pub law: ContactLaw,
@@ -63,32 +64,53 @@ pub struct Elements {
     contacts: Vec<Contact>,
 }
 
-/// Collects elements; springs must come before contacts in the matrix, so both are kept apart until the end.
-#[derive(Debug, Default)]
-pub(super) struct ElementsBuilder {
-    springs: Vec<(Vec<(usize, f64)>, Spring)>,
-    contacts: Vec<(Vec<(usize, f64)>, Contact)>,
+/// An element: a spring or a contact by its place among these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ElementId {
+    /// A spring.
+    Spring(usize),
+    /// A contact.
+    Contact(usize),
 }
 
-impl ElementsBuilder {
-    /// Adds a spring along `row`.
-    pub fn spring(&mut self, row: Vec<(usize, f64)>, spring: Spring) {
-        self.springs.push((row, spring));
+/// Collects links; springs must come before contacts in the matrix, so both are kept apart until the end.
+#[derive(Debug)]
+pub(super) struct ElementsBuilder<'p> {
+    points: &'p Points,
+    springs: Vec<(Row, Spring)>,
+    contacts: Vec<(Row, Contact)>,
+}
+
+impl<'p> ElementsBuilder<'p> {
+    /// No links yet between these points.
+    pub fn new(points: &'p Points) -> Self {
+        Self { points, springs: Vec::new(), contacts: Vec::new() }
     }
 
-    /// Adds a contact along `row`; returns its index among the contacts.
-    pub fn contact(&mut self, row: Vec<(usize, f64)>, contact: Contact) -> usize {
-        self.contacts.push((row, contact));
+    /// The points.
+    pub fn points(&self) -> &Points {
+        self.points
+    }
+
+    /// Adds a spring between two points; its elongation is the motion of the first less that of the second.
+    pub fn spring(&mut self, ends: [PointId; 2], spring: Spring) {
+        self.springs.push((self.points.between(ends), spring));
+    }
+
+    /// Adds a contact between two points, whose penetration grows as the first moves towards the second; returns its index among the
+    /// contacts.
+    pub fn contact(&mut self, ends: [PointId; 2], contact: Contact) -> usize {
+        self.contacts.push((self.points.between(ends), contact));
         self.contacts.len() - 1
     }
 
-    /// Assembles the sparse matrix over `points` points.
-    pub fn assemble(self, points: usize) -> Elements {
-        let mut matrix = TriMat::new((self.springs.len() + self.contacts.len(), points));
+    /// Assembles the sparse matrix over `columns` columns.
+    pub fn assemble(self, columns: usize) -> Elements {
+        let mut matrix = TriMat::new((self.springs.len() + self.contacts.len(), columns));
         let rows = self.springs.iter().map(|(row, _)| row);
         for (index, row) in rows.chain(self.contacts.iter().map(|(row, _)| row)).enumerate() {
-            for &(point, coefficient) in row.iter().filter(|entry| entry.1 != 0.0) {
-                matrix.add_triplet(index, point, coefficient);
+            for &(column, coefficient) in row.iter().filter(|entry| entry.1 != 0.0) {
+                matrix.add_triplet(index, column, coefficient);
             }
         }
         let rows: CsMat<f64> = matrix.to_csr();
@@ -111,7 +133,25 @@ impl Elements {
         &self.contacts
     }
 
-    /// The sparse matrix: one row per element, one column per point.
+    /// The elements of a fixture.
+    pub fn of_fixture(&self, fixture: FixtureId) -> impl Iterator<Item = ElementId> {
+        self.all().filter(move |(_, owner)| *owner == Owner::Fixture(fixture)).map(|(element, _)| element)
+    }
+
+    /// The elements of all fixtures of a casting.
+    pub fn of_fixtures_of(&self, casting: usize) -> impl Iterator<Item = ElementId> {
+        let holds = move |owner: Owner| matches!(owner, Owner::Fixture(fixture) if fixture.casting == casting);
+        self.all().filter(move |(_, owner)| holds(*owner)).map(|(element, _)| element)
+    }
+
+    /// All elements with their owners, springs first.
+    fn all(&self) -> impl Iterator<Item = (ElementId, Owner)> {
+        let springs = self.springs.iter().enumerate().map(|(at, spring)| (ElementId::Spring(at), spring.owner));
+        let contacts = self.contacts.iter().enumerate().map(|(at, contact)| (ElementId::Contact(at), contact.owner));
+        springs.chain(contacts)
+    }
+
+    /// The sparse matrix: one row per element.
     pub fn matrix(&self) -> &CsMat<f64> {
         &self.rows
     }
@@ -122,7 +162,7 @@ impl Elements {
         self.springs.len() + contact
     }
 
-    /// Entries (point, coefficient) of a row.
+    /// Entries (column, coefficient) of a row.
     #[inline(always)]
     pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         let entries = self.rows.indptr().outer_inds_sz(row);

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::hammer::chamber;
 use crate::integrate::{GuardSample, Rebasing, Switching, System, Taken};
+use crate::system::block::Block;
 use crate::system::coupled::Coupled;
 use crate::system::impulse_response::SCALED_INTEGRALS;
 
@@ -17,8 +18,12 @@ impl System for Coupled {
     }
 
     fn without_scale(&self) -> Range<usize> {
-        let points = self.model.condensation.as_ref().map_or(0, |condensation| condensation.points());
-        SCALED_INTEGRALS * points..if points > 0 { self.model.layout.structure[0] } else { 0 }
+        // Of several condensed blocks one is passed over; what the others add is zero.
+        let condensed = self.model.parts.iter().find(|part| part.block.condensed().is_some());
+        condensed.map_or(0..0, |part| {
+            let states = &part.states[0];
+            states.start + SCALED_INTEGRALS * part.columns.len()..states.end
+        })
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], rate: &mut [f64]) {
@@ -112,33 +117,25 @@ impl Switching for Coupled {
 
 impl Rebasing for Coupled {
     fn horizon(&self) -> f64 {
-        match (&self.base, &self.model.condensation) {
-            (Some(base), Some(condensation)) => base.time_s + condensation.horizon_s,
-            _ => f64::INFINITY,
-        }
+        self.blocks.iter().map(Block::horizon_s).fold(f64::INFINITY, f64::min)
     }
 
     fn rebased_components(&self) -> Range<usize> {
-        self.model.layout.structure_displacements()
+        self.model.layout.flexible_displacements()
     }
 
     fn rebase(&mut self, t: f64, y: &mut [f64], rate: &mut [f64]) {
-        let layout = &self.model.layout;
-        if let (Some(base), Some(condensation)) = (&mut self.base, &self.model.condensation) {
-            let (z, rate) = (&mut y[layout.structure_displacements()], &mut rate[layout.structure_displacements()]);
-            base.rebase(condensation, t, z);
-            z.fill(0.0);
-            // The rates of the first integrals are the forces: they stay.
-            rate[condensation.points()..].fill(0.0);
-            self.rates.put_base(0, base);
+        for (part, block) in self.model.parts.iter().zip(&mut self.blocks) {
+            if let Some(condensed) = block.condensed_mut() {
+                let states = &part.states[0];
+                condensed.rebase(t, &mut y[states.clone()], &mut rate[states.clone()]);
+            }
         }
+        self.rates.put_outside(0, &self.blocks);
     }
 
     fn stepped(&mut self, taken: &Taken<'_>) {
-        if let Some(mut moments) = self.moments.take() {
-            moments.follow(taken, |_, own| self.at_node(own));
-            self.moments = Some(moments);
-        }
+        self.blocks.iter_mut().filter_map(Block::condensed_mut).for_each(|condensed| condensed.stepped(taken));
     }
 }
 

@@ -1,44 +1,65 @@
 //! Rows of one shape side by side.
 
 use std::mem::{Discriminant, discriminant};
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::contact::ContactLaw;
 use crate::integrate::{GuardSample, InLanes, Taken};
 use crate::number::Number;
+use crate::system::block::{Block, Part};
 use crate::system::coupled::Coupled;
 use crate::system::layout::Layout;
-use crate::system::model::CoupledModel;
+use crate::system::model::{Books, CoupledModel};
 use crate::system::moments::Moments;
+use crate::system::points::PartId;
 use crate::system::rates::Rates;
 
-/// What rows side by side have in common: the layout of the state, which points each element joins, and the kinds of laws. Numbers
-/// are each row's own.
+/// What rows side by side have in common: the layout of the state, the kinds of blocks, which columns each element joins, whose books it
+/// is in, and the kinds of laws. Numbers are each row's own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     layout: Layout,
-    tied: bool,
-    /// Casting that each spring holds.
-    held: Vec<Option<usize>>,
-    /// Casting that each hammer strikes.
-    struck: Vec<usize>,
-    points: Vec<usize>,
+    parts: Vec<PartShape>,
+    books: Vec<Books>,
+    columns: Vec<usize>,
     begins: Vec<usize>,
     laws: Vec<Discriminant<ContactLaw>>,
+}
+
+/// What parts of rows side by side have in common. Condensed modes are no states: rows may differ in their number.
+#[derive(Debug, Clone, PartialEq)]
+struct PartShape {
+    id: PartId,
+    block: Discriminant<Block>,
+    states: [Range<usize>; 2],
+    columns: Range<usize>,
+    tied: bool,
+}
+
+impl PartShape {
+    fn of(part: &Part) -> Self {
+        Self {
+            id: part.id,
+            block: discriminant(&part.block),
+            states: part.states.clone(),
+            columns: part.columns.clone(),
+            tied: part.tied.is_some(),
+        }
+    }
 }
 
 impl Shape {
     /// The shape of a model.
     pub fn of(model: &CoupledModel) -> Self {
         let elements = &model.elements;
-        // Condensed modes are no states: rows may differ in their number.
-        let modes = if model.condensation.is_some() { 0 } else { model.layout.modes };
+        let springs = elements.springs().iter().map(|spring| model.books_of_spring(spring));
+        let contacts = elements.contacts().iter().map(|contact| model.books_of_contact(contact));
         Self {
-            layout: Layout { modes, ..model.layout },
-            tied: model.tied.is_some(),
-            held: elements.springs().iter().map(|spring| spring.casting).collect(),
-            struck: model.hammers.iter().map(|hammer| hammer.casting).collect(),
-            points: elements.matrix().indices().to_vec(),
+            layout: model.layout,
+            parts: model.parts.iter().map(PartShape::of).collect(),
+            books: springs.chain(contacts).collect(),
+            columns: elements.matrix().indices().to_vec(),
             begins: elements.matrix().indptr().raw_storage().to_vec(),
             laws: elements.contacts().iter().map(|contact| discriminant(&contact.law)).collect(),
         }
@@ -50,7 +71,8 @@ impl Shape {
 pub struct CoupledLanes<R: Number> {
     rows: Vec<Coupled>,
     rates: Rates<R>,
-    moments: Option<Moments<R>>,
+    /// Of each part that is condensed, with its place among the parts.
+    moments: Vec<(usize, Moments<R>)>,
 }
 
 impl<R: Number> CoupledLanes<R> {
@@ -58,7 +80,8 @@ impl<R: Number> CoupledLanes<R> {
     pub fn new(model: &Arc<CoupledModel>) -> Self {
         let row = Coupled::new(model);
         let rates = Rates::new(model, &row.discrete);
-        let moments = model.condensation.as_ref().map(|condensation| Moments::new(condensation.points()));
+        let parts = model.parts.iter().enumerate().filter(|(_, part)| part.block.condensed().is_some());
+        let moments = parts.map(|(at, part)| (at, Moments::new(part.columns.len(), part.states[0].start))).collect();
         let mut lanes = Self { rows: vec![row; R::LANES], rates, moments };
         (0..R::LANES).for_each(|lane| lanes.begin(lane));
         lanes
@@ -75,8 +98,9 @@ impl<R: Number> CoupledLanes<R> {
 
     /// Begins to follow what the row in a lane dissipates.
     fn begin(&mut self, lane: usize) {
-        if let (Some(moments), Some(damping)) = (&mut self.moments, &self.rows[lane].model.damping) {
-            moments.begin(lane, damping);
+        for (part, moments) in &mut self.moments {
+            let condensed = self.rows[lane].blocks[*part].condensed();
+            condensed.iter().for_each(|condensed| moments.begin(lane, &condensed.constants.damping));
         }
     }
 
@@ -103,12 +127,15 @@ impl<R: Number> InLanes<R> for CoupledLanes<R> {
     }
 
     fn rebased(&mut self, lane: usize) {
-        self.rows[lane].base.iter().for_each(|base| self.rates.put_base(lane, base));
+        self.rates.put_outside(lane, &self.rows[lane].blocks);
     }
 
     fn stepped(&mut self, taken: &Taken<'_, R>) {
-        if let Some(moments) = &mut self.moments {
-            moments.follow(taken, |lane, own| self.rows[lane].at_node(own));
+        for (part, moments) in &mut self.moments {
+            moments.follow(taken, |lane, own| {
+                let condensed = self.rows[lane].blocks[*part].condensed_mut();
+                condensed.map_or(f64::INFINITY, |condensed| condensed.at_node(own))
+            });
         }
     }
 

@@ -1,9 +1,11 @@
 //! Where each quantity lives in the state vector.
 //!
-//! `y = [structure | positions (b bodies) | structure' | velocities (b) | pressures (4 N) | quadratures]`. The structure's two
-//! parts are the modal displacements and velocities or, condensed, the integrals of the interface forces and nothing.
-//! Hammers come first among the bodies, then castings. Quadratures: per hammer four of its own and two per chamber, per casting
-//! three, then work put in and energy dissipated.
+//! `y = [flexible | positions (b) | flexible' | velocities (b) | pressures (4 N) | quadratures]`. Blocks of flexible parts have states in
+//! two places: modal displacements and velocities or, condensed, the integrals of the forces on their points and nothing. Rigid
+//! parts have positions and velocities: hammers, then castings. Quadratures: per hammer four of its own and two per chamber, per
+//! casting three, then work put in and energy dissipated.
+//!
+//! The columns of the elements' rows are the `b` rigid coordinates, then the driven points of the flexible blocks.
 
 use std::ops::Range;
 
@@ -51,11 +53,9 @@ const _: () = assert!(HammerQuadrature::COUNT == chamber::COUNT);
 /// Sizes and offsets of the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Modes of the structure.
-    pub modes: usize,
-    /// The structure's states in the place of displacements and in that of velocities.
-    pub structure: [usize; 2],
-    /// Degrees of freedom of hammer bodies and castings.
+    /// States of the flexible blocks in the place of displacements and in that of velocities.
+    pub flexible: [usize; 2],
+    /// Coordinates of the rigid parts.
     pub bodies: usize,
     /// Hammers.
     pub hammers: usize,
@@ -64,35 +64,35 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The structure's states in the place of displacements.
+    /// States of flexible blocks in the place of displacements.
     #[inline]
-    pub fn structure_displacements(&self) -> Range<usize> {
-        0..self.structure[0]
+    pub fn flexible_displacements(&self) -> Range<usize> {
+        0..self.flexible[0]
     }
 
-    /// Position of body `body`.
+    /// Position of rigid coordinate `body`.
     #[inline]
     pub fn position(&self, body: usize) -> usize {
-        self.structure[0] + body
+        self.flexible[0] + body
     }
 
-    /// The structure's states in the place of velocities.
+    /// States of flexible blocks in the place of velocities.
     #[inline]
-    pub fn structure_velocities(&self) -> Range<usize> {
+    pub fn flexible_velocities(&self) -> Range<usize> {
         let start = self.velocities();
-        start..start + self.structure[1]
+        start..start + self.flexible[1]
     }
 
-    /// Velocity of body `body`.
+    /// Velocity of rigid coordinate `body`.
     #[inline]
     pub fn velocity(&self, body: usize) -> usize {
-        self.velocities() + self.structure[1] + body
+        self.velocities() + self.flexible[1] + body
     }
 
     /// Where the states in the place of velocities begin.
     #[inline]
     pub fn velocities(&self) -> usize {
-        self.structure[0] + self.bodies
+        self.flexible[0] + self.bodies
     }
 
     /// Chamber pressures of hammer `hammer`.
@@ -168,10 +168,10 @@ mod tests {
     /// Every component of the state has exactly one meaning.
     #[test]
     fn the_layout_is_a_partition() {
-        for (structure, hammers, castings) in [([0, 0], 0, 1), ([0, 0], 1, 1), ([12, 12], 3, 4), ([22, 0], 1, 1)] {
-            let layout = Layout { modes: 12, structure, bodies: 4 * hammers + castings, hammers, castings };
+        for (flexible, hammers, castings) in [([0, 0], 0, 1), ([0, 0], 1, 1), ([12, 12], 3, 4), ([22, 0], 1, 1)] {
+            let layout = Layout { flexible, bodies: 4 * hammers + castings, hammers, castings };
             let mut uses = vec![0; layout.dimension()];
-            layout.structure_displacements().chain(layout.structure_velocities()).for_each(|at| uses[at] += 1);
+            layout.flexible_displacements().chain(layout.flexible_velocities()).for_each(|at| uses[at] += 1);
             for body in 0..layout.bodies {
                 uses[layout.position(body)] += 1;
                 uses[layout.velocity(body)] += 1;

@@ -1,15 +1,17 @@
 //! The coupled system: structure, hammers and castings joined by sparse blocks.
 //!
+//! - `points`: points of the parts, by what they are
 //! - `layout`: where each quantity lives in the state vector
 //! - `elements`: springs and one-sided contacts as sparse rows
-//! - `builder`: from a scene and the structure's modes to a model (the only part that knows scenes)
+//! - `block`: how the coordinates of a part move, one block per part
+//! - `assemble`: from a scene and the machine's modes to a model (the only part that knows scenes)
 //! - `model`: constants of the coupled system
 //! - `products`: products of short vectors
-//! - `modal`: the structure's modes, integrated, and guides tied to it
-//! - `kernel`: motion of interface points from integrals of the forces on them
+//! - `modal`: modes of a flexible part, integrated, and masses tied to its points
+//! - `kernel`: motion of points from integrals of the forces on them
 //! - `pairs`: numbers of some modes in registers
 //! - `octave`: groups of modes by how fast they are, and the free motion of slower ones between their own rebases
-//! - `impulse_response`, `base`: impulse-response condensation of the modes to their interface points, and the modes at a rebase
+//! - `impulse_response`, `base`: impulse-response condensation of the modes to their points, and the modes at a rebase
 //! - `moments`, `dissipation`: repeated integrals of the forces from node to node, and what condensed modes dissipate by them
 //! - `placed`: the structure's modes as scenes at one place share them
 //! - `discrete`: contacts, supplies and gates
@@ -19,8 +21,9 @@
 //! - `lanes`: rows of one shape side by side
 //! - `integration`: the system as the integrator sees it
 
+mod assemble;
 mod base;
-mod builder;
+mod block;
 mod coupled;
 mod discrete;
 mod dissipation;
@@ -37,13 +40,15 @@ mod motion;
 mod octave;
 mod pairs;
 mod placed;
+mod points;
 mod products;
 mod rates;
 
-pub use builder::{BuildError, build, build_placed};
+pub use assemble::{BuildError, build, build_placed};
 pub use coupled::Coupled;
-pub use elements::{Contact, ContactKind, Elements, Spring};
+pub use elements::{Contact, ContactKind, ElementId, Elements, Spring};
 pub use lanes::{CoupledLanes, Shape};
 pub use layout::{CastingQuadrature, HammerQuadrature, Layout};
-pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot, MEASURING_POINT};
+pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot};
 pub use placed::{InterfaceModes, PlacedModes};
+pub use points::{FixtureId, Owner, PartId, PointId, Points};

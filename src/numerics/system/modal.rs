@@ -1,21 +1,21 @@
-//! The structure's modes as they are integrated: motion of the interface points, accelerations under forces on them.
+//! Modes of a flexible part as they are integrated: motion of its points, accelerations under forces on them; masses tied to points.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::number::Number;
 use crate::system::products::{Blocks, LANES, add_columns, put_all};
 
-/// The structure's modes.
+/// Modes of a flexible part.
 #[derive(Debug, Clone)]
 pub(super) struct Modes {
     pub omega_squared: DVector<f64>,
     /// `2 xi omega` per mode.
     pub damping: DVector<f64>,
-    /// Mode shapes at the interface points: modes x points of the structure.
+    /// Mode shapes at the driven points: modes x points.
     pub phi: DMatrix<f64>,
 }
 
-/// Motion of the interface points, accelerations without what forces on them cause at once.
+/// Motion of the points, accelerations without what forces on them cause at once.
 pub(super) struct Motion<'a, R> {
     pub displacement: &'a mut [R],
     pub velocity: &'a mut [R],
@@ -24,9 +24,15 @@ pub(super) struct Motion<'a, R> {
 }
 
 impl Modes {
-    /// Value at interface point `n` of a field given by its modal coordinates.
+    /// Value at point `n` of a field given by its modal coordinates.
     pub fn at(&self, n: usize, modal: &[f64]) -> f64 {
         self.phi.column(n).iter().zip(modal).map(|(phi, x)| phi * x).sum()
+    }
+
+    /// Strain and kinetic energy, J.
+    pub fn energy(&self, x: &[f64], v: &[f64]) -> f64 {
+        let squares = self.omega_squared.iter().zip(x).zip(v);
+        squares.map(|((omega_squared, x), v)| 0.5 * (omega_squared * x * x + v * v)).sum()
     }
 }
 
@@ -107,7 +113,7 @@ impl<R: Number> ModalRates<R> {
         }
     }
 
-    /// Adds to the modes' accelerations what forces on the interface points cause, `Phi F`.
+    /// Adds to the modes' accelerations what forces on the points cause, `Phi F`.
     #[inline(always)]
     pub fn add_forces(&self, force: &[R], acceleration: &mut [R]) {
         add_columns(acceleration, &self.phi, force);
@@ -121,20 +127,20 @@ impl<R: Number> ModalRates<R> {
     }
 }
 
-/// Guides tied rigidly to their mounts, the first interface points: `(I + sum m phi phi') a = a0` solved by a low-rank update,
-/// in terms of forces: each guide takes from the force on its mount what moves it.
+/// Masses tied rigidly to the first points, as guides are to their mounts: `(I + sum m phi phi') a = a0` solved by a low-rank update,
+/// in terms of forces: each mass takes from the force on its point what moves it.
 #[derive(Debug, Clone)]
-pub(super) struct TiedGuides {
-    /// Mass of each guide, kg.
+pub(super) struct TiedMasses {
+    /// Mass at each of the first points, kg.
     pub mass: Vec<f64>,
-    /// `-(diag(1/m) + Phi_t' Phi_t)^-1`, `Phi_t` the shapes at the mounts.
+    /// `-(diag(1/m) + Phi_t' Phi_t)^-1`, `Phi_t` the shapes at these points.
     update: DMatrix<f64>,
-    /// `Phi_t' Phi`: acceleration of each mount per force on each interface point.
+    /// `Phi_t' Phi`: acceleration of each of these points per force on each point.
     direct: DMatrix<f64>,
 }
 
-impl TiedGuides {
-    /// Prepares the update for guides of mass `mass` on the first columns of `phi`; `None` for masses that are not positive.
+impl TiedMasses {
+    /// Prepares the update for masses `mass` on the first columns of `phi`; `None` for masses that are not positive.
     pub fn new(phi: &DMatrix<f64>, mass: Vec<f64>) -> Option<Self> {
         let columns = phi.columns(0, mass.len());
         let mut matrix = columns.tr_mul(&columns);
@@ -146,39 +152,39 @@ impl TiedGuides {
     }
 }
 
-/// Tied guides of each lane.
+/// Tied masses of each lane.
 #[derive(Debug, Clone)]
-pub(super) struct GuideShares<R> {
-    guides: usize,
+pub(super) struct MassShares<R> {
+    count: usize,
     update: Vec<R>,
     direct: Vec<R>,
 }
 
-impl<R: Number> GuideShares<R> {
-    /// Room for guides of a number.
-    pub fn like(tied: &TiedGuides) -> Self {
+impl<R: Number> MassShares<R> {
+    /// Room for masses of a number.
+    pub fn like(tied: &TiedMasses) -> Self {
         let zeros = |length: usize| vec![R::splat(0.0); length];
-        Self { guides: tied.mass.len(), update: zeros(tied.update.len()), direct: zeros(tied.direct.len()) }
+        Self { count: tied.mass.len(), update: zeros(tied.update.len()), direct: zeros(tied.direct.len()) }
     }
 
-    /// Sets the guides of a lane.
-    pub fn put(&mut self, lane: usize, tied: &TiedGuides) {
+    /// Sets the masses of a lane.
+    pub fn put(&mut self, lane: usize, tied: &TiedMasses) {
         put_all(&mut self.update, lane, &tied.update);
         put_all(&mut self.direct, lane, &tied.direct);
     }
 
-    /// Number of guides.
+    /// Number of masses.
     #[inline(always)]
-    pub fn guides(&self) -> usize {
-        self.guides
+    pub fn count(&self) -> usize {
+        self.count
     }
 
-    /// Takes from the forces on the interface points what moves the guides; `own` are the accelerations of their mounts without
-    /// any force, changed to those with the forces but without the guides.
+    /// Takes from the forces on the points what moves the masses; `own` are the accelerations of their points without any force,
+    /// changed to those with the forces but without the masses.
     #[inline(always)]
     pub fn share(&self, force: &mut [R], own: &mut [R]) {
-        add_columns(&mut own[..self.guides], &self.direct, force);
-        add_columns(&mut force[..self.guides], &self.update, &own[..self.guides]);
+        add_columns(&mut own[..self.count], &self.direct, force);
+        add_columns(&mut force[..self.count], &self.update, &own[..self.count]);
     }
 }
 
@@ -198,14 +204,14 @@ mod tests {
         let free = DVector::from_fn(5, |i, _| 1.0 - 0.7 * i as f64);
         let mut force = DVector::from_fn(4, |i, _| 3.0 - i as f64);
         let expected = full.lu().solve(&(&free + &phi * &force)).unwrap();
-        let tied = TiedGuides::new(&phi, mass).unwrap();
-        let mut shares = GuideShares::<f64>::like(&tied);
+        let tied = TiedMasses::new(&phi, mass).unwrap();
+        let mut shares = MassShares::<f64>::like(&tied);
         shares.put(0, &tied);
         shares.share(force.as_mut_slice(), phi.tr_mul(&free).as_mut_slice());
         assert!((free + phi * force - expected).amax() < 1e-13);
         // A mount that no mode moves is still positive definite; a negative mass is not.
-        assert!(TiedGuides::new(&DMatrix::zeros(2, 1), vec![1.0]).is_some());
-        assert!(TiedGuides::new(&DMatrix::zeros(2, 1), vec![-1.0]).is_none());
+        assert!(TiedMasses::new(&DMatrix::zeros(2, 1), vec![1.0]).is_some());
+        assert!(TiedMasses::new(&DMatrix::zeros(2, 1), vec![-1.0]).is_none());
     }
 
     /// Motion of the points and accelerations of the modes are the sums over modes that they stand for.

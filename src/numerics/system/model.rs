@@ -1,13 +1,10 @@
 //! Constants of the coupled system.
 
-use std::sync::Arc;
-
 use crate::hammer::{HammerModel, body};
-use crate::system::dissipation::Damping;
-use crate::system::elements::Elements;
-use crate::system::impulse_response::Condensation;
+use crate::system::block::{Block, Part};
+use crate::system::elements::{Contact, ContactKind, Elements, Spring};
 use crate::system::layout::Layout;
-use crate::system::modal::{Modes, TiedGuides};
+use crate::system::points::{Owner, PartId, PointId, Points, Row};
 
 /// One hammer within the coupled system.
 #[derive(Debug, Clone)]
@@ -16,9 +13,9 @@ pub struct HammerSlot {
     pub name: String,
     /// Its constants.
     pub model: HammerModel,
-    /// Points of its bodies; the guide's is the mount itself where it is tied.
+    /// Columns of its bodies; the guide's is that of the mount where it is tied.
     pub points: [usize; body::COUNT],
-    /// Interface point of its mount.
+    /// Column of its mount.
     pub mount: usize,
     /// Its contact with the casting.
     pub strike: usize,
@@ -37,8 +34,10 @@ pub struct HammerSlot {
 /// One casting within the coupled system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CastingSlot {
-    /// Body index of its heave; its rotations follow.
+    /// Column of its heave; its rotations follow.
     pub heave: usize,
+    /// Columns of its rotations about x and y; `None` where the scene does not need one.
+    pub rotations: [Option<usize>; 2],
     /// Components of the state that are its velocities.
     pub velocities: Vec<usize>,
     /// Points whose velocity is watched: those that are struck, those that are held, the measuring point if one is chosen; of
@@ -49,14 +48,33 @@ pub struct CastingSlot {
 /// A point of a casting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CastingPoint {
-    /// `hammer.NAME` for a strike point, `fixture.NAME`, or [`MEASURING_POINT`].
+    /// Which it is.
+    pub id: PointId,
+    /// `hammer.NAME` for a strike point, `fixture.NAME`, or `measuring_point`.
     pub name: String,
-    /// Its motion as (body, coefficient) pairs.
-    pub row: Vec<(usize, f64)>,
+    /// Its motion over the casting's coordinates.
+    pub row: Row,
 }
 
-/// Name of a casting's measuring point among its points.
-pub const MEASURING_POINT: &str = "measuring_point";
+/// Whose books an element's work and loss go to, and what they are taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Books {
+    /// Nobody's own: within a hammer.
+    Inner,
+    /// Those of a hammer and of the casting that it strikes.
+    Strike {
+        hammer: usize,
+        casting: usize,
+        /// Column of the hammer's chisel.
+        chisel: usize,
+    },
+    /// Those of a casting: one of its fixtures.
+    Fixture {
+        casting: usize,
+        /// Column of the machine's point that carries the fixture.
+        support: usize,
+    },
+}
 
 /// Two sums of components of the state, each with its coefficient.
 pub(super) type Sums = [Vec<(usize, f64)>; 2];
@@ -65,22 +83,18 @@ pub(super) type Sums = [Vec<(usize, f64)>; 2];
 #[derive(Debug, Clone)]
 pub struct CoupledModel {
     pub(super) layout: Layout,
-    pub(super) modes: Arc<Modes>,
-    /// The modes condensed to the interface points; `None` if they are integrated.
-    pub(super) condensation: Option<Arc<Condensation>>,
-    /// What these dissipate follows from; `None` if modes are integrated.
-    pub(super) damping: Option<Arc<Damping>>,
+    /// Its parts, flexible ones first.
+    pub(super) parts: Vec<Part>,
+    /// Their points.
+    pub(super) points: Points,
     pub(super) elements: Elements,
     pub(super) hammers: Vec<HammerSlot>,
     pub(super) castings: Vec<CastingSlot>,
-    /// Mass or inertia of each body.
-    pub(super) body_mass: Vec<f64>,
-    pub(super) tied: Option<TiedGuides>,
     pub(super) scales: Vec<f64>,
     /// Components of the state that each contact's guard depends on.
     pub(super) supports: Vec<Vec<usize>>,
-    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` where a point of the structure
-    /// takes part.
+    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` where a point of a flexible
+    /// part takes part.
     pub(super) sums: Vec<Option<Sums>>,
     pub(super) ambient_pressure_pa: f64,
     pub(super) gas_constant_j_per_kg_k: f64,
@@ -99,6 +113,59 @@ impl CoupledModel {
     /// Springs and contacts.
     pub fn elements(&self) -> &Elements {
         &self.elements
+    }
+
+    /// Number of modes of all flexible parts.
+    pub fn modes(&self) -> usize {
+        self.parts.iter().filter_map(|part| part.block.modes()).map(|modes| modes.omega_squared.len()).sum()
+    }
+
+    /// Points of the parts.
+    pub fn points(&self) -> &Points {
+        &self.points
+    }
+
+    /// Masses and inertias of a part's coordinates; none of a flexible one.
+    fn rigid(&self, id: PartId) -> &[f64] {
+        let part = self.parts.iter().find(|part| part.id == id);
+        part.map_or(&[], |part| if let Block::Rigid(rigid) = &part.block { &rigid.mass } else { &[] })
+    }
+
+    /// Masses and inertias of the rigid coordinates of all parts.
+    pub(super) fn masses(&self) -> impl Iterator<Item = &f64> {
+        let rigid =
+            self.parts.iter().filter_map(|part| if let Block::Rigid(rigid) = &part.block { Some(rigid) } else { None });
+        rigid.flat_map(|rigid| &rigid.mass)
+    }
+
+    /// Where a spring's work and loss go.
+    pub(super) fn books_of_spring(&self, spring: &Spring) -> Books {
+        self.books(spring.owner, None)
+    }
+
+    /// Where a contact's work and loss go.
+    pub(super) fn books_of_contact(&self, contact: &Contact) -> Books {
+        self.books(contact.owner, Some(contact.kind))
+    }
+
+    fn books(&self, owner: Owner, kind: Option<ContactKind>) -> Books {
+        match owner {
+            Owner::Hammer(hammer) if kind == Some(ContactKind::ChiselCasting) => {
+                let slot = &self.hammers[hammer];
+                Books::Strike { hammer, casting: slot.casting, chisel: slot.points[body::CHISEL] }
+            }
+            Owner::Hammer(_) => Books::Inner,
+            Owner::Fixture(fixture) => match self.points.row(PointId::Support(fixture)) {
+                [(support, _)] => Books::Fixture { casting: fixture.casting, support: *support },
+                _ => Books::Inner,
+            },
+        }
+    }
+
+    /// Penetration of a contact, its offset not subtracted, and its rate as sums of components of the state; `None` where a point of a
+    /// flexible part takes part.
+    pub fn contact_sums(&self, contact: usize) -> Option<&[Vec<(usize, f64)>; 2]> {
+        self.sums[contact].as_ref()
     }
 
     /// The hammers.
@@ -120,9 +187,13 @@ impl CoupledModel {
     ///
     /// A mode counts if it answers an impulse on the mount with at least a share (`LEAST_ANSWER`) of the velocity of the strongest mode.
     pub fn decay_per_s(&self, hammer: usize) -> f64 {
-        let shapes = self.modes.phi.column(self.hammers[hammer].mount);
+        let mount = self.hammers[hammer].mount;
+        let carries = |part: &&Part| part.columns.contains(&mount);
+        let carrier = self.parts.iter().find(carries).and_then(|part| Some((part, part.block.modes()?)));
+        let Some((part, modes)) = carrier else { return f64::INFINITY };
+        let shapes = modes.phi.column(mount - part.columns.start);
         let strongest = shapes.iter().fold(0.0_f64, |strongest, phi| strongest.max(phi * phi));
-        let modes = shapes.iter().zip(&self.modes.damping);
+        let modes = shapes.iter().zip(&modes.damping);
         modes
             .filter(|(phi, _)| *phi * *phi >= LEAST_ANSWER * strongest)
             .map(|(_, damping)| *damping)
@@ -142,7 +213,7 @@ impl CoupledModel {
     /// The same with the casting's velocities given by their component of the state: of bounds, a bound.
     pub fn casting_energy_by(&self, casting: usize, velocity: impl Fn(usize) -> f64) -> f64 {
         let slot = &self.castings[casting];
-        let masses = &self.body_mass[slot.heave..];
+        let masses = self.rigid(PartId::Casting(casting));
         let squares = slot.velocities.iter().map(|component| velocity(*component).powi(2));
         squares.zip(masses).fold(0.0, |sum, (square, mass)| sum + 0.5 * mass * square)
     }

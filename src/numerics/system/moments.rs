@@ -17,6 +17,8 @@ pub(super) struct Moments<R: Number> {
     /// Integrals that a lane needs at most.
     orders: usize,
     points: usize,
+    /// Component of the state that is the first integral of the first point's force.
+    first: usize,
     /// By order from 1 on, then by point; room for all orders.
     values: Vec<R>,
     /// The forces within a step, see [`Taken::slopes`]: by power, then by point.
@@ -28,12 +30,13 @@ pub(super) struct Moments<R: Number> {
 }
 
 impl<R: Number> Moments<R> {
-    /// Room for those of a number of points.
-    pub fn new(points: usize) -> Self {
+    /// Room for those of a number of points; `first` is the component of the state that is the first integral of the first one's force.
+    pub fn new(points: usize, first: usize) -> Self {
         let none = R::splat(0.0);
         Self {
             orders: 0,
             points,
+            first,
             values: vec![none; ORDER * points],
             forces: vec![none; POWERS * points],
             next_s: none,
@@ -110,10 +113,10 @@ impl<R: Number> Passage<'_, '_, R> {
     /// Moves the integrals of `N` points from `at` on: points of a row alone stand in registers side by side.
     #[inline(always)]
     fn move_some<const N: usize>(&mut self, at: usize, span: R, terms: &[R; ORDER + 1]) {
-        let (taken, Moments { orders, points, values, forces, .. }) = (self.taken, &mut *self.moments);
+        let (taken, Moments { orders, points, first, values, forces, .. }) = (self.taken, &mut *self.moments);
         let own = |order: usize| order * *points + at..order * *points + at + N;
         if self.first {
-            for (power, slope) in taken.slopes::<N>(at).into_iter().enumerate() {
+            for (power, slope) in taken.slopes::<N>(*first + at).into_iter().enumerate() {
                 forces[own(power)].copy_from_slice(&slope);
             }
         }
@@ -215,7 +218,7 @@ mod tests {
             let term = |i: usize| (end - begin).powi((k + i) as i32) / (1..=k + i).product::<usize>() as f64;
             derivatives.iter().enumerate().map(|(i, derivative)| derivative * term(i)).sum()
         };
-        let mut moments = Moments::<f64>::new(1);
+        let mut moments = Moments::<f64>::new(1, 0);
         (moments.orders, moments.next_s) = (ORDER, begin);
         let (mut seen, mut next) = (Vec::new(), [end, f64::INFINITY].into_iter());
         let mut t = 0.0;

@@ -1,44 +1,42 @@
 //! Motion of points and elements, forces and energies at a state.
 
 use crate::hammer::{HammerState, body};
-use crate::system::base::Since;
+use crate::system::block::Block;
 use crate::system::coupled::Coupled;
-use crate::system::dissipation::Dissipation;
+use crate::system::elements::ElementId;
+use crate::system::points::PointId;
 
 impl Coupled {
-    /// Displacement and velocity of interface point `node` of the structure at time `t`.
-    pub fn interface_motion(&self, node: usize, t: f64, y: &[f64]) -> (f64, f64) {
-        let model = &self.model;
-        match (&self.base, &model.condensation) {
-            (Some(base), Some(condensation)) => {
-                let [w, v, _] = base.point(
-                    condensation,
-                    Since { tau: t - base.time_s, z: &y[model.layout.structure_displacements()] },
-                    node,
-                );
-                (w, v)
-            }
-            _ => {
-                let layout = &model.layout;
-                let at = |modal: &[f64]| model.modes.at(node, modal);
-                (at(&y[layout.structure_displacements()]), at(&y[layout.structure_velocities()]))
-            }
-        }
+    /// Displacement and velocity of a point at time `t`.
+    pub fn motion(&self, point: PointId, t: f64, y: &[f64]) -> (f64, f64) {
+        self.sum(self.model.points.row(point).iter().copied(), t, y)
     }
 
-    /// Relative displacement and velocity along an element's row, offset not subtracted.
-    pub fn relative_motion(&self, row: usize, t: f64, y: &[f64]) -> (f64, f64) {
+    /// Displacement and velocity of a column of the elements' rows.
+    fn column_motion(&self, column: usize, t: f64, y: &[f64]) -> [f64; 2] {
         let layout = &self.model.layout;
+        if column < layout.bodies {
+            return [y[layout.position(column)], y[layout.velocity(column)]];
+        }
+        let parts = self.model.parts.iter().zip(&self.blocks);
+        let mut found = parts.filter(|(part, _)| part.columns.contains(&column));
+        found.next().map_or([0.0; 2], |(part, block)| block.motion(part.states_of(t, y), column - part.columns.start))
+    }
+
+    /// Displacement and velocity along a row.
+    fn sum(&self, row: impl Iterator<Item = (usize, f64)>, t: f64, y: &[f64]) -> (f64, f64) {
         let (mut d, mut rate) = (0.0, 0.0);
-        for (point, c) in self.model.elements.row(row) {
-            let (position, velocity) = match point.checked_sub(layout.bodies) {
-                None => (y[layout.position(point)], y[layout.velocity(point)]),
-                Some(node) => self.interface_motion(node, t, y),
-            };
+        for (column, c) in row {
+            let [position, velocity] = self.column_motion(column, t, y);
             d += c * position;
             rate += c * velocity;
         }
         (d, rate)
+    }
+
+    /// Relative displacement and velocity along an element's row, offset not subtracted.
+    pub fn relative_motion(&self, row: usize, t: f64, y: &[f64]) -> (f64, f64) {
+        self.sum(self.model.elements.row(row), t, y)
     }
 
     /// Penetration and its rate of a contact.
@@ -62,10 +60,7 @@ impl Coupled {
         let (slot, layout) = (&self.model.hammers[hammer], &self.model.layout);
         let (mut position, mut velocity) = ([0.0; body::COUNT], [0.0; body::COUNT]);
         for (i, &point) in slot.points.iter().enumerate() {
-            (position[i], velocity[i]) = match point.checked_sub(layout.bodies) {
-                None => (y[layout.position(point)], y[layout.velocity(point)]),
-                Some(node) => self.interface_motion(node, t, y),
-            };
+            [position[i], velocity[i]] = self.column_motion(point, t, y);
         }
         let mut pressure = [0.0; 4];
         pressure.copy_from_slice(&y[layout.pressures(hammer)]);
@@ -76,14 +71,12 @@ impl Coupled {
     pub fn stored_energy(&self, t: f64, y: &[f64]) -> f64 {
         let model = &self.model;
         let layout = &model.layout;
-        let mut energy = self.modal_energy(t, y);
-        for (body, mass) in model.body_mass.iter().enumerate() {
-            let v = y[layout.velocity(body)];
-            energy += 0.5 * mass * v * v;
-        }
-        if let Some(tied) = &model.tied {
-            for (mount, mass) in tied.mass.iter().enumerate() {
-                let (_, v) = self.interface_motion(mount, t, y);
+        let parts = || model.parts.iter().zip(&self.blocks);
+        let mut energy = parts().fold(0.0, |sum, (part, block)| block.add_energy(sum, part.states_of(t, y)));
+        for (part, block) in parts() {
+            let masses = part.tied.iter().flat_map(|tied| tied.mass.iter().enumerate());
+            for (point, mass) in masses {
+                let [_, v] = block.motion(part.states_of(t, y), point);
                 energy += 0.5 * mass * v * v;
             }
         }
@@ -103,9 +96,27 @@ impl Coupled {
 
     /// Energy stored in the springs of a casting's fixtures at a state, J.
     pub fn fixture_energy(&self, casting: usize, t: f64, y: &[f64]) -> f64 {
-        let springs = self.model.elements.springs().iter().enumerate();
-        let held = springs.filter(|(_, spring)| spring.casting == Some(casting));
-        held.fold(0.0, |sum, (row, _)| sum + self.spring_energy(row, t, y))
+        let elements = self.model.elements.of_fixtures_of(casting);
+        elements.fold(0.0, |sum, element| sum + self.element_energy(element, t, y))
+    }
+
+    /// Force of an element at a state in N; 0 in a contact that is open.
+    pub fn element_force(&self, element: ElementId, t: f64, y: &[f64]) -> f64 {
+        match element {
+            ElementId::Contact(contact) => self.contact_force(contact, t, y),
+            ElementId::Spring(row) => {
+                let (d, rate) = self.relative_motion(row, t, y);
+                let spring = &self.model.elements.springs()[row];
+                spring.stiffness_n_per_m * d + spring.damping_n_s_per_m * rate
+            }
+        }
+    }
+
+    fn element_energy(&self, element: ElementId, t: f64, y: &[f64]) -> f64 {
+        match element {
+            ElementId::Contact(contact) => self.contact_energy(contact, t, y),
+            ElementId::Spring(row) => self.spring_energy(row, t, y),
+        }
     }
 
     fn spring_energy(&self, row: usize, t: f64, y: &[f64]) -> f64 {
@@ -122,33 +133,17 @@ impl Coupled {
         self.model.elements.contacts()[contact].law.stored_energy(d)
     }
 
-    fn modal_energy(&self, t: f64, y: &[f64]) -> f64 {
-        let model = &self.model;
-        match (&self.base, &model.condensation) {
-            (Some(base), Some(condensation)) => {
-                base.energy(condensation, t, &y[model.layout.structure_displacements()])
-            }
-            _ => {
-                let (x, v) = (&y[model.layout.structure_displacements()], &y[model.layout.structure_velocities()]);
-                let squares = model.modes.omega_squared.iter().zip(x).zip(v);
-                squares.map(|((omega_squared, x), v)| 0.5 * (omega_squared * x * x + v * v)).sum()
-            }
-        }
-    }
-
     /// Energy dissipated up to a state within or at the end of the last step, J, what opening contacts released included.
     pub fn dissipated_energy(&self, t: f64, y: &[f64]) -> f64 {
         let model = &self.model;
         let own = y[model.layout.dissipated()] + self.released_energy_j;
-        let condensed = (&self.base, &model.condensation, &self.dissipation, &model.damping);
-        let (Some(base), Some(condensation), Some(dissipation), Some(damping)) = condensed else { return own };
-        let power_w = base.dissipation_w(condensation, t, &y[model.layout.structure_displacements()]);
-        own + dissipation.up_to_j(damping, t, power_w)
+        let parts = model.parts.iter().zip(&self.blocks);
+        parts.fold(own, |sum, (part, block)| sum + block.dissipated_outside(part.states_of(t, y)))
     }
 
     /// Energy dissipated up to the end of a run, where its last interval ends too, J.
     pub fn dissipated_to_the_end(&self, y: &[f64]) -> f64 {
-        let condensed = self.dissipation.as_ref().map_or(0.0, Dissipation::whole_j);
-        y[self.model.layout.dissipated()] + self.released_energy_j + condensed
+        let own = y[self.model.layout.dissipated()] + self.released_energy_j;
+        self.blocks.iter().map(Block::dissipated_to_the_end).fold(own, |sum, block| sum + block)
     }
 }

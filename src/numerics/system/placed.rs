@@ -5,9 +5,11 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::system::block::CondensedConstants;
 use crate::system::dissipation::{Damping, interval_s};
 use crate::system::impulse_response::Condensation;
 use crate::system::modal::Modes;
+use crate::system::points::{FixtureId, PointId};
 
 /// Modes whose shape at every interface point is below this share of the largest are not excited by the scene and move
 /// none of its points: leaving them out changes nothing beyond rounding.
@@ -29,14 +31,21 @@ pub struct InterfaceModes {
 }
 
 impl InterfaceModes {
-    /// The shapes at all interface points: of mounts, of fixtures, of points that are only to be seen.
-    pub(super) fn rows(&self) -> impl Iterator<Item = &Vec<f64>> {
-        self.mounts.iter().chain(self.fixtures.iter().flatten()).chain(&self.points)
+    /// The machine's points with their shapes, in the order of the machine's columns: mounts come first, as guides may be tied to them.
+    pub(super) fn rows(&self) -> impl Iterator<Item = (PointId, &Vec<f64>)> {
+        let mounts = self.mounts.iter().enumerate().map(|(hammer, row)| (PointId::Mount { hammer }, row));
+        let of_casting = |(casting, rows): (usize, &'_ Vec<Vec<f64>>)| {
+            let support = |fixture: usize| PointId::Support(FixtureId { casting, fixture });
+            (0..rows.len()).map(support).collect::<Vec<PointId>>()
+        };
+        let supports = self.fixtures.iter().enumerate().flat_map(of_casting).zip(self.fixtures.iter().flatten());
+        let watched = self.points.iter().enumerate().map(|(point, row)| (PointId::Watched(point), row));
+        mounts.chain(supports).chain(watched)
     }
 
     /// The modes that the scene excites.
     fn excited(&self) -> Modes {
-        let rows: Vec<&Vec<f64>> = self.rows().collect();
+        let rows: Vec<&Vec<f64>> = self.rows().map(|(_, row)| row).collect();
         let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
         let count = self.omega_rad_s.len();
         let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
@@ -50,19 +59,12 @@ impl InterfaceModes {
     }
 }
 
-/// Modes condensed, and what they dissipate follows from in runs of one duration.
-#[derive(Debug, Clone)]
-pub(super) struct Condensed {
-    pub condensation: Arc<Condensation>,
-    pub damping: Arc<Damping>,
-}
-
 /// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
 #[derive(Debug)]
 pub struct PlacedModes {
     interface: InterfaceModes,
     excited: OnceLock<Arc<Modes>>,
-    condensed: OnceLock<Option<Condensed>>,
+    condensed: OnceLock<Option<CondensedConstants>>,
 }
 
 impl From<InterfaceModes> for PlacedModes {
@@ -86,10 +88,10 @@ impl PlacedModes {
     }
 
     /// These condensed, see [`Condensation::new`], for runs of `duration_s`: usually that of the first run.
-    pub(super) fn condensed(&self, duration_s: f64) -> Option<Condensed> {
-        let new = |condensation: Arc<Condensation>, interval_s: f64| -> Option<Condensed> {
+    pub(super) fn condensed(&self, duration_s: f64) -> Option<CondensedConstants> {
+        let new = |condensation: Arc<Condensation>, interval_s: f64| -> Option<CondensedConstants> {
             let damping = Arc::new(Damping::new(&condensation, interval_s)?);
-            Some(Condensed { condensation, damping })
+            Some(CondensedConstants { modes: Arc::clone(self.excited()), condensation, damping })
         };
         let first = || {
             let condensation = Arc::new(Condensation::new(self.excited())?);

@@ -7,14 +7,11 @@ use crate::contact::ContactLaw;
 use crate::hammer::{HammerConstants, HammerState, body};
 use crate::integrate::GuardSample;
 use crate::number::{Lanes, Mask, Number, in_lanes};
-use crate::system::base::Base;
+use crate::system::block::{Block, FlexibleRates};
 use crate::system::discrete::Discrete;
-use crate::system::elements::ContactKind;
-use crate::system::kernel::{Free, Kernel, TERMS};
 use crate::system::layout::{CastingQuadrature, HammerQuadrature, Layout};
-use crate::system::modal::{GuideShares, ModalRates, Motion};
-use crate::system::model::CoupledModel;
-use crate::system::products::{clear, copy, long_sum, put_all};
+use crate::system::model::{Books, CoupledModel};
+use crate::system::products::{clear, copy};
 
 /// Sums over one right-hand side.
 struct Power<R> {
@@ -25,7 +22,8 @@ struct Power<R> {
 /// One hammer of each lane.
 #[derive(Debug, Clone)]
 struct Hammer<R: Number> {
-    points: [usize; body::COUNT],
+    /// Columns of its bodies, and of its mount.
+    bodies: [usize; body::COUNT],
     mount: usize,
     constants: HammerConstants<R>,
     supply_pa: R,
@@ -39,21 +37,19 @@ struct Hammer<R: Number> {
 struct Spring<R> {
     stiffness_n_per_m: R,
     damping_n_s_per_m: R,
-    casting: Option<usize>,
+    books: Books,
 }
 
 /// A contact of each lane.
 #[derive(Debug, Clone, Copy)]
 struct Contact<R: Number> {
-    hammer: usize,
-    /// Casting that it strikes, for a chisel's contact with it.
-    strikes: Option<usize>,
+    books: Books,
     law: ContactLaw<R>,
     offset_m: R,
     closed: R::Mask,
 }
 
-/// Rows of elements over the points: the pattern, and the coefficients of each lane.
+/// Rows of elements over the columns: the pattern, and the coefficients of each lane.
 ///
 /// Copied out of the matrix of sprs that [`crate::system::Elements`] assembles: its products take one number per entry and one vector,
 /// while here an entry has a number per lane, two vectors are met in one pass, and a row is applied as soon as its force is known.
@@ -61,7 +57,7 @@ struct Contact<R: Number> {
 struct ElementRows<R> {
     /// Where each row begins, and the last ends.
     begins: Vec<usize>,
-    points: Vec<usize>,
+    columns: Vec<usize>,
     coefficients: Vec<R>,
 }
 
@@ -71,7 +67,7 @@ impl<R: Number> ElementRows<R> {
     fn from(&self, first: usize) -> impl Iterator<Item = Row<'_, R>> {
         let ends = self.begins[first..].windows(2);
         ends.map(|ends| Row {
-            points: &self.points[ends[0]..ends[1]],
+            columns: &self.columns[ends[0]..ends[1]],
             coefficients: &self.coefficients[ends[0]..ends[1]],
         })
     }
@@ -80,14 +76,14 @@ impl<R: Number> ElementRows<R> {
 /// The entries of a row.
 #[derive(Debug, Clone, Copy)]
 struct Row<'r, R> {
-    points: &'r [usize],
+    columns: &'r [usize],
     coefficients: &'r [R],
 }
 
 impl<R: Number> Row<'_, R> {
     #[inline(always)]
     fn entries(&self) -> impl Iterator<Item = (usize, R)> {
-        self.points.iter().copied().zip(self.coefficients.iter().copied())
+        self.columns.iter().copied().zip(self.coefficients.iter().copied())
     }
 
     /// `r u` of the displacements and of the velocities, of which there are equally many.
@@ -102,13 +98,6 @@ impl<R: Number> Row<'_, R> {
         sums
     }
 
-    /// The part of `-r u` that points from `first` on contribute: for a fixture's row the motion of the structure under it.
-    #[inline(always)]
-    fn carried(&self, first: usize, motion: &[R]) -> R {
-        let entries = self.entries().filter(|(point, _)| *point >= first);
-        entries.fold(R::splat(0.0), |sum, (point, coefficient)| (-coefficient).mul_add(motion[point], sum))
-    }
-
     /// Adds `-r' f` to the forces on the points.
     #[inline(always)]
     fn apply(&self, force: R, forces: &mut [R]) {
@@ -116,20 +105,6 @@ impl<R: Number> Row<'_, R> {
             forces[point] = (-coefficient).mul_add(force, forces[point]);
         }
     }
-}
-
-/// What the structure's part of the state is.
-#[derive(Debug, Clone)]
-enum Structure<R> {
-    /// Modes, integrated.
-    Integrated {
-        modes: ModalRates<R>,
-        /// Their accelerations without forces, and the power that they dissipate, W.
-        free: Vec<R>,
-        loss: R,
-    },
-    /// Integrals of the forces, from a base on.
-    Condensed { kernel: Kernel<R>, base_s: R, free: Vec<Free<R>> },
 }
 
 /// The right-hand side with its constants, the discrete state that it follows, and scratch memory.
@@ -140,15 +115,14 @@ pub(super) struct Rates<R: Number> {
     springs: Vec<Spring<R>>,
     contacts: Vec<Contact<R>>,
     hammers: Vec<Hammer<R>>,
+    /// Of the rigid coordinates of all parts, which stand side by side.
     inverse_mass: Vec<R>,
-    structure: Structure<R>,
-    tied: Option<GuideShares<R>>,
+    flexible: Vec<FlexibleRates<R>>,
     following: bool,
+    /// Displacements, velocities and forces of all columns.
     displacement: Vec<R>,
     velocity: Vec<R>,
     force: Vec<R>,
-    /// Accelerations of interface points without what forces on them cause at once; changed when guides take their share.
-    acceleration: Vec<R>,
 }
 
 impl<R: Number> Rates<R> {
@@ -156,37 +130,27 @@ impl<R: Number> Rates<R> {
     pub fn new(model: &CoupledModel, discrete: &Discrete) -> Self {
         let layout = model.layout;
         let zero = R::splat(0.0);
-        let interface = model.modes.phi.ncols();
-        let points = layout.bodies + interface;
+        let columns = model.elements.matrix().cols();
         let rows = 0..model.elements.springs().len() + model.elements.contacts().len();
         let mut begins = vec![0];
         let mut of_rows = Vec::new();
         for row in rows {
-            of_rows.extend(model.elements.row(row).map(|(point, _)| point));
+            of_rows.extend(model.elements.row(row).map(|(column, _)| column));
             begins.push(of_rows.len());
         }
-        let structure = match &model.condensation {
-            Some(condensation) => Structure::Condensed {
-                kernel: Kernel::like(condensation.kernel()),
-                base_s: zero,
-                free: vec![[zero; TERMS + 2]; interface],
-            },
-            None => Structure::Integrated {
-                modes: ModalRates::like(&model.modes),
-                free: vec![zero; layout.structure[1]],
-                loss: zero,
-            },
-        };
         let mut rates = Self {
             layout,
-            rows: ElementRows { begins, coefficients: vec![zero; of_rows.len()], points: of_rows },
+            rows: ElementRows { begins, coefficients: vec![zero; of_rows.len()], columns: of_rows },
             springs: (model.elements.springs().iter())
-                .map(|spring| Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero, casting: spring.casting })
+                .map(|spring| {
+                    let books = model.books_of_spring(spring);
+                    Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero, books }
+                })
                 .collect(),
             contacts: model.elements.contacts().iter().map(|contact| Contact::like(contact, model)).collect(),
             hammers: (model.hammers.iter())
                 .map(|slot| Hammer {
-                    points: slot.points,
+                    bodies: slot.points,
                     mount: slot.mount,
                     constants: in_lanes::<R, _>(slot.model.constants()),
                     supply_pa: zero,
@@ -195,13 +159,13 @@ impl<R: Number> Rates<R> {
                 })
                 .collect(),
             inverse_mass: vec![zero; layout.bodies],
-            structure,
-            tied: model.tied.as_ref().map(GuideShares::like),
+            flexible: (model.parts.iter().enumerate())
+                .filter_map(|(place, part)| FlexibleRates::like(place, part))
+                .collect(),
             following: false,
-            displacement: vec![zero; points],
-            velocity: vec![zero; points],
-            force: vec![zero; points],
-            acceleration: vec![zero; interface],
+            displacement: vec![zero; columns],
+            velocity: vec![zero; columns],
+            force: vec![zero; columns],
         };
         for lane in 0..R::LANES {
             rates.put_model(lane, model);
@@ -230,17 +194,11 @@ impl<R: Number> Rates<R> {
         for (own, slot) in self.hammers.iter_mut().zip(&model.hammers) {
             own.constants.put(lane, slot.model.constants());
         }
-        for (own, mass) in self.inverse_mass.iter_mut().zip(&model.body_mass) {
+        for (own, mass) in self.inverse_mass.iter_mut().zip(model.masses()) {
             own.put(lane, &(1.0 / mass));
         }
-        match &mut self.structure {
-            Structure::Integrated { modes, .. } => modes.put(lane, &model.modes),
-            Structure::Condensed { kernel, .. } => {
-                model.condensation.iter().for_each(|other| kernel.put(lane, other.kernel()));
-            }
-        }
-        if let (Some(own), Some(tied)) = (&mut self.tied, &model.tied) {
-            own.put(lane, tied);
+        for flexible in &mut self.flexible {
+            flexible.put(lane, &model.parts[flexible.part]);
         }
     }
 
@@ -257,11 +215,10 @@ impl<R: Number> Rates<R> {
         }
     }
 
-    /// Sets what a lane's condensed modes follow from.
-    pub fn put_base(&mut self, lane: usize, base: &Base) {
-        if let Structure::Condensed { base_s, free, .. } = &mut self.structure {
-            base_s.put(lane, &base.time_s);
-            put_all(free.as_flattened_mut(), lane, base.free.as_flattened());
+    /// Sets what a lane's blocks carry outside the state.
+    pub fn put_outside(&mut self, lane: usize, blocks: &[Block]) {
+        for flexible in &mut self.flexible {
+            flexible.put_outside(lane, &blocks[flexible.part]);
         }
     }
 
@@ -292,28 +249,16 @@ impl<R: Number> Rates<R> {
         rate[self.layout.dissipated()] = power.dissipated;
     }
 
-    /// Displacements and velocities of all points: bodies as they are, interface points from the structure.
+    /// Displacements and velocities of all columns: rigid coordinates as they are, points from their blocks.
     #[inline(always)]
     fn gather(&mut self, t: R, y: &[R]) {
         let layout = &self.layout;
         let b = layout.bodies;
         copy(&y[layout.position(0)..layout.velocities()], &mut self.displacement[..b]);
         copy(&y[layout.velocity(0)..layout.velocity(b)], &mut self.velocity[..b]);
-        // Only tied guides ask for accelerations, and hammers' mounts are the first points.
-        let accelerated = self.tied.as_ref().map_or(0, GuideShares::guides);
-        let mut motion = Motion {
-            displacement: &mut self.displacement[b..],
-            velocity: &mut self.velocity[b..],
-            acceleration: &mut self.acceleration[..accelerated],
-        };
-        let states = &y[layout.structure_displacements()];
-        match &mut self.structure {
-            Structure::Condensed { kernel, base_s, free } => kernel.motion(free, t - *base_s, states, &mut motion),
-            Structure::Integrated { modes, free, loss } => {
-                let velocities = &y[layout.structure_velocities()];
-                *loss = modes.free_accelerations(states, velocities, free);
-                modes.motion([states, velocities, free], &mut motion);
-            }
+        for flexible in &mut self.flexible {
+            let columns = flexible.columns.clone();
+            flexible.gather(t, y, [&mut self.displacement[columns.clone()], &mut self.velocity[columns]]);
         }
     }
 
@@ -327,21 +272,21 @@ impl<R: Number> Rates<R> {
             pressure.copy_from_slice(&y[layout.pressures(h)]);
             let (mut position, mut velocity) = ([none; body::COUNT], [none; body::COUNT]);
             for i in 0..body::COUNT {
-                position[i] = displacement[hammer.points[i]];
-                velocity[i] = velocities[hammer.points[i]];
+                position[i] = displacement[hammer.bodies[i]];
+                velocity[i] = velocities[hammer.bodies[i]];
             }
             let state =
                 HammerState { position, velocity, pressure, supply_pa: hammer.supply_pa, gate_open: hammer.gate_open };
             let rates = hammer.constants.evaluate(&state);
             for i in 0..body::COUNT {
-                forces[hammer.points[i]] += rates.force[i];
+                forces[hammer.bodies[i]] += rates.force[i];
             }
             rate[layout.pressures(h)].copy_from_slice(&rates.pressure_rate);
             // In arrays of a known length what was evaluated goes to memory once.
             if let ([own, supplied, expansion], []) = rate[layout.hammer_quadratures(h)].as_chunks_mut() {
                 // What flows back into a line that is vented does not return to the supply.
                 own[HammerQuadrature::Air as usize] = R::select(hammer.vented, none, rates.supply_flow_kg_s);
-                let arm = velocities[layout.bodies + hammer.mount];
+                let arm = velocities[hammer.mount];
                 own[HammerQuadrature::ArmVelocitySquared as usize] = arm * arm;
                 own[HammerQuadrature::Work as usize] = none;
                 own[HammerQuadrature::Impulse as usize] = none;
@@ -368,9 +313,9 @@ impl<R: Number> Rates<R> {
             row.apply(force, forces);
             let loss = spring.damping_n_s_per_m * speed * speed;
             power.dissipated += loss;
-            if let Some(casting) = spring.casting {
+            if let Books::Fixture { casting, support } = spring.books {
                 rate[layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += loss;
-                let carried = force * row.carried(layout.bodies, velocity);
+                let carried = force * velocity[support];
                 rate[layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
             }
         }
@@ -385,20 +330,27 @@ impl<R: Number> Rates<R> {
                 if following { contact.law.onset_indicator(penetration, speed).greater(none) } else { contact.closed };
             let force = R::select(acts, contact.law.closed_force(penetration, speed), none);
             row.apply(force, forces);
-            power.dissipated += R::select(acts, contact.law.dissipated_power(penetration, speed), none);
-            if let Some(casting) = contact.strikes {
-                rate[layout.casting_quadrature(casting, CastingQuadrature::ContactWork)] += force * speed;
-                let chisel = self.hammers[contact.hammer].points[body::CHISEL];
-                let casting_speed = velocity[chisel] - speed;
-                let work = R::select(acts, force * casting_speed, none);
-                rate[layout.quadrature(contact.hammer, HammerQuadrature::Work)] = work;
-                rate[layout.quadrature(contact.hammer, HammerQuadrature::Impulse)] = force;
+            let loss = R::select(acts, contact.law.dissipated_power(penetration, speed), none);
+            power.dissipated += loss;
+            match contact.books {
+                Books::Inner => {}
+                Books::Strike { hammer, casting, chisel } => {
+                    rate[layout.casting_quadrature(casting, CastingQuadrature::ContactWork)] += force * speed;
+                    let casting_speed = velocity[chisel] - speed;
+                    let work = R::select(acts, force * casting_speed, none);
+                    rate[layout.quadrature(hammer, HammerQuadrature::Work)] = work;
+                    rate[layout.quadrature(hammer, HammerQuadrature::Impulse)] = force;
+                }
+                Books::Fixture { casting, support } => {
+                    rate[layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += loss;
+                    let carried = force * velocity[support];
+                    rate[layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
+                }
             }
         }
     }
 
-    /// Accelerations of the bodies and rates of the structure from the forces on the points; tied guides take their share of the
-    /// forces on their mounts.
+    /// Accelerations of the rigid coordinates and rates of the flexible parts from the forces on the columns.
     #[inline(always)]
     fn accelerations(&mut self, y: &[R], rate: &mut [R], power: &mut Power<R>) {
         let layout = &self.layout;
@@ -408,25 +360,9 @@ impl<R: Number> Rates<R> {
         for ((acceleration, force), inverse) in acceleration.iter_mut().zip(&self.force).zip(&self.inverse_mass) {
             *acceleration = *force * *inverse;
         }
-        let force = &mut self.force[b..];
-        if let Some(tied) = &self.tied {
-            tied.share(force, &mut self.acceleration);
-        }
-        match &self.structure {
-            // `z_1' = F`, `z_{k+1}' = z_k`.
-            Structure::Condensed { .. } => {
-                let (points, states) = (force.len(), layout.structure[0]);
-                copy(force, &mut rate[..points]);
-                copy(&y[..states - points], &mut rate[points..states]);
-            }
-            // `x'' = -omega^2 x - 2 xi omega x' + Phi F` per mode.
-            Structure::Integrated { modes, free, loss } => {
-                rate[layout.structure_displacements()].copy_from_slice(&y[layout.structure_velocities()]);
-                let acceleration = &mut rate[layout.structure_velocities()];
-                acceleration.copy_from_slice(free);
-                modes.add_forces(force, acceleration);
-                power.dissipated += *loss;
-            }
+        for flexible in &mut self.flexible {
+            let force = &mut self.force[flexible.columns.clone()];
+            flexible.write(force, (y, &mut *rate), &mut power.dissipated);
         }
     }
 
@@ -452,41 +388,30 @@ impl<R: Number> Rates<R> {
     #[inline(always)]
     fn relative_acceleration(&self, row: &Row<'_, R>, t: R, y: &[R], rate: &[R]) -> R {
         let mut relative = R::splat(0.0);
-        for (point, coefficient) in row.entries() {
-            let acceleration = match point.checked_sub(self.layout.bodies) {
-                None => rate[self.layout.velocity(point)],
-                Some(node) => self.interface_acceleration(node, t, y, rate),
+        for (column, coefficient) in row.entries() {
+            let acceleration = if column < self.layout.bodies {
+                rate[self.layout.velocity(column)]
+            } else {
+                self.point_acceleration(column, t, [y, rate])
             };
             relative = coefficient.mul_add(acceleration, relative);
         }
         relative
     }
 
-    /// Acceleration of an interface point at a state whose rate is known.
+    /// Acceleration of a flexible part's point at a state whose rate is known.
     #[inline(always)]
-    fn interface_acceleration(&self, node: usize, t: R, y: &[R], rate: &[R]) -> R {
-        match &self.structure {
-            Structure::Condensed { kernel, base_s, free } => {
-                let z = &y[self.layout.structure_displacements()];
-                let [_, _, mut acceleration] = kernel.point(free, t - *base_s, z, node);
-                for (m, force) in rate[..self.acceleration.len()].iter().enumerate() {
-                    acceleration = kernel.direct(node, m).mul_add(*force, acceleration);
-                }
-                acceleration
-            }
-            Structure::Integrated { modes, .. } => {
-                long_sum(modes.shapes_at(node), &rate[self.layout.structure_velocities()])
-            }
-        }
+    fn point_acceleration(&self, column: usize, t: R, state: [&[R]; 2]) -> R {
+        let mut flexible = self.flexible.iter();
+        let found = flexible.find(|flexible| flexible.columns.contains(&column));
+        found.map_or(R::splat(0.0), |flexible| flexible.acceleration(column - flexible.columns.start, t, state))
     }
 }
 
 impl<R: Number> Contact<R> {
     fn like(contact: &crate::system::elements::Contact, model: &CoupledModel) -> Self {
-        let strikes = contact.kind == ContactKind::ChiselCasting;
         Self {
-            hammer: contact.hammer,
-            strikes: strikes.then(|| model.hammers[contact.hammer].casting),
+            books: model.books_of_contact(contact),
             law: contact.law.in_lanes(),
             offset_m: R::splat(contact.offset_m),
             closed: R::Mask::default(),

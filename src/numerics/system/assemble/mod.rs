@@ -1,0 +1,353 @@
+//! From a scene and the machine's modes at its points to a coupled model. The only part that knows scenes.
+//!
+//! - `columns`: coordinates of rigid parts, and where they are among the columns
+//! - `casting`, `hammer`, `fixture`: points and links of each
+//! - `equilibrium`: the state of rest
+//! - `scales`: error scales of the states
+
+mod casting;
+mod columns;
+mod equilibrium;
+mod fixture;
+mod hammer;
+mod scales;
+
+use std::sync::Arc;
+
+use crate::scene::{ModeTreatment, Scene};
+use crate::system::block::{Block, Condensed, Part, Rigid};
+use crate::system::elements::{Elements, ElementsBuilder};
+use crate::system::impulse_response;
+use crate::system::layout::Layout;
+use crate::system::modal::TiedMasses;
+use crate::system::model::{CoupledModel, Sums};
+use crate::system::placed::{InterfaceModes, PlacedModes};
+use crate::system::points::{PartId, Points};
+use crate::workpiece::WorkpieceError;
+use columns::Columns;
+
+/// Why a scene cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BuildError {
+    /// A casting is not held or lacks its inertia.
+    #[error(transparent)]
+    Workpiece(#[from] WorkpieceError),
+    /// A hammer strikes a casting that is not in the scene.
+    #[error("hammer `{hammer}` strikes casting number {casting}, but the scene has {castings}")]
+    NoSuchCasting {
+        /// Name of the hammer.
+        hammer: String,
+        /// Index asked for.
+        casting: usize,
+        /// Castings in the scene.
+        castings: usize,
+    },
+    /// The structure's modes do not fit the scene.
+    #[error("mode shapes for {given} {what} were given, the scene has {expected}")]
+    Shapes {
+        /// Mounts, fixtures, points or modes.
+        what: &'static str,
+        /// Number given.
+        given: usize,
+        /// Number expected.
+        expected: usize,
+    },
+    /// The masses of the tied guides make no positive definite matrix.
+    #[error("guide masses must be positive to be tied to their mounts")]
+    GuideMass,
+}
+
+/// Builds the coupled model of a scene.
+///
+/// # Errors
+/// [`BuildError`] if a casting is not held, a hammer's casting does not exist, or the mode shapes do not fit the scene.
+pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>, BuildError> {
+    build_placed(scene, &PlacedModes::from(modes.clone()))
+}
+
+/// As [`build`], on modes that other scenes share.
+///
+/// # Errors
+/// As for [`build`].
+pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledModel>, BuildError> {
+    check_shapes(scene, placed)?;
+    let columns = Columns::new(scene)?;
+    let (layout, parts) = parts(scene, &columns, placed)?;
+    let points = points(scene, &columns, placed);
+    let mut elements = ElementsBuilder::new(&points);
+    let hammers = (0..scene.hammers.len()).map(|h| hammer::add_links(&mut elements, scene, h)).collect();
+    fixture::add_links(&mut elements, scene);
+    let elements = elements.assemble(parts.iter().map(|part| part.columns.len()).sum());
+    let mut model = CoupledModel {
+        layout,
+        scales: scales::scales(&layout, &columns, &parts),
+        supports: supports(&elements, &layout),
+        sums: sums(&elements, &layout),
+        elements,
+        castings: casting::slots(scene, &columns, &layout),
+        hammers,
+        parts,
+        points,
+        ambient_pressure_pa: scene.environment.ambient_pressure_pa,
+        gas_constant_j_per_kg_k: scene.environment.gas_constant_j_per_kg_k,
+        initial: Vec::new(),
+    };
+    model.initial = equilibrium::rest(&model);
+    Ok(Arc::new(model))
+}
+
+/// The parts, the machine, the hammers, the castings, and the layout of their states: flexible parts come first among these, rigid ones
+/// among the columns.
+fn parts(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Result<(Layout, Vec<Part>), BuildError> {
+    let mut blocks = vec![(PartId::Machine, machine(scene, placed), tied_guides(scene, placed)?)];
+    let rigid = columns.masses(scene).into_iter();
+    blocks.extend(rigid.map(|(id, mass)| (id, Block::Rigid(Rigid { mass }), None)));
+    let is_rigid = |block: &Block| matches!(block, Block::Rigid(_));
+    let flexible = blocks.iter().map(|(_, block, _)| block).filter(|block| !is_rigid(block)).map(Block::states);
+    let layout = Layout {
+        flexible: flexible.fold([0; 2], |sum, states| [sum[0] + states[0], sum[1] + states[1]]),
+        bodies: columns.bodies,
+        hammers: scene.hammers.len(),
+        castings: scene.castings.len(),
+    };
+    // Where the next rigid part and the next flexible one begin: among columns, displacements, velocities.
+    let mut next_rigid = [0, layout.position(0), layout.velocity(0)];
+    let mut next_flexible = [layout.bodies, 0, layout.velocities()];
+    let part = |(id, block, tied): (PartId, Block, Option<TiedMasses>)| {
+        let next = if is_rigid(&block) { &mut next_rigid } else { &mut next_flexible };
+        let [first, second] = block.states();
+        let [columns, displacements, velocities] =
+            [(0, block.columns()), (1, first), (2, second)].map(|(of, count)| {
+                let begin = next[of];
+                next[of] += count;
+                begin..next[of]
+            });
+        Part { id, block, columns, states: [displacements, velocities], tied }
+    };
+    Ok((layout, blocks.into_iter().map(part).collect()))
+}
+
+/// The machine's modes, integrated or condensed as the scene asks for, or as costs less.
+fn machine(scene: &Scene, placed: &PlacedModes) -> Block {
+    let modes = placed.excited();
+    let condense = match scene.solver.modes {
+        ModeTreatment::Automatic => impulse_response::pays(modes),
+        ModeTreatment::Integrated => false,
+        ModeTreatment::Condensed => true,
+    };
+    // The machine is the first of the flexible parts: its integrals begin the state.
+    let constants = if condense { placed.condensed(scene.duration_s) } else { None };
+    constants.map_or_else(
+        || Block::Modal(Arc::clone(modes)),
+        |constants| Block::Condensed(Box::new(Condensed::at_rest(constants, 0))),
+    )
+}
+
+/// The guides that are tied to their mounts, which are the machine's first points.
+fn tied_guides(scene: &Scene, placed: &PlacedModes) -> Result<Option<TiedMasses>, BuildError> {
+    if !scene.ties(scene.solver.guide) || scene.hammers.is_empty() {
+        return Ok(None);
+    }
+    let mass = scene.hammers.iter().map(|unit| unit.parameters.guide.mass_kg).collect();
+    TiedMasses::new(&placed.excited().phi, mass).map(Some).ok_or(BuildError::GuideMass)
+}
+
+/// The points of all parts.
+fn points(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Points {
+    let mut points = Points::default();
+    let of_machine = (columns.bodies..).zip(placed.rows());
+    of_machine.for_each(|(column, (point, _))| points.add(point, vec![(column, 1.0)]));
+    (0..scene.hammers.len()).for_each(|h| hammer::add_points(&mut points, columns, h));
+    (0..scene.castings.len()).for_each(|c| casting::add_points(&mut points, columns, (scene, c)));
+    points
+}
+
+fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
+    let expect = |what, given, expected| {
+        if given == expected { Ok(()) } else { Err(BuildError::Shapes { what, given, expected }) }
+    };
+    let count = modes.omega_rad_s.len();
+    expect("damping ratios", modes.damping_ratio.len(), count)?;
+    expect("mounts", modes.mounts.len(), scene.hammers.len())?;
+    expect("castings", modes.fixtures.len(), scene.castings.len())?;
+    for (rows, casting) in modes.fixtures.iter().zip(&scene.castings) {
+        expect("fixtures", rows.len(), casting.fixtures.len())?;
+    }
+    expect("points", modes.points.len(), scene.outputs.points.len())?;
+    for (_, row) in modes.rows() {
+        expect("modes", row.len(), count)?;
+    }
+    for unit in &scene.hammers {
+        if unit.casting >= scene.castings.len() {
+            return Err(BuildError::NoSuchCasting {
+                hammer: unit.name.clone(),
+                casting: unit.casting,
+                castings: scene.castings.len(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Components of the state that each contact's penetration and rate depend on.
+fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
+    let support = |contact: usize| {
+        let mut components = Vec::new();
+        for (column, _) in elements.row(elements.contact_row(contact)) {
+            if column < layout.bodies {
+                components.extend([layout.position(column), layout.velocity(column)]);
+            } else {
+                components.extend(layout.flexible_displacements());
+                components.extend(layout.flexible_velocities());
+            }
+        }
+        components
+    };
+    (0..elements.contacts().len()).map(support).collect()
+}
+
+/// Penetration and rate of each contact of bodies alone as sums of components.
+fn sums(elements: &Elements, layout: &Layout) -> Vec<Option<Sums>> {
+    let sums = |contact: usize| {
+        let row = || elements.row(elements.contact_row(contact));
+        let bodies = row().all(|(column, _)| column < layout.bodies);
+        bodies.then(|| {
+            [
+                row().map(|(column, c)| (layout.position(column), c)).collect(),
+                row().map(|(column, c)| (layout.velocity(column), c)).collect(),
+            ]
+        })
+    };
+    (0..elements.contacts().len()).map(sums).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hammer::body;
+    use crate::scene::{Environment, Guide, HammerUnit, Mount, OutputSettings, SolverSettings};
+    use crate::system::points::{FixtureId, PointId};
+    use crate::workpiece::{Casting, Fixture};
+
+    /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
+    fn scene() -> (Scene, InterfaceModes) {
+        let fixture = |at_m| Fixture { name: "f".into(), point: "T".into(), at_m, ..Fixture::default() };
+        let casting = Casting {
+            name: "part".into(),
+            mass_kg: 2.0,
+            inertia_kg_m2: Some([0.01, 0.02]),
+            measuring_point_m: Some([0.05, -0.02]),
+            fixtures: [[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]].map(fixture).to_vec(),
+            ..Casting::default()
+        };
+        let unit = HammerUnit {
+            name: "left".into(),
+            supply_pressure_pa: 6e5,
+            mount: Mount { points: vec![("R".into(), 1.0)] },
+            strike_point_m: [0.03, 0.07],
+            ..HammerUnit::default()
+        };
+        let solver = SolverSettings {
+            guide: Guide::Spring,
+            modes: ModeTreatment::Integrated,
+            max_steps: 10,
+            max_wall_time_s: 1.0,
+            ..SolverSettings::default()
+        };
+        let scene = Scene {
+            machine: None,
+            environment: Environment::default(),
+            hammers: vec![unit],
+            castings: vec![casting],
+            duration_s: 0.1,
+            solver,
+            outputs: OutputSettings::default(),
+        };
+        let modes = InterfaceModes {
+            omega_rad_s: vec![100.0, 200.0, 300.0],
+            damping_ratio: vec![0.02; 3],
+            mounts: vec![vec![0.1, 0.2, 0.0]],
+            fixtures: vec![vec![vec![0.3, -0.1, 1e-13]; 4]],
+            points: Vec::new(),
+        };
+        (scene, modes)
+    }
+
+    /// A casting's point moves by `z + y tx - x ty`: at the strike point, the fixtures and the measuring point.
+    #[test]
+    fn points_of_a_casting_that_rotates() {
+        let (scene, modes) = scene();
+        let model = build(&scene, &modes).unwrap();
+        assert_eq!(model.layout().bodies, body::COUNT + 3);
+        let heave = model.castings()[0].heave;
+        let strike: Vec<_> = model.elements().row(model.elements().contact_row(model.hammers()[0].strike)).collect();
+        let chisel = model.hammers()[0].points[body::CHISEL];
+        assert_eq!(strike, [(chisel, 1.0), (heave, -1.0), (heave + 1, -0.07), (heave + 2, 0.03)]);
+        let points = &model.castings()[0].points;
+        let names: Vec<&str> = points.iter().map(|point| point.name.as_str()).collect();
+        assert_eq!(names, ["hammer.left", "fixture.f", "fixture.f", "fixture.f", "fixture.f", "measuring_point"]);
+        assert_eq!(points[0].row, [(heave, 1.0), (heave + 1, 0.07), (heave + 2, -0.03)]);
+        assert_eq!(points[5].row, [(heave, 1.0), (heave + 1, -0.02), (heave + 2, -0.05)]);
+        // Row 0 is the guide's spring; the first fixture follows.
+        let fixture: Vec<_> = model.elements().row(1).collect();
+        let node = model.layout().bodies + 1;
+        assert_eq!(fixture, [(heave, 1.0), (heave + 1, -0.1), (heave + 2, 0.1), (node, -1.0)]);
+        assert_eq!(model.masses().skip(heave).copied().collect::<Vec<f64>>(), [2.0, 0.01, 0.02]);
+        // What links join is known by what it is.
+        let held = FixtureId { casting: 0, fixture: 0 };
+        assert_eq!(model.points().row(PointId::Support(held)), [(node, 1.0)]);
+        assert_eq!(model.points().row(PointId::Mount { hammer: 0 }), [(model.hammers()[0].mount, 1.0)]);
+        assert_eq!(model.points().row(PointId::Measured { casting: 0 }), points[5].row);
+        assert_eq!(model.points().row(PointId::Watched(0)), []);
+    }
+
+    /// Scenes at one place share what follows from its modes alone, and their models are those of scenes that share nothing.
+    #[test]
+    fn what_follows_from_the_modes_is_found_once() {
+        let (scene, modes) = scene();
+        let condensed = |standoff_m: f64| {
+            let mut scene = scene.clone();
+            scene.solver.modes = ModeTreatment::Condensed;
+            scene.hammers[0].standoff_m = standoff_m;
+            scene
+        };
+        let placed = PlacedModes::from(modes.clone());
+        let [first, second] = [0.06, 0.08].map(|standoff_m| build_placed(&condensed(standoff_m), &placed).unwrap());
+        let [one, other] = [&first, &second].map(|model| &model.parts[0].block.condensed().unwrap().constants);
+        assert!(Arc::ptr_eq(&one.condensation, &other.condensation) && Arc::ptr_eq(&one.modes, &other.modes));
+        let alone = build(&condensed(0.08), &modes).unwrap();
+        let own = &alone.parts[0].block.condensed().unwrap().constants;
+        assert!(!Arc::ptr_eq(&other.condensation, &own.condensation));
+        assert_eq!(format!("{second:?}"), format!("{alone:?}"));
+        // A scene that integrates them takes no condensation.
+        assert!(build_placed(&scene, &placed).unwrap().parts[0].block.condensed().is_none());
+    }
+
+    /// Modes that move no point of the scene are left out.
+    #[test]
+    fn modes_that_are_not_excited() {
+        let (scene, modes) = scene();
+        let model = build(&scene, &modes).unwrap();
+        assert_eq!(model.modes(), 2);
+        assert_eq!(model.parts[0].block.modes().unwrap().omega_squared.as_slice(), [1e4, 4e4]);
+        assert!(model.scales.iter().all(|scale| scale.is_finite() && *scale > 0.0));
+    }
+
+    /// What does not fit is an error that says what.
+    #[test]
+    fn scenes_that_cannot_be_built() {
+        let (scene, modes) = scene();
+        let fails = |change: &dyn Fn(&mut Scene, &mut InterfaceModes)| {
+            let (mut scene, mut modes) = (scene.clone(), modes.clone());
+            change(&mut scene, &mut modes);
+            build(&scene, &modes).map(|_| ()).unwrap_err().to_string()
+        };
+        assert!(fails(&|scene, _| scene.hammers[0].casting = 3).contains("casting number 3, but the scene has 1"));
+        assert!(fails(&|_, modes| modes.mounts.clear()).contains("0 mounts"));
+        assert!(fails(&|_, modes| modes.fixtures[0].truncate(2)).contains("2 fixtures"));
+        assert!(fails(&|_, modes| modes.fixtures.clear()).contains("0 castings"));
+        assert!(fails(&|_, modes| modes.damping_ratio.push(0.0)).contains("4 damping ratios"));
+        assert!(fails(&|_, modes| modes.mounts[0].truncate(1)).contains("1 modes"));
+        assert!(fails(&|scene, _| scene.castings[0].inertia_kg_m2 = None).contains("inertia"));
+    }
+}

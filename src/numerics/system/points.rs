@@ -1,0 +1,90 @@
+//! Points of the parts of a scene, by what they are and whose: what links join, and what is only watched.
+
+use std::collections::BTreeMap;
+
+/// A part of a scene: what has coordinates, and points that follow from them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PartId {
+    /// The machine.
+    Machine,
+    /// The bodies of a hammer.
+    Hammer(usize),
+    /// A casting.
+    Casting(usize),
+}
+
+/// A fixture: its casting, and its place among that casting's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FixtureId {
+    /// The casting that it holds.
+    pub casting: usize,
+    /// Its place among that casting's fixtures.
+    pub fixture: usize,
+}
+
+/// A point of a part, along the strike axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PointId {
+    /// A body of a hammer; a guide that is tied is the mount itself.
+    Body {
+        /// The hammer.
+        hammer: usize,
+        /// The body, see [`crate::hammer::body`].
+        body: usize,
+    },
+    /// The point of the machine that carries a hammer.
+    Mount {
+        /// The hammer.
+        hammer: usize,
+    },
+    /// The point of a casting that a hammer strikes.
+    Strike {
+        /// The hammer.
+        hammer: usize,
+    },
+    /// The point of the machine that carries a fixture.
+    Support(FixtureId),
+    /// The point of a casting that a fixture holds.
+    Held(FixtureId),
+    /// The measuring point of a casting.
+    Measured {
+        /// The casting.
+        casting: usize,
+    },
+    /// A point of the machine that is only to be seen, by its place among those.
+    Watched(usize),
+}
+
+/// Who an element belongs to, and so whose books its work and loss go to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// A hammer.
+    Hammer(usize),
+    /// A fixture of a casting.
+    Fixture(FixtureId),
+}
+
+/// Motion of a point as a sum over columns of the elements' rows, each with its coefficient.
+pub type Row = Vec<(usize, f64)>;
+
+/// All points of a scene's parts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Points(BTreeMap<PointId, Row>);
+
+impl Points {
+    /// Adds a point.
+    pub(super) fn add(&mut self, point: PointId, row: Row) {
+        self.0.insert(point, row);
+    }
+
+    /// The row of a point; empty for one that the scene does not have.
+    pub fn row(&self, point: PointId) -> &[(usize, f64)] {
+        self.0.get(&point).map_or(&[], Vec::as_slice)
+    }
+
+    /// The row of the distance of two points, that of the second taken from that of the first.
+    pub(super) fn between(&self, [plus, minus]: [PointId; 2]) -> Row {
+        let negative = self.row(minus).iter().map(|(column, coefficient)| (*column, -coefficient));
+        self.row(plus).iter().copied().chain(negative).collect()
+    }
+}
