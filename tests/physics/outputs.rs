@@ -564,6 +564,25 @@ fn signals_of_points_are_those_of_the_structure() {
     assert_relative("first impact", seen, unseen, 1e-5);
 }
 
+/// Points that are only to be seen cost no state, however many there are, and modes stay condensed. Other outputs change by less than the
+/// tolerances of the preset.
+#[test]
+fn points_to_be_seen_cost_no_state() {
+    let names = ["R1", "R2", "R3", "R4", "R6", "R7", "R8", "R9"];
+    let run = |points: &[&str]| {
+        let points = format!("outputs.points={points:?}");
+        let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.1", &points]).unwrap();
+        let outcome = run_row(&scene, &modes);
+        (outcome.states, outcome.metrics.unwrap().hammers[0].first_impact_energy_j.unwrap())
+    };
+    let (states, energy_j) = run(&[]);
+    for count in [1, 4, 8] {
+        let (seen, seen_energy_j) = run(&names[..count]);
+        assert_eq!(seen, states, "{count} points");
+        assert_relative("first impact", seen_energy_j, energy_j, 1e-4);
+    }
+}
+
 /// A sampled function between its samples, by the cubic through four of them.
 fn at(values: &[f64], place: f64) -> f64 {
     let first = (place as usize).saturating_sub(1);

@@ -1,4 +1,4 @@
-//! The road that rows take to the modes of a machine: at some points of it, along some directions.
+//! Modes of a machine as rows ask for them: at some points, along some directions.
 
 use std::f64::consts::TAU;
 

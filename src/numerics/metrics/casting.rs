@@ -50,7 +50,7 @@ impl PointPeak {
 /// What is remembered of one casting.
 pub(super) struct CastingTrack {
     heave: PointPeak,
-    /// Its points, each with its name; those of a casting that only heaves move as the heave does and are not followed.
+    /// Points with their names. A casting that only heaves moves all its points alike: they are not followed.
     points: Vec<(PointId, String, PointPeak)>,
     rotates: bool,
     /// Components of its own velocities, heave first, and how far each reaches within a step.

@@ -295,8 +295,7 @@ impl FixtureSignals {
 }
 
 impl PointSignals {
-    fn at(state: &State<'_>, point: PointId) -> Self {
-        let (displacement_m, velocity_m_s) = state.system.motion(point, state.time_s, state.y);
+    fn of([displacement_m, velocity_m_s]: [f64; 2]) -> Self {
         Self { displacement_m, velocity_m_s }
     }
 }
@@ -308,7 +307,8 @@ enum Part {
     Hammer(usize),
     Casting(usize),
     Fixture(FixtureId),
-    Point(PointId),
+    /// By its place among those.
+    Point(usize),
     Energy,
 }
 
@@ -322,7 +322,7 @@ impl Part {
         parts.extend((0..scene.hammers.len()).map(Self::Hammer));
         parts.extend((0..scene.castings.len()).map(Self::Casting));
         parts.extend(fixtures);
-        parts.extend((0..scene.outputs.points.len()).map(|point| Self::Point(PointId::Watched(point))));
+        parts.extend((0..scene.outputs.points.len()).map(Self::Point));
         parts.push(Self::Energy);
         parts
     }
@@ -363,6 +363,8 @@ pub struct SignalRecorder {
     signals: Vec<Signal>,
     reads: Vec<Read>,
     scratch: Vec<f64>,
+    /// Displacement and velocity of each point that is only to be seen at the instant; empty where none is read.
+    watched: Vec<[f64; 2]>,
     /// Whether signals of the energy balance are read.
     energy: bool,
     /// Energy stored at rest in J, once a step has been seen.
@@ -390,6 +392,7 @@ impl SignalRecorder {
             begin += part.count();
         }
         let energy = reads.iter().any(|read| matches!(read.part, Part::Energy));
+        let watches = reads.iter().any(|read| matches!(read.part, Part::Point(_)));
         Self {
             interval_s,
             duration_s: scene.duration_s,
@@ -397,6 +400,7 @@ impl SignalRecorder {
             signals,
             reads,
             scratch: vec![0.0; model.layout().dimension()],
+            watched: vec![[0.0; 2]; if watches { scene.outputs.points.len() } else { 0 }],
             energy,
             rest_energy_j: None,
         }
@@ -458,6 +462,9 @@ impl SignalRecorder {
     /// Appends the values of the signals that are kept at a state.
     fn append(&mut self, state: &State<'_>) {
         let energies = self.energy.then(|| self.energies(state));
+        if !self.watched.is_empty() {
+            state.system.watched(state.time_s, state.y, &mut self.watched);
+        }
         for read in &self.reads {
             let to = &mut self.signals[read.begin..];
             match read.part {
@@ -474,7 +481,9 @@ impl SignalRecorder {
                     let of = FixtureSignals::at(state, fixture);
                     read.push(to, FixtureSignals::QUANTITIES, &of);
                 }
-                Part::Point(point) => read.push(to, PointSignals::QUANTITIES, &PointSignals::at(state, point)),
+                Part::Point(point) => {
+                    read.push(to, PointSignals::QUANTITIES, &PointSignals::of(self.watched[point]));
+                }
                 Part::Energy => energies.iter().for_each(|of| read.push(to, EnergySignals::QUANTITIES, of)),
             }
         }

@@ -38,7 +38,7 @@ impl Numbers for Damping {
     }
 }
 
-/// What [`ReducedStructure::modes_at`] keeps.
+/// Settings of [`ReducedStructure::modes_at`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModalOptions {
     /// Modes below this frequency are kept, in Hz.

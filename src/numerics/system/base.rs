@@ -135,6 +135,11 @@ impl Base {
         in_widest(Energy(Moment { base: self, condensation, t, z }))
     }
 
+    /// Shows displacement and velocity of each mode at a time after the base by its number.
+    pub fn each_mode(&self, condensation: &Condensation, since: Since<'_>, see: &mut dyn FnMut(usize, [f64; 2])) {
+        in_widest(EachMode { base: self, condensation, since, see });
+    }
+
     /// Power that the modes dissipate at `t`, `sum 2 xi omega x'^2`, in W: from their velocities and damping alone, whatever
     /// work is done on them.
     pub fn dissipation_w(&self, condensation: &Condensation, t: f64, z: &[f64]) -> f64 {
@@ -376,6 +381,41 @@ impl Dissipation<'_> {
     #[inline(always)]
     fn total<W: Number, const P: usize>(&self) -> f64 {
         self.0.total::<W, P, Self>()
+    }
+}
+
+/// Each mode to be shown.
+struct EachMode<'e, 's> {
+    base: &'e Base,
+    condensation: &'e Condensation,
+    since: Since<'e>,
+    see: &'s mut dyn FnMut(usize, [f64; 2]),
+}
+
+impl OverArrays for EachMode<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn compute<W: Number, Q: Number>(self) {
+        let Self { base, condensation, since: Since { tau, z }, see } = self;
+        let (terms, mut room) = (scaled_powers(tau), Integrals::NONE);
+        for (group, octave) in condensation.groups.iter().zip(&base.octaves) {
+            let own_terms = scaled_powers(octave.age_s(tau));
+            let z = octave.integrals::<W, 0>(&terms, z, &mut room);
+            let mover = Mover { base, condensation, terms: &own_terms, z };
+            for block in group.blocks.clone() {
+                let [mut displacements, mut velocities] = [[0.0; WIDTH]; 2];
+                for first in (0..WIDTH).step_by(2 * W::LANES) {
+                    let [displacement, velocity] = mover.moved::<W, 0>((block, first));
+                    put_pair(displacement, &mut displacements, first);
+                    put_pair(velocity, &mut velocities, first);
+                }
+                let numbers = &condensation.numbers[block * WIDTH..condensation.numbers.len().min((block + 1) * WIDTH)];
+                for (number, (x, v)) in numbers.iter().zip(displacements.iter().zip(&velocities)) {
+                    see(*number, [*x, *v]);
+                }
+            }
+        }
     }
 }
 

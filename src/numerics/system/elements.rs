@@ -9,7 +9,7 @@ use sprs::{CsMat, TriMat};
 use crate::contact::ContactLaw;
 use crate::system::points::{FixtureId, Owner, PointId, Points, Row};
 
-/// Which contact of its owner a row is.
+/// Kind of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactKind {
     /// Telescope against its top stop.
@@ -39,16 +39,16 @@ pub struct Spring {
     pub stiffness_n_per_m: f64,
     /// Damping in N s/m.
     pub damping_n_s_per_m: f64,
-    /// Who it belongs to.
+    /// Owner.
     pub owner: Owner,
 }
 
 /// A one-sided contact; its row follows those of the springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Who it belongs to.
+    /// Owner.
     pub owner: Owner,
-    /// Which of the owner's contacts.
+    /// Kind.
     pub kind: ContactKind,
     /// Law.
     pub law: ContactLaw,
@@ -64,7 +64,7 @@ pub struct Elements {
     contacts: Vec<Contact>,
 }
 
-/// An element: a spring or a contact by its place among these.
+/// Element: index of a spring or of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ElementId {
     /// A spring.
@@ -144,7 +144,7 @@ impl Elements {
         self.all().filter(move |(_, owner)| holds(*owner)).map(|(element, _)| element)
     }
 
-    /// All elements with their owners, springs first.
+    /// Iterates over all elements and their owners, springs first.
     fn all(&self) -> impl Iterator<Item = (ElementId, Owner)> {
         let springs = self.springs.iter().enumerate().map(|(at, spring)| (ElementId::Spring(at), spring.owner));
         let contacts = self.contacts.iter().enumerate().map(|(at, contact)| (ElementId::Contact(at), contact.owner));

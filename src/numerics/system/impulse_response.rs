@@ -132,6 +132,8 @@ pub(super) struct Condensation {
     pub series: Vec<Series>,
     /// Their `omega^2`.
     pub stiffness: Vec<f64>,
+    /// Their numbers among the modes given.
+    pub numbers: Vec<usize>,
     kernel: Kernel<f64>,
 }
 
@@ -179,6 +181,7 @@ impl Condensation {
             shapes_by_mode: Vec::new(),
             series: Vec::new(),
             stiffness: Vec::new(),
+            numbers: Vec::new(),
             kernel: Kernel { points, entries: vec![0.0; ORDER * points * points] },
         };
         let rate: Vec<f64> = rates(modes).collect();
@@ -228,6 +231,7 @@ impl Condensation {
                 series[2..2 + GAMMAS].copy_from_slice(&member.gamma);
                 self.series.push(series);
                 self.stiffness.push(modes.omega_squared[member.mode]);
+                self.numbers.push(member.mode);
                 self.shapes_by_mode.extend((0..points).map(|point| modes.phi[(member.mode, point)]));
             }
         }

@@ -15,8 +15,8 @@ use crate::system::moments::Moments;
 use crate::system::points::PartId;
 use crate::system::rates::Rates;
 
-/// What rows side by side have in common: the layout of the state, the kinds of blocks, which columns each element joins, whose books it
-/// is in, and the kinds of laws. Numbers are each row's own.
+/// Properties that rows must share to run side by side: the layout of the state, the kinds of blocks, the columns and books of each
+/// element, and the kinds of laws. Numbers are each row's own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     layout: Layout,
@@ -27,7 +27,7 @@ pub struct Shape {
     laws: Vec<Discriminant<ContactLaw>>,
 }
 
-/// What parts of rows side by side have in common. Condensed modes are no states: rows may differ in their number.
+/// Properties of a part that rows must share. Condensed modes are no states: rows may differ in their number.
 #[derive(Debug, Clone, PartialEq)]
 struct PartShape {
     id: PartId,
@@ -71,7 +71,7 @@ impl Shape {
 pub struct CoupledLanes<R: Number> {
     rows: Vec<Coupled>,
     rates: Rates<R>,
-    /// Of each part that is condensed, with its place among the parts.
+    /// Integrals of each condensed part, with the index of the part.
     moments: Vec<(usize, Moments<R>)>,
 }
 

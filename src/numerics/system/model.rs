@@ -48,27 +48,27 @@ pub struct CastingSlot {
 /// A point of a casting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CastingPoint {
-    /// Which it is.
+    /// Id.
     pub id: PointId,
     /// `hammer.NAME` for a strike point, `fixture.NAME`, or `measuring_point`.
     pub name: String,
-    /// Its motion over the casting's coordinates.
+    /// Row over the casting's coordinates.
     pub row: Row,
 }
 
-/// Whose books an element's work and loss go to, and what they are taken from.
+/// Books that record an element's work and loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Books {
-    /// Nobody's own: within a hammer.
+    /// No books of their own: an element within a hammer.
     Inner,
-    /// Those of a hammer and of the casting that it strikes.
+    /// Books of a hammer and of the casting that it strikes.
     Strike {
         hammer: usize,
         casting: usize,
         /// Column of the hammer's chisel.
         chisel: usize,
     },
-    /// Those of a casting: one of its fixtures.
+    /// Books of the casting that a fixture holds.
     Fixture {
         casting: usize,
         /// Column of the machine's point that carries the fixture.
@@ -83,9 +83,9 @@ pub(super) type Sums = [Vec<(usize, f64)>; 2];
 #[derive(Debug, Clone)]
 pub struct CoupledModel {
     pub(super) layout: Layout,
-    /// Its parts, flexible ones first.
+    /// Parts: machine, hammers, castings.
     pub(super) parts: Vec<Part>,
-    /// Their points.
+    /// Points of the parts.
     pub(super) points: Points,
     pub(super) elements: Elements,
     pub(super) hammers: Vec<HammerSlot>,
@@ -138,12 +138,12 @@ impl CoupledModel {
         rigid.flat_map(|rigid| &rigid.mass)
     }
 
-    /// Where a spring's work and loss go.
+    /// Books of a spring.
     pub(super) fn books_of_spring(&self, spring: &Spring) -> Books {
         self.books(spring.owner, None)
     }
 
-    /// Where a contact's work and loss go.
+    /// Books of a contact.
     pub(super) fn books_of_contact(&self, contact: &Contact) -> Books {
         self.books(contact.owner, Some(contact.kind))
     }

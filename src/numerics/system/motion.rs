@@ -12,6 +12,20 @@ impl Coupled {
         self.sum(self.model.points.row(point).iter().copied(), t, y)
     }
 
+    /// Displacement and velocity of each of the machine's points that are only to be seen, in their order.
+    pub fn watched(&self, t: f64, y: &[f64], out: &mut [[f64; 2]]) {
+        out.fill([0.0; 2]);
+        for (part, block) in self.model.parts.iter().zip(&self.blocks) {
+            let Some(shapes) = &part.watched else { continue };
+            block.each_mode(part.states_of(t, y), |mode, [x, v]| {
+                for ([displacement, velocity], shape) in out.iter_mut().zip(shapes.row(mode).iter()) {
+                    *displacement += shape * x;
+                    *velocity += shape * v;
+                }
+            });
+        }
+    }
+
     /// Displacement and velocity of a column of the elements' rows.
     fn column_motion(&self, column: usize, t: f64, y: &[f64]) -> [f64; 2] {
         let layout = &self.model.layout;

@@ -11,7 +11,7 @@ use crate::system::impulse_response::Condensation;
 use crate::system::modal::Modes;
 use crate::system::points::{FixtureId, PointId};
 
-/// Modes whose shape at every interface point is below this share of the largest are not excited by the scene and move
+/// Modes whose shape at every driven point is below this share of the largest are not excited by the scene and move
 /// none of its points: leaving them out changes nothing beyond rounding.
 const EXCITED_SHARE: f64 = 1e-9;
 
@@ -31,7 +31,7 @@ pub struct InterfaceModes {
 }
 
 impl InterfaceModes {
-    /// The machine's points with their shapes, in the order of the machine's columns: mounts come first, as guides may be tied to them.
+    /// The machine's driven points with their shapes, in the order of the machine's columns: mounts come first, as guides may be tied to them.
     pub(super) fn rows(&self) -> impl Iterator<Item = (PointId, &Vec<f64>)> {
         let mounts = self.mounts.iter().enumerate().map(|(hammer, row)| (PointId::Mount { hammer }, row));
         let of_casting = |(casting, rows): (usize, &'_ Vec<Vec<f64>>)| {
@@ -39,31 +39,41 @@ impl InterfaceModes {
             (0..rows.len()).map(support).collect::<Vec<PointId>>()
         };
         let supports = self.fixtures.iter().enumerate().flat_map(of_casting).zip(self.fixtures.iter().flatten());
-        let watched = self.points.iter().enumerate().map(|(point, row)| (PointId::Watched(point), row));
-        mounts.chain(supports).chain(watched)
+        mounts.chain(supports)
     }
 
-    /// The modes that the scene excites.
-    fn excited(&self) -> Modes {
+    /// The modes that the scene excites: what no driven point moves stays at rest, however much of it is to be seen.
+    fn excited(&self) -> Excited {
         let rows: Vec<&Vec<f64>> = self.rows().map(|(_, row)| row).collect();
         let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
         let count = self.omega_rad_s.len();
         let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
         let kept: Vec<usize> = (0..count).filter(|&k| share(k) > threshold).collect();
         let omega = |k: &usize| self.omega_rad_s[*k];
-        Modes {
+        let shapes = |rows: &[&Vec<f64>]| DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]);
+        let modes = Modes {
             omega_squared: DVector::from_iterator(kept.len(), kept.iter().map(|k| omega(k).powi(2))),
             damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * self.damping_ratio[*k] * omega(k))),
-            phi: DMatrix::from_fn(kept.len(), rows.len(), |s, n| rows[n][kept[s]]),
-        }
+            phi: shapes(&rows),
+        };
+        Excited { modes: Arc::new(modes), watched: Arc::new(shapes(&self.points.iter().collect::<Vec<_>>())) }
     }
+}
+
+/// Modes that a scene excites.
+#[derive(Debug, Clone)]
+pub(super) struct Excited {
+    /// With their shapes at driven points.
+    pub modes: Arc<Modes>,
+    /// Their shapes at points that are only to be seen: modes x points.
+    pub watched: Arc<DMatrix<f64>>,
 }
 
 /// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
 #[derive(Debug)]
 pub struct PlacedModes {
     interface: InterfaceModes,
-    excited: OnceLock<Arc<Modes>>,
+    excited: OnceLock<Excited>,
     condensed: OnceLock<Option<CondensedConstants>>,
 }
 
@@ -83,18 +93,18 @@ impl Deref for PlacedModes {
 
 impl PlacedModes {
     /// The modes that scenes here excite. The shapes must all have the number of modes.
-    pub(super) fn excited(&self) -> &Arc<Modes> {
-        self.excited.get_or_init(|| Arc::new(self.interface.excited()))
+    pub(super) fn excited(&self) -> &Excited {
+        self.excited.get_or_init(|| self.interface.excited())
     }
 
     /// These condensed, see [`Condensation::new`], for runs of `duration_s`: usually that of the first run.
     pub(super) fn condensed(&self, duration_s: f64) -> Option<CondensedConstants> {
         let new = |condensation: Arc<Condensation>, interval_s: f64| -> Option<CondensedConstants> {
             let damping = Arc::new(Damping::new(&condensation, interval_s)?);
-            Some(CondensedConstants { modes: Arc::clone(self.excited()), condensation, damping })
+            Some(CondensedConstants { modes: Arc::clone(&self.excited().modes), condensation, damping })
         };
         let first = || {
-            let condensation = Arc::new(Condensation::new(self.excited())?);
+            let condensation = Arc::new(Condensation::new(&self.excited().modes)?);
             let interval_s = interval_s(&condensation, duration_s);
             new(condensation, interval_s)
         };

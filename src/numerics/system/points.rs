@@ -1,4 +1,5 @@
-//! Points of the parts of a scene, by what they are and whose: what links join, and what is only watched.
+//! Points of the parts of a scene that links join, by what they are and whose. What is only to be seen is no point of these: it costs no
+//! state.
 
 use std::collections::BTreeMap;
 
@@ -18,11 +19,11 @@ pub enum PartId {
 pub struct FixtureId {
     /// The casting that it holds.
     pub casting: usize,
-    /// Its place among that casting's fixtures.
+    /// Index among the fixtures of that casting.
     pub fixture: usize,
 }
 
-/// A point of a part, along the strike axis.
+/// A point of a part that links join, along the strike axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PointId {
     /// A body of a hammer; a guide that is tied is the mount itself.
@@ -51,11 +52,9 @@ pub enum PointId {
         /// The casting.
         casting: usize,
     },
-    /// A point of the machine that is only to be seen, by its place among those.
-    Watched(usize),
 }
 
-/// Who an element belongs to, and so whose books its work and loss go to.
+/// Owner of an element. Its books record the element's work and loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Owner {
     /// A hammer.
@@ -67,7 +66,7 @@ pub enum Owner {
 /// Motion of a point as a sum over columns of the elements' rows, each with its coefficient.
 pub type Row = Vec<(usize, f64)>;
 
-/// All points of a scene's parts.
+/// Points of a scene's parts.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Points(BTreeMap<PointId, Row>);
 

@@ -1,4 +1,4 @@
-//! Points of a casting: those that are struck, those that are held, the measuring point.
+//! Points of a casting: strike points, held points, the measuring point.
 
 use super::columns::Columns;
 use crate::scene::Scene;
@@ -9,10 +9,10 @@ use crate::system::points::{FixtureId, PointId, Points};
 /// Name of a casting's measuring point among its points.
 const MEASURING_POINT: &str = "measuring_point";
 
-/// A point of a casting: which it is, its name, where it is from the centre of mass.
+/// Point of a casting: id, name, position relative to the centre of mass.
 type Place = (PointId, String, [f64; 2]);
 
-/// All points of a casting: first those that are struck, last the measuring point if one is chosen.
+/// Lists the points of a casting: strike points, held points, then the measuring point if the study sets one.
 fn places(scene: &Scene, c: usize) -> Vec<Place> {
     let casting = &scene.castings[c];
     let strikes = scene.hammers.iter().enumerate().filter(|(_, unit)| unit.casting == c);
@@ -32,7 +32,7 @@ pub(super) fn add_points(points: &mut Points, columns: &Columns, (scene, c): (&S
     places(scene, c).into_iter().for_each(|(id, _, at_m)| points.add(id, columns.castings[c].point(at_m)));
 }
 
-/// The castings within the coupled system.
+/// Returns the castings of the coupled system.
 pub(super) fn slots(scene: &Scene, columns: &Columns, layout: &Layout) -> Vec<CastingSlot> {
     let slot = |c: usize| {
         let own = &columns.castings[c];

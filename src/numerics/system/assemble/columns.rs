@@ -7,13 +7,13 @@ use crate::scene::Scene;
 use crate::system::points::{PartId, Row};
 use crate::workpiece::WorkpieceError;
 
-/// Where the coordinates of the rigid parts are.
+/// Columns of the rigid parts' coordinates.
 pub(super) struct Columns {
-    /// How many they are.
+    /// Number of columns.
     pub bodies: usize,
-    /// The first of each hammer's.
+    /// First column of each hammer.
     hammers: Vec<usize>,
-    /// Whether guides are tied to their mounts, and so have none.
+    /// Whether guides are tied to their mounts. A tied guide has no column.
     pub tied: bool,
     pub castings: Vec<CastingColumns>,
 }
@@ -27,12 +27,12 @@ pub(super) struct CastingColumns {
 }
 
 impl CastingColumns {
-    /// All of them.
+    /// Range of all its columns.
     pub fn all(&self) -> Range<usize> {
         self.heave..self.heave + 1 + self.rotations.iter().flatten().count()
     }
 
-    /// The motion of a point (x, y from the centre): `z + y tx - x ty`.
+    /// Row of a point at (x, y) from the centre: `z + y tx - x ty`.
     pub fn point(&self, at_m: [f64; 2]) -> Row {
         let levers = [at_m[1], -at_m[0]];
         let rotations = self.rotations.iter().zip(levers).filter_map(|(column, lever)| Some(((*column)?, lever)));
@@ -41,7 +41,7 @@ impl CastingColumns {
 }
 
 impl Columns {
-    /// Those of a scene.
+    /// Numbers the coordinates of a scene.
     ///
     /// # Errors
     /// A casting that is not held, or rotates and lacks its inertia.
@@ -66,7 +66,7 @@ impl Columns {
         Ok(Self { bodies, hammers, tied, castings })
     }
 
-    /// Column of a hammer's body; `None` for a guide that is tied.
+    /// Column of a hammer's body; `None` for a tied guide.
     pub fn body(&self, hammer: usize, body: usize) -> Option<usize> {
         let within = if self.tied { body.checked_sub(1)? } else { body };
         Some(self.hammers[hammer] + within)

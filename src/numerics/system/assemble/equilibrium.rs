@@ -1,11 +1,11 @@
 //! The static equilibrium from which a run starts.
 //!
-//! Coordinates of the machine and of castings are counted from it: they are 0, and so are the forces of springs between them beyond those
-//! that carry the weight. Hammers stand at the rest that each has by itself, their weight on their mounts, their chisels off the castings.
+//! Coordinates of the machine and the castings are measured from it: they start at 0. A fixture's force is measured from its share of the
+//! weight and also starts at 0. Each hammer starts at its own state of rest: it hangs on its mount, its chisel off the casting.
 
 use crate::system::model::CoupledModel;
 
-/// The state of rest.
+/// Returns the state at rest.
 pub(super) fn rest(model: &CoupledModel) -> Vec<f64> {
     let layout = &model.layout;
     let mut y = vec![0.0; layout.dimension()];

@@ -8,7 +8,7 @@ use crate::system::elements::{Contact, ContactKind, ElementsBuilder, Spring};
 use crate::system::model::HammerSlot;
 use crate::system::points::{Owner, PointId, Points};
 
-/// Adds the points of a hammer's bodies; its mount is known.
+/// Adds the points of a hammer's bodies. The mount must be there already.
 pub(super) fn add_points(points: &mut Points, columns: &Columns, hammer: usize) {
     for body in 0..body::COUNT {
         let row = match columns.body(hammer, body) {

@@ -96,8 +96,8 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     Ok(Arc::new(model))
 }
 
-/// The parts, the machine, the hammers, the castings, and the layout of their states: flexible parts come first among these, rigid ones
-/// among the columns.
+/// Returns the parts (machine, hammers, castings) and the layout of the state. Flexible parts come first in the state, rigid parts
+/// come first in the columns.
 fn parts(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Result<(Layout, Vec<Part>), BuildError> {
     let mut blocks = vec![(PartId::Machine, machine(scene, placed), tied_guides(scene, placed)?)];
     let rigid = columns.masses(scene).into_iter();
@@ -122,14 +122,15 @@ fn parts(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Result<(Layo
                 next[of] += count;
                 begin..next[of]
             });
-        Part { id, block, columns, states: [displacements, velocities], tied }
+        let watched = (id == PartId::Machine).then(|| Arc::clone(&placed.excited().watched));
+        Part { id, block, columns, states: [displacements, velocities], tied, watched }
     };
     Ok((layout, blocks.into_iter().map(part).collect()))
 }
 
-/// The machine's modes, integrated or condensed as the scene asks for, or as costs less.
+/// Returns the machine's block: modes integrated or condensed, as the scene asks for or as costs less.
 fn machine(scene: &Scene, placed: &PlacedModes) -> Block {
-    let modes = placed.excited();
+    let modes = &placed.excited().modes;
     let condense = match scene.solver.modes {
         ModeTreatment::Automatic => impulse_response::pays(modes),
         ModeTreatment::Integrated => false,
@@ -143,16 +144,16 @@ fn machine(scene: &Scene, placed: &PlacedModes) -> Block {
     )
 }
 
-/// The guides that are tied to their mounts, which are the machine's first points.
+/// Returns the guides as masses tied to their mounts, the first points of the machine.
 fn tied_guides(scene: &Scene, placed: &PlacedModes) -> Result<Option<TiedMasses>, BuildError> {
     if !scene.ties(scene.solver.guide) || scene.hammers.is_empty() {
         return Ok(None);
     }
     let mass = scene.hammers.iter().map(|unit| unit.parameters.guide.mass_kg).collect();
-    TiedMasses::new(&placed.excited().phi, mass).map(Some).ok_or(BuildError::GuideMass)
+    TiedMasses::new(&placed.excited().modes.phi, mass).map(Some).ok_or(BuildError::GuideMass)
 }
 
-/// The points of all parts.
+/// Collects the points of all parts.
 fn points(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Points {
     let mut points = Points::default();
     let of_machine = (columns.bodies..).zip(placed.rows());
@@ -174,7 +175,7 @@ fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError>
         expect("fixtures", rows.len(), casting.fixtures.len())?;
     }
     expect("points", modes.points.len(), scene.outputs.points.len())?;
-    for (_, row) in modes.rows() {
+    for row in modes.rows().map(|(_, row)| row).chain(&modes.points) {
         expect("modes", row.len(), count)?;
     }
     for unit in &scene.hammers {
@@ -298,7 +299,6 @@ mod tests {
         assert_eq!(model.points().row(PointId::Support(held)), [(node, 1.0)]);
         assert_eq!(model.points().row(PointId::Mount { hammer: 0 }), [(model.hammers()[0].mount, 1.0)]);
         assert_eq!(model.points().row(PointId::Measured { casting: 0 }), points[5].row);
-        assert_eq!(model.points().row(PointId::Watched(0)), []);
     }
 
     /// Scenes at one place share what follows from its modes alone, and their models are those of scenes that share nothing.
@@ -333,7 +333,23 @@ mod tests {
         assert!(model.scales.iter().all(|scale| scale.is_finite() && *scale > 0.0));
     }
 
-    /// What does not fit is an error that says what.
+    /// Points that are only to be seen cost no state, and do not decide whether modes are condensed: modes that move them alone are left
+    /// out, and the others run as without them.
+    #[test]
+    fn points_to_be_seen_cost_nothing() {
+        let (scene, modes) = scene();
+        let plain = build(&scene, &modes).unwrap();
+        for count in [1, 4, 8] {
+            let (mut scene, mut modes) = (scene.clone(), modes.clone());
+            scene.outputs.points = (0..count).map(|point| format!("P{point}")).collect();
+            modes.points = vec![vec![0.1, 0.2, 30.0]; count];
+            let model = build(&scene, &modes).unwrap();
+            assert_eq!((model.layout(), model.modes()), (plain.layout(), plain.modes()));
+            assert_eq!(model.elements().matrix(), plain.elements().matrix());
+        }
+    }
+
+    /// Scenes and modes that do not fit are errors that name the misfit.
     #[test]
     fn scenes_that_cannot_be_built() {
         let (scene, modes) = scene();

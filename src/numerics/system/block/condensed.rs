@@ -1,4 +1,4 @@
-//! Modes of a flexible part, condensed to its points: what is carried outside the state.
+//! Modes of a flexible part, condensed to its points. The block carries the modes outside the state.
 
 use std::sync::Arc;
 
@@ -9,12 +9,12 @@ use crate::system::impulse_response::Condensation;
 use crate::system::modal::Modes;
 use crate::system::moments::Moments;
 
-/// Modes and what follows from them alone, in runs of one duration.
+/// Constants of condensed modes for runs of one duration.
 #[derive(Debug, Clone)]
 pub(in crate::system) struct CondensedConstants {
     pub modes: Arc<Modes>,
     pub condensation: Arc<Condensation>,
-    /// What they dissipate follows from it.
+    /// Constants of the dissipated energy.
     pub damping: Arc<Damping>,
 }
 
@@ -24,7 +24,7 @@ pub(in crate::system) struct Condensed {
     pub constants: CondensedConstants,
     /// The modes at their last rebase.
     pub base: Base,
-    /// What they have dissipated.
+    /// Energy dissipated so far.
     pub dissipation: Dissipation,
     moments: Moments<f64>,
 }
@@ -47,6 +47,11 @@ impl Condensed {
         let since = Since { tau: t - self.base.time_s, z };
         let [w, v, _] = self.base.point(&self.constants.condensation, since, n);
         [w, v]
+    }
+
+    /// Shows displacement and velocity of each mode at time `t` by its number.
+    pub fn each_mode(&self, t: f64, z: &[f64], see: &mut dyn FnMut(usize, [f64; 2])) {
+        self.base.each_mode(&self.constants.condensation, Since { tau: t - self.base.time_s, z }, see);
     }
 
     /// Strain and kinetic energy at time `t`, J.

@@ -1,4 +1,4 @@
-//! The rates of a flexible part's block, of one row or of one in each lane.
+//! Rates of a flexible part's block, of one row or of one in each lane.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ pub(in crate::system) struct FlexibleRates<R> {
     acceleration: Vec<R>,
 }
 
-/// What its states are.
+/// Kind of states, with their constants.
 #[derive(Debug, Clone)]
 enum Kind<R> {
     /// Modes, integrated.

@@ -1,11 +1,11 @@
-//! Blocks: how the coordinates of a part move, one block per part.
+//! Blocks: the equations of motion of a scene's parts, one block per part.
 //!
 //! - `rigid`: coordinates with a mass each, integrated
 //! - `modal`: modes of a flexible part, integrated, and masses tied to its points
 //! - `condensed`: modes of a flexible part, condensed to its points
 //! - `flexible`: the rates of a flexible part's block
 //!
-//! A block knows its own states alone. What it carries outside the state, as condensed modes do, is part of it.
+//! A block knows its own states alone. It also holds the modes that it carries outside the state.
 
 mod condensed;
 mod flexible;
@@ -18,10 +18,12 @@ pub(super) use condensed::{Condensed, CondensedConstants};
 pub(super) use flexible::FlexibleRates;
 pub(super) use rigid::Rigid;
 
+use nalgebra::DMatrix;
+
 use crate::system::modal::{Modes, TiedMasses};
 use crate::system::points::PartId;
 
-/// How the coordinates of a part move.
+/// Equations of motion of a part.
 #[derive(Debug, Clone)]
 pub(super) enum Block {
     /// Coordinates with a mass each.
@@ -32,29 +34,31 @@ pub(super) enum Block {
     Condensed(Box<Condensed>),
 }
 
-/// A part of a model: its block at rest, and where it is among columns and states.
+/// Part of a model: its block at rest, its columns and states.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub id: PartId,
     pub block: Block,
-    /// Its columns in the elements' rows: rigid coordinates, or driven points.
+    /// Columns in the elements' rows: rigid coordinates, or driven points.
     pub columns: Range<usize>,
-    /// Its states in the place of displacements and in that of velocities.
+    /// States in the place of displacements and in the place of velocities.
     pub states: [Range<usize>; 2],
     /// Masses tied to the first of its points.
     pub tied: Option<TiedMasses>,
+    /// Shapes of its modes at points that are only to be seen: modes x points.
+    pub watched: Option<Arc<DMatrix<f64>>>,
 }
 
-/// A time, and the states of a block there.
+/// States of a block at a time.
 #[derive(Clone, Copy)]
 pub(super) struct BlockStates<'y> {
     pub t: f64,
-    /// Those in the place of displacements and in that of velocities.
+    /// States in the place of displacements and in the place of velocities.
     pub y: [&'y [f64]; 2],
 }
 
 impl Part {
-    /// Its states of all.
+    /// Selects the part's states.
     pub fn states_of<'y>(&self, t: f64, y: &'y [f64]) -> BlockStates<'y> {
         BlockStates { t, y: self.states.each_ref().map(|states| &y[states.clone()]) }
     }
@@ -70,7 +74,7 @@ impl Block {
         }
     }
 
-    /// Numbers of states in the place of displacements and in that of velocities.
+    /// Numbers of states in the place of displacements and in the place of velocities.
     pub fn states(&self) -> [usize; 2] {
         match self {
             Self::Rigid(rigid) => [rigid.mass.len(); 2],
@@ -107,6 +111,18 @@ impl Block {
         }
     }
 
+    /// Shows displacement and velocity of each mode by its number.
+    pub fn each_mode(&self, states: BlockStates<'_>, mut see: impl FnMut(usize, [f64; 2])) {
+        match self {
+            Self::Rigid(_) => {}
+            Self::Modal(_) => {
+                let [x, v] = states.y;
+                x.iter().zip(v).enumerate().for_each(|(mode, (x, v))| see(mode, [*x, *v]));
+            }
+            Self::Condensed(condensed) => condensed.each_mode(states.t, states.y[0], &mut see),
+        }
+    }
+
     /// Adds the kinetic and strain energy, J, to a sum.
     pub fn add_energy(&self, sum: f64, states: BlockStates<'_>) -> f64 {
         let [x, v] = states.y;
@@ -122,7 +138,7 @@ impl Block {
         self.condensed().map_or(0.0, |condensed| condensed.dissipated(states.t, states.y[0]))
     }
 
-    /// The same up to the end of a run, where the last interval ends too, J.
+    /// Energy that modes outside the state have dissipated up to the end of a run, J. The last interval ends there too.
     pub fn dissipated_to_the_end(&self) -> f64 {
         self.condensed().map_or(0.0, |condensed| condensed.dissipation.whole_j())
     }
