@@ -6,6 +6,7 @@
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
+use decore::linalg::{SymmetricEigen, cholesky, multiply, solve_lower, solve_lower_transposed, symmetric_eigen};
 use decore::structure::{
     Damping, DirectedPoints, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions,
     ModalTable, ModelFiles, ModelMatrices, ModesAt, PointPlace, ReducedStructure, ReductionSettings, RigidMass,
@@ -375,20 +376,21 @@ fn results_do_not_depend_on_the_number_of_threads() {
 fn station_table() -> (ModalTable, InterfacePoints) {
     let reduced = station(&study_interface(1e7));
     // `L^-1 M L^-T y = y / omega^2` with `K = L L'`, whose large eigenvalues are the low frequencies.
-    let l = reduced.k_zz().clone().cholesky().expect("stands").l();
-    let half = l.solve_lower_triangular(reduced.m_zz()).expect("regular");
-    let scaled = l.solve_lower_triangular(&half.transpose()).expect("regular");
-    let own = (0.5 * (&scaled + scaled.transpose())).symmetric_eigen();
-    let mut rising: Vec<usize> = (0..own.eigenvalues.len()).collect();
-    rising.sort_by(|a, b| own.eigenvalues[*b].total_cmp(&own.eigenvalues[*a]));
-    let shapes = reduced.transfer() * l.tr_solve_lower_triangular(&own.eigenvectors).expect("regular");
+    let l = cholesky(reduced.k_zz().clone()).expect("stands");
+    let mut half = reduced.m_zz().clone();
+    solve_lower(&l, &mut half).expect("regular");
+    let mut scaled = half.transpose();
+    solve_lower(&l, &mut scaled).expect("regular");
+    let SymmetricEigen { values, vectors: mut shapes } = symmetric_eigen(&scaled).expect("symmetric");
+    solve_lower_transposed(&l, &mut shapes).expect("regular");
+    let shapes = multiply(reduced.transfer(), &shapes).expect("fits");
     let columns: Vec<String> = (0..6).map(|dof| format!("R5.{}", decore::structure::DOF_NAMES[dof])).collect();
     let mut text = format!("mode,frequency_hz,damping_ratio,{},T5.z\n", columns.join(","));
     let interface = reduced.interface();
     let mut rows: Vec<usize> = (0..6).map(|dof| interface.row_of("R5", dof).expect("kept")).collect();
     rows.push(interface.row_of("T5", 2).expect("kept"));
-    for (s, mode) in rising.into_iter().enumerate() {
-        let omega = own.eigenvalues[mode].sqrt().recip();
+    for (s, mode) in (0..values.len()).rev().enumerate() {
+        let omega = values[mode].sqrt().recip();
         let values: Vec<String> = rows.iter().map(|row| (shapes[(*row, mode)] * omega).to_string()).collect();
         text += &format!("{},{},{},{}\n", s + 1, omega / TAU, 0.01 + 1e-5 * s as f64, values.join(","));
     }
