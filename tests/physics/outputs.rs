@@ -532,7 +532,7 @@ fn signals_of_forces_and_energies_balance() {
     assert!(worst < 1e-3 * put_in[last], "{worst} J of {}", put_in[last]);
 }
 
-/// Interface points that are only to be seen move as the structure does: one that is the mount as the mount, one that carries the
+/// Watched points move as the structure does: one that is the mount as the mount, one that carries the
 /// fixture as the fixture, another one alike whether modes are integrated or condensed. Seeing them changes no more than tolerances.
 #[test]
 fn signals_of_points_are_those_of_the_structure() {
@@ -567,7 +567,7 @@ fn signals_of_points_are_those_of_the_structure() {
 /// Points that are only to be seen cost no state, however many there are, and modes stay condensed. Other outputs change by less than the
 /// tolerances of the preset.
 #[test]
-fn points_to_be_seen_cost_no_state() {
+fn watched_points_cost_no_state() {
     let names = ["R1", "R2", "R3", "R4", "R6", "R7", "R8", "R9"];
     let run = |points: &[&str]| {
         let points = format!("outputs.points={points:?}");

@@ -214,7 +214,7 @@ impl Machine {
         self.selection.map(select).transpose()
     }
 
-    /// Selects the modes that matter to a scene's mounts (first), fixtures and points to be seen: what was selected, and the modes to run on.
+    /// Selects the modes that matter to a scene's mounts (first), fixtures and watched points: what was selected, and the modes to run on.
     ///
     /// # Errors
     /// As for [`Machine::modes`]; settings out of range.
@@ -286,7 +286,7 @@ impl ChosenModes {
     }
 }
 
-/// The points and directions at which a scene touches the structure: its mounts, its fixtures, then what is only to be seen.
+/// The points and directions at which a scene touches the structure: its mounts, its fixtures, then the watched points.
 fn interface_rows(scene: &Scene) -> Vec<DirectedPoints> {
     let mounts = scene.hammers.iter().map(|hammer| hammer.mount.points.clone());
     let fixtures = scene.castings.iter().flat_map(|casting| &casting.fixtures);
@@ -296,7 +296,7 @@ fn interface_rows(scene: &Scene) -> Vec<DirectedPoints> {
 }
 
 /// What a study's reduction keeps: all six DOFs of every candidate mount, which a housing that is added needs, or where housings are
-/// part of the machine its vertical alone; the vertical of every point of a fixture or to be seen.
+/// part of the machine its vertical alone; the vertical of every other point.
 pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand) -> ReductionSettings {
     let dofs = match settings.housings {
         Housings::Add => 0..POINT_DOFS,

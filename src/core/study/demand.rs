@@ -12,7 +12,7 @@ use crate::words::nearest;
 pub struct InterfaceDemand {
     /// Candidate mounts, all points of the rails used included; each once, in the order of first use.
     pub mounts: Vec<String>,
-    /// Points whose vertical motion is needed, as they carry fixtures or are to be seen; each once, in the order of first use.
+    /// Points whose vertical motion is needed, because they carry fixtures or are watched; each once, in the order of first use.
     pub verticals: Vec<String>,
 }
 

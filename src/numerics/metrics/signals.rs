@@ -20,7 +20,7 @@ pub enum SignalOf {
     Casting(usize),
     /// A fixture: its casting, its place among that casting's.
     Fixture(usize, usize),
-    /// An interface point that is only to be seen.
+    /// A watched point of the machine.
     Point(usize),
 }
 
@@ -152,7 +152,7 @@ quantities! {
 }
 
 quantities! {
-    /// Signals of an interface point of the structure that is only to be seen, at one instant.
+    /// Signals of a watched point of the machine at one instant.
     #[derive(Debug)]
     pub struct PointSignals {
         /// displacement of the structure, from its static equilibrium
@@ -363,7 +363,7 @@ pub struct SignalRecorder {
     signals: Vec<Signal>,
     reads: Vec<Read>,
     scratch: Vec<f64>,
-    /// Displacement and velocity of each point that is only to be seen at the instant; empty where none is read.
+    /// Displacement and velocity of each watched point at the instant; empty if no signal reads one.
     watched: Vec<[f64; 2]>,
     /// Whether signals of the energy balance are read.
     energy: bool,
@@ -511,7 +511,7 @@ fn blank_signals(scene: &Scene) -> Vec<Signal> {
 }
 
 /// The signals, without values, of scenes with hammers of these names, castings with fixtures of these names, and these
-/// interface points to be seen.
+/// watched points.
 pub fn signal_list(hammers: &[&str], castings: &[(&str, Vec<&str>)], points: &[String]) -> Vec<Signal> {
     let mut signals = Vec::new();
     add(&mut signals, Instant::QUANTITIES, SignalOf::Run, None);

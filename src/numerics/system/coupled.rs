@@ -12,7 +12,7 @@ use crate::system::rates::Rates;
 #[derive(Debug, Clone)]
 pub struct Coupled {
     pub(super) model: Arc<CoupledModel>,
-    /// The blocks of the model's parts, with what they carry outside the state.
+    /// Blocks of the model's parts, with the modes that are outside the state.
     pub(super) blocks: Vec<Block>,
     pub(super) discrete: Discrete,
     /// Whether forces of contacts follow the state alone, see [`crate::integrate::Switching::follow_state`].

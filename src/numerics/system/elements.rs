@@ -82,7 +82,7 @@ pub(super) struct ElementsBuilder<'p> {
 }
 
 impl<'p> ElementsBuilder<'p> {
-    /// No links yet between these points.
+    /// Starts without links.
     pub fn new(points: &'p Points) -> Self {
         Self { points, springs: Vec::new(), contacts: Vec::new() }
     }

@@ -132,7 +132,7 @@ pub(super) struct Condensation {
     pub series: Vec<Series>,
     /// Their `omega^2`.
     pub stiffness: Vec<f64>,
-    /// Their numbers among the modes given.
+    /// Indices among the given modes.
     pub numbers: Vec<usize>,
     kernel: Kernel<f64>,
 }

@@ -53,7 +53,7 @@ const _: () = assert!(HammerQuadrature::COUNT == chamber::COUNT);
 /// Sizes and offsets of the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// States of the flexible blocks in the place of displacements and in that of velocities.
+    /// Numbers of states of the flexible blocks: in the place of displacements, in the place of velocities.
     pub flexible: [usize; 2],
     /// Coordinates of the rigid parts.
     pub bodies: usize,

@@ -1,6 +1,6 @@
 //! The coupled system: structure, hammers and castings joined by sparse blocks.
 //!
-//! - `points`: points of the parts, by what they are
+//! - `points`: points of the parts, by id
 //! - `layout`: where each quantity lives in the state vector
 //! - `elements`: springs and one-sided contacts as sparse rows
 //! - `block`: how the coordinates of a part move, one block per part

@@ -15,7 +15,7 @@ pub(super) struct Modes {
     pub phi: DMatrix<f64>,
 }
 
-/// Motion of the points, accelerations without what forces on them cause at once.
+/// Motion of the points. Accelerations exclude the direct effect of the forces on the points.
 pub(super) struct Motion<'a, R> {
     pub displacement: &'a mut [R],
     pub velocity: &'a mut [R],
@@ -113,7 +113,7 @@ impl<R: Number> ModalRates<R> {
         }
     }
 
-    /// Adds to the modes' accelerations what forces on the points cause, `Phi F`.
+    /// Adds the effect of the forces on the points, `Phi F`, to the modes' accelerations.
     #[inline(always)]
     pub fn add_forces(&self, force: &[R], acceleration: &mut [R]) {
         add_columns(acceleration, &self.phi, force);
@@ -128,14 +128,14 @@ impl<R: Number> ModalRates<R> {
 }
 
 /// Masses tied rigidly to the first points, as guides are to their mounts: `(I + sum m phi phi') a = a0` solved by a low-rank update,
-/// in terms of forces: each mass takes from the force on its point what moves it.
+/// in terms of forces: each mass takes its inertia force from the force on its point.
 #[derive(Debug, Clone)]
 pub(super) struct TiedMasses {
     /// Mass at each of the first points, kg.
     pub mass: Vec<f64>,
-    /// `-(diag(1/m) + Phi_t' Phi_t)^-1`, `Phi_t` the shapes at these points.
+    /// `-(diag(1/m) + Phi_t' Phi_t)^-1`, `Phi_t` the shapes at the points with masses.
     update: DMatrix<f64>,
-    /// `Phi_t' Phi`: acceleration of each of these points per force on each point.
+    /// `Phi_t' Phi`: acceleration of each point with a mass per force on each point.
     direct: DMatrix<f64>,
 }
 
@@ -161,7 +161,7 @@ pub(super) struct MassShares<R> {
 }
 
 impl<R: Number> MassShares<R> {
-    /// Room for masses of a number.
+    /// Allocates a number of masses.
     pub fn like(tied: &TiedMasses) -> Self {
         let zeros = |length: usize| vec![R::splat(0.0); length];
         Self { count: tied.mass.len(), update: zeros(tied.update.len()), direct: zeros(tied.direct.len()) }
@@ -179,8 +179,8 @@ impl<R: Number> MassShares<R> {
         self.count
     }
 
-    /// Takes from the forces on the points what moves the masses; `own` are the accelerations of their points without any force,
-    /// changed to those with the forces but without the masses.
+    /// Subtracts the inertia forces of the masses from the forces on their points. `own` are the accelerations of the points without any
+    /// force; they become the accelerations with the forces but without the masses.
     #[inline(always)]
     pub fn share(&self, force: &mut [R], own: &mut [R]) {
         add_columns(&mut own[..self.count], &self.direct, force);

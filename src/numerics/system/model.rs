@@ -13,7 +13,7 @@ pub struct HammerSlot {
     pub name: String,
     /// Its constants.
     pub model: HammerModel,
-    /// Columns of its bodies; the guide's is that of the mount where it is tied.
+    /// Columns of its bodies; a tied guide has the column of its mount.
     pub points: [usize; body::COUNT],
     /// Column of its mount.
     pub mount: usize,

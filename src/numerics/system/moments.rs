@@ -30,7 +30,8 @@ pub(super) struct Moments<R: Number> {
 }
 
 impl<R: Number> Moments<R> {
-    /// Room for those of a number of points; `first` is the component of the state that is the first integral of the first one's force.
+    /// Allocates the moments of a number of points. `first` is the component of the state that is the first integral of the first
+    /// point's force.
     pub fn new(points: usize, first: usize) -> Self {
         let none = R::splat(0.0);
         Self {

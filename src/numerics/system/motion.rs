@@ -12,7 +12,7 @@ impl Coupled {
         self.sum(self.model.points.row(point).iter().copied(), t, y)
     }
 
-    /// Displacement and velocity of each of the machine's points that are only to be seen, in their order.
+    /// Displacement and velocity of each watched point of the machine, in order.
     pub fn watched(&self, t: f64, y: &[f64], out: &mut [[f64; 2]]) {
         out.fill([0.0; 2]);
         for (part, block) in self.model.parts.iter().zip(&self.blocks) {

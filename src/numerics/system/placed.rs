@@ -26,12 +26,13 @@ pub struct InterfaceModes {
     pub mounts: Vec<Vec<f64>>,
     /// Mode shapes along the strike axis at each fixture: castings x fixtures x modes.
     pub fixtures: Vec<Vec<Vec<f64>>>,
-    /// Mode shapes along the strike axis at each point that is only to be seen: points x modes.
+    /// Mode shapes along the strike axis at each watched point: points x modes.
     pub points: Vec<Vec<f64>>,
 }
 
 impl InterfaceModes {
-    /// The machine's driven points with their shapes, in the order of the machine's columns: mounts come first, as guides may be tied to them.
+    /// The machine's driven points with their shapes, in the order of the machine's columns. Mounts come first: guides may be tied to
+    /// them.
     pub(super) fn rows(&self) -> impl Iterator<Item = (PointId, &Vec<f64>)> {
         let mounts = self.mounts.iter().enumerate().map(|(hammer, row)| (PointId::Mount { hammer }, row));
         let of_casting = |(casting, rows): (usize, &'_ Vec<Vec<f64>>)| {
@@ -42,7 +43,7 @@ impl InterfaceModes {
         mounts.chain(supports)
     }
 
-    /// The modes that the scene excites: what no driven point moves stays at rest, however much of it is to be seen.
+    /// The modes that the scene excites. Modes that no driven point moves stay at rest, even if a watched point follows them.
     fn excited(&self) -> Excited {
         let rows: Vec<&Vec<f64>> = self.rows().map(|(_, row)| row).collect();
         let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
@@ -63,9 +64,9 @@ impl InterfaceModes {
 /// Modes that a scene excites.
 #[derive(Debug, Clone)]
 pub(super) struct Excited {
-    /// With their shapes at driven points.
+    /// Modes with their shapes at the driven points.
     pub modes: Arc<Modes>,
-    /// Their shapes at points that are only to be seen: modes x points.
+    /// Shapes at the watched points: modes x points.
     pub watched: Arc<DMatrix<f64>>,
 }
 

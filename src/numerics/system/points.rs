@@ -1,9 +1,8 @@
-//! Points of the parts of a scene that links join, by what they are and whose. What is only to be seen is no point of these: it costs no
-//! state.
+//! Points of a scene's parts that links join, found by id. Watched points are not among them: they cost no state.
 
 use std::collections::BTreeMap;
 
-/// A part of a scene: what has coordinates, and points that follow from them.
+/// Id of a part of a scene. A part has coordinates, and points that follow from them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PartId {
     /// The machine.
@@ -14,7 +13,7 @@ pub enum PartId {
     Casting(usize),
 }
 
-/// A fixture: its casting, and its place among that casting's.
+/// Id of a fixture: its casting, and its index among that casting's fixtures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FixtureId {
     /// The casting that it holds.
@@ -81,7 +80,7 @@ impl Points {
         self.0.get(&point).map_or(&[], Vec::as_slice)
     }
 
-    /// The row of the distance of two points, that of the second taken from that of the first.
+    /// Row of the distance between two points: the first row less the second.
     pub(super) fn between(&self, [plus, minus]: [PointId; 2]) -> Row {
         let negative = self.row(minus).iter().map(|(column, coefficient)| (*column, -coefficient));
         self.row(plus).iter().copied().chain(negative).collect()

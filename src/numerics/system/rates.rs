@@ -115,7 +115,7 @@ pub(super) struct Rates<R: Number> {
     springs: Vec<Spring<R>>,
     contacts: Vec<Contact<R>>,
     hammers: Vec<Hammer<R>>,
-    /// Of the rigid coordinates of all parts, which stand side by side.
+    /// Masses of the rigid coordinates of all parts, side by side.
     inverse_mass: Vec<R>,
     flexible: Vec<FlexibleRates<R>>,
     following: bool,
@@ -215,7 +215,7 @@ impl<R: Number> Rates<R> {
         }
     }
 
-    /// Sets what a lane's blocks carry outside the state.
+    /// Sets the modes of a lane's blocks that are outside the state.
     pub fn put_outside(&mut self, lane: usize, blocks: &[Block]) {
         for flexible in &mut self.flexible {
             flexible.put_outside(lane, &blocks[flexible.part]);

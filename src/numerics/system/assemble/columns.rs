@@ -13,7 +13,7 @@ pub(super) struct Columns {
     pub bodies: usize,
     /// First column of each hammer.
     hammers: Vec<usize>,
-    /// Whether guides are tied to their mounts. A tied guide has no column.
+    /// Guides are tied to their mounts. A tied guide has no column.
     pub tied: bool,
     pub castings: Vec<CastingColumns>,
 }

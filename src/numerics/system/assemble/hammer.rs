@@ -1,4 +1,4 @@
-//! Points and links of a hammer: the spring of its guide, the contacts between its bodies, that with its casting.
+//! Points and links of a hammer: the spring of its guide, the contacts between its bodies, the contact with its casting.
 
 use super::columns::Columns;
 use crate::contact::{ContactLaw, ContactParameters};

@@ -1,6 +1,6 @@
 //! From a scene and the machine's modes at its points to a coupled model. The only part that knows scenes.
 //!
-//! - `columns`: coordinates of rigid parts, and where they are among the columns
+//! - `columns`: coordinates of rigid parts and their columns
 //! - `casting`, `hammer`, `fixture`: points and links of each
 //! - `equilibrium`: the state of rest
 //! - `scales`: error scales of the states
@@ -26,7 +26,7 @@ use crate::system::points::{PartId, Points};
 use crate::workpiece::WorkpieceError;
 use columns::Columns;
 
-/// Why a scene cannot be built.
+/// Reason why a scene cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
     /// A casting is not held or lacks its inertia.
@@ -110,7 +110,7 @@ fn parts(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Result<(Layo
         hammers: scene.hammers.len(),
         castings: scene.castings.len(),
     };
-    // Where the next rigid part and the next flexible one begin: among columns, displacements, velocities.
+    // First column, displacement and velocity of the next rigid part and of the next flexible one.
     let mut next_rigid = [0, layout.position(0), layout.velocity(0)];
     let mut next_flexible = [layout.bodies, 0, layout.velocities()];
     let part = |(id, block, tied): (PartId, Block, Option<TiedMasses>)| {
@@ -294,16 +294,16 @@ mod tests {
         let node = model.layout().bodies + 1;
         assert_eq!(fixture, [(heave, 1.0), (heave + 1, -0.1), (heave + 2, 0.1), (node, -1.0)]);
         assert_eq!(model.masses().skip(heave).copied().collect::<Vec<f64>>(), [2.0, 0.01, 0.02]);
-        // What links join is known by what it is.
+        // Points are found by their ids.
         let held = FixtureId { casting: 0, fixture: 0 };
         assert_eq!(model.points().row(PointId::Support(held)), [(node, 1.0)]);
         assert_eq!(model.points().row(PointId::Mount { hammer: 0 }), [(model.hammers()[0].mount, 1.0)]);
         assert_eq!(model.points().row(PointId::Measured { casting: 0 }), points[5].row);
     }
 
-    /// Scenes at one place share what follows from its modes alone, and their models are those of scenes that share nothing.
+    /// Scenes at one placement share the constants of its modes. Their models equal the models of scenes that share nothing.
     #[test]
-    fn what_follows_from_the_modes_is_found_once() {
+    fn constants_of_modes_are_shared() {
         let (scene, modes) = scene();
         let condensed = |standoff_m: f64| {
             let mut scene = scene.clone();
@@ -333,10 +333,10 @@ mod tests {
         assert!(model.scales.iter().all(|scale| scale.is_finite() && *scale > 0.0));
     }
 
-    /// Points that are only to be seen cost no state, and do not decide whether modes are condensed: modes that move them alone are left
-    /// out, and the others run as without them.
+    /// Watched points cost no state and do not decide whether modes are condensed. Modes that move only watched points are left out;
+    /// the others run as without them.
     #[test]
-    fn points_to_be_seen_cost_nothing() {
+    fn watched_points_cost_nothing() {
         let (scene, modes) = scene();
         let plain = build(&scene, &modes).unwrap();
         for count in [1, 4, 8] {

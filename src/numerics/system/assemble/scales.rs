@@ -45,12 +45,12 @@ fn scaled(unit: &[f64], scale: f64) -> Vec<f64> {
     unit.iter().map(|u| u * scale).collect()
 }
 
-/// Scales of a flexible part's states: these matter by what they move its points.
+/// Scales of a flexible part's states, from the motion that each state causes at the part's points.
 fn of_flexible(block: &Block) -> [Vec<f64>; 2] {
     match block {
         Block::Rigid(_) => [Vec::new(), Vec::new()],
         // One scale for all modes: those that hardly move a point are held to the energy of those that do. An explicit method
-        // may be unstable for them, and what no output shows would still be energy from nowhere.
+        // may be unstable for them: the audit would find energy from nowhere that no output shows.
         Block::Modal(modes) => {
             let unit = vec![1.0 / modes.phi.amax(); modes.phi.nrows()];
             [POSITION_SCALE_M, VELOCITY_SCALE_M_S].map(|scale| scaled(&unit, scale))

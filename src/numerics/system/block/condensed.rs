@@ -83,13 +83,13 @@ impl Condensed {
         moments.follow(taken, |_, own| advance(dissipation, &constants.damping, own));
     }
 
-    /// Brings the modes to the next node of what they dissipate, see [`Moments::follow`]; gives the time of the node after it, s.
+    /// Advances the dissipated energy to its next node, see [`Moments::follow`]. Returns the time of the node after it, s.
     pub fn at_node(&mut self, moments: &[f64]) -> f64 {
         advance(&mut self.dissipation, &self.constants.damping, moments)
     }
 }
 
-/// Brings modes to their next node; gives the time of the node after it, s.
+/// Advances the dissipated energy to its next node. Returns the time of the node after it, s.
 fn advance(dissipation: &mut Dissipation, damping: &Damping, moments: &[f64]) -> f64 {
     dissipation.advance(damping, moments);
     dissipation.next_s(damping)

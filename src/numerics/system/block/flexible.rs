@@ -18,7 +18,7 @@ pub(in crate::system) struct FlexibleRates<R> {
     states: [Range<usize>; 2],
     kind: Kind<R>,
     tied: Option<MassShares<R>>,
-    /// Accelerations of its points without what forces on them cause at once; changed when tied masses take their share.
+    /// Accelerations of its points without the direct effect of the forces on them. Tied masses change them.
     acceleration: Vec<R>,
 }
 
@@ -37,7 +37,7 @@ enum Kind<R> {
 }
 
 impl<R: Number> FlexibleRates<R> {
-    /// Room for a part of a shape, `place` among all; `None` for a rigid one.
+    /// Allocates the rates of part number `place`; `None` if the part is rigid.
     pub fn like(place: usize, part: &Part) -> Option<Self> {
         let zero = R::splat(0.0);
         let kind = match &part.block {
@@ -75,7 +75,7 @@ impl<R: Number> FlexibleRates<R> {
         }
     }
 
-    /// Sets what a lane's block carries outside the state.
+    /// Sets the modes of a lane's block that are outside the state.
     pub fn put_outside(&mut self, lane: usize, block: &Block) {
         if let (Kind::Condensed { base_s, free, .. }, Block::Condensed(condensed)) = (&mut self.kind, block) {
             base_s.put(lane, &condensed.base.time_s);

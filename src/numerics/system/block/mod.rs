@@ -45,7 +45,7 @@ pub(super) struct Part {
     pub states: [Range<usize>; 2],
     /// Masses tied to the first of its points.
     pub tied: Option<TiedMasses>,
-    /// Shapes of its modes at points that are only to be seen: modes x points.
+    /// Shapes of its modes at the watched points: modes x points.
     pub watched: Option<Arc<DMatrix<f64>>>,
 }
 
@@ -97,7 +97,7 @@ impl Block {
         if let Self::Condensed(condensed) = self { Some(condensed) } else { None }
     }
 
-    /// The condensed modes, to be moved on.
+    /// The condensed modes, mutable.
     pub fn condensed_mut(&mut self) -> Option<&mut Condensed> {
         if let Self::Condensed(condensed) = self { Some(condensed) } else { None }
     }
@@ -143,7 +143,7 @@ impl Block {
         self.condensed().map_or(0.0, |condensed| condensed.dissipation.whole_j())
     }
 
-    /// Time up to which what is carried outside the state holds, s.
+    /// Time of the next rebase at the latest, s; infinite for a block without condensed modes.
     pub fn horizon_s(&self) -> f64 {
         self.condensed().map_or(f64::INFINITY, Condensed::horizon_s)
     }
