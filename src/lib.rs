@@ -74,7 +74,7 @@
 //! hammer      : contact number parameter
 //! integrate   : number quantity
 //! structure   : files linalg parameter words
-//! scene       : hammer integrate parameter quantity structure workpiece
+//! scene       : contact hammer integrate parameter quantity structure workpiece
 //! system      : contact hammer integrate number scene workpiece
 //! metrics     : design hammer integrate quantity scene system
 //! run         : integrate metrics number quantity scene system

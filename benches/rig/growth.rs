@@ -70,7 +70,7 @@ fn hammers(count: usize, setting: &str) -> Rig {
 fn keep(modes: &mut InterfaceModes, count: usize) {
     modes.omega_rad_s.truncate(count);
     modes.damping_ratio.truncate(count);
-    modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.truncate(count));
+    modes.shapes.values_mut().for_each(|row| row.truncate(count));
 }
 
 fn tied(rig: &Rig, modes: ModeTreatment) -> Scene {

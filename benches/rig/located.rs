@@ -9,8 +9,8 @@ use decore::integrate::{
     Counters, GuardSample, Integrator, Observer, Settings, Step, Stopped, Switching, System, Tsit5,
 };
 use decore::metrics::Recorder;
-use decore::scene::{Guide, Scene, SolverSettings};
-use decore::system::{ContactKind, Coupled, build};
+use decore::scene::{Guide, HammerLink, Owner, Scene, SolverSettings};
+use decore::system::{Coupled, build};
 
 use crate::changed::{Change, Changed, settings};
 use crate::methods::cells;
@@ -35,8 +35,8 @@ type Hidden = Changed<Hiding>;
 impl Hiding {
     /// Whether the next switch of a contact is hidden. The first blow on the casting starts the gate's clock: it is located.
     fn hides(&self, inner: &Coupled, contact: usize) -> bool {
-        let strike = inner.model().elements().contacts()[contact].kind == ContactKind::ChiselCasting;
-        let waiting = strike && inner.next_stop().is_infinite() && !inner.gate_open(0);
+        let strike = inner.model().hammers()[0].strike;
+        let waiting = contact == strike && inner.next_stop().is_infinite() && !inner.gate_open(0);
         self.hidden[contact][usize::from(inner.is_closed(contact))] && !waiting
     }
 
@@ -117,32 +117,32 @@ impl Observer<Hidden> for Book {
 /// A choice of hidden events.
 struct Case {
     name: &'static str,
-    kinds: &'static [ContactKind],
+    kinds: &'static [HammerLink],
     onsets: bool,
     releases: bool,
 }
 
-const ALL: [ContactKind; 9] = [
-    ContactKind::TopStop,
-    ContactKind::EndStop,
-    ContactKind::RearWall,
-    ContactKind::PistonChisel,
-    ContactKind::Nose,
-    ContactKind::Retainer,
-    ContactKind::SpoolRear,
-    ContactKind::SpoolFront,
-    ContactKind::ChiselCasting,
+const ALL: [HammerLink; 9] = [
+    HammerLink::TopStop,
+    HammerLink::EndStop,
+    HammerLink::RearWall,
+    HammerLink::PistonChisel,
+    HammerLink::Nose,
+    HammerLink::Retainer,
+    HammerLink::SpoolRear,
+    HammerLink::SpoolFront,
+    HammerLink::ChiselCasting,
 ];
 
 fn cases() -> Vec<Case> {
-    let groups: [(&'static str, &'static [ContactKind]); 6] = [
-        ("piston on chisel", &[ContactKind::PistonChisel]),
-        ("chisel on nose", &[ContactKind::Nose]),
-        ("chisel on casting", &[ContactKind::ChiselCasting]),
-        ("spool on its stops", &[ContactKind::SpoolRear, ContactKind::SpoolFront]),
+    let groups: [(&'static str, &'static [HammerLink]); 6] = [
+        ("piston on chisel", &[HammerLink::PistonChisel]),
+        ("chisel on nose", &[HammerLink::Nose]),
+        ("chisel on casting", &[HammerLink::ChiselCasting]),
+        ("spool on its stops", &[HammerLink::SpoolRear, HammerLink::SpoolFront]),
         (
             "others (retainer, walls, telescope)",
-            &[ContactKind::TopStop, ContactKind::EndStop, ContactKind::RearWall, ContactKind::Retainer],
+            &[HammerLink::TopStop, HammerLink::EndStop, HammerLink::RearWall, HammerLink::Retainer],
         ),
         ("all", &ALL),
     ];
@@ -160,7 +160,7 @@ fn run(scene: &Scene, rig: &Rig, case: &Case) -> ([f64; 4], Counters) {
     let model = build(scene, &rig.modes).expect("the rig");
     let contacts = model.elements().contacts();
     let hidden = contacts.iter().map(|contact| {
-        let chosen = case.kinds.contains(&contact.kind);
+        let chosen = matches!(contact.owner, Owner::Hammer { link, .. } if case.kinds.contains(&link));
         [chosen && case.onsets, chosen && case.releases]
     });
     let change = Hiding { hidden: hidden.collect(), sampled_s: f64::NEG_INFINITY };

@@ -94,13 +94,8 @@ mod tests {
     #[test]
     fn analytic_one_mode() {
         let (own_hz, ratio, phi) = (40.0, 0.02, 0.5);
-        let modes = InterfaceModes {
-            omega_rad_s: vec![TAU * own_hz],
-            damping_ratio: vec![ratio],
-            mounts: Vec::new(),
-            fixtures: Vec::new(),
-            points: Vec::new(),
-        };
+        let modes =
+            InterfaceModes { omega_rad_s: vec![TAU * own_hz], damping_ratio: vec![ratio], shapes: Default::default() };
         let mobility = Mobility::of(&modes, &[phi], &[-2.0 * phi]);
         let [peak] = mobility.peaks.as_slice() else { panic!("{:?}", mobility.peaks) };
         assert!((peak.frequency_hz - own_hz).abs() < 1e-9, "{peak:?}");

@@ -9,7 +9,7 @@ use crate::engine::{Engine, RowScene};
 use crate::measurement::{LOW_PASS_HZ, LOW_PASS_ORDER};
 use crate::metrics::{Blow, BlowKind, FixtureSignals, HammerMetrics, HammerSignals, RunMetrics, Signal, SignalOf};
 use crate::run::{RowOutcome, run_row};
-use crate::scene::Scene;
+use crate::scene::{FixtureId, PointId, Scene};
 use crate::signal::{Butterworth, peak, rms};
 use crate::study::Study;
 use crate::system::InterfaceModes;
@@ -160,13 +160,13 @@ pub(super) fn run() -> Result<Ours, PaperError> {
     let arm_m_s = arm.values.get(sample(first_s, INTERVAL_S)..).unwrap_or_default().to_vec();
     let [casting, chisel] = [HammerSignals::casting_velocity_m_s.name, HammerSignals::chisel_velocity_m_s.name];
     let impacts = impacts(&metrics.blows, scene.outputs.blow_window_s, [hammer(casting)?, hammer(chisel)?])?;
-    let shapes = |rows: Option<&Vec<f64>>| rows.cloned().ok_or(PaperError::Missing("mode shapes"));
-    let mount = shapes(modes.mounts.first())?;
-    let table = shapes(modes.fixtures.first().and_then(|rows| rows.first()))?;
+    let shape = |point: PointId| modes.shapes.get(&point).ok_or(PaperError::Missing("mode shapes"));
+    let mount = shape(PointId::Mount { hammer: 0 })?;
+    let table = shape(PointId::Support(FixtureId { casting: 0, fixture: 0 }))?;
     let supplies = SUPPLIES_BAR.into_iter().map(supplied).collect::<Result<Vec<_>, _>>()?;
     Ok(Ours {
         frequencies_hz: modes.omega_rad_s.iter().map(|omega| omega / std::f64::consts::TAU).collect(),
-        mobility: Mobility::of(&modes, &mount, &table),
+        mobility: Mobility::of(&modes, mount, table),
         arm_lines: arm_lines(&metrics, &arm_m_s, supplies.last())?,
         arm_m_s,
         impacts,

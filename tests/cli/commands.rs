@@ -350,16 +350,18 @@ fn a_modal_table_gives_what_the_matrices_give() {
     let modes_of = |path: &std::path::Path| decore::engine::Engine::load(path, &[]).unwrap().scene(0).unwrap().modes;
     let scratch = TempDir::new().unwrap();
     let modes = modes_of(&studies().join("paper_rig.toml"));
+    let fixture = decore::scene::FixtureId { casting: 0, fixture: 0 };
+    let points = [decore::scene::PointId::Mount { hammer: 0 }, decore::scene::PointId::Support(fixture)];
     let mut table = "mode,frequency_hz,damping_ratio,R5.z,T5.z\n".to_owned();
     for (s, omega) in modes.omega_rad_s.iter().enumerate() {
         // A strike points downwards, the table's z upwards.
-        let (mount, fixture) = (-modes.mounts[0][s], -modes.fixtures[0][0][s]);
+        let [mount, fixture] = points.map(|point| -modes.shapes[&point][s]);
         let (number, frequency, damping) = (s + 1, omega / std::f64::consts::TAU, modes.damping_ratio[s]);
         table += &format!("{number},{frequency:?},{damping:?},{mount:?},{fixture:?}\n");
     }
     fs::write(scratch.path().join("modes.csv"), table).unwrap();
-    let points = "name,role,x_m,y_m,z_m\nR5,mount,0.36,0,1.605\nT5,fixture,0.36,0,0.41\n";
-    fs::write(scratch.path().join("points.csv"), points).unwrap();
+    let table = "name,role,x_m,y_m,z_m\nR5,mount,0.36,0,1.605\nT5,fixture,0.36,0,0.41\n";
+    fs::write(scratch.path().join("points.csv"), table).unwrap();
     let source =
         "source = \"modal_table\"\nmodal_file = \"modes.csv\"\npoints_file = \"points.csv\"\nhousings = \"included\"";
     let modal = altered(scratch.path(), "source = \"station\"", source);
@@ -369,7 +371,7 @@ fn a_modal_table_gives_what_the_matrices_give() {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14 * largest)
     };
     assert!(close(&modes.omega_rad_s, &read.omega_rad_s) && close(&modes.damping_ratio, &read.damping_ratio));
-    assert!(close(&modes.mounts[0], &read.mounts[0]) && close(&modes.fixtures[0][0], &read.fixtures[0][0]));
+    points.iter().for_each(|point| assert!(close(&modes.shapes[point], &read.shapes[point])));
     // Rounding of the frequencies may move a step: the outputs then agree as well as the tolerance has them.
     let energies = ["paper_rig.toml", modal.to_str().unwrap()].map(|study| {
         let mut arguments = vec!["scene", study, "--json"];

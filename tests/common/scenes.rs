@@ -1,12 +1,16 @@
 //! Scenes for the coupled system: a bare bench of rigid bodies, and a rig with a structure of its own.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use decore::contact::{ContactParameters, kelvin_voigt};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step, System};
-use decore::scene::{Environment, Guide, HammerUnit, ModeTreatment, Mount, OutputSettings, Scene, SolverSettings};
-use decore::system::{ContactKind, Coupled, CoupledModel, InterfaceModes};
+use decore::scene::{
+    Environment, FixtureId, Guide, HammerLink, HammerUnit, ModeTreatment, Mount, OutputSettings, Owner, PointId, Scene,
+    SolverSettings,
+};
+use decore::system::{Coupled, CoupledModel, InterfaceModes};
 use decore::workpiece::{Casting, Fixture};
 
 use super::harness::{Run, observe, settings};
@@ -43,11 +47,32 @@ pub fn bench() -> (Scene, InterfaceModes) {
     let modes = InterfaceModes {
         omega_rad_s: Vec::new(),
         damping_ratio: Vec::new(),
-        mounts: vec![Vec::new()],
-        fixtures: vec![vec![Vec::new()]],
-        points: Vec::new(),
+        shapes: shapes([Vec::new()], [Vec::new()]),
     };
     (scene, modes)
+}
+
+/// Mode shapes at the mounts of hammers and at the fixtures of the first casting.
+pub fn shapes(
+    mounts: impl IntoIterator<Item = Vec<f64>>,
+    fixtures: impl IntoIterator<Item = Vec<f64>>,
+) -> BTreeMap<PointId, Vec<f64>> {
+    let mounts = mounts.into_iter().enumerate().map(|(hammer, row)| (PointId::Mount { hammer }, row));
+    let fixtures = fixtures.into_iter().enumerate().map(|(fixture, row)| (support(0, fixture), row));
+    mounts.chain(fixtures).collect()
+}
+
+/// Point of the machine that carries the first hammer.
+pub const MOUNT: PointId = PointId::Mount { hammer: 0 };
+
+/// Point of the machine that carries a fixture.
+pub fn support(casting: usize, fixture: usize) -> PointId {
+    PointId::Support(FixtureId { casting, fixture })
+}
+
+/// Component of the state that is the velocity of a casting's centre of mass.
+pub fn heave_velocity(model: &CoupledModel, casting: usize) -> usize {
+    model.velocity_sum(PointId::Centre { casting })[0].0
 }
 
 /// A hammer with the default supply over the centre of casting 0.
@@ -111,9 +136,7 @@ pub fn rig(hammers: usize) -> (Scene, InterfaceModes) {
     let modes = InterfaceModes {
         omega_rad_s: hertz.iter().map(|f| 2.0 * std::f64::consts::PI * f).collect(),
         damping_ratio: vec![0.02; hertz.len()],
-        mounts: (0..hammers).map(|h| row(h + 1)).collect(),
-        fixtures: vec![vec![row(0)]],
-        points: Vec::new(),
+        shapes: shapes((0..hammers).map(|h| row(h + 1)), [row(0)]),
     };
     (scene, modes)
 }
@@ -141,10 +164,9 @@ pub fn clear(model: &CoupledModel) -> Vec<f64> {
     y
 }
 
-/// Index of the first hammer's contact of a kind.
-pub fn contact_index(model: &CoupledModel, kind: ContactKind) -> usize {
-    let found = model.elements().contacts().iter().position(|contact| contact.kind == kind);
-    found.expect("every hammer has a contact of every kind")
+/// Index of a contact of the first hammer.
+pub fn contact_index(model: &CoupledModel, link: HammerLink) -> usize {
+    model.elements().contact_of(Owner::Hammer { hammer: 0, link }).expect("every hammer has all of them")
 }
 
 /// Integrates a coupled model from a state with every contact open that is open at rest.

@@ -1,6 +1,6 @@
 //! Speed against error on a scene: what the figures must have in common whatever the machine.
 
-use crate::common::scenes::rig;
+use crate::common::scenes::{MOUNT, rig, support};
 use decore::accuracy::{Accuracy, Experiment, MAIN_OUTPUTS, fixed_steps, ladder, measure, plot, text};
 use decore::run::RowStatus;
 use decore::scene::{Method, ModeTreatment, SolverSettings};
@@ -16,8 +16,8 @@ fn short_rig() -> Accuracy {
     // One more mode that the fixture feels.
     all.omega_rad_s.push(3000.0);
     all.damping_ratio.push(0.02);
-    all.mounts[0].push(0.03);
-    all.fixtures[0][0].push(0.08);
+    all.shapes.insert(MOUNT, [&modes.shapes[&MOUNT][..], &[0.03]].concat());
+    all.shapes.insert(support(0, 0), [&modes.shapes[&support(0, 0)][..], &[0.08]].concat());
     let mut settings = ladder(&scene);
     settings.extend(fixed_steps(&scene.solver, true));
     let experiment = Experiment { scene: &scene, modes: &modes, all_modes: Some(&all), settings, repeats: 1 };

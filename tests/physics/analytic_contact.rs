@@ -4,12 +4,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, observe, settings, switches};
-use crate::common::scenes::{PeakForce, bench, clear, contact_index, place, simulate};
+use crate::common::scenes::{PeakForce, bench, clear, contact_index, heave_velocity, place, simulate};
 use decore::contact::{ContactParameters, kelvin_voigt};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::Stopped;
 use decore::metrics::Recorder;
-use decore::system::{ContactKind, Coupled, CoupledModel, build};
+use decore::scene::HammerLink;
+use decore::system::{Coupled, CoupledModel, build};
 
 /// Restitution and duration of a contact without tension: `z = c / (2 sqrt(k mu))`.
 fn closed_form(law: &ContactParameters, mu: f64) -> (f64, f64) {
@@ -22,7 +23,7 @@ fn closed_form(law: &ContactParameters, mu: f64) -> (f64, f64) {
 
 /// One of the five pairs: the contact, the body that approaches at 1 m/s, the body it meets.
 struct Pair {
-    kind: ContactKind,
+    kind: HammerLink,
     striker: usize,
     sign: f64,
     masses: [f64; 2],
@@ -33,7 +34,7 @@ struct Pair {
 
 fn pairs() -> [Pair; 5] {
     let pair = |kind, striker, sign, masses, law, published| Pair { kind, striker, sign, masses, law, published };
-    use ContactKind::{ChiselCasting, Nose, PistonChisel, RearWall, SpoolRear};
+    use HammerLink::{ChiselCasting, Nose, PistonChisel, RearWall, SpoolRear};
     [
         pair(SpoolRear, body::SPOOL, -1.0, [0.074, 6.5], |p| &mut p.valve.stop, [0.143, 172.0, 861.0]),
         pair(RearWall, body::PISTON, -1.0, [0.4546, 6.5], |p| &mut p.piston.rear_wall, [0.410, 379.0, 2915.0]),
@@ -71,25 +72,25 @@ fn collide(pair: &Pair, change: impl Fn(&mut ContactParameters)) -> Collision {
     let (mut scene, modes) = bench();
     let unit = &mut scene.hammers[0];
     change((pair.law)(&mut unit.parameters));
-    unit.standoff_m = if pair.kind == ContactKind::ChiselCasting { 0.0 } else { 0.5 };
+    unit.standoff_m = if pair.kind == HammerLink::ChiselCasting { 0.0 } else { 0.5 };
     let model = build(&scene, &modes).expect("the bench is sound");
     let mut y0 = clear(&model);
     let start = match (pair.kind, pair.striker) {
         // The casting's face stands where the chisel's tip rests; the cylinder is further on, so that the retainer is not met.
-        (ContactKind::ChiselCasting, _) => 0.011,
-        (ContactKind::PistonChisel, _) => 0.006 + HammerParameters::default().piston.stroke_m - 0.001,
+        (HammerLink::ChiselCasting, _) => 0.011,
+        (HammerLink::PistonChisel, _) => 0.006 + HammerParameters::default().piston.stroke_m - 0.001,
         (_, body::SPOOL) => 0.002,
         (_, body::PISTON) => 0.060,
         _ => 0.006,
     };
-    if pair.kind == ContactKind::ChiselCasting {
+    if pair.kind == HammerLink::ChiselCasting {
         shift(&model, &mut y0, (0.005, 0.0));
     }
     place(&model, &mut y0, pair.striker, (start, pair.sign));
     let contact = contact_index(&model, pair.kind);
     let mut peak = PeakForce { contact, newton: 0.0 };
     // Rear wall: 60 mm to go; the others 1 to 6 mm.
-    let end = if pair.kind == ContactKind::RearWall { 0.0615 } else { start.min(0.006) + 0.0008 };
+    let end = if pair.kind == HammerLink::RearWall { 0.0615 } else { start.min(0.006) + 0.0008 };
     let run = observe(&mut Coupled::new(&model), &y0, settings(1e-8, 1e-3), end, &mut peak);
     let [onset, release] = switches(&run, contact);
     let row = model.elements().contact_row(contact);
@@ -114,8 +115,8 @@ fn pair_momentum(pair: &Pair, model: &Arc<CoupledModel>, y: &[f64]) -> f64 {
     let hammer = Coupled::new(model).hammer_state(0, 0.0, y);
     let mut total: f64 =
         (body::CYLINDER..body::COUNT).map(|i| model.hammers()[0].model.mass()[i] * hammer.velocity[i]).sum();
-    if pair.kind == ContactKind::ChiselCasting {
-        total += 0.517 * y[model.layout().velocity(model.castings()[0].heave)];
+    if pair.kind == HammerLink::ChiselCasting {
+        total += 0.517 * y[heave_velocity(&model, 0)];
     }
     total
 }
@@ -197,11 +198,11 @@ fn analytic_oscillator_on_a_stop() {
     (scene.outputs.blow_window_s, scene.duration_s) = (0.04, 0.05);
     let model = build(&scene, &modes).expect("sound");
     let mut y0 = model.initial_state().to_vec();
-    y0[model.layout().velocity(model.castings()[0].heave)] = -1.0;
+    y0[heave_velocity(&model, 0)] = -1.0;
     let mut system = Coupled::new(&model);
     let mut recorder = Recorder::new(&model, &scene);
     let run = observe(&mut system, &y0, settings(1e-8, 1e-3), 0.05, &mut recorder);
-    let [onset, release] = switches(&run, contact_index(&model, ContactKind::ChiselCasting));
+    let [onset, release] = switches(&run, contact_index(&model, HammerLink::ChiselCasting));
     let metrics = recorder.finish(&system, run.t, &run.y);
     let blow = &metrics.blows[0];
     println!(
@@ -241,7 +242,7 @@ fn analytic_three_ball_cradle() {
     let run = simulate(&model, &y0, (1e-8, 1e-3), 0.003);
     assert_eq!(run.stopped, Stopped::AtEnd);
     let hammer = Coupled::new(&model).hammer_state(0, 0.0, &run.y);
-    let casting = run.y[model.layout().velocity(model.castings()[0].heave)];
+    let casting = run.y[heave_velocity(&model, 0)];
     println!("{} {} {casting}", hammer.velocity[body::PISTON], hammer.velocity[body::CHISEL]);
     // Published to five digits.
     assert_close("first", hammer.velocity[body::PISTON], -0.13026, 1e-5);
@@ -265,7 +266,7 @@ fn analytic_touch_within_one_step_is_found() {
         let model = build(&scene, &modes).expect("sound");
         let mut y0 = clear(&model);
         shift(&model, &mut y0, (0.006, 0.1));
-        let contact = contact_index(&model, ContactKind::ChiselCasting);
+        let contact = contact_index(&model, HammerLink::ChiselCasting);
         // Error control is off: only the first onset says something. It lies in the step from 6 ms to the end.
         let run = simulate(&model, &y0, (1e3, 0.019), 0.0195);
         let first = run.events.iter().find(|event| event.guard == contact).map(|event| event.t);

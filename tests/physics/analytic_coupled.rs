@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, distance, observe, run, settings, slope};
-use crate::common::scenes::{bench, casting, castings_only, hammer, rig, simulate, solver};
+use crate::common::scenes::{MOUNT, bench, casting, castings_only, hammer, rig, shapes, simulate, solver, support};
 use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Stopped, System};
 use decore::run::{RowStatus, run_row};
-use decore::scene::{Guide, ModeTreatment, Scene};
-use decore::system::{Coupled, CoupledModel, FixtureId, InterfaceModes, Owner, PointId, build};
+use decore::scene::{Guide, ModeTreatment, Owner, PointId, Scene};
+use decore::system::{Coupled, CoupledModel, InterfaceModes, build};
 use nalgebra::{DMatrix, Matrix2, SymmetricEigen};
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -19,13 +19,8 @@ fn mounted_mass(stiffness: f64) -> (Arc<CoupledModel>, [f64; 4], [f64; 4]) {
     let omega = [120.0, 310.0, 555.0, 1300.0];
     let phi = [0.35, -0.22, 0.41, 0.1];
     let scene = castings_only(vec![casting("part", &[(stiffness, 0.0)])]);
-    let modes = InterfaceModes {
-        omega_rad_s: omega.to_vec(),
-        damping_ratio: vec![0.0; 4],
-        mounts: Vec::new(),
-        fixtures: vec![vec![phi.to_vec()]],
-        points: Vec::new(),
-    };
+    let modes =
+        InterfaceModes { omega_rad_s: omega.to_vec(), damping_ratio: vec![0.0; 4], shapes: shapes([], [phi.to_vec()]) };
     (build(&scene, &modes).expect("sound"), omega, phi)
 }
 
@@ -101,9 +96,7 @@ fn analytic_chain_under_a_step_force() {
     let modes = InterfaceModes {
         omega_rad_s: eigen.eigenvalues.iter().map(|value: &f64| value.sqrt()).collect(),
         damping_ratio: vec![0.0; 2],
-        mounts: Vec::new(),
-        fixtures: vec![vec![shape(1), vec![0.0; 2]]],
-        points: Vec::new(),
+        shapes: shapes([], [shape(1), vec![0.0; 2]]),
     };
     let model = build(&castings_only(vec![third]), &modes).expect("sound");
     let static_solution = [0.75, 0.5, 0.25];
@@ -139,7 +132,7 @@ fn analytic_reciprocity() {
         scene.hammers[0].parameters.guide.stiffness_n_per_m = 1e7;
         scene.solver.guide = guide;
         let model = build(&scene, &modes).expect("sound");
-        let (mount, fixture) = (&modes.mounts[0], &modes.fixtures[0][0]);
+        let (mount, fixture) = (&modes.shapes[&MOUNT], &modes.shapes[&support(0, 0)]);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         // Velocity after an impulse along `row`: the tied guide takes its share at once.
         let tied_mass = if guide == Guide::Tied { scene.hammers[0].parameters.guide.mass_kg } else { 0.0 };
@@ -154,8 +147,7 @@ fn analytic_reciprocity() {
             Coupled::new(&model).motion(point, end, &run.y).1
         };
         for end in [0.003, 0.011, 0.05] {
-            let support = PointId::Support(FixtureId { casting: 0, fixture: 0 });
-            let (there, back) = (response(mount, support, end), response(fixture, PointId::Mount { hammer: 0 }, end));
+            let (there, back) = (response(mount, support(0, 0), end), response(fixture, MOUNT, end));
             println!("{guide:?} at {end}: {there} and {back}");
             assert!((there - back).abs() < 1e-6 * dot(mount, mount).max(dot(fixture, fixture)), "{there} and {back}");
             assert!(there.abs() > 1e-4, "nothing moved");
@@ -198,17 +190,17 @@ enum Point {
 
 /// Entries of the first hammer's rows.
 fn hammer_rows(model: &CoupledModel) -> Vec<Vec<(Point, f64)>> {
-    let heave = model.castings()[0].heave;
-    let support = PointId::Support(FixtureId { casting: 0, fixture: 0 });
+    let heave = model.points().row(PointId::Centre { casting: 0 })[0].0;
     let is = |column: usize, point: PointId| model.points().row(point) == [(column, 1.0)];
     let name = |column: usize| match column {
-        p if is(p, support) => Point::Fixture(0),
+        p if is(p, support(0, 0)) => Point::Fixture(0),
         p if p == model.hammers()[0].mount => Point::Mount(0),
         p if p >= heave => Point::Casting(p - heave),
         p => Point::Body(p),
     };
     let elements = model.elements();
-    let own = elements.contacts().iter().enumerate().filter(|(_, contact)| contact.owner == Owner::Hammer(0));
+    let of_first = |owner| matches!(owner, Owner::Hammer { hammer: 0, .. });
+    let own = elements.contacts().iter().enumerate().filter(|(_, contact)| of_first(contact.owner));
     let entries = |row: usize| {
         let mut entries: Vec<(Point, f64)> = elements.row(row).map(|(point, c)| (name(point), c)).collect();
         entries.sort_by(|a, b| format!("{:?}", a.0).cmp(&format!("{:?}", b.0)));
@@ -360,12 +352,13 @@ fn analytic_uncoupled_hammers() {
     let before = |row: &[f64]| row.iter().copied().chain(vec![0.0; count]).collect::<Vec<f64>>();
     let behind = |row: &[f64]| vec![0.0; count].into_iter().chain(row.iter().copied()).collect::<Vec<f64>>();
     let twice = |values: &[f64]| values.iter().chain(values).copied().collect::<Vec<f64>>();
+    let [mount, fixture] = [MOUNT, support(0, 0)].map(|point| &modes.shapes[&point]);
+    let mut double = shapes([before(mount), behind(mount)], [before(fixture)]);
+    double.insert(support(1, 0), behind(fixture));
     let double = InterfaceModes {
         omega_rad_s: twice(&modes.omega_rad_s),
         damping_ratio: twice(&modes.damping_ratio),
-        mounts: vec![before(&modes.mounts[0]), behind(&modes.mounts[0])],
-        fixtures: vec![vec![before(&modes.fixtures[0][0])], vec![behind(&modes.fixtures[0][0])]],
-        points: Vec::new(),
+        shapes: double,
     };
     let one = run_row(&alone, &modes).metrics.expect("done");
     let two = run_row(&both, &double).metrics.expect("done");

@@ -4,8 +4,8 @@ use decore::engine::Engine;
 use decore::hammer::body;
 use decore::integrate::{Observer, Step};
 use decore::run::{RowOutcome, RowStatus, run_row, run_row_observed};
-use decore::scene::Scene;
-use decore::system::{Coupled, InterfaceModes, PointId};
+use decore::scene::{PointId, Scene};
+use decore::system::{Coupled, InterfaceModes};
 
 /// The energy audit of every hard case.
 const RESIDUAL: f64 = 1e-3;
@@ -233,12 +233,12 @@ fn floating_structure(treatment: &str) {
     let mut modes = InterfaceModes::clone(&held);
     modes.omega_rad_s.insert(0, 0.0);
     modes.damping_ratio.insert(0, 0.0);
-    modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.insert(0, shape));
+    modes.shapes.values_mut().for_each(|row| row.insert(0, shape));
     sound(run_row(&rig.scene, &modes), &["floating, flexible"]);
     // The rigid motion alone: momentum of hammer, casting and machine together is nothing at all times.
     modes.omega_rad_s.truncate(1);
     modes.damping_ratio.truncate(1);
-    modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.truncate(1));
+    modes.shapes.values_mut().for_each(|row| row.truncate(1));
     let (outcome, log) = run_row_observed(&rig.scene, &modes, |_| Momentum { largest: 0.0, shape });
     sound(outcome, &["floating, rigid"]);
     let largest = log.unwrap().largest;
@@ -259,7 +259,7 @@ impl Observer<Coupled> for Momentum {
         let y = &y;
         let state = system.hammer_state(0, step.t1(), y);
         let hammer: f64 = model.hammers()[0].model.mass().iter().zip(state.velocity).map(|(m, v)| m * v).sum();
-        let casting = 0.517 * y[model.layout().velocity(model.castings()[0].heave)];
+        let casting = 0.517 * y[crate::common::scenes::heave_velocity(model, 0)];
         let machine = system.motion(PointId::Mount { hammer: 0 }, step.t1(), y).1 / (self.shape * self.shape);
         self.largest = self.largest.max((hammer + casting + machine).abs());
     }
@@ -277,9 +277,8 @@ fn a_mode_at_fifty_kilohertz() {
         let mut modes = InterfaceModes::clone(&plain);
         modes.omega_rad_s.push(2.0 * std::f64::consts::PI * 5e4);
         modes.damping_ratio.push(0.02);
-        let rows = || plain.mounts.iter().chain(plain.fixtures.iter().flatten());
-        let strongest = rows().flatten().fold(0.0_f64, |largest, share| largest.max(share.abs()));
-        modes.mounts.iter_mut().chain(modes.fixtures.iter_mut().flatten()).for_each(|row| row.push(strongest));
+        let strongest = plain.shapes.values().flatten().fold(0.0_f64, |largest, share| largest.max(share.abs()));
+        modes.shapes.values_mut().for_each(|row| row.push(strongest));
         let outcome = sound(run_row(&rig.scene, &modes), &["50 kHz", treatment]);
         println!("{treatment}: {} steps", outcome.counters.steps);
         assert!((first_energy(&outcome).unwrap() / expected - 1.0).abs() < 1e-4);

@@ -1,13 +1,13 @@
 //! Outputs of a run against their definitions, worked out a second time from the bare trajectory.
 
 use crate::common::harness::{assert_close, assert_relative};
-use crate::common::scenes::rig;
+use crate::common::scenes::{heave_velocity, rig};
 use decore::hammer::body;
 use decore::integrate::{Observer, Step, System};
 use decore::metrics::{BlowKind, RunMetrics};
 use decore::run::{run_row, run_row_observed};
-use decore::scene::{OutputSettings, Scene};
-use decore::system::{ContactKind, Coupled, InterfaceModes, Owner, PointId};
+use decore::scene::{HammerLink, OutputSettings, Owner, PointId, Scene};
+use decore::system::{Coupled, InterfaceModes};
 
 /// Everything that the definitions need, kept as it comes.
 #[derive(Default)]
@@ -45,7 +45,7 @@ impl Observer<Coupled> for Trace {
             step.state(theta, &mut y);
             for (h, slot) in model.hammers().iter().enumerate() {
                 let force = system.contact_force(slot.strike, step.time(theta), &y);
-                let heave = y[model.layout().velocity(model.castings()[slot.casting].heave)];
+                let heave = y[heave_velocity(model, slot.casting)];
                 let arm = system.motion(PointId::Mount { hammer: h }, step.time(theta), &y).1;
                 self.samples[h].push([step.time(theta), force, heave, arm]);
                 if system.is_closed(slot.strike) {
@@ -59,14 +59,14 @@ impl Observer<Coupled> for Trace {
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let model = system.model();
         let contact = &model.elements().contacts()[guard];
-        let Owner::Hammer(h) = contact.owner else { return };
-        match contact.kind {
-            ContactKind::ChiselCasting if system.is_closed(guard) => {
+        let Owner::Hammer { hammer: h, link } = contact.owner else { return };
+        match link {
+            HammerLink::ChiselCasting if system.is_closed(guard) => {
                 self.contacts.push((h, t));
                 self.largest_onset_n = self.largest_onset_n.max(system.contact_force(guard, t, y));
             }
-            ContactKind::ChiselCasting => self.releases.push((h, t)),
-            ContactKind::PistonChisel if system.is_closed(guard) => {
+            HammerLink::ChiselCasting => self.releases.push((h, t)),
+            HammerLink::PistonChisel if system.is_closed(guard) => {
                 let state = system.hammer_state(h, t, y);
                 let closing = state.velocity[body::PISTON] - state.velocity[body::CHISEL];
                 let masses = model.hammers()[h].model.mass();

@@ -9,8 +9,8 @@ use decore::hammer::{HammerParameters, body};
 use decore::integrate::{Observer, Step};
 use decore::metrics::{BlowKind, ERRING, HammerMetrics, Percussion, RunMetrics};
 use decore::run::{RowJob, RowStatus, perturbed, run_row, run_row_observed};
-use decore::scene::Environment;
-use decore::system::{ContactKind, Coupled, HammerQuadrature, build};
+use decore::scene::{Environment, HammerLink, Owner};
+use decore::system::{Coupled, HammerQuadrature, build};
 
 const TELESCOPE: &str = "hammer.hammer.parameters.telescope";
 
@@ -136,7 +136,9 @@ impl Observer<Coupled> for Books {
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let model = system.model();
-        if matches!(model.elements().contacts()[guard].kind, ContactKind::PistonChisel | ContactKind::ChiselCasting) {
+        use HammerLink::{ChiselCasting, PistonChisel};
+        let owner = model.elements().contacts()[guard].owner;
+        if matches!(owner, Owner::Hammer { link: PistonChisel | ChiselCasting, .. }) {
             let at = |q| y[model.layout().quadrature(0, q)];
             self.events.push((t, at(HammerQuadrature::Work), at(HammerQuadrature::Impulse)));
         }

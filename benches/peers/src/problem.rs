@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use decore::integrate::{Switching, System};
-use decore::scene::{Guide, Method, ModeTreatment, OutputSettings, Scene, SolverSettings};
-use decore::system::{ContactKind, Coupled, CoupledModel, build};
+use decore::scene::{Guide, Method, ModeTreatment, OutputSettings, PointId, Scene, SolverSettings};
+use decore::system::{Coupled, CoupledModel, build};
 
 use crate::scene::Rig;
 
@@ -111,7 +111,7 @@ impl Problem {
     /// Index of the casting's heave velocity.
     pub fn heave(&self) -> usize {
         let model = self.system.model();
-        model.layout().velocity(model.castings()[0].heave)
+        model.velocity_sum(PointId::Centre { casting: 0 })[0].0
     }
 
     /// Contacts.
@@ -144,11 +144,12 @@ impl Problem {
         }
         let model = self.system.model();
         let energy = model.impact_energy(0, &self.full[0]);
-        match model.elements().contacts()[guard].kind {
-            ContactKind::ChiselCasting if self.solution.first_impact_j.is_none() => {
+        let hammer = &model.hammers()[0];
+        match guard {
+            strike if strike == hammer.strike && self.solution.first_impact_j.is_none() => {
                 self.solution.first_impact_j = Some(energy);
             }
-            ContactKind::PistonChisel if self.system.gate_open(0) => {
+            piston if piston == hammer.percussion && self.system.gate_open(0) => {
                 let (_, closing) = self.system.penetration(guard, t, &self.full[0]);
                 let last = self.solution.blows.last().map_or(f64::NEG_INFINITY, |blow| blow.0);
                 let separate = t - last >= self.settings.blow_separation_s;

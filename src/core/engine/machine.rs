@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use crate::scene::{Housings, STANDARD, Scene};
+use crate::scene::{Housings, Location, PartId, PointId, STANDARD, Scene};
 use crate::structure::{
     Damping, DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
     ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError, cache_path, reduce,
@@ -23,9 +23,8 @@ const CACHED_PLACEMENTS: usize = 128;
 
 /// Weighted points in a form that can be compared: names, and the bits of every weight.
 type PointsKey = Vec<(String, u64)>;
-/// Housings of a scene with the bits of their numbers, the points at which it touches the structure, and how many of these are
-/// mounts and fixtures of each casting.
-type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<PointsKey>, Vec<usize>);
+/// Housings of a scene with the bits of their numbers, and its points on the structure.
+type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<(PointId, PointsKey)>);
 
 /// The reduced machine of a study, shared by all rows.
 #[derive(Debug)]
@@ -55,16 +54,10 @@ enum Whole {
 struct Placement {
     /// The bodies that the structure carries.
     bodies: Vec<RigidMass>,
-    /// Its [`interface_rows`].
+    /// The points at which the scene touches the structure, in the order of the rows of mode shapes.
+    points: Vec<PointId>,
+    /// Their nodes and directions.
     rows: Vec<DirectedPoints>,
-}
-
-/// Modes that rows run on.
-struct ChosenModes {
-    omega_rad_s: Vec<f64>,
-    damping_ratio: Vec<f64>,
-    /// Shapes at each of the [`interface_rows`].
-    shapes: Vec<Vec<f64>>,
 }
 
 /// A structure before its reduction: what a study is checked against.
@@ -162,7 +155,7 @@ impl Machine {
     /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
     pub fn modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, StructureError> {
         let placement = self.placement(scene);
-        let key = key(&placement, scene);
+        let key = key(&placement);
         // A panic elsewhere leaves the map whole: entries are inserted in one go.
         let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(placed) = cached {
@@ -171,9 +164,9 @@ impl Machine {
         // A pure function of the scene: the cache only saves time.
         let chosen = match self.selection {
             Some(settings) => self.select_at(&placement, settings)?.1,
-            None => ChosenModes::all(&self.reduced.modes_at(&placement.bodies, &self.options, &placement.rows)?),
+            None => placement.all(&self.reduced.modes_at(&placement.bodies, &self.options, &placement.rows)?),
         };
-        let placed = Arc::new(chosen.of(scene).into());
+        let placed = Arc::new(chosen.into());
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.len() < CACHED_PLACEMENTS {
             cache.insert(key, Arc::clone(&placed));
@@ -200,9 +193,9 @@ impl Machine {
             _ => f64::MAX,
         };
         let options = ModalOptions { cutoff_hz, damping: self.options.damping.clone() };
-        let Placement { bodies, rows } = self.placement(scene);
-        let modes = reduced.modes_at(&bodies, &options, &rows).map_err(|error| error.to_string())?;
-        Ok(Arc::new(ChosenModes::all(&modes).of(scene).into()))
+        let placement = self.placement(scene);
+        let modes = reduced.modes_at(&placement.bodies, &options, &placement.rows);
+        Ok(Arc::new(placement.all(&modes.map_err(|error| error.to_string())?).into()))
     }
 
     /// What was selected for a scene; `None` where the study sets no tolerance.
@@ -223,19 +216,18 @@ impl Machine {
         scene: &Scene,
         settings: SelectionSettings,
     ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
-        let (selection, chosen) = self.select_at(&self.placement(scene), settings)?;
-        Ok((selection, chosen.of(scene)))
+        self.select_at(&self.placement(scene), settings)
     }
 
     fn select_at(
         &self,
         placement: &Placement,
         settings: SelectionSettings,
-    ) -> Result<(ModeSelection, ChosenModes), StructureError> {
-        let Placement { bodies, rows } = placement;
+    ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
+        let Placement { bodies, rows, .. } = placement;
         let modes = self.reduced.modes_to_select(bodies, &self.options.damping, rows, settings)?;
         let selection = modes.select(settings)?;
-        let chosen = ChosenModes::selected(&modes, &selection);
+        let chosen = placement.selected(&modes, &selection);
         Ok((selection, chosen))
     }
 
@@ -244,55 +236,42 @@ impl Machine {
             Housings::Add => housings(scene),
             Housings::Included => Vec::new(),
         };
-        Placement { bodies, rows: interface_rows(scene) }
+        let points = scene.points().into_values().filter(|point| point.part == PartId::Machine);
+        let (points, rows) = points
+            .filter_map(|point| match point.location {
+                Location::Nodes(nodes) => Some((point.id, (nodes, STRIKE_DIRECTION))),
+                _ => None,
+            })
+            .unzip();
+        Placement { bodies, points, rows }
     }
 }
 
-impl ChosenModes {
-    fn all(modes: &ModesAt) -> Self {
-        Self {
+impl Placement {
+    /// All modes.
+    fn all(&self, modes: &ModesAt) -> InterfaceModes {
+        let shapes = modes.rows.row_iter().map(|row| row.iter().copied().collect());
+        InterfaceModes {
             omega_rad_s: modes.omega_rad_s.clone(),
             damping_ratio: modes.damping_ratio.clone(),
-            shapes: modes.rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            shapes: self.points.iter().copied().zip(shapes).collect(),
         }
     }
 
     /// The kept modes, then what stands for the others.
-    fn selected(modes: &ModesAt, selection: &ModeSelection) -> Self {
+    fn selected(&self, modes: &ModesAt, selection: &ModeSelection) -> InterfaceModes {
         let residual = &selection.residual;
         let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {
             selection.kept.iter().map(|&mode| of[mode]).chain(residual.iter().copied()).collect()
         };
         let rows = selection.rows.row_iter().zip(residual.rows.row_iter());
-        Self {
+        let shapes = rows.map(|(kept, residual)| kept.iter().chain(residual.iter()).copied().collect());
+        InterfaceModes {
             omega_rad_s: with_residual(&modes.omega_rad_s, &residual.omega_rad_s),
             damping_ratio: with_residual(&modes.damping_ratio, &residual.damping_ratio),
-            shapes: rows.map(|(kept, residual)| kept.iter().chain(residual.iter()).copied().collect()).collect(),
+            shapes: self.points.iter().copied().zip(shapes).collect(),
         }
     }
-
-    /// The modes with their shapes as a scene names them.
-    fn of(self, scene: &Scene) -> InterfaceModes {
-        let mut shapes = self.shapes.into_iter();
-        InterfaceModes {
-            mounts: shapes.by_ref().take(scene.hammers.len()).collect(),
-            fixtures: (scene.castings.iter())
-                .map(|casting| shapes.by_ref().take(casting.fixtures.len()).collect())
-                .collect(),
-            points: shapes.collect(),
-            omega_rad_s: self.omega_rad_s,
-            damping_ratio: self.damping_ratio,
-        }
-    }
-}
-
-/// The points and directions at which a scene touches the structure: its mounts, its fixtures, then the watched points.
-fn interface_rows(scene: &Scene) -> Vec<DirectedPoints> {
-    let mounts = scene.hammers.iter().map(|hammer| hammer.mount.points.clone());
-    let fixtures = scene.castings.iter().flat_map(|casting| &casting.fixtures);
-    let verticals = fixtures.map(|fixture| &fixture.point).chain(&scene.outputs.points);
-    let verticals = verticals.map(|point| vec![(point.clone(), 1.0)]);
-    mounts.chain(verticals).map(|points| (points, STRIKE_DIRECTION)).collect()
 }
 
 /// What a study's reduction keeps: all six DOFs of every candidate mount, which a housing that is added needs, or where housings are
@@ -324,8 +303,7 @@ fn housings(scene: &Scene) -> Vec<RigidMass> {
         .collect()
 }
 
-fn key(placement: &Placement, scene: &Scene) -> PlacementKey {
-    let Placement { bodies, rows } = placement;
+fn key(placement: &Placement) -> PlacementKey {
     let bits = |points: &[(String, f64)]| -> PointsKey {
         points.iter().map(|(name, weight)| (name.clone(), weight.to_bits())).collect()
     };
@@ -333,6 +311,6 @@ fn key(placement: &Placement, scene: &Scene) -> PlacementKey {
         let ([j0, j1, j2], [c0, c1, c2]) = (housing.inertia_kg_m2, housing.centre_of_mass_m);
         (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
     };
-    let counts = [scene.hammers.len()].into_iter().chain(scene.castings.iter().map(|casting| casting.fixtures.len()));
-    (bodies.iter().map(entry).collect(), rows.iter().map(|(points, _)| bits(points)).collect(), counts.collect())
+    let points = placement.points.iter().copied().zip(placement.rows.iter().map(|(points, _)| bits(points)));
+    (placement.bodies.iter().map(entry).collect(), points.collect())
 }

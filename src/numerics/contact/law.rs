@@ -231,6 +231,9 @@ impl ContactLaw {
     /// Penetration at which the contact, helped by a linear spring of stiffness `helper_n_per_m`, carries the static
     /// `force_n`, which is not negative: the zero of `N(d, 0) + k_helper d - F`.
     pub fn static_penetration(&self, force_n: f64, helper_n_per_m: f64) -> f64 {
+        if force_n == 0.0 {
+            return 0.0;
+        }
         let (stiffness, exponent) = match *self {
             Self::KelvinVoigt { stiffness_n_per_m, .. } | Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
                 return force_n / (stiffness_n_per_m + helper_n_per_m);

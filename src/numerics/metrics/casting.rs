@@ -1,10 +1,13 @@
 //! What is kept of one casting while it moves, and the outputs that follow from it.
 
+use std::ops::Range;
+
 use super::at::At;
 use super::outputs::CastingMetrics;
 use super::peak::{Probe, peak, reach};
 use crate::integrate::Step;
-use crate::system::{CastingQuadrature, CastingSlot, Coupled, HammerQuadrature, Layout, PointId};
+use crate::scene::{PartId, PointId, Scene};
+use crate::system::{CastingQuadrature, Coupled, CoupledModel, HammerQuadrature};
 
 /// The largest absolute velocity of one point.
 struct PointPeak {
@@ -18,10 +21,11 @@ struct PointPeak {
 }
 
 impl PointPeak {
-    fn new(layout: &Layout, heave: usize, row: &[(usize, f64)]) -> Self {
+    /// `velocities`: first component of the casting's own.
+    fn new(velocities: usize, row: &[(usize, f64)]) -> Self {
         Self {
-            shares: row.iter().map(|(body, c)| (body - heave, c.abs())).collect(),
-            support: row.iter().map(|(body, _)| layout.velocity(*body)).collect(),
+            shares: row.iter().map(|(component, c)| (component - velocities, c.abs())).collect(),
+            support: row.iter().map(|(component, _)| *component).collect(),
             coefficients: row.iter().map(|(_, c)| *c).collect(),
             largest_m_s: 0.0,
             time_s: 0.0,
@@ -31,7 +35,7 @@ impl PointPeak {
     /// Updates the peak; a step that cannot exceed it is left at once, as `reaches` of the casting's own velocities tell or the
     /// point's own.
     fn update(&mut self, step: &Step<'_>, reaches: &[f64], scratch: &mut [f64]) {
-        if self.shares.iter().map(|(body, c)| c * reaches[*body]).sum::<f64>() <= self.largest_m_s {
+        if self.shares.iter().map(|(own, c)| c * reaches[*own]).sum::<f64>() <= self.largest_m_s {
             return;
         }
         let (support, coefficients) = (&self.support, &self.coefficients);
@@ -49,58 +53,61 @@ impl PointPeak {
 
 /// What is remembered of one casting.
 pub(super) struct CastingTrack {
-    heave: PointPeak,
-    /// Points with their names. A casting that only heaves moves all its points alike: they are not followed.
-    points: Vec<(PointId, String, PointPeak)>,
-    rotates: bool,
-    /// Components of its own velocities, heave first, and how far each reaches within a step.
-    velocities: Vec<usize>,
+    casting: usize,
+    /// Peaks of points that move differently; that of the centre of mass comes first.
+    peaks: Vec<PointPeak>,
+    /// Points with their names, each with its place among the peaks.
+    points: Vec<(PointId, String, usize)>,
+    /// Components of its own velocities, and how far each reaches within a step.
+    velocities: Range<usize>,
     reaches: Vec<f64>,
 }
 
 impl CastingTrack {
-    pub fn new(layout: &Layout, slot: &CastingSlot) -> Self {
-        let peak = |row: &[(usize, f64)]| PointPeak::new(layout, slot.heave, row);
-        let points = slot.points.iter().map(|point| (point.id, point.name.clone(), peak(&point.row)));
+    pub fn new(model: &CoupledModel, scene: &Scene, casting: usize) -> Self {
+        let velocities = model.velocities(PartId::Casting(casting));
+        let mut rows = vec![model.velocity_sum(PointId::Centre { casting })];
+        let mut place = |row| {
+            let found = rows.iter().position(|known| *known == row);
+            found.unwrap_or_else(|| {
+                rows.push(row);
+                rows.len() - 1
+            })
+        };
+        let points = scene.points_of_casting(casting).into_iter();
+        let points = points.map(|(id, name)| (id, name, place(model.velocity_sum(id)))).collect();
         Self {
-            heave: peak(&[(slot.heave, 1.0)]),
-            points: points.collect(),
-            rotates: slot.rotations.iter().any(Option::is_some),
-            reaches: vec![0.0; slot.velocities.len()],
-            velocities: slot.velocities.clone(),
+            casting,
+            peaks: rows.iter().map(|row| PointPeak::new(velocities.start, row)).collect(),
+            points,
+            reaches: vec![0.0; velocities.len()],
+            velocities,
         }
     }
 
     /// Follows a step.
     pub fn step(&mut self, step: &Step<'_>, scratch: &mut [f64]) {
-        for (reached, component) in self.reaches.iter_mut().zip(&self.velocities) {
-            *reached = reach(step, std::iter::once((*component, 1.0)), 0.0);
+        for (reached, component) in self.reaches.iter_mut().zip(self.velocities.clone()) {
+            *reached = reach(step, std::iter::once((component, 1.0)), 0.0);
         }
-        self.heave.update(step, &self.reaches, scratch);
-        if self.rotates {
-            self.points.iter_mut().for_each(|(.., point)| point.update(step, &self.reaches, scratch));
-        }
+        self.peaks.iter_mut().for_each(|point| point.update(step, &self.reaches, scratch));
     }
 
     /// The outputs at the end of the run; of points that are equally fast the first counts.
-    pub fn finish(self, system: &Coupled, casting: usize, end: At<'_>) -> CastingMetrics {
-        let of = |point: &PointPeak| {
-            let peak = if self.rotates { point } else { &self.heave };
-            (peak.largest_m_s, peak.time_s)
-        };
+    pub fn finish(self, system: &Coupled, end: At<'_>) -> CastingMetrics {
         let mut metrics = CastingMetrics {
-            peak_velocity_m_s: self.heave.largest_m_s,
-            peak_velocity_time_s: self.heave.time_s,
-            ..ledger(system, casting, end)
+            peak_velocity_m_s: self.peaks[0].largest_m_s,
+            peak_velocity_time_s: self.peaks[0].time_s,
+            ..ledger(system, self.casting, end)
         };
-        for (id, name, point) in &self.points {
-            let (largest, time_s) = of(point);
-            if metrics.peak_point.is_empty() || largest > metrics.peak_point_velocity_m_s {
-                (metrics.peak_point_velocity_m_s, metrics.peak_point_velocity_time_s) = (largest, time_s);
+        for (id, name, place) in &self.points {
+            let PointPeak { largest_m_s, time_s, .. } = self.peaks[*place];
+            if metrics.peak_point.is_empty() || largest_m_s > metrics.peak_point_velocity_m_s {
+                (metrics.peak_point_velocity_m_s, metrics.peak_point_velocity_time_s) = (largest_m_s, time_s);
                 metrics.peak_point.clone_from(name);
             }
             if matches!(id, PointId::Measured { .. }) {
-                metrics.measuring_point_peak_velocity_m_s = Some(largest);
+                metrics.measuring_point_peak_velocity_m_s = Some(largest_m_s);
             }
         }
         metrics
@@ -119,7 +126,7 @@ fn ledger(system: &Coupled, casting: usize, At { t, y }: At<'_>) -> CastingMetri
         fixture_damper_loss_j: quadrature(CastingQuadrature::FixtureLoss),
         fixture_spring_energy_j: system.fixture_energy(casting, t, y),
         structure_work_j: quadrature(CastingQuadrature::StructureWork),
-        kinetic_energy_j: model.casting_energy(casting, y),
+        kinetic_energy_j: model.kinetic_energy(PartId::Casting(casting), |velocity| y[velocity]),
         strike_contact_loss_j: quadrature(CastingQuadrature::ContactWork) - still_stored,
         ..CastingMetrics::default()
     }

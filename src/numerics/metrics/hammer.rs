@@ -11,7 +11,7 @@ use super::steady::{self, Interval, Shown, Sure};
 use super::warning::Warning;
 use crate::hammer::body;
 use crate::integrate::{Step, Switching};
-use crate::scene::{OutputSettings, Scene};
+use crate::scene::{OutputSettings, PartId, Scene};
 use crate::system::{Coupled, CoupledModel, HammerQuadrature};
 
 /// State for which standard litres are counted: 101325 Pa and 293.15 K.
@@ -38,6 +38,8 @@ pub(super) struct HammerTrack {
     /// Time of the first impact and the arm's integral then.
     first_impact: Option<(f64, f64)>,
     contacts: ContactTrack,
+    /// Velocities of the casting that it strikes, as components of the state.
+    casting: Vec<usize>,
     blows: usize,
     last_blow_s: f64,
     gated_s: f64,
@@ -53,6 +55,7 @@ impl HammerTrack {
         let travel_m = scene.hammers[hammer].parameters.chisel.travel_m;
         Self {
             hammer,
+            casting: model.velocities(PartId::Casting(scene.hammers[hammer].casting)).collect(),
             contacts: ContactTrack::new(model.hammers()[hammer].strike, settings.contact_separation_s, travel_m),
             settings,
             impact_of: 0,
@@ -80,7 +83,7 @@ impl HammerTrack {
             self.gated_s += step.t1() - step.t0;
         }
         let Some(window) = &mut self.window else { return };
-        window.watch(system, step, scratch);
+        window.watch(system, step, Probe { support: &self.casting, scratch });
         if window.end_s <= step.t1() {
             let theta = step.fraction(window.end_s);
             self.close(system, |index| step.component(index, theta));
@@ -151,7 +154,7 @@ impl HammerTrack {
             },
             end_s: t + self.settings.blow_window_s,
             impulse_at_start: quadrature(HammerQuadrature::Impulse),
-            kinetic_at_start: model.casting_energy(slot.casting, y),
+            kinetic_at_start: model.kinetic_energy(PartId::Casting(slot.casting), |velocity| y[velocity]),
         });
         self.blows += 1;
         self.last_blow_s = t;
@@ -240,7 +243,7 @@ fn run_work(system: &Coupled, y: &[f64]) -> f64 {
 
 impl Window {
     /// Follows the peaks over what of a step belongs to the window.
-    fn watch(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
+    fn watch(&mut self, system: &Coupled, step: &Step<'_>, Probe { support: casting, scratch }: Probe<'_>) {
         let blow = &mut self.recorded.blow;
         let model = system.model();
         let slot = &model.hammers()[blow.hammer];
@@ -259,21 +262,19 @@ impl Window {
             let (value, _) = peak(step, theta, Probe { support, scratch }, speed);
             blow.casting_peak_velocity_m_s = blow.casting_peak_velocity_m_s.max(value);
         }
-        self.watch_strike(system, step, scratch);
+        self.watch_strike(system, step, Probe { support: casting, scratch });
     }
 
     /// Follows the casting's kinetic energy to its largest value, where the strike ends.
-    fn watch_strike(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
+    fn watch_strike(&mut self, system: &Coupled, step: &Step<'_>, probe: Probe<'_>) {
         let (model, blow) = (system.model(), &mut self.recorded.blow);
         let largest = self.kinetic_at_start + blow.strike_kinetic_energy_j;
-        if model.casting_energy_by(blow.casting, |velocity| reach(step, std::iter::once((velocity, 1.0)), 0.0))
-            <= largest
-        {
+        let part = PartId::Casting(blow.casting);
+        if model.kinetic_energy(part, |velocity| reach(step, std::iter::once((velocity, 1.0)), 0.0)) <= largest {
             return;
         }
-        let kinetic = |_: f64, y: &[f64]| model.casting_energy(blow.casting, y);
-        let support = &model.castings()[blow.casting].velocities;
-        let (energy, theta) = peak(step, step.fraction(self.end_s), Probe { support, scratch }, kinetic);
+        let kinetic = |_: f64, y: &[f64]| model.kinetic_energy(part, |velocity| y[velocity]);
+        let (energy, theta) = peak(step, step.fraction(self.end_s), probe, kinetic);
         if energy > largest {
             let at = |q| step.component(model.layout().quadrature(blow.hammer, q), theta);
             blow.strike_kinetic_energy_j = energy - self.kinetic_at_start;

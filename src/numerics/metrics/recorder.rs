@@ -7,8 +7,8 @@ use super::hammer::{Finished, HammerTrack};
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
 use super::warning::Warning;
 use crate::integrate::{Observer, Step};
-use crate::scene::Scene;
-use crate::system::{ContactKind, Coupled, CoupledModel, Owner};
+use crate::scene::{HammerLink, Owner, Scene};
+use crate::system::{Coupled, CoupledModel};
 
 /// Computes the outputs of a run while it is integrated.
 pub struct Recorder {
@@ -23,7 +23,7 @@ impl Recorder {
         let layout = model.layout();
         Self {
             hammers: (0..layout.hammers).map(|h| HammerTrack::new(h, model, scene)).collect(),
-            castings: model.castings().iter().map(|slot| CastingTrack::new(layout, slot)).collect(),
+            castings: (0..layout.castings).map(|c| CastingTrack::new(model, scene, c)).collect(),
             scratch: vec![0.0; layout.dimension()],
         }
     }
@@ -41,7 +41,7 @@ impl Recorder {
         let castings = self.castings.into_iter().enumerate();
         let castings = castings.map(|(casting, track)| CastingMetrics {
             strike_energy_j: sum(blows.iter().filter(|blow| blow.casting == casting).map(|blow| blow.strike_energy_j)),
-            ..track.finish(system, casting, end)
+            ..track.finish(system, end)
         });
         let castings = castings.collect();
         let totals = RunTotals {
@@ -85,12 +85,12 @@ impl Observer<Coupled> for Recorder {
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let contact = &system.model().elements().contacts()[guard];
-        let Owner::Hammer(hammer) = contact.owner else { return };
+        let Owner::Hammer { hammer, link } = contact.owner else { return };
         let track = &mut self.hammers[hammer];
-        match (contact.kind, system.is_closed(guard)) {
-            (ContactKind::ChiselCasting, true) => track.contact(system, At { t, y }),
-            (ContactKind::ChiselCasting, false) => track.release(t),
-            (ContactKind::PistonChisel, true) if system.gate_open(hammer) => {
+        match (link, system.is_closed(guard)) {
+            (HammerLink::ChiselCasting, true) => track.contact(system, At { t, y }),
+            (HammerLink::ChiselCasting, false) => track.release(t),
+            (HammerLink::PistonChisel, true) if system.gate_open(hammer) => {
                 let (_, closing) = system.penetration(guard, t, y);
                 track.percussion(closing, system, At { t, y });
             }

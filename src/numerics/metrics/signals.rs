@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::hammer::body;
 use crate::integrate::{Observer, Step};
 use crate::quantity::{Quantity, quantities};
-use crate::scene::Scene;
-use crate::system::{ContactKind, Coupled, CoupledModel, FixtureId, HammerQuadrature, Owner, PointId};
+use crate::scene::{FixtureId, HammerLink, Owner, PointId, Scene};
+use crate::system::{Coupled, CoupledModel, HammerQuadrature};
 
 /// What a signal is of; hammers, castings, a casting's fixtures and points by their places in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -193,11 +193,17 @@ impl State<'_> {
         self.step.slope(velocity, self.step.fraction(self.time_s))
     }
 
+    /// Displacement, velocity and acceleration of a point of a casting.
+    fn motion(&self, point: PointId) -> [f64; 3] {
+        let row = self.system.model().points().row(point);
+        let (displacement, velocity) = self.system.motion(point, self.time_s, self.y);
+        [displacement, velocity, row.iter().map(|(body, coefficient)| coefficient * self.acceleration(*body)).sum()]
+    }
+
     /// Force of a contact of a hammer in N.
-    fn stop_force(&self, hammer: usize, kind: ContactKind) -> f64 {
-        let mut contacts = self.system.model().elements().contacts().iter();
-        let place = contacts.position(|contact| contact.owner == Owner::Hammer(hammer) && contact.kind == kind);
-        place.map_or(0.0, |contact| self.system.contact_force(contact, self.time_s, self.y))
+    fn stop_force(&self, hammer: usize, link: HammerLink) -> f64 {
+        let contact = self.system.model().elements().contact_of(Owner::Hammer { hammer, link });
+        contact.map_or(0.0, |contact| self.system.contact_force(contact, self.time_s, self.y))
     }
 }
 
@@ -215,7 +221,7 @@ impl HammerSignals {
         let integral = |quadrature| y[layout.quadrature(hammer, quadrature)];
         let contact = |contact| if forces { system.contact_force(contact, t, y) } else { f64::NAN };
         let stop = |kind| if forces { state.stop_force(hammer, kind) } else { f64::NAN };
-        let (top_stop_force_n, end_stop_force_n) = (stop(ContactKind::TopStop), stop(ContactKind::EndStop));
+        let (top_stop_force_n, end_stop_force_n) = (stop(HammerLink::TopStop), stop(HammerLink::EndStop));
         // Supply and gate, which the state leaves out, do not act on the guide.
         let guide_force_n = if forces { slot.model.evaluate(&own).force[body::GUIDE] } else { f64::NAN };
         // Of the chisel against the casting.
@@ -244,11 +250,11 @@ impl HammerSignals {
             mount_force_n: guide_force_n - top_stop_force_n + end_stop_force_n,
             top_stop_force_n,
             end_stop_force_n,
-            rear_wall_force_n: stop(ContactKind::RearWall),
-            nose_force_n: stop(ContactKind::Nose),
-            retainer_force_n: stop(ContactKind::Retainer),
-            spool_rear_force_n: stop(ContactKind::SpoolRear),
-            spool_front_force_n: stop(ContactKind::SpoolFront),
+            rear_wall_force_n: stop(HammerLink::RearWall),
+            nose_force_n: stop(HammerLink::Nose),
+            retainer_force_n: stop(HammerLink::Retainer),
+            spool_rear_force_n: stop(HammerLink::SpoolRear),
+            spool_front_force_n: stop(HammerLink::SpoolFront),
             cylinder_acceleration_m_s2: acceleration(body::CYLINDER),
             piston_acceleration_m_s2: acceleration(body::PISTON),
             chisel_acceleration_m_s2: acceleration(body::CHISEL),
@@ -258,25 +264,18 @@ impl HammerSignals {
 
 impl CastingSignals {
     fn at(state: &State<'_>, casting: usize) -> Self {
-        let (model, y) = (state.system.model(), state.y);
-        let slot = &model.castings()[casting];
-        let heave = slot.heave;
-        let rotation = |column: Option<usize>| column.map_or(0.0, |column| y[model.layout().position(column)]);
-        let velocity = |body| y[model.layout().velocity(body)];
-        let measured = slot.points.iter().find(|point| matches!(point.id, PointId::Measured { .. }));
-        // What of a body the measuring point has, summed over the bodies that move it.
-        let at_measured = |of: &dyn Fn(usize) -> f64| match measured {
-            Some(point) => point.row.iter().map(|(body, coefficient)| coefficient * of(*body)).sum(),
-            None => of(heave),
-        };
+        let [heave_m, heave_velocity_m_s, heave_acceleration_m_s2] = state.motion(PointId::Centre { casting });
+        let [rotation_x_rad, rotation_y_rad] = [0, 1].map(|axis| state.motion(PointId::Rotation { casting, axis })[0]);
+        let [_, measuring_point_velocity_m_s, measuring_point_acceleration_m_s2] =
+            state.motion(PointId::Measured { casting });
         Self {
-            heave_m: y[model.layout().position(heave)],
-            heave_velocity_m_s: velocity(heave),
-            rotation_x_rad: rotation(slot.rotations[0]),
-            rotation_y_rad: rotation(slot.rotations[1]),
-            heave_acceleration_m_s2: state.acceleration(heave),
-            measuring_point_velocity_m_s: at_measured(&velocity),
-            measuring_point_acceleration_m_s2: at_measured(&|body| state.acceleration(body)),
+            heave_m,
+            heave_velocity_m_s,
+            rotation_x_rad,
+            rotation_y_rad,
+            heave_acceleration_m_s2,
+            measuring_point_velocity_m_s,
+            measuring_point_acceleration_m_s2,
         }
     }
 }
@@ -284,7 +283,7 @@ impl CastingSignals {
 impl FixtureSignals {
     fn at(state: &State<'_>, fixture: FixtureId) -> Self {
         let State { system, time_s: t, y, .. } = *state;
-        let elements = system.model().elements().of_fixture(fixture);
+        let elements = system.model().elements().owned(|owner| owner == Owner::Fixture(fixture));
         let (point_displacement_m, point_velocity_m_s) = system.motion(PointId::Support(fixture), t, y);
         Self {
             force_n: elements.map(|element| system.element_force(element, t, y)).sum(),
@@ -315,13 +314,10 @@ enum Part {
 impl Part {
     /// All parts of a scene, in the order of their signals.
     fn all(scene: &Scene) -> Vec<Self> {
-        let fixtures = scene.castings.iter().enumerate().flat_map(|(casting, held)| {
-            (0..held.fixtures.len()).map(move |fixture| Self::Fixture(FixtureId { casting, fixture }))
-        });
         let mut parts = vec![Self::Instant];
         parts.extend((0..scene.hammers.len()).map(Self::Hammer));
         parts.extend((0..scene.castings.len()).map(Self::Casting));
-        parts.extend(fixtures);
+        parts.extend(scene.fixtures().map(|(fixture, _)| Self::Fixture(fixture)));
         parts.extend((0..scene.outputs.points.len()).map(Self::Point));
         parts.push(Self::Energy);
         parts

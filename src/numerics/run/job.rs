@@ -205,13 +205,7 @@ mod tests {
 
     /// Runs a scene that diverges unless the tolerance is below `limit`, by an outcome made up.
     fn repeat(scene: &Scene, retries: u32, made_up: impl Fn(&Scene) -> RowOutcome) -> RowOutcome {
-        let modes = InterfaceModes {
-            omega_rad_s: Vec::new(),
-            damping_ratio: Vec::new(),
-            mounts: Vec::new(),
-            fixtures: Vec::new(),
-            points: Vec::new(),
-        };
+        let modes = InterfaceModes { omega_rad_s: Vec::new(), damping_ratio: Vec::new(), shapes: Default::default() };
         let mut job = RowJob::new(scene.clone(), Arc::new(modes.into()), retries);
         while let Some(scene) = job.scene() {
             job.take(made_up(&scene));
@@ -231,9 +225,8 @@ mod tests {
     #[test]
     fn a_numerical_twin_follows_the_last_time() {
         let modes = || -> Arc<PlacedModes> {
-            let (omega_rad_s, damping_ratio) = (Vec::new(), Vec::new());
-            let (mounts, fixtures, points) = (Vec::new(), Vec::new(), Vec::new());
-            Arc::new(InterfaceModes { omega_rad_s, damping_ratio, mounts, fixtures, points }.into())
+            let (omega_rad_s, damping_ratio, shapes) = Default::default();
+            Arc::new(InterfaceModes { omega_rad_s, damping_ratio, shapes }.into())
         };
         let all_modes = modes();
         for (twin_ends, expected) in [(true, 1), (false, 0)] {

@@ -1,6 +1,7 @@
 //! A scene: all that one row of a study needs, as plain data in SI units. No files, no matrices, no defaults hidden. Beside it stand
 //! the tables of a study whose parameters are declared here: solver, outputs, machine.
 
+mod links;
 mod machine;
 mod model;
 mod overrides;
@@ -10,6 +11,7 @@ mod strike;
 mod validate;
 
 pub use crate::integrate::Method;
+pub use links::{FixtureId, Freedom, HammerLink, Link, LinkLaw, Location, Owner, Part, PartId, PointId, PointRef};
 pub use machine::{Housings, SourceName, StructureEntry, StructureParameters};
 pub use model::{Environment, HammerEntry, HammerUnit, Mount, OutputSettings, Scene, Supply};
 pub use overrides::ParameterOverrides;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::links::{Location, Part, PartId};
 use super::model::{HammerUnit, Scene};
 use crate::parameter::{Fault, short};
 
@@ -14,17 +15,11 @@ impl Scene {
     /// Reduced mass in kg of a hammer's chisel and its casting, whose mass counts as at the strike point:
     /// `1/m + y^2/J_x + x^2/J_y` with the rotations that it has.
     pub fn strike_mass_kg(&self, unit: &HammerUnit) -> f64 {
-        let casting = &self.castings[unit.casting];
-        let [x, y] = unit.strike_point_m;
-        let inertia = casting.inertia_kg_m2.unwrap_or([f64::INFINITY; 2]);
-        let rotations = casting.active_rotations(&self.strike_points(unit.casting));
-        let mut inverse = 1.0 / unit.parameters.chisel.mass_kg + 1.0 / casting.mass_kg;
-        for (axis, lever) in [y, x].into_iter().enumerate() {
-            if rotations[axis] {
-                inverse += lever * lever / inertia[axis];
-            }
-        }
-        1.0 / inverse
+        let casting = self.part(PartId::Casting(unit.casting));
+        let Part::Rigid(freedoms) = &casting else { return unit.parameters.chisel.mass_kg };
+        let row = casting.row(&Location::Offset(unit.strike_point_m));
+        let inverse = row.iter().map(|(freedom, lever)| lever * lever / freedoms[*freedom].1);
+        1.0 / inverse.fold(1.0 / unit.parameters.chisel.mass_kg, |sum, inverse| sum + inverse)
     }
 
     /// Speed in m/s that a hammer reaches at most before its first impact: all that the supply does on the telescope's bore over the

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::scene::Owner;
 use crate::system::block::Block;
 use crate::system::discrete::Discrete;
 use crate::system::model::CoupledModel;
-use crate::system::points::Owner;
 use crate::system::rates::Rates;
 
 /// A coupled model being integrated: which contacts are closed, which supplies and gates are open, and scratch memory.
@@ -63,7 +63,7 @@ impl Coupled {
 
     /// A contact has closed: the first of a stroke between chisel and casting sets the time at which the gate opens.
     pub(super) fn refresh_gate(&mut self, contact: usize, t: f64) {
-        let Owner::Hammer(hammer) = self.model.elements.contacts()[contact].owner else { return };
+        let Owner::Hammer { hammer, .. } = self.model.elements.contacts()[contact].owner else { return };
         let first = self.discrete.gate_time_s[hammer].is_infinite();
         if first && !self.discrete.vented(hammer) && self.model.hammers[hammer].strike == contact {
             self.discrete.gate_time_s[hammer] = t + self.model.hammers[hammer].gate_delay_s;

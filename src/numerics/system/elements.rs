@@ -7,32 +7,10 @@
 use sprs::{CsMat, TriMat};
 
 use crate::contact::ContactLaw;
-use crate::system::points::{FixtureId, Owner, PointId, Points, Row};
+use crate::scene::{Link, LinkLaw, Owner};
+use crate::system::points::{Points, Row};
 
-/// Kind of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ContactKind {
-    /// Telescope against its top stop.
-    TopStop,
-    /// Telescope at the end of its stroke.
-    EndStop,
-    /// Piston against the rear wall of the cylinder.
-    RearWall,
-    /// Piston on chisel.
-    PistonChisel,
-    /// Chisel against the nose of the cylinder.
-    Nose,
-    /// Chisel against its retainer.
-    Retainer,
-    /// Spool against its rear stop.
-    SpoolRear,
-    /// Spool against its front stop.
-    SpoolFront,
-    /// Chisel on casting.
-    ChiselCasting,
-}
-
-/// A linear spring and damper; its row in the matrix has the same index.
+/// A linear spring and damper; its row in the matrix has the same index. Its force is measured from rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spring {
     /// Stiffness in N/m.
@@ -48,12 +26,12 @@ pub struct Spring {
 pub struct Contact {
     /// Owner.
     pub owner: Owner,
-    /// Kind.
-    pub kind: ContactKind,
     /// Law.
     pub law: ContactLaw,
     /// Subtracted from the row's value to give the penetration, m.
     pub offset_m: f64,
+    /// Force at rest, N: what holds it is in equilibrium with it and acts on when the contact opens.
+    pub rest_force_n: f64,
 }
 
 /// All elements of a coupled system.
@@ -73,56 +51,34 @@ pub enum ElementId {
     Contact(usize),
 }
 
-/// Collects links; springs must come before contacts in the matrix, so both are kept apart until the end.
-#[derive(Debug)]
-pub(super) struct ElementsBuilder<'p> {
-    points: &'p Points,
-    springs: Vec<(Row, Spring)>,
-    contacts: Vec<(Row, Contact)>,
-}
-
-impl<'p> ElementsBuilder<'p> {
-    /// Starts without links.
-    pub fn new(points: &'p Points) -> Self {
-        Self { points, springs: Vec::new(), contacts: Vec::new() }
-    }
-
-    /// The points.
-    pub fn points(&self) -> &Points {
-        self.points
-    }
-
-    /// Adds a spring between two points; its elongation is the motion of the first less that of the second.
-    pub fn spring(&mut self, ends: [PointId; 2], spring: Spring) {
-        self.springs.push((self.points.between(ends), spring));
-    }
-
-    /// Adds a contact between two points, whose penetration grows as the first moves towards the second; returns its index among the
-    /// contacts.
-    pub fn contact(&mut self, ends: [PointId; 2], contact: Contact) -> usize {
-        self.contacts.push((self.points.between(ends), contact));
-        self.contacts.len() - 1
-    }
-
-    /// Assembles the sparse matrix over `columns` columns.
-    pub fn assemble(self, columns: usize) -> Elements {
-        let mut matrix = TriMat::new((self.springs.len() + self.contacts.len(), columns));
-        let rows = self.springs.iter().map(|(row, _)| row);
-        for (index, row) in rows.chain(self.contacts.iter().map(|(row, _)| row)).enumerate() {
+impl Elements {
+    /// Makes the elements of links between points whose rows have `columns` columns. The rows of springs come before those of contacts.
+    pub(super) fn new(links: &[Link], points: &Points, columns: usize) -> Self {
+        let (mut springs, mut contacts) = (Vec::new(), Vec::new());
+        let mut rows: [Vec<Row>; 2] = Default::default();
+        for Link { ends, law, owner } in links {
+            let (owner, row) = (*owner, points.between(ends.each_ref().map(|end| end.id)));
+            match *law {
+                LinkLaw::Spring { stiffness_n_per_m, damping_n_s_per_m } => {
+                    rows[0].push(row);
+                    springs.push(Spring { stiffness_n_per_m, damping_n_s_per_m, owner });
+                }
+                LinkLaw::Contact { law, gap_m, preload_n } => {
+                    rows[1].push(row);
+                    let offset_m = gap_m - law.static_penetration(preload_n, 0.0);
+                    contacts.push(Contact { owner, law, offset_m, rest_force_n: preload_n });
+                }
+            }
+        }
+        let mut matrix = TriMat::new((links.len(), columns));
+        for (index, row) in rows.iter().flatten().enumerate() {
             for &(column, coefficient) in row.iter().filter(|entry| entry.1 != 0.0) {
                 matrix.add_triplet(index, column, coefficient);
             }
         }
-        let rows: CsMat<f64> = matrix.to_csr();
-        Elements {
-            rows,
-            springs: self.springs.into_iter().map(|(_, spring)| spring).collect(),
-            contacts: self.contacts.into_iter().map(|(_, contact)| contact).collect(),
-        }
+        Self { rows: matrix.to_csr(), springs, contacts }
     }
-}
 
-impl Elements {
     /// The linear springs.
     pub fn springs(&self) -> &[Spring] {
         &self.springs
@@ -133,22 +89,16 @@ impl Elements {
         &self.contacts
     }
 
-    /// The elements of a fixture.
-    pub fn of_fixture(&self, fixture: FixtureId) -> impl Iterator<Item = ElementId> {
-        self.all().filter(move |(_, owner)| *owner == Owner::Fixture(fixture)).map(|(element, _)| element)
+    /// Index of the contact of an owner, its first if it has several.
+    pub fn contact_of(&self, owner: Owner) -> Option<usize> {
+        self.contacts.iter().position(|contact| contact.owner == owner)
     }
 
-    /// The elements of all fixtures of a casting.
-    pub fn of_fixtures_of(&self, casting: usize) -> impl Iterator<Item = ElementId> {
-        let holds = move |owner: Owner| matches!(owner, Owner::Fixture(fixture) if fixture.casting == casting);
-        self.all().filter(move |(_, owner)| holds(*owner)).map(|(element, _)| element)
-    }
-
-    /// Iterates over all elements and their owners, springs first.
-    fn all(&self) -> impl Iterator<Item = (ElementId, Owner)> {
+    /// The elements whose owners are chosen, springs first.
+    pub fn owned(&self, chosen: impl Fn(Owner) -> bool) -> impl Iterator<Item = ElementId> {
         let springs = self.springs.iter().enumerate().map(|(at, spring)| (ElementId::Spring(at), spring.owner));
         let contacts = self.contacts.iter().enumerate().map(|(at, contact)| (ElementId::Contact(at), contact.owner));
-        springs.chain(contacts)
+        springs.chain(contacts).filter(move |(_, owner)| chosen(*owner)).map(|(element, _)| element)
     }
 
     /// The sparse matrix: one row per element.

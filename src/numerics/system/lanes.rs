@@ -7,12 +7,12 @@ use std::sync::Arc;
 use crate::contact::ContactLaw;
 use crate::integrate::{GuardSample, InLanes, Taken};
 use crate::number::Number;
-use crate::system::block::{Block, Part};
+use crate::scene::PartId;
+use crate::system::block::{Block, CoupledPart};
 use crate::system::coupled::Coupled;
 use crate::system::layout::Layout;
 use crate::system::model::{Books, CoupledModel};
 use crate::system::moments::Moments;
-use crate::system::points::PartId;
 use crate::system::rates::Rates;
 
 /// Properties that rows must share to run side by side: the layout of the state, the kinds of blocks, the columns and books of each
@@ -38,7 +38,7 @@ struct PartShape {
 }
 
 impl PartShape {
-    fn of(part: &Part) -> Self {
+    fn of(part: &CoupledPart) -> Self {
         Self {
             id: part.id,
             block: discriminant(&part.block),
@@ -53,12 +53,12 @@ impl Shape {
     /// The shape of a model.
     pub fn of(model: &CoupledModel) -> Self {
         let elements = &model.elements;
-        let springs = elements.springs().iter().map(|spring| model.books_of_spring(spring));
-        let contacts = elements.contacts().iter().map(|contact| model.books_of_contact(contact));
+        let springs = elements.springs().iter().map(|spring| spring.owner);
+        let contacts = elements.contacts().iter().map(|contact| contact.owner);
         Self {
             layout: model.layout,
             parts: model.parts.iter().map(PartShape::of).collect(),
-            books: springs.chain(contacts).collect(),
+            books: springs.chain(contacts).map(|owner| model.books(owner)).collect(),
             columns: elements.matrix().indices().to_vec(),
             begins: elements.matrix().indptr().raw_storage().to_vec(),
             laws: elements.contacts().iter().map(|contact| discriminant(&contact.law)).collect(),

@@ -1,10 +1,10 @@
 //! The coupled system: structure, hammers and castings joined by sparse blocks.
 //!
-//! - `points`: points of the parts, by id
+//! - `points`: rows of the points of the parts, by id
 //! - `layout`: where each quantity lives in the state vector
 //! - `elements`: springs and one-sided contacts as sparse rows
 //! - `block`: how the coordinates of a part move, one block per part
-//! - `assemble`: from a scene and the machine's modes to a model (the only part that knows scenes)
+//! - `assemble`: from a scene and the machine's modes to a model (the only part that knows more of scenes than ids and links)
 //! - `model`: constants of the coupled system
 //! - `products`: products of short vectors
 //! - `modal`: modes of a flexible part, integrated, and masses tied to its points
@@ -46,9 +46,9 @@ mod rates;
 
 pub use assemble::{BuildError, build, build_placed};
 pub use coupled::Coupled;
-pub use elements::{Contact, ContactKind, ElementId, Elements, Spring};
+pub use elements::{Contact, ElementId, Elements, Spring};
 pub use lanes::{CoupledLanes, Shape};
 pub use layout::{CastingQuadrature, HammerQuadrature, Layout};
-pub use model::{CastingPoint, CastingSlot, CoupledModel, HammerSlot};
+pub use model::{CoupledModel, HammerSlot};
 pub use placed::{InterfaceModes, PlacedModes};
-pub use points::{FixtureId, Owner, PartId, PointId, Points};
+pub use points::Points;

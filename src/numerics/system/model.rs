@@ -1,10 +1,13 @@
 //! Constants of the coupled system.
 
+use std::ops::Range;
+
 use crate::hammer::{HammerModel, body};
-use crate::system::block::{Block, Part};
-use crate::system::elements::{Contact, ContactKind, Elements, Spring};
+use crate::scene::{HammerLink, Owner, PartId, PointId};
+use crate::system::block::{Block, CoupledPart};
+use crate::system::elements::Elements;
 use crate::system::layout::Layout;
-use crate::system::points::{Owner, PartId, PointId, Points, Row};
+use crate::system::points::Points;
 
 /// One hammer within the coupled system.
 #[derive(Debug, Clone)]
@@ -29,31 +32,6 @@ pub struct HammerSlot {
     pub supply_times_s: Vec<f64>,
     /// Delay of the percussion after the first contact, s.
     pub gate_delay_s: f64,
-}
-
-/// One casting within the coupled system.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CastingSlot {
-    /// Column of its heave; its rotations follow.
-    pub heave: usize,
-    /// Columns of its rotations about x and y; `None` where the scene does not need one.
-    pub rotations: [Option<usize>; 2],
-    /// Components of the state that are its velocities.
-    pub velocities: Vec<usize>,
-    /// Points whose velocity is watched: those that are struck, those that are held, the measuring point if one is chosen; of
-    /// a casting that does not rotate, all of whose points move alike, the first and the measuring point.
-    pub points: Vec<CastingPoint>,
-}
-
-/// A point of a casting.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CastingPoint {
-    /// Id.
-    pub id: PointId,
-    /// `hammer.NAME` for a strike point, `fixture.NAME`, or `measuring_point`.
-    pub name: String,
-    /// Row over the casting's coordinates.
-    pub row: Row,
 }
 
 /// Books that record an element's work and loss.
@@ -84,12 +62,11 @@ pub(super) type Sums = [Vec<(usize, f64)>; 2];
 pub struct CoupledModel {
     pub(super) layout: Layout,
     /// Parts: machine, hammers, castings.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<CoupledPart>,
     /// Points of the parts.
     pub(super) points: Points,
     pub(super) elements: Elements,
     pub(super) hammers: Vec<HammerSlot>,
-    pub(super) castings: Vec<CastingSlot>,
     pub(super) scales: Vec<f64>,
     /// Components of the state that each contact's guard depends on.
     pub(super) supports: Vec<Vec<usize>>,
@@ -125,10 +102,9 @@ impl CoupledModel {
         &self.points
     }
 
-    /// Masses and inertias of a part's coordinates; none of a flexible one.
-    fn rigid(&self, id: PartId) -> &[f64] {
-        let part = self.parts.iter().find(|part| part.id == id);
-        part.map_or(&[], |part| if let Block::Rigid(rigid) = &part.block { &rigid.mass } else { &[] })
+    /// A part.
+    fn part(&self, id: PartId) -> Option<&CoupledPart> {
+        self.parts.iter().find(|part| part.id == id)
     }
 
     /// Masses and inertias of the rigid coordinates of all parts.
@@ -138,23 +114,14 @@ impl CoupledModel {
         rigid.flat_map(|rigid| &rigid.mass)
     }
 
-    /// Books of a spring.
-    pub(super) fn books_of_spring(&self, spring: &Spring) -> Books {
-        self.books(spring.owner, None)
-    }
-
-    /// Books of a contact.
-    pub(super) fn books_of_contact(&self, contact: &Contact) -> Books {
-        self.books(contact.owner, Some(contact.kind))
-    }
-
-    fn books(&self, owner: Owner, kind: Option<ContactKind>) -> Books {
+    /// Books of an element.
+    pub(super) fn books(&self, owner: Owner) -> Books {
         match owner {
-            Owner::Hammer(hammer) if kind == Some(ContactKind::ChiselCasting) => {
+            Owner::Hammer { hammer, link: HammerLink::ChiselCasting } => {
                 let slot = &self.hammers[hammer];
                 Books::Strike { hammer, casting: slot.casting, chisel: slot.points[body::CHISEL] }
             }
-            Owner::Hammer(_) => Books::Inner,
+            Owner::Hammer { .. } => Books::Inner,
             Owner::Fixture(fixture) => match self.points.row(PointId::Support(fixture)) {
                 [(support, _)] => Books::Fixture { casting: fixture.casting, support: *support },
                 _ => Books::Inner,
@@ -173,11 +140,6 @@ impl CoupledModel {
         &self.hammers
     }
 
-    /// The castings.
-    pub fn castings(&self) -> &[CastingSlot] {
-        &self.castings
-    }
-
     /// Specific gas constant in J/(kg K).
     pub fn gas_constant_j_per_kg_k(&self) -> f64 {
         self.gas_constant_j_per_kg_k
@@ -188,7 +150,7 @@ impl CoupledModel {
     /// A mode counts if it answers an impulse on the mount with at least a share (`LEAST_ANSWER`) of the velocity of the strongest mode.
     pub fn decay_per_s(&self, hammer: usize) -> f64 {
         let mount = self.hammers[hammer].mount;
-        let carries = |part: &&Part| part.columns.contains(&mount);
+        let carries = |part: &&CoupledPart| part.columns.contains(&mount);
         let carrier = self.parts.iter().find(carries).and_then(|part| Some((part, part.block.modes()?)));
         let Some((part, modes)) = carrier else { return f64::INFINITY };
         let shapes = modes.phi.column(mount - part.columns.start);
@@ -205,17 +167,27 @@ impl CoupledModel {
         &self.initial
     }
 
-    /// Kinetic energy of a casting, J.
-    pub fn casting_energy(&self, casting: usize, y: &[f64]) -> f64 {
-        self.casting_energy_by(casting, |velocity| y[velocity])
+    /// Velocity of a point of a rigid part as a sum of components of the state.
+    pub fn velocity_sum(&self, point: PointId) -> Vec<(usize, f64)> {
+        self.points
+            .row(point)
+            .iter()
+            .map(|(column, coefficient)| (self.layout.velocity(*column), *coefficient))
+            .collect()
     }
 
-    /// The same with the casting's velocities given by their component of the state: of bounds, a bound.
-    pub fn casting_energy_by(&self, casting: usize, velocity: impl Fn(usize) -> f64) -> f64 {
-        let slot = &self.castings[casting];
-        let masses = self.rigid(PartId::Casting(casting));
-        let squares = slot.velocities.iter().map(|component| velocity(*component).powi(2));
-        squares.zip(masses).fold(0.0, |sum, (square, mass)| sum + 0.5 * mass * square)
+    /// Components of the state that are the velocities of a part: of its rigid coordinates, or of modes that are integrated.
+    pub fn velocities(&self, part: PartId) -> Range<usize> {
+        self.part(part).map_or(0..0, |part| part.states[1].clone())
+    }
+
+    /// Kinetic energy of a part, J, by its [`Self::velocities`]: of bounds, a bound.
+    pub fn kinetic_energy(&self, part: PartId, velocity: impl Fn(usize) -> f64) -> f64 {
+        let Some(part) = self.part(part) else { return 0.0 };
+        // Modes are scaled to a mass of 1.
+        let mass = |at: usize| if let Block::Rigid(rigid) = &part.block { rigid.mass[at] } else { 1.0 };
+        let squares = part.states[1].clone().map(|component| velocity(component).powi(2));
+        squares.enumerate().fold(0.0, |sum, (at, square)| sum + 0.5 * mass(at) * square)
     }
 
     /// Kinetic energy of cylinder, spool, piston and chisel of a hammer in J: the impact energy of a blow at its start.

@@ -1,10 +1,10 @@
 //! Motion of points and elements, forces and energies at a state.
 
 use crate::hammer::{HammerState, body};
+use crate::scene::{Owner, PointId};
 use crate::system::block::Block;
 use crate::system::coupled::Coupled;
-use crate::system::elements::ElementId;
-use crate::system::points::PointId;
+use crate::system::elements::{Contact, ElementId};
 
 impl Coupled {
     /// Displacement and velocity of a point at time `t`.
@@ -60,7 +60,7 @@ impl Coupled {
         (d - elements.contacts()[contact].offset_m, rate)
     }
 
-    /// Force of a contact at a state in N; 0 while it is open.
+    /// Force of a contact at a state in N, its force at rest included; 0 while it is open.
     pub fn contact_force(&self, contact: usize, t: f64, y: &[f64]) -> f64 {
         if !self.discrete.closed[contact] {
             return 0.0;
@@ -110,14 +110,17 @@ impl Coupled {
 
     /// Energy stored in the springs of a casting's fixtures at a state, J.
     pub fn fixture_energy(&self, casting: usize, t: f64, y: &[f64]) -> f64 {
-        let elements = self.model.elements.of_fixtures_of(casting);
+        let holds = |owner: Owner| matches!(owner, Owner::Fixture(fixture) if fixture.casting == casting);
+        let elements = self.model.elements.owned(holds);
         elements.fold(0.0, |sum, element| sum + self.element_energy(element, t, y))
     }
 
-    /// Force of an element at a state in N; 0 in a contact that is open.
+    /// Force of an element at a state beyond that at rest, N.
     pub fn element_force(&self, element: ElementId, t: f64, y: &[f64]) -> f64 {
         match element {
-            ElementId::Contact(contact) => self.contact_force(contact, t, y),
+            ElementId::Contact(contact) => {
+                self.contact_force(contact, t, y) - self.model.elements.contacts()[contact].rest_force_n
+            }
             ElementId::Spring(row) => {
                 let (d, rate) = self.relative_motion(row, t, y);
                 let spring = &self.model.elements.springs()[row];
@@ -138,13 +141,17 @@ impl Coupled {
         0.5 * self.model.elements.springs()[row].stiffness_n_per_m * d * d
     }
 
-    /// Energy stored in a contact at a state, J; 0 while it is open.
+    /// Energy stored in a contact at a state, J, and in what loads it at rest, both beyond rest; without such a load 0 while it is open.
     pub fn contact_energy(&self, contact: usize, t: f64, y: &[f64]) -> f64 {
-        if !self.discrete.closed[contact] {
+        let Contact { law, rest_force_n, .. } = self.model.elements.contacts()[contact];
+        let closed = self.discrete.closed[contact];
+        if !closed && rest_force_n == 0.0 {
             return 0.0;
         }
         let (d, _) = self.penetration(contact, t, y);
-        self.model.elements.contacts()[contact].law.stored_energy(d)
+        let stored = if closed { law.stored_energy(d) } else { 0.0 };
+        let at_rest = law.static_penetration(rest_force_n, 0.0);
+        stored - law.stored_energy(at_rest) - rest_force_n * (d - at_rest)
     }
 
     /// Energy dissipated up to a state within or at the end of the last step, J, what opening contacts released included.

@@ -1,15 +1,16 @@
 //! The structure's modes at the interface points of scenes at one place, and what follows from them alone.
 
+use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::scene::PointId;
 use crate::system::block::CondensedConstants;
 use crate::system::dissipation::{Damping, interval_s};
 use crate::system::impulse_response::Condensation;
 use crate::system::modal::Modes;
-use crate::system::points::{FixtureId, PointId};
 
 /// Modes whose shape at every driven point is below this share of the largest are not excited by the scene and move
 /// none of its points: leaving them out changes nothing beyond rounding.
@@ -22,30 +23,20 @@ pub struct InterfaceModes {
     pub omega_rad_s: Vec<f64>,
     /// Damping ratio per mode.
     pub damping_ratio: Vec<f64>,
-    /// Mode shapes along the strike axis at each hammer's mount: hammers x modes.
-    pub mounts: Vec<Vec<f64>>,
-    /// Mode shapes along the strike axis at each fixture: castings x fixtures x modes.
-    pub fixtures: Vec<Vec<Vec<f64>>>,
-    /// Mode shapes along the strike axis at each watched point: points x modes.
-    pub points: Vec<Vec<f64>>,
+    /// Mode shapes along the strike axis at each point of the machine, see [`crate::scene::Scene::points`].
+    pub shapes: BTreeMap<PointId, Vec<f64>>,
 }
 
 impl InterfaceModes {
-    /// The machine's driven points with their shapes, in the order of the machine's columns. Mounts come first: guides may be tied to
-    /// them.
-    pub(super) fn rows(&self) -> impl Iterator<Item = (PointId, &Vec<f64>)> {
-        let mounts = self.mounts.iter().enumerate().map(|(hammer, row)| (PointId::Mount { hammer }, row));
-        let of_casting = |(casting, rows): (usize, &'_ Vec<Vec<f64>>)| {
-            let support = |fixture: usize| PointId::Support(FixtureId { casting, fixture });
-            (0..rows.len()).map(support).collect::<Vec<PointId>>()
-        };
-        let supports = self.fixtures.iter().enumerate().flat_map(of_casting).zip(self.fixtures.iter().flatten());
-        mounts.chain(supports)
+    /// Points that links join with their shapes, in the order of the machine's columns; or those that are watched.
+    pub(super) fn rows(&self, watched: bool) -> impl Iterator<Item = (PointId, &Vec<f64>)> {
+        let is = move |id: PointId| matches!(id, PointId::Watched { .. }) == watched;
+        self.shapes.iter().map(|(id, row)| (*id, row)).filter(move |(id, _)| is(*id))
     }
 
     /// The modes that the scene excites. Modes that no driven point moves stay at rest, even if a watched point follows them.
     fn excited(&self) -> Excited {
-        let rows: Vec<&Vec<f64>> = self.rows().map(|(_, row)| row).collect();
+        let [rows, watched] = [false, true].map(|watched| self.rows(watched).map(|(_, row)| row).collect::<Vec<_>>());
         let share = |k: usize| rows.iter().fold(0.0_f64, |largest, row| largest.max(row[k].abs()));
         let count = self.omega_rad_s.len();
         let threshold = EXCITED_SHARE * (0..count).map(share).fold(0.0, f64::max);
@@ -57,7 +48,7 @@ impl InterfaceModes {
             damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * self.damping_ratio[*k] * omega(k))),
             phi: shapes(&rows),
         };
-        Excited { modes: Arc::new(modes), watched: Arc::new(shapes(&self.points.iter().collect::<Vec<_>>())) }
+        Excited { modes: Arc::new(modes), watched: Arc::new(shapes(&watched)) }
     }
 }
 

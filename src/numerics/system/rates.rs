@@ -46,6 +46,9 @@ struct Contact<R: Number> {
     books: Books,
     law: ContactLaw<R>,
     offset_m: R,
+    rest_force_n: R,
+    /// Whether a lane has a force at rest, which acts on while the contact is open.
+    loaded: bool,
     closed: R::Mask,
 }
 
@@ -143,7 +146,7 @@ impl<R: Number> Rates<R> {
             rows: ElementRows { begins, coefficients: vec![zero; of_rows.len()], columns: of_rows },
             springs: (model.elements.springs().iter())
                 .map(|spring| {
-                    let books = model.books_of_spring(spring);
+                    let books = model.books(spring.owner);
                     Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero, books }
                 })
                 .collect(),
@@ -190,6 +193,8 @@ impl<R: Number> Rates<R> {
         for (own, contact) in self.contacts.iter_mut().zip(elements.contacts()) {
             own.law.put(lane, &contact.law);
             own.offset_m.put(lane, &contact.offset_m);
+            own.rest_force_n.put(lane, &contact.rest_force_n);
+            own.loaded |= contact.rest_force_n != 0.0;
         }
         for (own, slot) in self.hammers.iter_mut().zip(&model.hammers) {
             own.constants.put(lane, slot.model.constants());
@@ -321,14 +326,15 @@ impl<R: Number> Rates<R> {
         }
         let following = self.following;
         for (contact, row) in self.contacts.iter().zip(self.rows.from(self.springs.len())) {
-            if !following && !contact.closed.any() {
+            if !following && !contact.loaded && !contact.closed.any() {
                 continue;
             }
             let [d, speed] = row.values(displacement, velocity);
             let penetration = d - contact.offset_m;
             let acts =
                 if following { contact.law.onset_indicator(penetration, speed).greater(none) } else { contact.closed };
-            let force = R::select(acts, contact.law.closed_force(penetration, speed), none);
+            let pushing = R::select(acts, contact.law.closed_force(penetration, speed), none);
+            let force = pushing - contact.rest_force_n;
             row.apply(force, forces);
             let loss = R::select(acts, contact.law.dissipated_power(penetration, speed), none);
             power.dissipated += loss;
@@ -411,9 +417,11 @@ impl<R: Number> Rates<R> {
 impl<R: Number> Contact<R> {
     fn like(contact: &crate::system::elements::Contact, model: &CoupledModel) -> Self {
         Self {
-            books: model.books_of_contact(contact),
+            books: model.books(contact.owner),
             law: contact.law.in_lanes(),
             offset_m: R::splat(contact.offset_m),
+            rest_force_n: R::splat(contact.rest_force_n),
+            loaded: false,
             closed: R::Mask::default(),
         }
     }

@@ -125,8 +125,7 @@ mod tests {
             name: format!("f{i}"),
             point: format!("T{i}"),
             at_m: *at,
-            stiffness_n_per_m: 3e7,
-            damping_n_s_per_m: 4000.0,
+            ..Fixture::default()
         };
         Casting {
             name: "part".into(),

@@ -1,30 +1,26 @@
 //! From a scene and the machine's modes at its points to a coupled model. The only part that knows scenes.
 //!
-//! - `columns`: coordinates of rigid parts and their columns
-//! - `casting`, `hammer`, `fixture`: points and links of each
+//! - `hammer`: hammers with their columns and contacts
 //! - `equilibrium`: the state of rest
 //! - `scales`: error scales of the states
 
-mod casting;
-mod columns;
 mod equilibrium;
-mod fixture;
 mod hammer;
 mod scales;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::scene::{ModeTreatment, Scene};
-use crate::system::block::{Block, Condensed, Part, Rigid};
-use crate::system::elements::{Elements, ElementsBuilder};
+use crate::scene::{ModeTreatment, Part, PartId, PointId, Scene};
+use crate::system::block::{Block, Condensed, CoupledPart, Rigid};
+use crate::system::elements::Elements;
 use crate::system::impulse_response;
 use crate::system::layout::Layout;
 use crate::system::modal::TiedMasses;
 use crate::system::model::{CoupledModel, Sums};
 use crate::system::placed::{InterfaceModes, PlacedModes};
-use crate::system::points::{PartId, Points};
+use crate::system::points::Points;
 use crate::workpiece::WorkpieceError;
-use columns::Columns;
 
 /// Reason why a scene cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -42,10 +38,16 @@ pub enum BuildError {
         /// Castings in the scene.
         castings: usize,
     },
-    /// The structure's modes do not fit the scene.
-    #[error("mode shapes for {given} {what} were given, the scene has {expected}")]
+    /// The machine's modes have no shape at a point of the scene, or one at a point that the scene does not have.
+    #[error("the scene and the machine's modes do not have the same points: only one of them has {point:?}")]
+    Point {
+        /// The point.
+        point: PointId,
+    },
+    /// The machine's modes do not fit each other.
+    #[error("{given} {what} were given, expected {expected}: one per mode")]
     Shapes {
-        /// Mounts, fixtures, points or modes.
+        /// Damping ratios, or shares of modes in a shape.
         what: &'static str,
         /// Number given.
         given: usize,
@@ -70,22 +72,18 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
 /// # Errors
 /// As for [`build`].
 pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledModel>, BuildError> {
-    check_shapes(scene, placed)?;
-    let columns = Columns::new(scene)?;
-    let (layout, parts) = parts(scene, &columns, placed)?;
-    let points = points(scene, &columns, placed);
-    let mut elements = ElementsBuilder::new(&points);
-    let hammers = (0..scene.hammers.len()).map(|h| hammer::add_links(&mut elements, scene, h)).collect();
-    fixture::add_links(&mut elements, scene);
-    let elements = elements.assemble(parts.iter().map(|part| part.columns.len()).sum());
+    check(scene, placed)?;
+    let described = scene.parts();
+    let (layout, parts) = parts(scene, &described, placed)?;
+    let points = points(scene, described.iter().map(|(_, part)| part).zip(&parts), placed);
+    let elements = Elements::new(&scene.links(), &points, parts.iter().map(|part| part.columns.len()).sum());
     let mut model = CoupledModel {
         layout,
-        scales: scales::scales(&layout, &columns, &parts),
+        scales: scales::scales(&layout, described.iter().map(|(_, part)| part), &parts),
         supports: supports(&elements, &layout),
         sums: sums(&elements, &layout),
+        hammers: (0..scene.hammers.len()).map(|h| hammer::slot(scene, h, (&points, &elements))).collect(),
         elements,
-        castings: casting::slots(scene, &columns, &layout),
-        hammers,
         parts,
         points,
         ambient_pressure_pa: scene.environment.ambient_pressure_pa,
@@ -96,24 +94,31 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     Ok(Arc::new(model))
 }
 
-/// Returns the parts (machine, hammers, castings) and the layout of the state. Flexible parts come first in the state, rigid parts
-/// come first in the columns.
-fn parts(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Result<(Layout, Vec<Part>), BuildError> {
-    let mut blocks = vec![(PartId::Machine, machine(scene, placed), tied_guides(scene, placed)?)];
-    let rigid = columns.masses(scene).into_iter();
-    blocks.extend(rigid.map(|(id, mass)| (id, Block::Rigid(Rigid { mass }), None)));
+/// Returns the parts with their blocks and the layout of the state. Flexible parts come first in the state, rigid parts come first in
+/// the columns.
+fn parts(
+    scene: &Scene,
+    described: &[(PartId, Part)],
+    placed: &PlacedModes,
+) -> Result<(Layout, Vec<CoupledPart>), BuildError> {
+    let block = |part: &Part| match part {
+        Part::Rigid(freedoms) => Block::Rigid(Rigid { mass: freedoms.iter().map(|(_, mass)| *mass).collect() }),
+        Part::Elastic => machine(scene, placed),
+    };
+    let blocks: Vec<Block> = described.iter().map(|(_, part)| block(part)).collect();
     let is_rigid = |block: &Block| matches!(block, Block::Rigid(_));
-    let flexible = blocks.iter().map(|(_, block, _)| block).filter(|block| !is_rigid(block)).map(Block::states);
+    let flexible = blocks.iter().filter(|block| !is_rigid(block)).map(Block::states);
     let layout = Layout {
         flexible: flexible.fold([0; 2], |sum, states| [sum[0] + states[0], sum[1] + states[1]]),
-        bodies: columns.bodies,
+        bodies: blocks.iter().filter(|block| is_rigid(block)).map(Block::columns).sum(),
         hammers: scene.hammers.len(),
         castings: scene.castings.len(),
     };
     // First column, displacement and velocity of the next rigid part and of the next flexible one.
     let mut next_rigid = [0, layout.position(0), layout.velocity(0)];
     let mut next_flexible = [layout.bodies, 0, layout.velocities()];
-    let part = |(id, block, tied): (PartId, Block, Option<TiedMasses>)| {
+    let mut tied = tied_guides(scene, placed)?;
+    let part = |(id, block): (PartId, Block)| {
         let next = if is_rigid(&block) { &mut next_rigid } else { &mut next_flexible };
         let [first, second] = block.states();
         let [columns, displacements, velocities] =
@@ -122,10 +127,12 @@ fn parts(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Result<(Layo
                 next[of] += count;
                 begin..next[of]
             });
-        let watched = (id == PartId::Machine).then(|| Arc::clone(&placed.excited().watched));
-        Part { id, block, columns, states: [displacements, velocities], tied, watched }
+        let is_machine = id == PartId::Machine;
+        let watched = is_machine.then(|| Arc::clone(&placed.excited().watched));
+        let tied = if is_machine { tied.take() } else { None };
+        CoupledPart { id, block, columns, states: [displacements, velocities], tied, watched }
     };
-    Ok((layout, blocks.into_iter().map(part).collect()))
+    Ok((layout, described.iter().map(|(id, _)| *id).zip(blocks).map(part).collect()))
 }
 
 /// Returns the machine's block: modes integrated or condensed, as the scene asks for or as costs less.
@@ -153,41 +160,44 @@ fn tied_guides(scene: &Scene, placed: &PlacedModes) -> Result<Option<TiedMasses>
     TiedMasses::new(&placed.excited().modes.phi, mass).map(Some).ok_or(BuildError::GuideMass)
 }
 
-/// Collects the points of all parts.
-fn points(scene: &Scene, columns: &Columns, placed: &PlacedModes) -> Points {
-    let mut points = Points::default();
-    let of_machine = (columns.bodies..).zip(placed.rows());
-    of_machine.for_each(|(column, (point, _))| points.add(point, vec![(column, 1.0)]));
-    (0..scene.hammers.len()).for_each(|h| hammer::add_points(&mut points, columns, h));
-    (0..scene.castings.len()).for_each(|c| casting::add_points(&mut points, columns, (scene, c)));
-    points
+/// Rows of the points of all parts: sums over the coordinates of rigid parts; of elastic parts a column per point that links join.
+fn points<'p>(
+    scene: &Scene,
+    parts: impl Iterator<Item = (&'p Part, &'p CoupledPart)> + Clone,
+    placed: &PlacedModes,
+) -> Points {
+    let first = |id: PartId| parts.clone().find(|(_, coupled)| coupled.id == id);
+    let of_rigid = scene.points().into_values().filter_map(|point| {
+        let (part, coupled) = first(point.part)?;
+        let row = part.row(&point.location).into_iter();
+        let row = row.map(|(freedom, coefficient)| (coupled.columns.start + freedom, coefficient));
+        (*part != Part::Elastic).then(|| (point.id, row.collect()))
+    });
+    let columns = first(PartId::Machine).map_or(0..0, |(_, machine)| machine.columns.clone());
+    let of_machine = placed.rows(false).zip(columns).map(|((id, _), column)| (id, vec![(column, 1.0)]));
+    Points(of_rigid.chain(of_machine).collect())
 }
 
-fn check_shapes(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
-    let expect = |what, given, expected| {
-        if given == expected { Ok(()) } else { Err(BuildError::Shapes { what, given, expected }) }
-    };
-    let count = modes.omega_rad_s.len();
-    expect("damping ratios", modes.damping_ratio.len(), count)?;
-    expect("mounts", modes.mounts.len(), scene.hammers.len())?;
-    expect("castings", modes.fixtures.len(), scene.castings.len())?;
-    for (rows, casting) in modes.fixtures.iter().zip(&scene.castings) {
-        expect("fixtures", rows.len(), casting.fixtures.len())?;
+/// Checks that the castings can be simulated and that the modes have the scene's points.
+fn check(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
+    for unit in scene.hammers.iter().filter(|unit| unit.casting >= scene.castings.len()) {
+        let (hammer, casting, castings) = (unit.name.clone(), unit.casting, scene.castings.len());
+        return Err(BuildError::NoSuchCasting { hammer, casting, castings });
     }
-    expect("points", modes.points.len(), scene.outputs.points.len())?;
-    for row in modes.rows().map(|(_, row)| row).chain(&modes.points) {
-        expect("modes", row.len(), count)?;
+    for (index, casting) in scene.castings.iter().enumerate() {
+        casting.check_restraint(casting.active_rotations(&scene.strike_points(index)))?;
     }
-    for unit in &scene.hammers {
-        if unit.casting >= scene.castings.len() {
-            return Err(BuildError::NoSuchCasting {
-                hammer: unit.name.clone(),
-                casting: unit.casting,
-                castings: scene.castings.len(),
-            });
-        }
+    let points = scene.points().into_values().filter(|point| point.part == PartId::Machine);
+    let expected: BTreeSet<PointId> = points.map(|point| point.id).collect();
+    if let Some(&point) = expected.symmetric_difference(&modes.shapes.keys().copied().collect()).next() {
+        return Err(BuildError::Point { point });
     }
-    Ok(())
+    let expected = modes.omega_rad_s.len();
+    let shares = modes.shapes.values().map(|row| ("shares in a mode shape", row.len()));
+    let mut counts = std::iter::once(("damping ratios", modes.damping_ratio.len())).chain(shares);
+    counts
+        .find(|(_, given)| *given != expected)
+        .map_or(Ok(()), |(what, given)| Err(BuildError::Shapes { what, given, expected }))
 }
 
 /// Components of the state that each contact's penetration and rate depend on.
@@ -226,9 +236,15 @@ fn sums(elements: &Elements, layout: &Layout) -> Vec<Option<Sums>> {
 mod tests {
     use super::*;
     use crate::hammer::body;
+    use crate::scene::FixtureId;
     use crate::scene::{Environment, Guide, HammerUnit, Mount, OutputSettings, SolverSettings};
-    use crate::system::points::{FixtureId, PointId};
     use crate::workpiece::{Casting, Fixture};
+
+    const MOUNT: PointId = PointId::Mount { hammer: 0 };
+
+    fn support(fixture: usize) -> PointId {
+        PointId::Support(FixtureId { casting: 0, fixture })
+    }
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
     fn scene() -> (Scene, InterfaceModes) {
@@ -267,9 +283,10 @@ mod tests {
         let modes = InterfaceModes {
             omega_rad_s: vec![100.0, 200.0, 300.0],
             damping_ratio: vec![0.02; 3],
-            mounts: vec![vec![0.1, 0.2, 0.0]],
-            fixtures: vec![vec![vec![0.3, -0.1, 1e-13]; 4]],
-            points: Vec::new(),
+            shapes: (0..4)
+                .map(|at| (support(at), vec![0.3, -0.1, 1e-13]))
+                .chain([(MOUNT, vec![0.1, 0.2, 0.0])])
+                .collect(),
         };
         (scene, modes)
     }
@@ -280,25 +297,25 @@ mod tests {
         let (scene, modes) = scene();
         let model = build(&scene, &modes).unwrap();
         assert_eq!(model.layout().bodies, body::COUNT + 3);
-        let heave = model.castings()[0].heave;
+        let heave = model.points().row(PointId::Centre { casting: 0 })[0].0;
         let strike: Vec<_> = model.elements().row(model.elements().contact_row(model.hammers()[0].strike)).collect();
         let chisel = model.hammers()[0].points[body::CHISEL];
         assert_eq!(strike, [(chisel, 1.0), (heave, -1.0), (heave + 1, -0.07), (heave + 2, 0.03)]);
-        let points = &model.castings()[0].points;
-        let names: Vec<&str> = points.iter().map(|point| point.name.as_str()).collect();
+        let points = scene.points_of_casting(0);
+        let names: Vec<&str> = points.iter().map(|(_, name)| name.as_str()).collect();
         assert_eq!(names, ["hammer.left", "fixture.f", "fixture.f", "fixture.f", "fixture.f", "measuring_point"]);
-        assert_eq!(points[0].row, [(heave, 1.0), (heave + 1, 0.07), (heave + 2, -0.03)]);
-        assert_eq!(points[5].row, [(heave, 1.0), (heave + 1, -0.02), (heave + 2, -0.05)]);
+        let row = |id: PointId| model.points().row(id);
+        assert_eq!(row(points[0].0), [(heave, 1.0), (heave + 1, 0.07), (heave + 2, -0.03)]);
+        assert_eq!(row(points[5].0), [(heave, 1.0), (heave + 1, -0.02), (heave + 2, -0.05)]);
+        assert_eq!(row(PointId::Rotation { casting: 0, axis: 1 }), [(heave + 2, 1.0)]);
         // Row 0 is the guide's spring; the first fixture follows.
         let fixture: Vec<_> = model.elements().row(1).collect();
         let node = model.layout().bodies + 1;
         assert_eq!(fixture, [(heave, 1.0), (heave + 1, -0.1), (heave + 2, 0.1), (node, -1.0)]);
         assert_eq!(model.masses().skip(heave).copied().collect::<Vec<f64>>(), [2.0, 0.01, 0.02]);
         // Points are found by their ids.
-        let held = FixtureId { casting: 0, fixture: 0 };
-        assert_eq!(model.points().row(PointId::Support(held)), [(node, 1.0)]);
-        assert_eq!(model.points().row(PointId::Mount { hammer: 0 }), [(model.hammers()[0].mount, 1.0)]);
-        assert_eq!(model.points().row(PointId::Measured { casting: 0 }), points[5].row);
+        assert_eq!(row(support(0)), [(node, 1.0)]);
+        assert_eq!(row(MOUNT), [(model.hammers()[0].mount, 1.0)]);
     }
 
     /// Scenes at one placement share the constants of its modes. Their models equal the models of scenes that share nothing.
@@ -342,7 +359,7 @@ mod tests {
         for count in [1, 4, 8] {
             let (mut scene, mut modes) = (scene.clone(), modes.clone());
             scene.outputs.points = (0..count).map(|point| format!("P{point}")).collect();
-            modes.points = vec![vec![0.1, 0.2, 30.0]; count];
+            modes.shapes.extend((0..count).map(|point| (PointId::Watched { point }, vec![0.1, 0.2, 30.0])));
             let model = build(&scene, &modes).unwrap();
             assert_eq!((model.layout(), model.modes()), (plain.layout(), plain.modes()));
             assert_eq!(model.elements().matrix(), plain.elements().matrix());
@@ -359,11 +376,10 @@ mod tests {
             build(&scene, &modes).map(|_| ()).unwrap_err().to_string()
         };
         assert!(fails(&|scene, _| scene.hammers[0].casting = 3).contains("casting number 3, but the scene has 1"));
-        assert!(fails(&|_, modes| modes.mounts.clear()).contains("0 mounts"));
-        assert!(fails(&|_, modes| modes.fixtures[0].truncate(2)).contains("2 fixtures"));
-        assert!(fails(&|_, modes| modes.fixtures.clear()).contains("0 castings"));
+        assert!(fails(&|_, modes| _ = modes.shapes.remove(&MOUNT)).contains("Mount { hammer: 0 }"));
+        assert!(fails(&|_, modes| _ = modes.shapes.insert(support(4), vec![0.0; 3])).contains("Support(FixtureId {"));
         assert!(fails(&|_, modes| modes.damping_ratio.push(0.0)).contains("4 damping ratios"));
-        assert!(fails(&|_, modes| modes.mounts[0].truncate(1)).contains("1 modes"));
+        assert!(fails(&|_, modes| _ = modes.shapes.insert(MOUNT, vec![0.0])).contains("1 shares in a mode shape"));
         assert!(fails(&|scene, _| scene.castings[0].inertia_kg_m2 = None).contains("inertia"));
     }
 }

@@ -1,8 +1,8 @@
 //! Error scales of the states.
 
-use super::columns::Columns;
 use crate::hammer::body;
-use crate::system::block::{Block, Part};
+use crate::scene::{Freedom, Part};
+use crate::system::block::{Block, CoupledPart};
 use crate::system::impulse_response::SCALED_INTEGRALS;
 use crate::system::layout::Layout;
 
@@ -19,16 +19,16 @@ const PRESSURE_SCALE_PA: f64 = 1e5;
 /// Lever in m that turns a rotation into the displacement whose scale applies.
 const ROTATION_LEVER_M: f64 = 0.1;
 
-/// Error scales of the states under error control, in their order.
-pub(super) fn scales(layout: &Layout, columns: &Columns, parts: &[Part]) -> Vec<f64> {
-    let mut bodies = vec![1.0; layout.bodies];
-    for casting in &columns.castings {
-        bodies[casting.all()][1..].fill(1.0 / ROTATION_LEVER_M);
-    }
-    let mut velocities = scaled(&bodies, VELOCITY_SCALE_M_S);
-    for hammer in 0..layout.hammers {
-        if let Some(piston) = columns.body(hammer, body::PISTON) {
-            velocities[piston] = PISTON_VELOCITY_SCALE_M_S;
+/// Error scales of the states under error control, in their order. `parts` as the scene has them, and as they are coupled.
+pub(super) fn scales<'s>(layout: &Layout, scene: impl Iterator<Item = &'s Part>, parts: &[CoupledPart]) -> Vec<f64> {
+    let [mut bodies, mut velocities] = [(); 2].map(|()| Vec::with_capacity(layout.bodies));
+    for part in scene {
+        let Part::Rigid(freedoms) = part else { continue };
+        for (freedom, _) in freedoms {
+            let unit = if matches!(freedom, Freedom::Rotation(_)) { 1.0 / ROTATION_LEVER_M } else { 1.0 };
+            let is_piston = *freedom == Freedom::Body(body::PISTON);
+            bodies.push(unit);
+            velocities.push(if is_piston { PISTON_VELOCITY_SCALE_M_S } else { unit * VELOCITY_SCALE_M_S });
         }
     }
     let mut scales = Vec::with_capacity(layout.states());

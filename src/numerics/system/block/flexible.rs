@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Block, Part};
+use super::{Block, CoupledPart};
 use crate::number::Number;
 use crate::system::kernel::{Free, Kernel, TERMS};
 use crate::system::modal::{MassShares, ModalRates, Motion};
@@ -38,7 +38,7 @@ enum Kind<R> {
 
 impl<R: Number> FlexibleRates<R> {
     /// Allocates the rates of part number `place`; `None` if the part is rigid.
-    pub fn like(place: usize, part: &Part) -> Option<Self> {
+    pub fn like(place: usize, part: &CoupledPart) -> Option<Self> {
         let zero = R::splat(0.0);
         let kind = match &part.block {
             Block::Rigid(_) => return None,
@@ -62,7 +62,7 @@ impl<R: Number> FlexibleRates<R> {
     }
 
     /// Sets the constants of a lane, of the same shape.
-    pub fn put(&mut self, lane: usize, part: &Part) {
+    pub fn put(&mut self, lane: usize, part: &CoupledPart) {
         match (&mut self.kind, &part.block) {
             (Kind::Modal { modes, .. }, Block::Modal(other)) => modes.put(lane, other),
             (Kind::Condensed { kernel, .. }, Block::Condensed(other)) => {

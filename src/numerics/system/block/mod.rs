@@ -20,8 +20,8 @@ pub(super) use rigid::Rigid;
 
 use nalgebra::DMatrix;
 
+use crate::scene::PartId;
 use crate::system::modal::{Modes, TiedMasses};
-use crate::system::points::PartId;
 
 /// Equations of motion of a part.
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ pub(super) enum Block {
 
 /// Part of a model: its block at rest, its columns and states.
 #[derive(Debug, Clone)]
-pub(super) struct Part {
+pub(super) struct CoupledPart {
     pub id: PartId,
     pub block: Block,
     /// Columns in the elements' rows: rigid coordinates, or driven points.
@@ -57,7 +57,7 @@ pub(super) struct BlockStates<'y> {
     pub y: [&'y [f64]; 2],
 }
 
-impl Part {
+impl CoupledPart {
     /// Selects the part's states.
     pub fn states_of<'y>(&self, t: f64, y: &'y [f64]) -> BlockStates<'y> {
         BlockStates { t, y: self.states.each_ref().map(|states| &y[states.clone()]) }

@@ -1,0 +1,384 @@
+//! Parts of a scene, their points, and the links between points: plain data, from which the coupled system is assembled.
+//!
+//! A part is rigid or elastic, be it the machine, a hammer or a casting. A point belongs to a part; a link joins two points by a law.
+//! This file alone knows which parts, points and links a scene has, and which freedoms a rigid part has.
+
+use std::collections::BTreeMap;
+
+use super::model::{Environment, HammerUnit, Scene};
+use crate::contact::{ContactLaw, ContactParameters};
+use crate::hammer::{Gas, HammerModel, body};
+use crate::workpiece::Fixture;
+
+/// Id of a part of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PartId {
+    /// The machine.
+    Machine,
+    /// The bodies of a hammer.
+    Hammer(usize),
+    /// A casting.
+    Casting(usize),
+}
+
+/// A part: how it can move.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Part {
+    /// Rigid bodies: their freedoms, each with its mass in kg or inertia in kg m2.
+    Rigid(Vec<(Freedom, f64)>),
+    /// A reduced structure. Its modes come beside the scene, see [`crate::system::InterfaceModes`].
+    Elastic,
+}
+
+/// Freedom of a rigid part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Freedom {
+    /// Motion of a hammer's body along the strike axis, see [`body`].
+    Body(usize),
+    /// Motion of a casting's centre of mass along the strike axis.
+    Heave,
+    /// Rotation of a casting about x (0) or y (1).
+    Rotation(usize),
+}
+
+/// Id of a fixture: its casting, and its index among that casting's fixtures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FixtureId {
+    /// The casting that it holds.
+    pub casting: usize,
+    /// Index among the fixtures of that casting.
+    pub fixture: usize,
+}
+
+/// Id of a point of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PointId {
+    /// A body of a hammer.
+    Body {
+        /// The hammer.
+        hammer: usize,
+        /// The body, see [`body`].
+        body: usize,
+    },
+    /// The point of the machine that carries a hammer.
+    Mount {
+        /// The hammer.
+        hammer: usize,
+    },
+    /// The point of a casting that a hammer strikes.
+    Strike {
+        /// The hammer.
+        hammer: usize,
+    },
+    /// The point of the machine that carries a fixture.
+    Support(FixtureId),
+    /// The point of a casting that a fixture holds.
+    Held(FixtureId),
+    /// The measuring point of a casting; its centre of mass where none is chosen.
+    Measured {
+        /// The casting.
+        casting: usize,
+    },
+    /// The centre of mass of a casting.
+    Centre {
+        /// The casting.
+        casting: usize,
+    },
+    /// A casting as a whole, as it rotates.
+    Rotation {
+        /// The casting.
+        casting: usize,
+        /// About x (0) or y (1).
+        axis: usize,
+    },
+    /// A watched point of the machine. No link joins it.
+    Watched {
+        /// Its index among these.
+        point: usize,
+    },
+}
+
+/// Where on its part a point is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Location {
+    /// A hammer's body.
+    Body(usize),
+    /// Interface points of a reduced structure with their weights, which sum to 1.
+    Nodes(Vec<(String, f64)>),
+    /// x and y from a rigid casting's centre of mass, m.
+    Offset([f64; 2]),
+    /// No place: the rotation of a rigid casting about x (0) or y (1), rad.
+    Rotation(usize),
+}
+
+/// A point, its part, and where it is on that. It moves along the strike axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointRef {
+    /// Id.
+    pub id: PointId,
+    /// The part that it belongs to.
+    pub part: PartId,
+    /// Where on the part.
+    pub location: Location,
+}
+
+/// Link of a hammer: its guide's spring, its contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HammerLink {
+    /// Spring of the guide on its mount.
+    Guide,
+    /// Telescope against its top stop.
+    TopStop,
+    /// Telescope at the end of its stroke.
+    EndStop,
+    /// Piston against the rear wall of the cylinder.
+    RearWall,
+    /// Piston on chisel.
+    PistonChisel,
+    /// Chisel against the nose of the cylinder.
+    Nose,
+    /// Chisel against its retainer.
+    Retainer,
+    /// Spool against its rear stop.
+    SpoolRear,
+    /// Spool against its front stop.
+    SpoolFront,
+    /// Chisel on casting.
+    ChiselCasting,
+}
+
+/// Owner of a link. Its books record the link's work and loss.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// A hammer.
+    Hammer {
+        /// The hammer.
+        hammer: usize,
+        /// Which of its links.
+        link: HammerLink,
+    },
+    /// A fixture of a casting.
+    Fixture(FixtureId),
+}
+
+/// Law of a link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LinkLaw {
+    /// `F = k d + c d'`, d the motion of the first point less that of the second since rest.
+    Spring {
+        /// Stiffness in N/m.
+        stiffness_n_per_m: f64,
+        /// Damping in N s/m.
+        damping_n_s_per_m: f64,
+    },
+    /// One-sided contact: it pushes once the first point has moved by more than the gap towards the second.
+    Contact {
+        /// Force by penetration and rate.
+        law: ContactLaw,
+        /// The gap in m, before the contact is pressed together by its preload.
+        gap_m: f64,
+        /// Force at rest in N.
+        preload_n: f64,
+    },
+}
+
+/// Two points joined by a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// The points.
+    pub ends: [PointRef; 2],
+    /// The law.
+    pub law: LinkLaw,
+    /// The owner.
+    pub owner: Owner,
+}
+
+impl Part {
+    /// Motion of a location as a sum over the freedoms of a rigid part, by their indices; empty for an elastic one.
+    pub fn row(&self, location: &Location) -> Vec<(usize, f64)> {
+        let Self::Rigid(freedoms) = self else { return Vec::new() };
+        let terms = freedoms.iter().map(|(freedom, _)| location.motion_per(*freedom)).enumerate();
+        terms.filter(|(_, coefficient)| *coefficient != 0.0).collect()
+    }
+}
+
+impl Location {
+    /// Its motion per motion of a freedom. The point (x, y) of a casting moves by `z + y tx - x ty`.
+    fn motion_per(&self, freedom: Freedom) -> f64 {
+        match (self, freedom) {
+            (Self::Body(own), Freedom::Body(body)) if *own == body => 1.0,
+            (Self::Offset(_), Freedom::Heave) => 1.0,
+            (Self::Offset([x, y]), Freedom::Rotation(axis)) => [*y, -x][axis],
+            (Self::Rotation(own), Freedom::Rotation(axis)) if *own == axis => 1.0,
+            _ => 0.0,
+        }
+    }
+}
+
+impl HammerUnit {
+    /// The hammer's constants in an environment.
+    pub fn model(&self, environment: &Environment) -> HammerModel {
+        let gas = Gas {
+            specific_energy_j_per_kg: environment.gas_constant_j_per_kg_k * environment.temperature_k,
+            isentropic_exponent: environment.isentropic_exponent,
+            inflow_exponent: environment.inflow_exponent,
+            outflow_exponent: environment.outflow_exponent,
+            expansion_exponent: environment.expansion_exponent,
+            ambient_pressure_pa: environment.ambient_pressure_pa,
+        };
+        HammerModel::new(&self.parameters, gas, environment.gravity_m_s2)
+    }
+
+    /// Contacts between the hammer's bodies: the bodies with coefficients +1 and -1, the parameters, the gap in m.
+    fn inner_contacts(&self) -> [(HammerLink, [usize; 2], ContactParameters, f64); 8] {
+        use HammerLink::{EndStop, Nose, PistonChisel, RearWall, Retainer, SpoolFront, SpoolRear, TopStop};
+        use body::{CHISEL, CYLINDER, GUIDE, PISTON, SPOOL};
+        let p = &self.parameters;
+        let (nose, stop) = (p.chisel.cylinder_contact, p.valve.stop);
+        [
+            (TopStop, [GUIDE, CYLINDER], p.telescope.top_stop, 0.0),
+            (EndStop, [CYLINDER, GUIDE], p.telescope.end_stop, p.telescope.stroke_m),
+            (RearWall, [CYLINDER, PISTON], p.piston.rear_wall, 0.0),
+            (PistonChisel, [PISTON, CHISEL], p.piston.chisel_contact, p.piston.stroke_m),
+            (Nose, [CYLINDER, CHISEL], nose, 0.0),
+            (Retainer, [CHISEL, CYLINDER], nose, p.chisel.travel_m),
+            (SpoolRear, [CYLINDER, SPOOL], stop, 0.0),
+            (SpoolFront, [SPOOL, CYLINDER], stop, p.valve.travel_m),
+        ]
+    }
+}
+
+impl Scene {
+    /// All parts: the machine, the hammers, the castings.
+    pub fn parts(&self) -> Vec<(PartId, Part)> {
+        let hammers = (0..self.hammers.len()).map(PartId::Hammer);
+        let castings = (0..self.castings.len()).map(PartId::Casting);
+        let ids = [PartId::Machine].into_iter().chain(hammers).chain(castings);
+        ids.map(|id| (id, self.part(id))).collect()
+    }
+
+    /// A part. A casting has its heave and the rotations that the scene needs.
+    pub fn part(&self, id: PartId) -> Part {
+        match id {
+            PartId::Machine => Part::Elastic,
+            PartId::Hammer(hammer) => {
+                let masses = self.hammers[hammer].parameters.masses_kg().into_iter().enumerate();
+                let moves = |body: usize| body != body::GUIDE || !self.ties(self.solver.guide);
+                let free = masses.filter(|(body, _)| moves(*body));
+                Part::Rigid(free.map(|(body, mass)| (Freedom::Body(body), mass)).collect())
+            }
+            PartId::Casting(index) => {
+                let casting = &self.castings[index];
+                // One that rotates has its inertia, or is refused by `Casting::check_restraint`.
+                let inertia = casting.inertia_kg_m2.unwrap_or([f64::INFINITY; 2]);
+                let active = casting.active_rotations(&self.strike_points(index));
+                let rotations = (0..2).filter(|axis| active[*axis]);
+                let rotations = rotations.map(|axis| (Freedom::Rotation(axis), inertia[axis]));
+                Part::Rigid([(Freedom::Heave, casting.mass_kg)].into_iter().chain(rotations).collect())
+            }
+        }
+    }
+
+    /// All points, by id.
+    pub fn points(&self) -> BTreeMap<PointId, PointRef> {
+        let hammers = (0..self.hammers.len()).flat_map(|hammer| {
+            let bodies = (0..body::COUNT).map(move |body| PointId::Body { hammer, body });
+            bodies.chain([PointId::Mount { hammer }, PointId::Strike { hammer }])
+        });
+        let castings = (0..self.castings.len()).flat_map(|casting| {
+            let rotations = [0, 1].map(|axis| PointId::Rotation { casting, axis });
+            rotations.into_iter().chain([PointId::Centre { casting }, PointId::Measured { casting }])
+        });
+        let fixtures = self.fixtures().flat_map(|(id, _)| [PointId::Support(id), PointId::Held(id)]);
+        let watched = (0..self.outputs.points.len()).map(|point| PointId::Watched { point });
+        let all = hammers.chain(castings).chain(fixtures).chain(watched);
+        all.map(|id| self.point(id)).map(|point| (point.id, point)).collect()
+    }
+
+    /// Points of a casting whose velocity is watched, with their names: struck, held, then the measuring point if one is chosen.
+    pub fn points_of_casting(&self, casting: usize) -> Vec<(PointId, String)> {
+        let strikes = self.hammers.iter().enumerate().filter(|(_, unit)| unit.casting == casting);
+        let strikes = strikes.map(|(hammer, unit)| (PointId::Strike { hammer }, format!("hammer.{}", unit.name)));
+        let held = self.fixtures().filter(|(id, _)| id.casting == casting);
+        let held = held.map(|(id, fixture)| (PointId::Held(id), format!("fixture.{}", fixture.name)));
+        let measured = self.castings[casting].measuring_point_m;
+        let measured = measured.map(|_| (PointId::Measured { casting }, "measuring_point".to_owned()));
+        strikes.chain(held).chain(measured).collect()
+    }
+
+    /// All fixtures, casting by casting.
+    pub fn fixtures(&self) -> impl Iterator<Item = (FixtureId, &Fixture)> {
+        let of_casting = |(casting, held): (usize, &'_ crate::workpiece::Casting)| {
+            (0..held.fixtures.len()).map(move |fixture| FixtureId { casting, fixture })
+        };
+        let ids = self.castings.iter().enumerate().flat_map(of_casting);
+        ids.zip(self.castings.iter().flat_map(|casting| &casting.fixtures))
+    }
+
+    /// A point. That of a guide that is tied is its mount.
+    pub fn point(&self, id: PointId) -> PointRef {
+        let at = |casting: usize, at_m: [f64; 2]| (PartId::Casting(casting), Location::Offset(at_m));
+        let node = |name: &str| (PartId::Machine, Location::Nodes(vec![(name.to_owned(), 1.0)]));
+        let fixture = |id: FixtureId| &self.castings[id.casting].fixtures[id.fixture];
+        let (part, location) = match id {
+            PointId::Body { hammer, body: body::GUIDE } if self.ties(self.solver.guide) => {
+                return self.point(PointId::Mount { hammer });
+            }
+            PointId::Body { hammer, body } => (PartId::Hammer(hammer), Location::Body(body)),
+            PointId::Mount { hammer } => (PartId::Machine, Location::Nodes(self.hammers[hammer].mount.points.clone())),
+            PointId::Strike { hammer } => at(self.hammers[hammer].casting, self.hammers[hammer].strike_point_m),
+            PointId::Support(id) => node(&fixture(id).point),
+            PointId::Held(id) => at(id.casting, fixture(id).at_m),
+            PointId::Measured { casting } => at(casting, self.castings[casting].measuring_point_m.unwrap_or_default()),
+            PointId::Centre { casting } => at(casting, [0.0; 2]),
+            PointId::Rotation { casting, axis } => (PartId::Casting(casting), Location::Rotation(axis)),
+            PointId::Watched { point } => node(&self.outputs.points[point]),
+        };
+        PointRef { id, part, location }
+    }
+
+    /// All links: those of each hammer, then the fixtures.
+    pub fn links(&self) -> Vec<Link> {
+        let hammers = (0..self.hammers.len()).flat_map(|hammer| self.links_of_hammer(hammer));
+        hammers.chain(self.fixtures().map(|(id, fixture)| self.link_of_fixture(id, fixture))).collect()
+    }
+
+    fn link_of_fixture(&self, id: FixtureId, fixture: &Fixture) -> Link {
+        let Fixture { stiffness_n_per_m, damping_n_s_per_m, .. } = *fixture;
+        Link {
+            ends: [PointId::Held(id), PointId::Support(id)].map(|end| self.point(end)),
+            law: LinkLaw::Spring { stiffness_n_per_m, damping_n_s_per_m },
+            owner: Owner::Fixture(id),
+        }
+    }
+
+    /// The spring of a hammer's guide unless that is tied, the contacts between its bodies, the contact with its casting.
+    fn links_of_hammer(&self, hammer: usize) -> Vec<Link> {
+        let unit = &self.hammers[hammer];
+        let model = unit.model(&self.environment);
+        let of_body = |body: usize| PointId::Body { hammer, body };
+        let link = |link: HammerLink, ends: [PointId; 2], law: LinkLaw| Link {
+            ends: ends.map(|end| self.point(end)),
+            law,
+            owner: Owner::Hammer { hammer, link },
+        };
+        let mut links = Vec::with_capacity(10);
+        if !self.ties(self.solver.guide) {
+            let stiffness_n_per_m = unit.parameters.guide.stiffness_n_per_m;
+            let law = LinkLaw::Spring { stiffness_n_per_m, damping_n_s_per_m: 0.0 };
+            links.push(link(HammerLink::Guide, [of_body(body::GUIDE), PointId::Mount { hammer }], law));
+        }
+        links.extend(unit.inner_contacts().map(|(name, bodies, parameters, gap_m)| {
+            // The guide stands on its mount: only the other body's mass counts.
+            let moving = bodies.iter().filter(|body| **body != body::GUIDE);
+            let law = parameters.law(1.0 / moving.map(|body| 1.0 / model.mass()[*body]).sum::<f64>());
+            link(name, bodies.map(of_body), LinkLaw::Contact { law, gap_m, preload_n: 0.0 })
+        }));
+        // The tip of the resting chisel stands `standoff` off the casting.
+        let gap_m = model.rest().position[body::CHISEL] + unit.standoff_m;
+        let law = unit.parameters.chisel.casting_contact.law(self.strike_mass_kg(unit));
+        let law = LinkLaw::Contact { law, gap_m, preload_n: 0.0 };
+        links.push(link(HammerLink::ChiselCasting, [of_body(body::CHISEL), PointId::Strike { hammer }], law));
+        links
+    }
+}
