@@ -72,7 +72,8 @@ pub fn support(casting: usize, fixture: usize) -> PointId {
 
 /// Component of the state that is the velocity of a casting's centre of mass.
 pub fn heave_velocity(model: &CoupledModel, casting: usize) -> usize {
-    model.velocity_sum(PointId::Centre { casting })[0].0
+    let [_, velocity] = model.point_sums(PointId::Centre { casting }).expect("a rigid casting");
+    velocity[0].0
 }
 
 /// A hammer with the default supply over the centre of casting 0.

@@ -111,7 +111,7 @@ impl Problem {
     /// Index of the casting's heave velocity.
     pub fn heave(&self) -> usize {
         let model = self.system.model();
-        model.velocity_sum(PointId::Centre { casting: 0 })[0].0
+        model.layout().velocity(model.points().row(PointId::Centre { casting: 0 })[0].0)
     }
 
     /// Contacts.

@@ -66,7 +66,8 @@ pub(super) struct CastingTrack {
 impl CastingTrack {
     pub fn new(model: &CoupledModel, scene: &Scene, casting: usize) -> Self {
         let velocities = model.velocities(PartId::Casting(casting));
-        let mut rows = vec![model.velocity_sum(PointId::Centre { casting })];
+        let velocity = |id: PointId| model.point_sums(id).map(|[_, velocity]| velocity).unwrap_or_default();
+        let mut rows = vec![velocity(PointId::Centre { casting })];
         let mut place = |row| {
             let found = rows.iter().position(|known| *known == row);
             found.unwrap_or_else(|| {
@@ -75,7 +76,7 @@ impl CastingTrack {
             })
         };
         let points = scene.points_of_casting(casting).into_iter();
-        let points = points.map(|(id, name)| (id, name, place(model.velocity_sum(id)))).collect();
+        let points = points.map(|(id, name)| (id, name, place(velocity(id)))).collect();
         Self {
             casting,
             peaks: rows.iter().map(|row| PointPeak::new(velocities.start, row)).collect(),

@@ -1,11 +1,13 @@
 //! Time signals of a run on a uniform grid, read off the dense output.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::hammer::body;
 use crate::integrate::{Observer, Step};
 use crate::quantity::{Quantity, quantities};
-use crate::scene::{FixtureId, HammerLink, Owner, PointId, Scene};
+use crate::scene::{FixtureId, HammerLink, Owner, PartId, PointId, Scene};
 use crate::system::{Coupled, CoupledModel, HammerQuadrature};
 
 /// What a signal is of; hammers, castings, a casting's fixtures and points by their places in the scene.
@@ -184,7 +186,12 @@ struct State<'a> {
     step: &'a Step<'a>,
     time_s: f64,
     y: &'a [f64],
+    /// Displacement and velocity of the points of castings as sums of components.
+    sums: &'a PointSums,
 }
+
+/// Displacement and velocity of points as sums of components of the state.
+type PointSums = BTreeMap<PointId, [Vec<(usize, f64)>; 2]>;
 
 impl State<'_> {
     /// Acceleration of a body: the slope of its velocity's dense output, of which the rates at the ends are those of the model.
@@ -195,9 +202,17 @@ impl State<'_> {
 
     /// Displacement, velocity and acceleration of a point of a casting.
     fn motion(&self, point: PointId) -> [f64; 3] {
-        let row = self.system.model().points().row(point);
-        let (displacement, velocity) = self.system.motion(point, self.time_s, self.y);
-        [displacement, velocity, row.iter().map(|(body, coefficient)| coefficient * self.acceleration(*body)).sum()]
+        let theta = self.step.fraction(self.time_s);
+        let sum = |terms: &[(usize, f64)], of: &dyn Fn(usize) -> f64| {
+            terms.iter().fold(0.0, |sum, (at, c)| sum + c * of(*at))
+        };
+        self.sums.get(&point).map_or([f64::NAN; 3], |[displacement, velocity]| {
+            [
+                sum(displacement, &|at| self.y[at]),
+                sum(velocity, &|at| self.y[at]),
+                sum(velocity, &|at| self.step.slope(at, theta)),
+            ]
+        })
     }
 
     /// Force of a contact of a hammer in N.
@@ -359,6 +374,7 @@ pub struct SignalRecorder {
     signals: Vec<Signal>,
     reads: Vec<Read>,
     scratch: Vec<f64>,
+    sums: PointSums,
     /// Displacement and velocity of each watched point at the instant; empty if no signal reads one.
     watched: Vec<[f64; 2]>,
     /// Whether signals of the energy balance are read.
@@ -388,6 +404,7 @@ impl SignalRecorder {
             begin += part.count();
         }
         let energy = reads.iter().any(|read| matches!(read.part, Part::Energy));
+        let points = scene.points().into_values().filter(|point| matches!(point.part, PartId::Casting(_)));
         let watches = reads.iter().any(|read| matches!(read.part, Part::Point(_)));
         Self {
             interval_s,
@@ -396,6 +413,7 @@ impl SignalRecorder {
             signals,
             reads,
             scratch: vec![0.0; model.layout().dimension()],
+            sums: points.filter_map(|point| Some((point.id, model.point_sums(point.id)?))).collect(),
             watched: vec![[0.0; 2]; if watches { scene.outputs.points.len() } else { 0 }],
             energy,
             rest_energy_j: None,
@@ -548,17 +566,17 @@ fn add<T>(signals: &mut Vec<Signal>, quantities: &[Quantity<T>], of: SignalOf, n
 
 impl Observer<Coupled> for SignalRecorder {
     fn step(&mut self, system: &Coupled, step: &Step<'_>) {
-        let mut scratch = std::mem::take(&mut self.scratch);
+        let (mut scratch, sums) = (std::mem::take(&mut self.scratch), std::mem::take(&mut self.sums));
         loop {
             let time_s = self.next_s();
             if time_s > step.t1() {
                 break;
             }
             step.state(step.fraction(time_s), &mut scratch);
-            self.append(&State { system, step, time_s, y: &scratch });
+            self.append(&State { system, step, time_s, y: &scratch, sums: &sums });
             self.next += 1;
         }
-        self.scratch = scratch;
+        (self.scratch, self.sums) = (scratch, sums);
     }
 
     fn event(&mut self, _system: &Coupled, _guard: usize, _t: f64, _y: &[f64]) {}

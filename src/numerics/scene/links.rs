@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::model::{Environment, HammerUnit, Scene};
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
-use crate::workpiece::Fixture;
+use crate::workpiece::{Casting, Fixture, WorkpieceError};
 
 /// Id of a part of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -250,16 +250,22 @@ impl HammerUnit {
 
 impl Scene {
     /// All parts: the machine, the hammers, the castings.
-    pub fn parts(&self) -> Vec<(PartId, Part)> {
+    ///
+    /// # Errors
+    /// As for [`Scene::part`].
+    pub fn parts(&self) -> Result<Vec<(PartId, Part)>, WorkpieceError> {
         let hammers = (0..self.hammers.len()).map(PartId::Hammer);
         let castings = (0..self.castings.len()).map(PartId::Casting);
         let ids = [PartId::Machine].into_iter().chain(hammers).chain(castings);
-        ids.map(|id| (id, self.part(id))).collect()
+        ids.map(|id| Ok((id, self.part(id)?))).collect()
     }
 
     /// A part. A casting has its heave and the rotations that the scene needs.
-    pub fn part(&self, id: PartId) -> Part {
-        match id {
+    ///
+    /// # Errors
+    /// A casting that its fixtures do not hold, or that rotates and lacks its inertia.
+    pub fn part(&self, id: PartId) -> Result<Part, WorkpieceError> {
+        Ok(match id {
             PartId::Machine => Part::Elastic,
             PartId::Hammer(hammer) => {
                 let masses = self.hammers[hammer].parameters.masses_kg().into_iter().enumerate();
@@ -269,14 +275,14 @@ impl Scene {
             }
             PartId::Casting(index) => {
                 let casting = &self.castings[index];
-                // One that rotates has its inertia, or is refused by `Casting::check_restraint`.
-                let inertia = casting.inertia_kg_m2.unwrap_or([f64::INFINITY; 2]);
                 let active = casting.active_rotations(&self.strike_points(index));
+                casting.check_restraint(active)?;
+                let inertia = casting.inertia_kg_m2.unwrap_or_default();
                 let rotations = (0..2).filter(|axis| active[*axis]);
                 let rotations = rotations.map(|axis| (Freedom::Rotation(axis), inertia[axis]));
                 Part::Rigid([(Freedom::Heave, casting.mass_kg)].into_iter().chain(rotations).collect())
             }
-        }
+        })
     }
 
     /// All points, by id.
@@ -308,7 +314,7 @@ impl Scene {
 
     /// All fixtures, casting by casting.
     pub fn fixtures(&self) -> impl Iterator<Item = (FixtureId, &Fixture)> {
-        let of_casting = |(casting, held): (usize, &'_ crate::workpiece::Casting)| {
+        let of_casting = |(casting, held): (usize, &'_ Casting)| {
             (0..held.fixtures.len()).map(move |fixture| FixtureId { casting, fixture })
         };
         let ids = self.castings.iter().enumerate().flat_map(of_casting);

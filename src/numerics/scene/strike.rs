@@ -13,11 +13,11 @@ pub const JUMP_RATIO: f64 = 2.0;
 
 impl Scene {
     /// Reduced mass in kg of a hammer's chisel and its casting, whose mass counts as at the strike point:
-    /// `1/m + y^2/J_x + x^2/J_y` with the rotations that it has.
+    /// `1/m + y^2/J_x + x^2/J_y` with the rotations that it has. The chisel's own mass where the casting is not rigid or not held.
     pub fn strike_mass_kg(&self, unit: &HammerUnit) -> f64 {
         let casting = self.part(PartId::Casting(unit.casting));
-        let Part::Rigid(freedoms) = &casting else { return unit.parameters.chisel.mass_kg };
-        let row = casting.row(&Location::Offset(unit.strike_point_m));
+        let Ok(part @ Part::Rigid(freedoms)) = &casting else { return unit.parameters.chisel.mass_kg };
+        let row = part.row(&Location::Offset(unit.strike_point_m));
         let inverse = row.iter().map(|(freedom, lever)| lever * lever / freedoms[*freedom].1);
         1.0 / inverse.fold(1.0 / unit.parameters.chisel.mass_kg, |sum, inverse| sum + inverse)
     }

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use crate::parameter::{Fault, Parameters, short};
 use crate::workpiece::{Casting, Fixture, OFFSET_TOLERANCE_M, WorkpieceError};
 
+use super::links::PartId;
 use super::model::{HammerUnit, Scene, Supply};
 use super::solver::{ModeTreatment, SolverSettings};
 
@@ -121,8 +122,7 @@ impl Scene {
         // Only a casting with sound values that every hammer hits says something about its restraint.
         let missed = self.hammers.iter().any(|hammer| hammer.casting == index && misses(hammer, casting));
         if checks.problems.len() == before && !missed {
-            let active = casting.active_rotations(&self.strike_points(index));
-            if let Err(error) = casting.check_restraint(active) {
+            if let Err(error) = self.part(PartId::Casting(index)) {
                 let key = match error {
                     WorkpieceError::MissingInertia { .. } => "inertia_kg_m2",
                     WorkpieceError::Unrestrained { .. } => "fixture",

@@ -167,13 +167,25 @@ impl CoupledModel {
         &self.initial
     }
 
-    /// Velocity of a point of a rigid part as a sum of components of the state.
-    pub fn velocity_sum(&self, point: PointId) -> Vec<(usize, f64)> {
-        self.points
-            .row(point)
-            .iter()
-            .map(|(column, coefficient)| (self.layout.velocity(*column), *coefficient))
-            .collect()
+    /// Displacement and velocity of a point as sums of components of the state; `None` where it follows condensed modes.
+    pub fn point_sums(&self, point: PointId) -> Option<[Vec<(usize, f64)>; 2]> {
+        let mut sums: Sums = Default::default();
+        for &(column, coefficient) in self.points.row(point) {
+            let part = self.parts.iter().find(|part| part.columns.contains(&column))?;
+            let at = column - part.columns.start;
+            let mut add = |state: usize, share: f64| {
+                sums.iter_mut().zip(&part.states).for_each(|(sum, states)| sum.push((states.start + state, share)));
+            };
+            match &part.block {
+                Block::Rigid(_) => add(at, coefficient),
+                Block::Modal(modes) => {
+                    let shape = modes.phi.column(at);
+                    shape.iter().enumerate().for_each(|(mode, phi)| add(mode, coefficient * phi));
+                }
+                Block::Condensed(_) => return None,
+            }
+        }
+        Some(sums)
     }
 
     /// Components of the state that are the velocities of a part: of its rigid coordinates, or of modes that are integrated.

@@ -73,9 +73,9 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
 /// As for [`build`].
 pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledModel>, BuildError> {
     check(scene, placed)?;
-    let described = scene.parts();
+    let described = scene.parts()?;
     let (layout, parts) = parts(scene, &described, placed)?;
-    let points = points(scene, described.iter().map(|(_, part)| part).zip(&parts), placed);
+    let points = points(scene, (&described, &parts), placed);
     let elements = Elements::new(&scene.links(), &points, parts.iter().map(|part| part.columns.len()).sum());
     let mut model = CoupledModel {
         layout,
@@ -161,31 +161,29 @@ fn tied_guides(scene: &Scene, placed: &PlacedModes) -> Result<Option<TiedMasses>
 }
 
 /// Rows of the points of all parts: sums over the coordinates of rigid parts; of elastic parts a column per point that links join.
-fn points<'p>(
-    scene: &Scene,
-    parts: impl Iterator<Item = (&'p Part, &'p CoupledPart)> + Clone,
-    placed: &PlacedModes,
-) -> Points {
-    let first = |id: PartId| parts.clone().find(|(_, coupled)| coupled.id == id);
-    let of_rigid = scene.points().into_values().filter_map(|point| {
-        let (part, coupled) = first(point.part)?;
-        let row = part.row(&point.location).into_iter();
-        let row = row.map(|(freedom, coefficient)| (coupled.columns.start + freedom, coefficient));
-        (*part != Part::Elastic).then(|| (point.id, row.collect()))
-    });
-    let columns = first(PartId::Machine).map_or(0..0, |(_, machine)| machine.columns.clone());
-    let of_machine = placed.rows(false).zip(columns).map(|((id, _), column)| (id, vec![(column, 1.0)]));
-    Points(of_rigid.chain(of_machine).collect())
+fn points(scene: &Scene, parts: (&[(PartId, Part)], &[CoupledPart]), placed: &PlacedModes) -> Points {
+    let mut points = Points::default();
+    let all = scene.points();
+    for ((id, part), coupled) in parts.0.iter().zip(parts.1) {
+        let columns = coupled.columns.clone();
+        if let Part::Elastic = part {
+            points.0.extend(placed.rows(false).zip(columns).map(|((point, _), column)| (point, vec![(column, 1.0)])));
+            continue;
+        }
+        for point in all.values().filter(|point| point.part == *id) {
+            let row = part.row(&point.location).into_iter();
+            let row = row.map(|(freedom, coefficient)| (columns.start + freedom, coefficient));
+            points.0.insert(point.id, row.collect());
+        }
+    }
+    points
 }
 
-/// Checks that the castings can be simulated and that the modes have the scene's points.
+/// Checks that hammers strike castings of the scene and that the modes have its points.
 fn check(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
-    for unit in scene.hammers.iter().filter(|unit| unit.casting >= scene.castings.len()) {
+    if let Some(unit) = scene.hammers.iter().find(|unit| unit.casting >= scene.castings.len()) {
         let (hammer, casting, castings) = (unit.name.clone(), unit.casting, scene.castings.len());
         return Err(BuildError::NoSuchCasting { hammer, casting, castings });
-    }
-    for (index, casting) in scene.castings.iter().enumerate() {
-        casting.check_restraint(casting.active_rotations(&scene.strike_points(index)))?;
     }
     let points = scene.points().into_values().filter(|point| point.part == PartId::Machine);
     let expected: BTreeSet<PointId> = points.map(|point| point.id).collect();
@@ -338,6 +336,23 @@ mod tests {
         assert_eq!(format!("{second:?}"), format!("{alone:?}"));
         // A scene that integrates them takes no condensation.
         assert!(build_placed(&scene, &placed).unwrap().parts[0].block.condensed().is_none());
+    }
+
+    /// A point's motion as a sum of states is its motion, be it of a rigid part or of one with modes; condensed modes are no states.
+    #[test]
+    fn motion_of_points_as_sums_of_states() {
+        let (mut scene, modes) = scene();
+        let model = build(&scene, &modes).unwrap();
+        let y: Vec<f64> = (0..model.layout().dimension()).map(|at| (0.7 * at as f64).sin()).collect();
+        let coupled = crate::system::Coupled::new(&model);
+        for point in [MOUNT, support(2), PointId::Strike { hammer: 0 }, PointId::Rotation { casting: 0, axis: 0 }] {
+            let (displacement, velocity) = coupled.motion(point, 0.0, &y);
+            let sums = model.point_sums(point).unwrap();
+            let [x, v] = sums.map(|sum| sum.iter().map(|(component, c)| c * y[*component]).sum::<f64>());
+            assert!((x - displacement).abs() < 1e-14 && (v - velocity).abs() < 1e-14 && x != 0.0, "{point:?}");
+        }
+        scene.solver.modes = ModeTreatment::Condensed;
+        assert!(build(&scene, &modes).unwrap().point_sums(MOUNT).is_none());
     }
 
     /// Modes that move no point of the scene are left out.
