@@ -131,10 +131,8 @@ mod tests {
             name: "part".into(),
             mass_kg: 1.0,
             inertia_kg_m2: Some([0.01, 0.02]),
-            centre_m: [0.0; 2],
-            size_m: None,
-            measuring_point_m: None,
             fixtures: fixtures.iter().enumerate().map(fixture).collect(),
+            ..Casting::default()
         }
     }
 
