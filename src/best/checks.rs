@@ -2,7 +2,7 @@
 
 use super::error::BestError;
 use super::model::Models;
-use super::plan::{Added, Purpose};
+use super::task::{Added, Purpose};
 use crate::dataset::{DatasetReader, RowRecord, TableName};
 use crate::quantity::{Cell, Value};
 use crate::run::{RowOutcome, RowStatus};

@@ -13,11 +13,14 @@ mod checks;
 mod error;
 mod model;
 mod plan;
+mod result;
 pub mod robust;
 mod search;
 mod space;
+mod task;
 mod text;
 
-pub use answer::{Alternative, Answer, Effect, Estimate, LimitState, Looser, Proof, Setting, Uncertainty, Verdict};
 pub use error::BestError;
-pub use plan::{Added, BestSettings, Purpose, Step, There, expected, learn, next};
+pub use plan::{Step, expected, learn, next};
+pub use result::{Alternative, Answer, Effect, Estimate, LimitState, Looser, Proof, Setting, Uncertainty, Verdict};
+pub use task::{Added, BestSettings, Purpose, There};

@@ -1,11 +1,13 @@
 //! What to run next: rows that narrow the choice, then the proposal over draws of the uncertain factors.
 
-use super::answer::{Answer, Asked, answer};
+use super::answer::{Asked, answer};
 use super::checks::Checks;
 use super::error::BestError;
 use super::model::Models;
+use super::result::Answer;
 use super::search::Pool;
 use super::space::Space;
+use super::task::{BestSettings, Purpose, There};
 use crate::dataset::DatasetReader;
 use crate::design::Placement;
 use crate::refinement::{LEAST_DISTANCE, Learned, is_apart, learning};
@@ -17,61 +19,6 @@ const OPEN: usize = 12;
 const OPEN_APART: f64 = 0.01;
 /// Share of the goal below which no decision may be better: then the choice is made.
 const CHOSEN: f64 = 0.005;
-
-/// Budgets of [`next`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BestSettings {
-    /// Rows that are added at most, those that prove the proposal included.
-    pub rows: usize,
-    /// Rows that prove a proposal. 0: none.
-    pub checks: usize,
-    /// Rows that are chosen at a time.
-    pub batch: usize,
-}
-
-/// What a row was added for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Purpose {
-    /// The models.
-    Learn,
-    /// The proof of a proposal.
-    Check,
-}
-
-impl Purpose {
-    /// Its name in the table of rows.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Learn => "learn",
-            Self::Check => "check",
-        }
-    }
-
-    /// Reads [`Self::name`].
-    pub fn read(name: &str) -> Option<Self> {
-        [Self::Learn, Self::Check].into_iter().find(|purpose| purpose.name() == name)
-    }
-}
-
-/// The rows that there are.
-#[derive(Clone, Copy)]
-pub struct There<'a> {
-    /// Dataset of the study.
-    pub base: &'a DatasetReader,
-    /// Dataset of the rows that were added; `None`: none yet.
-    pub added: Option<&'a DatasetReader>,
-    /// The rows that were added, in their order.
-    pub rows: &'a [Added],
-}
-
-/// A row that was added.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Added {
-    /// What for.
-    pub purpose: Purpose,
-    /// Values of all factors as cells of a table.
-    pub cells: Vec<String>,
-}
 
 /// What is next.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::answer::{Alternative, Answer, Estimate, LimitState, Setting, Verdict};
+use super::result::{Alternative, Answer, Estimate, LimitState, Setting, Verdict};
 use super::search::{Merit, Pool};
 use crate::quantity::Value;
 use crate::sensitivity::four_digits;
