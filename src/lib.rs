@@ -16,6 +16,7 @@
 //!             +--surrogate, regression--> models, which predict rows not run
 //!             +--features--> flat table for predictors of others
 //!             +--refinement--> rows to run next
+//!             +--best--> the factors to choose
 //! ```
 //!
 //! A row's outcome depends on (study, seed, row) alone: [`run::run_row`] is a pure function of a scene and the structure's
@@ -99,9 +100,10 @@
 //! sensitivity : analysis dataset design metrics quantity run study
 //! surrogate   : dataset files number quantity random regression sensitivity study
 //! page        : dataset hammer metrics plot quantity report run scene sensitivity signal structure surrogate
+//! best        : dataset design expression quantity random refinement regression run sensitivity study surrogate
 //! refinement  : dataset design quantity random regression sensitivity study surrogate
 //! python      : analysis dataset design engine metrics quantity run sensitivity study surrogate words
-//! cli         : accuracy analysis comparison dataset design engine features files guide integrate measurement metrics page paper plot quantity refinement report run scene sensitivity structure study surrogate system words
+//! cli         : accuracy analysis best comparison dataset design engine features files guide integrate measurement metrics page paper plot quantity refinement report run scene sensitivity structure study surrogate system words
 //! ```
 //!
 //! - [`random`]: random numbers addressed by position.
@@ -124,6 +126,7 @@
 //! - [`regression`], [`surrogate`]: what a row not run would give: of plain tables of numbers, and of a dataset.
 //! - [`features`]: the flat table that a predictor is trained on, its dictionary, groups and splits.
 //! - [`refinement`]: which rows to run next, from what those before gave.
+//! - [`best`]: the factors to choose by the study's goal, and how sure that is.
 //! - [`engine`]: a study made ready to run: checked, its machines reduced; what a program that embeds decore begins with.
 //! - [`files`]: files of others, read up to the size of their kind.
 //! - [`guide`]: pages for users, as `decore help` prints them.
@@ -146,6 +149,8 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 pub mod accuracy;
+#[allow(clippy::disallowed_methods)]
+pub mod best;
 #[allow(clippy::disallowed_methods)]
 pub mod cli;
 pub mod comparison;

@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::best::BestError;
 use crate::comparison::ComparisonError;
 use crate::dataset::DatasetError;
 use crate::engine::EngineError;
@@ -69,6 +70,8 @@ pub(super) enum Failure {
     #[error("{0}")]
     Refinement(RefinementError),
     #[error("{0}")]
+    Best(BestError),
+    #[error("{0}")]
     Page(PageError),
     #[error("{0}")]
     Paper(#[from] PaperError),
@@ -113,9 +116,12 @@ impl Failure {
             }
             Self::Study(_) | Self::Engine(_) | Self::Structure(_) => Exit::BadInput,
             Self::Sensitivity(_) | Self::Comparison(_) | Self::Surrogate(_) => Exit::BadInput,
-            Self::Features(_) | Self::Refinement(_) | Self::Paper(_) | Self::Threads(_) | Self::Argument(_) => {
-                Exit::BadInput
-            }
+            Self::Features(_)
+            | Self::Refinement(_)
+            | Self::Best(_)
+            | Self::Paper(_)
+            | Self::Threads(_)
+            | Self::Argument(_) => Exit::BadInput,
         }
     }
 }
@@ -125,6 +131,17 @@ impl From<SensitivityError> for Failure {
         match error {
             SensitivityError::Dataset(error) => Self::Dataset(error),
             other => Self::Sensitivity(other),
+        }
+    }
+}
+
+impl From<BestError> for Failure {
+    fn from(error: BestError) -> Self {
+        match error {
+            BestError::Dataset(error) => Self::Dataset(error),
+            BestError::Study(error) => Self::Study(error),
+            BestError::Surrogate(error) => error.into(),
+            other => Self::Best(other),
         }
     }
 }

@@ -3,6 +3,7 @@
 mod accuracy;
 mod address_space;
 mod analyse;
+mod best;
 mod check;
 mod check_result;
 mod cluster;
@@ -99,6 +100,8 @@ enum Command {
     Predict(surrogate::PredictArguments),
     /// Run a table of rows, and add those that teach or promise the most, batch by batch.
     Refine(refine::RefineArguments),
+    /// Answer the study's goal: which values to choose, what they give, and how sure that is; proven by runs.
+    Best(best::BestArguments),
     /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
     Compare(compare::CompareArguments),
     /// Write a dataset as a flat table that predictors are trained on, with its dictionary.
@@ -165,6 +168,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Surrogate(arguments) => surrogate::surrogate(&arguments),
         Command::Predict(arguments) => surrogate::predict(&arguments),
         Command::Refine(arguments) => refine::refine(&arguments),
+        Command::Best(arguments) => best::best(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),

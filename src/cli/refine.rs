@@ -10,6 +10,7 @@ use super::json::say_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::run::{check_number, run_rows, stop_on_interrupt};
 use super::text::{plural, say, tell};
+use crate::best;
 use crate::dataset::{DatasetReader, Lock, SweepState};
 use crate::engine::{Course, Engine, Rows, Verdict, pursue};
 use crate::files;
@@ -17,7 +18,7 @@ use crate::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings
 use crate::study::{CheckedStudy, Study};
 
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("goal").required(true).args(["learn", "maximise", "minimise", "boundary", "failures"]))]
+#[command(group = ArgGroup::new("goal").required(true).args(["learn", "maximise", "minimise", "boundary", "failures", "goal"]))]
 pub(super) struct RefineArguments {
     /// Study file (TOML) whose design is `kind = "table"`: to its file of rows (CSV) further ones are added.
     study: PathBuf,
@@ -39,8 +40,11 @@ pub(super) struct RefineArguments {
     /// Add rows that show where rows fail: where they are not done, whatever the reason.
     #[arg(long)]
     failures: bool,
+    /// Add rows that narrow the choice by the study's [goal]; factors that are uncertain are not chosen. Prints its answer in the end.
+    #[arg(long)]
+    goal: bool,
     /// What must hold of the best row, e.g. `max_casting_point_velocity_m_s<=1.5`; may be given several times.
-    #[arg(long = "limit", value_name = "NAME<=VALUE", conflicts_with_all = ["learn", "boundary", "failures"])]
+    #[arg(long = "limit", value_name = "NAME<=VALUE", conflicts_with_all = ["learn", "boundary", "failures", "goal"])]
     limits: Vec<Limit>,
     /// With --learn: stop when each column's Q2, as `decore surrogate` tells it, is at least this.
     #[arg(long, default_value_t = 0.95, value_name = "Q2", value_parser = q2, conflicts_with_all = NOT_LEARNT)]
@@ -51,11 +55,11 @@ pub(super) struct RefineArguments {
     until_width: Vec<(String, f64)>,
     /// With --maximise or --minimise: stop when no run is expected to improve the best row by so much, in the column's unit. Default:
     /// when the rows are spent.
-    #[arg(long, value_name = "GAIN", value_parser = positive, conflicts_with_all = ["learn", "boundary", "failures"])]
+    #[arg(long, value_name = "GAIN", value_parser = positive, conflicts_with_all = ["learn", "boundary", "failures", "goal"])]
     until_gain: Option<f64>,
     /// With --boundary or --failures: stop when the model takes no more than this share of the ranges for the wrong side of the limit,
     /// or of where rows fail, as it expects itself.
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = positive, conflicts_with_all = OPTIMA, conflicts_with = "learn")]
+    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = positive, conflicts_with_all = OPTIMA, conflicts_with_all = ["learn", "goal"])]
     until_unsure: f64,
     /// Rows that are added at a time; the rows depend on it.
     #[arg(long, default_value_t = 4, value_name = "ROWS", value_parser = clap::value_parser!(u64).range(1..=256))]
@@ -66,7 +70,7 @@ pub(super) struct RefineArguments {
     /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Print how far it came as JSON (schemas/refinement.schema.json).
+    /// Print how far it came as JSON (schemas/refinement.schema.json; with --goal schemas/best.schema.json).
     #[arg(long)]
     json: bool,
 }
@@ -74,7 +78,7 @@ pub(super) struct RefineArguments {
 /// Goals that are an optimum.
 const OPTIMA: [&str; 2] = ["maximise", "minimise"];
 /// Goals that are no model of outputs.
-const NOT_LEARNT: [&str; 4] = ["maximise", "minimise", "boundary", "failures"];
+const NOT_LEARNT: [&str; 5] = ["maximise", "minimise", "boundary", "failures", "goal"];
 
 /// Reads a Q2.
 fn q2(text: &str) -> Result<f64, String> {
@@ -174,12 +178,37 @@ impl Course for Refined<'_> {
     fn judge(&mut self) -> Result<Verdict, Failure> {
         let Some(engine) = &self.engine else { return Ok(Verdict::More) };
         let rows_then = engine.checked().row_count() as u64 + self.arguments.batch;
+        if self.arguments.goal {
+            return self.judge_goal(engine, rows_then <= self.arguments.most_rows);
+        }
         let Proposal { progress, rows } = propose(engine.checked(), &DatasetReader::open(self.folder)?, self.settings)?;
         if progress.reached || progress.exhausted || rows_then > self.arguments.most_rows {
             ended(&progress, self.arguments)?;
             return Ok(Verdict::Enough);
         }
         tell(&progress);
+        append(self.file, engine.checked(), &rows)?;
+        tell(&format_args!("{} added to {}", plural(rows.len(), "row"), self.file.display()));
+        Ok(Verdict::More)
+    }
+}
+
+impl Refined<'_> {
+    /// Adds rows that narrow the choice by the study's goal, while there is room for them; else answers.
+    fn judge_goal(&self, engine: &Engine, room: bool) -> Result<Verdict, Failure> {
+        let reader = DatasetReader::open(self.folder)?;
+        let rows = match room {
+            true => best::learn(engine.checked(), &reader, self.arguments.batch as usize)?,
+            false => Vec::new(),
+        };
+        if rows.is_empty() {
+            let answer = best::expected(engine.checked(), &reader)?;
+            match self.arguments.json {
+                true => say_json(&answer)?,
+                false => say(&answer.sentence)?,
+            }
+            return Ok(Verdict::Enough);
+        }
         append(self.file, engine.checked(), &rows)?;
         tell(&format_args!("{} added to {}", plural(rows.len(), "row"), self.file.display()));
         Ok(Verdict::More)

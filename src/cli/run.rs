@@ -16,6 +16,7 @@ use super::rows::RowList;
 use super::shard::Shard;
 use super::signals::{keep_nohup, progress_wanted};
 use super::text::{self, plural, say, tell};
+use crate::best;
 use crate::dataset::{
     Chosen, Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, SweepStatus, TableName,
 };
@@ -23,6 +24,9 @@ use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, sweep};
 use crate::report::{ReportSettings, summarise};
 use crate::run::DEFAULT_RETRIES;
 use crate::study::CheckedStudy;
+
+/// Rows up to which a sweep ends with the answer to its study's goal.
+const MOST_MODELLED: usize = 1000;
 
 /// Set by the first interrupt, or by too many failed rows: no new rows are started.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -128,12 +132,32 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         true => say_json(&summary)?,
         false => say(&summary.to_string().trim_end())?,
     }
+    if arguments.stub_row_ms.is_none() && !arguments.json && status.state == SweepState::Complete {
+        say_answer(rows.checked(), &reader, &arguments.study)?;
+    }
     Ok(match status.state {
         SweepState::TooManyFailed => Exit::TooManyFailed,
         SweepState::Interrupted => Exit::Interrupted,
         _ if status.rows_failed > 0 => Exit::RowsFailed,
         _ => Exit::Done,
     })
+}
+
+/// Prints the answer to the study's goal as a model of the rows expects it; nothing for a study without a goal, or with so many rows
+/// that the model takes long.
+fn say_answer(study: &CheckedStudy, reader: &DatasetReader, file: &Path) -> Result<(), Failure> {
+    if study.study().goal().is_none() || study.row_count() > MOST_MODELLED {
+        return Ok(());
+    }
+    match best::expected(study, reader) {
+        Ok(answer) => {
+            say(&format_args!("\n{}\n`decore best {}` proves it by runs.", answer.sentence, text::shell_word(file)))
+        }
+        Err(error) => {
+            tell(&format_args!("note: the goal of the study has no answer yet: {error}"));
+            Ok(())
+        }
+    }
 }
 
 /// Runs rows for another command and shows them as this one does: those that are missing, or the chosen ones again.

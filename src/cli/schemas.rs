@@ -10,6 +10,7 @@ use super::status::DatasetStatus;
 use super::structure::StructureResult;
 use super::verify::Verified;
 use super::written::Written;
+use crate::best::Answer;
 use crate::comparison::Comparison;
 use crate::paper::PaperComparison;
 use crate::refinement::Progress;
@@ -21,6 +22,7 @@ use crate::surrogate::Surrogate;
 pub fn output_schemas() -> Vec<(&'static str, Value)> {
     vec![
         ("accuracy", schema::<AccuracyResult>("accuracy")),
+        ("best", schema::<Answer>("best")),
         ("check", schema::<Check>("check")),
         ("comparison", schema::<Comparison>("comparison")),
         ("paper", schema::<PaperComparison>("paper")),

@@ -12,7 +12,12 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 18] = [
+pub const TOPICS: [Topic; 19] = [
+    Topic {
+        name: "best",
+        about: "the answer: which values to choose, what they give, how sure that is",
+        text: include_str!("best.md"),
+    },
     Topic {
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",

@@ -22,5 +22,5 @@ pub use climb::{LEAST_DISTANCE, Merits, Peak, highest_peak, is_apart};
 pub use error::RefinementError;
 pub use goal::{Aim, Goal, Limit, Target};
 pub use progress::{Best, Boundary, OutputProgress, Progress};
-pub use propose::{CAUTIOUS, Proposal, RefinementSettings, SHARP_NOISE, propose};
+pub use propose::{CAUTIOUS, Proposal, RefinementSettings, SHARP_NOISE, places, propose};
 pub use separate::{Tried, bounding, separating, sides};

@@ -386,8 +386,15 @@ impl<'a> Task<'a> {
     }
 }
 
-/// Candidates as places of models, whose factors are some of the study's.
-fn places(study: &CheckedStudy, factors: &[FactorSpace], candidates: &[Vec<String>]) -> Result<Points, SurrogateError> {
+/// Candidates, given as the cells of all factors, as places of models, whose factors are some of the study's.
+///
+/// # Errors
+/// Those of [`text_places`].
+pub fn places(
+    study: &CheckedStudy,
+    factors: &[FactorSpace],
+    candidates: &[Vec<String>],
+) -> Result<Points, SurrogateError> {
     let known: Vec<&str> = study.study().factors().iter().map(|factor| factor.name.as_str()).collect();
     let columns: Vec<usize> =
         factors.iter().filter_map(|factor| known.iter().position(|name| *name == factor.name)).collect();

@@ -101,6 +101,29 @@ impl Table {
         Ok(table)
     }
 
+    /// Adds the rows of another table of the same factors and outputs, `offset` added to their indices.
+    pub fn append(&mut self, other: Self, offset: u64) {
+        self.rows.extend(other.rows.iter().map(|row| row + offset));
+        let reasons: Vec<usize> = other.reasons.into_iter().map(|reason| self.reason(reason)).collect();
+        self.faults.extend(other.faults.iter().map(|fault| fault.map(|place| reasons[place])));
+        for (column, other) in self.factors.iter_mut().zip(other.factors) {
+            let mut code = |name: String| {
+                let known = column.names.iter().position(|known| *known == name);
+                known.unwrap_or_else(|| {
+                    column.names.push(name);
+                    column.names.len() - 1
+                })
+            };
+            let codes: Vec<usize> = other.names.into_iter().map(&mut code).collect();
+            let value =
+                |value: f64| codes.get(value as usize).filter(|_| other.nominal).map_or(value, |code| *code as f64);
+            column.values.extend(other.values.into_iter().map(value));
+        }
+        for (column, other) in self.outputs.iter_mut().zip(other.outputs) {
+            column.values.extend(other.values);
+        }
+    }
+
     /// Leaves only the rows whose index in the design passes.
     pub fn retain(&mut self, passes: impl Fn(u64) -> bool) {
         let kept: Vec<bool> = self.rows.iter().map(|row| passes(*row)).collect();

@@ -186,6 +186,7 @@ fn output_model(output: &OutputSurrogate, points: &Points, columns: &Columns<'_>
     };
     let success = output.success.as_ref().and_then(|success| success.process.as_ref());
     Ok(OutputModel {
+        constant: None,
         process: process(output.process.as_ref(), &output.output)?,
         success: process(success, &format!("{}_success", output.output))?,
     })

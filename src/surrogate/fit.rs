@@ -8,9 +8,10 @@ use super::model::{Model, OutputModel, RowsProcess};
 use super::result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};
 use super::rows::FactorRows;
 use super::space::covered_distance;
-use crate::dataset::{DatasetReader, TableName};
+use crate::dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
+use crate::quantity::Kind;
 use crate::regression::{
-    GaussianProcess, LEAST_NOISE, Places, Points, PolynomialChaos, RegressionError, Spread, Success,
+    GaussianProcess, LEAST_NOISE, Places, Points, PolynomialChaos, RegressionError, Spread, Success, check,
 };
 use crate::sensitivity::{DEFAULT_OUTPUTS, OutputColumn, Table, UnitName, Units};
 
@@ -37,13 +38,24 @@ impl Default for SurrogateSettings {
     }
 }
 
+/// A value that rows have: a column of `runs`, or computed from several.
+pub struct Derived<'a> {
+    /// Name: of a column, or of its own.
+    pub name: String,
+    /// Unit; `1` where there is none.
+    pub unit: String,
+    /// Columns that it is computed from.
+    pub columns: Vec<String>,
+    /// The value from those of the columns.
+    pub value: &'a (dyn Fn(&[f64]) -> f64 + Sync),
+}
+
 /// Reads a dataset and models its outputs. The dataset may still be written: what is there counts.
 ///
 /// # Errors
 /// Those of reading, [`SurrogateError::NoFactors`], [`SurrogateError::Twice`]. An output that has no model (constant, too few rows)
 /// is no error: it says why.
 pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model, SurrogateError> {
-    let info = &reader.manifest().study;
     let known = |name: &str| reader.columns(TableName::Runs).iter().any(|column| column.name == name);
     let outputs: Vec<String> = match settings.outputs.as_slice() {
         [] => DEFAULT_OUTPUTS.iter().filter(|name| known(name)).map(|name| (*name).to_owned()).collect(),
@@ -52,16 +64,42 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
     if let Some(output) = (1..outputs.len()).find(|place| outputs[..*place].contains(&outputs[*place])) {
         return Err(SurrogateError::Twice { output: outputs[output].clone() });
     }
-    let scatters = outputs.iter().map(|output| scatter_of(output)).filter(|name| known(name));
-    let read: Vec<String> = outputs.iter().cloned().chain(scatters).collect();
-    let FactorRows { table, mut factors, points, rows_there, mut notes } = FactorRows::read(reader, &read)?;
+    let alone =
+        |name: String| Derived { columns: vec![name.clone()], name, unit: String::new(), value: &|values| values[0] };
+    let derived: Vec<Derived<'_>> = outputs.into_iter().map(alone).collect();
+    fit_derived(reader, &[], (&derived, settings))
+}
+
+/// Reads a dataset, and others with the same factors, and models values of their rows. A value that is not finite is none.
+///
+/// # Errors
+/// Those of reading, [`SurrogateError::NoFactors`].
+pub fn fit_derived(
+    reader: &DatasetReader,
+    others: &[&DatasetReader],
+    (derived, settings): (&[Derived<'_>], &SurrogateSettings),
+) -> Result<Model, SurrogateError> {
+    let info = &reader.manifest().study;
+    let known = |name: &str| reader.columns(TableName::Runs).iter().any(|column| column.name == name);
+    let mut read: Vec<String> = Vec::new();
+    for name in derived.iter().flat_map(|derived| &derived.columns) {
+        if !read.contains(name) {
+            read.push(name.clone());
+        }
+    }
+    let columns = read.len();
+    read.extend(derived.iter().map(|derived| scatter_of(&derived.name)).filter(|name| known(name)));
+    let FactorRows { mut table, mut factors, points, rows_there, mut notes } = FactorRows::read(reader, others, &read)?;
+    let scatters = table.outputs.split_off(columns);
+    table.outputs = derived.iter().map(|derived| derived.column(&table.outputs)).chain(scatters).collect();
+    let rows = info.rows + others.iter().map(|other| other.manifest().study.rows).sum::<u64>();
     let units = Units {
         name: UnitName::Rows,
         size: 1,
-        rows: if rows_there > table.rows.len() { table.rows.len() as u64 } else { info.rows },
+        rows: if rows_there > table.rows.len() { table.rows.len() as u64 } else { rows },
     };
     let task = Task { table: &table, points: &points, units, least_noise: settings.least_noise };
-    let (figures, models): (Vec<OutputSurrogate>, Vec<OutputModel>) = table.outputs[..outputs.len()]
+    let (figures, models): (Vec<OutputSurrogate>, Vec<OutputModel>) = table.outputs[..derived.len()]
         .par_iter()
         .map(|output| task.output(output))
         .collect::<Vec<_>>()
@@ -78,7 +116,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
         study: info.study_name.clone(),
         study_hash: info.study_hash.clone(),
         program_version: info.program_version.clone(),
-        rows: info.rows,
+        rows,
         rows_there: rows_there as u64,
         factors,
         covered_distance: covered_distance(&points.select(&used)),
@@ -88,6 +126,32 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
         outputs: figures,
     };
     Ok(Model { surrogate, info: info.clone(), rows: table.rows, points, outputs: models })
+}
+
+impl Derived<'_> {
+    /// The values from columns that were read; a column as it is where it is one.
+    fn column(&self, read: &[OutputColumn]) -> OutputColumn {
+        let own = |name: &String| read.iter().find(|column| column.description.name == *name);
+        let columns: Vec<&OutputColumn> = self.columns.iter().filter_map(own).collect();
+        if let [column] = columns.as_slice()
+            && column.description.name == self.name
+        {
+            return (*column).clone();
+        }
+        let rows = columns.first().map_or(0, |column| column.values.len());
+        let value = |row: usize| (self.value)(&columns.iter().map(|column| column.values[row]).collect::<Vec<f64>>());
+        let description = ColumnDescription {
+            name: self.name.clone(),
+            kind: Kind::Real,
+            unit: self.unit.clone(),
+            description: format!("Computed from {}.", self.columns.join(", ")),
+            group: ColumnGroup::Other,
+            subject: None,
+            quantity: self.name.clone(),
+            main: false,
+        };
+        OutputColumn { description, values: (0..rows).map(value).collect() }
+    }
 }
 
 /// The column with what twins of a row showed of an output.
@@ -142,6 +206,11 @@ impl Task<'_> {
                 }
             }
             Err(reason) => figures.refused = Some(format!("no model: {reason}")),
+        }
+        if let (None, Err(RegressionError::Constant { value })) =
+            (&model.process, check(&self.points.select(&rows), &values))
+        {
+            model.constant = Some(value);
         }
         (figures, model)
     }

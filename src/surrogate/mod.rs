@@ -20,7 +20,7 @@ mod text;
 
 pub use error::SurrogateError;
 pub use file::{PREDICTOR, read, write};
-pub use fit::{SurrogateSettings, fit};
+pub use fit::{Derived, SurrogateSettings, fit, fit_derived};
 pub use model::{Model, OutputModel, RowsProcess};
 pub use predict::{Predicted, Row, predict, predict_rows};
 pub use result::{ChaosFigures, OutputSurrogate, ProcessFigures, SuccessFigures, Surrogate};

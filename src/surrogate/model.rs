@@ -27,6 +27,8 @@ pub struct OutputModel {
     pub process: Option<RowsProcess>,
     /// Of 1 and -1; `None` where the probability of success is the same everywhere.
     pub success: Option<RowsProcess>,
+    /// The value that all rows have, where that is why there is no process. Not kept in files.
+    pub constant: Option<f64>,
 }
 
 /// A process of some of the rows, one for each place.

@@ -30,14 +30,19 @@ pub(super) struct FactorRows {
 }
 
 impl FactorRows {
-    /// Reads the factors and these outputs.
+    /// Reads the factors and these outputs of a dataset, and of others with the same factors. Rows of the others are numbered on.
     ///
     /// # Errors
     /// Those of reading, [`SurrogateError::NoFactors`].
-    pub fn read(reader: &DatasetReader, outputs: &[String]) -> Result<Self, SurrogateError> {
+    pub fn read(reader: &DatasetReader, others: &[&DatasetReader], outputs: &[String]) -> Result<Self, SurrogateError> {
         let info = &reader.manifest().study;
         let outline = DesignOutline::read(&info.study_text, &info.overrides, &info.study_name)?;
         let mut table = Table::read(reader, &outline, outputs)?;
+        let mut offset = info.rows;
+        for other in others {
+            table.append(Table::read(other, &outline, outputs)?, offset);
+            offset += other.manifest().study.rows;
+        }
         if table.factors.is_empty() {
             return Err(SurrogateError::NoFactors);
         }

@@ -26,7 +26,7 @@ pub struct SuccessModel {
 /// # Errors
 /// Those of reading, [`SurrogateError::NoFactors`]; [`SurrogateError::Regression`].
 pub fn fit_success(reader: &DatasetReader) -> Result<SuccessModel, SurrogateError> {
-    let FactorRows { table, factors, points, .. } = FactorRows::read(reader, &[])?;
+    let FactorRows { table, factors, points, .. } = FactorRows::read(reader, &[], &[])?;
     let succeeded: Vec<bool> = table.faults.iter().map(Option::is_none).collect();
     let named = |source| SurrogateError::Regression { output: "success".to_owned(), source };
     let success = Success::fit(&points, &succeeded).map_err(named)?;

@@ -23,7 +23,10 @@ const RIG: [(&str, &str, &str); 10] = [
     ("delivered work (J)", "hammers", "delivered_work_j"),
 ];
 /// Added to commands of the README that would take too long as they stand.
-const SHORTER: [(&str, &[&str]); 1] = [("accuracy", &["--quick", "--set", "duration_s=0.06"])];
+const SHORTER: [(&str, &[&str]); 2] = [
+    ("accuracy", &["--quick", "--set", "duration_s=0.06"]),
+    ("best", &["--rows", "16", "--checks", "10", "--batch", "4", "--set", "goal.limits=[]"]),
+];
 
 fn readme() -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md")

@@ -1,6 +1,7 @@
 //! Datasets: tables and their readers, and sweeps that are killed, grown, or spread over machines.
 
 mod batches;
+mod best;
 #[cfg(unix)]
 mod cluster;
 mod compare;

@@ -8,6 +8,7 @@ mod designs;
 mod errors;
 mod faults;
 mod given;
+mod goal;
 mod scene;
 mod station;
 mod warnings;

@@ -13,7 +13,7 @@ use super::inputs::input_hashes;
 use super::machine::{Machine, SourceModel};
 use super::sample::is_drawn;
 use super::signals::KeptSignals;
-use crate::dataset::{DatasetError, DatasetInfo, RETRIES};
+use crate::dataset::{Columns, DatasetError, DatasetInfo, RETRIES};
 use crate::design::Level;
 use crate::metrics::{MeanRecorder, MeanSettings, Signal, SignalRecorder};
 use crate::run::{
@@ -101,6 +101,7 @@ impl Engine {
             further.push(Machine::new(model, settings, &demand)?);
         }
         let signals = KeptSignals::of(&checked)?;
+        check_goal(&checked)?;
         Ok(Self { checked, machine, further, retries: DEFAULT_RETRIES, inputs, signals })
     }
 
@@ -359,5 +360,18 @@ fn same_points(table: &str, demand: &InterfaceDemand, [first, other]: [&PointTab
 /// What is wrong with the study or the files of its machine.
 pub fn checked(study: Study) -> Result<CheckedStudy, EngineError> {
     let points = SourceModel::read(study.structure())?.points();
-    Ok(CheckedStudy::new(study, points)?)
+    let checked = CheckedStudy::new(study, points)?;
+    check_goal(&checked)?;
+    Ok(checked)
+}
+
+/// Checks the goal's names and units against the columns that the study's rows have.
+fn check_goal(checked: &CheckedStudy) -> Result<(), EngineError> {
+    if checked.study().goal().is_none() {
+        return Ok(());
+    }
+    let columns = Columns::new(&dataset_info(checked, BTreeMap::new(), BTreeMap::new(), None))?;
+    let numbers = columns.runs.iter().map(|column| &column.description).filter(|column| !column.kind.is_text());
+    let known: Vec<(String, String)> = numbers.map(|column| (column.name.clone(), column.unit.clone())).collect();
+    Ok(checked.study().check_goal(&known)?)
 }

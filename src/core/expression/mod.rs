@@ -5,6 +5,8 @@
 //! `ceil`, `round`, `min`, `max`, `hypot`; others are the scope's. Names are letters, digits, `_` and dots; other names
 //! stand in backticks. Texts stand in single or double quotes.
 
+mod sides;
+
 use std::fmt;
 
 /// Deepest nesting: more is no expression that a person wrote.

@@ -51,6 +51,47 @@ pub struct StudyFile {
     /// The design of the runs; without it the study has one row.
     #[serde(default)]
     pub design: DesignEntry,
+    /// The question that the study is to answer, see `decore best`. It changes no row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goal: Option<GoalEntry>,
+}
+
+impl StudyFile {
+    /// All that determines the rows: without the title, the goal and the roles of factors.
+    pub(super) fn of_rows(&self) -> Self {
+        let mut of_rows = Self { title: None, goal: None, ..self.clone() };
+        of_rows.design.factor.values_mut().for_each(|factor| factor.role = None);
+        of_rows
+    }
+}
+
+/// What is wanted of the rows: one of `maximise` and `minimise`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GoalEntry {
+    /// Expression over columns of the table of runs that is to be large, e.g. `"delivered_work_j"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub maximise: Option<String>,
+    /// Expression over columns of the table of runs that is to be small.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minimise: Option<String>,
+    /// Comparisons of columns that must hold, e.g. `"max_casting_point_velocity_m_s <= 4.5"`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<String>,
+    /// Share of the uncertain factors' draws in which all limits must hold, scatter and model error included. Default 0.95.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub confidence: Option<f64>,
+}
+
+/// Who chooses a factor's value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FactorRole {
+    /// You do: `decore best` looks for its best value.
+    #[default]
+    Decision,
+    /// Nobody does: limits must hold over its distribution, and the goal is an average over it.
+    Uncertain,
 }
 
 /// What is made of positions that contradict the coordinates of interface points.
@@ -205,6 +246,9 @@ pub struct FactorEntry {
     /// Unit, stored with the tables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Whether you choose its value or nobody can, for `[goal]`. Changes no row. Default `decision`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub role: Option<FactorRole>,
 }
 
 /// A parameter driven with `factor * value + offset`.

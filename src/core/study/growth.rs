@@ -10,13 +10,14 @@ use super::loaded::Study;
 const ROW_KEYS: [&str; 4] = ["rows", "grown_from", "trajectories", "base_points"];
 /// See [`super::CheckedStudy::frame_hash`].
 pub(super) fn frame_hash(study: &Study) -> String {
-    let typed = StudyFile { title: None, design: without_rows(&study.file.design), ..study.file.clone() };
+    let of_rows = study.file.of_rows();
+    let typed = StudyFile { design: without_rows(&of_rows.design), ..of_rows };
     let mut tree = serde_json::to_value(&typed).unwrap_or_default();
     // Where only factors give a value, the first row's stands in, which more rows may change.
     let typed = study.typed.tree();
     let silent = study.plan.driven_paths().filter(|at| path::get(&typed, at).is_none());
     silent.for_each(|at| forget(&mut tree, at));
-    let overrides = study.typed.overrides.iter().filter(|one| !counts_rows(&one.path));
+    let overrides = study.typed.overrides.iter().filter(|one| one.reaches_values() && !counts_rows(&one.path));
     hash(&tree.to_string(), overrides, (&[], &study.scenes.library))
 }
 
@@ -72,10 +73,13 @@ const BUDGET_KEYS: [[&str; 2]; 2] = [["solver", "max_steps"], ["solver", "max_wa
 
 /// See [`super::CheckedStudy::budget_free_hash`].
 pub(super) fn budget_free_hash(study: &Study) -> String {
-    let typed = StudyFile { title: None, ..study.file.clone() };
-    let mut tree = serde_json::to_value(&typed).unwrap_or_default();
+    let mut tree = serde_json::to_value(study.file.of_rows()).unwrap_or_default();
     BUDGET_KEYS.iter().for_each(|key| forget(&mut tree, &key.map(str::to_owned)));
-    let overrides = study.typed.overrides.iter().filter(|one| !BUDGET_KEYS.iter().any(|key| one.path == *key));
+    let overrides = study
+        .typed
+        .overrides
+        .iter()
+        .filter(|one| one.reaches_values() && !BUDGET_KEYS.iter().any(|key| one.path == *key));
     hash(&tree.to_string(), overrides, (&study.plan.files, &study.scenes.library))
 }
 

@@ -11,6 +11,7 @@ use super::document::read::read_tree;
 use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys};
 use super::file::{DesignEntry, StudyFile};
+use super::goal::Goal;
 use super::hash::hash;
 use super::plan::design::Plan;
 use super::plan::factor::{FactorInfo, Source, to_toml};
@@ -46,6 +47,7 @@ pub struct Study {
     structure: StructureSettings,
     /// The further machines by name.
     structures: Vec<(String, StructureSettings)>,
+    goal: Option<Goal>,
     hash: String,
 }
 
@@ -127,6 +129,7 @@ impl Study {
         plan.fill_gaps(&mut tree).map_err(|(key, message)| fault(key, message))?;
         let file: StudyFile =
             read_tree(toml::Value::Table(tree.clone())).map_err(|(key, message)| fault(key, message))?;
+        let goal = file.goal.as_ref().map(|entry| Goal::read(entry, &typed)).transpose()?;
         let library = Library::new().map_err(|message| fault(String::new(), message))?;
         let fidelity = file.solver.fidelity.unwrap_or_default();
         let read = |entry: &StructureEntry, at: &[&str]| {
@@ -147,12 +150,11 @@ impl Study {
             machines: structures.iter().map(|(name, _)| name.clone()).collect(),
             library,
         };
-        let mut study = Self { typed, plan, scenes, file, structure, structures, hash: String::new() };
+        let mut study = Self { typed, plan, scenes, file, structure, structures, goal, hash: String::new() };
         study.read_hammers()?;
-        let typed = StudyFile { title: None, ..study.file.clone() };
         // A tree of finite numbers and texts, which JSON can always hold.
-        let values = serde_json::to_string(&typed).unwrap_or_default();
-        let overrides = study.typed.overrides.iter();
+        let values = serde_json::to_string(&study.file.of_rows()).unwrap_or_default();
+        let overrides = study.typed.overrides.iter().filter(|one| one.reaches_values());
         study.hash = hash(&values, overrides, (&study.plan.files, &study.scenes.library));
         Ok(study)
     }
@@ -237,6 +239,42 @@ impl Study {
     pub(super) fn overridden(&self, at: &[String]) -> Option<Value> {
         let one = self.typed.overridden(|path| path == at)?;
         one.value.clone().try_into().ok()
+    }
+
+    /// What is wanted of the rows; `None`: the study has no `[goal]`.
+    pub fn goal(&self) -> Option<&Goal> {
+        self.goal.as_ref()
+    }
+
+    /// Checks the names and units of the goal. `known`: name and unit of each numerical column of the table of runs.
+    ///
+    /// # Errors
+    /// [`StudyError::Invalid`]: each name without a column, with the nearest one; sums and comparisons of different units.
+    pub fn check_goal(&self, known: &[(String, String)]) -> Result<(), StudyError> {
+        self.goal.as_ref().map_or(Ok(()), |goal| goal.check(known, &self.typed))
+    }
+
+    /// Returns this study with the rows of a CSV file as its design: same factors, constraints and seed, and settings over anything
+    /// but the design. `file` is opened from where the study's files start.
+    ///
+    /// # Errors
+    /// [`StudyError::Invalid`]: the file is no table of rows of the factors.
+    pub fn with_rows(&self, file: &Path) -> Result<Self, StudyError> {
+        let mut tree = self.typed.document.root.table();
+        let design = self.typed.tree().remove("design").and_then(|design| design.try_into::<toml::Table>().ok());
+        let mut kept: toml::Table = design.unwrap_or_default();
+        kept.retain(|key, _| ["seed", "constraints", "factor"].contains(&key));
+        for factor in kept.get_mut("factor").and_then(toml::Value::as_table_mut).into_iter().flatten() {
+            factor.1.as_table_mut().map(|factor| factor.remove("levels"));
+        }
+        kept.insert("kind".to_owned(), "table".into());
+        kept.insert("file".to_owned(), file.to_string_lossy().into_owned().into());
+        tree.insert("design".to_owned(), kept.into());
+        let text = toml::to_string(&tree).unwrap_or_default();
+        let document = document(&self.typed.document.name, &text)?;
+        let beside_design = |one: &&Override| one.path.first().is_none_or(|first| first != "design");
+        let overrides = self.typed.overrides.iter().filter(beside_design).cloned().collect();
+        Self::build(Typed { document, overrides, ..self.typed.clone() })
     }
 
     /// Twins of each row.

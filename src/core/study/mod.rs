@@ -17,6 +17,7 @@ mod demand;
 mod document;
 mod file;
 mod given;
+mod goal;
 mod growth;
 mod hash;
 mod loaded;
@@ -29,7 +30,11 @@ mod template;
 pub use checked::CheckedStudy;
 pub use demand::InterfaceDemand;
 pub use document::error::{InvalidRow, Place, Problem, StudyError};
-pub use file::{CorrelationEntry, DesignEntry, DistributionName, FactorEntry, LinkEntry, PartEntry, Scale, StudyFile};
+pub use file::{
+    CorrelationEntry, DesignEntry, DistributionName, FactorEntry, FactorRole, GoalEntry, LinkEntry, PartEntry, Scale,
+    StudyFile,
+};
+pub use goal::{Goal, Limit};
 pub use loaded::Study;
 pub use outline::{DesignOutline, FactorOutline};
 pub use plan::factor::FactorInfo;

@@ -8,7 +8,7 @@ use super::path;
 use crate::words::nearest;
 
 /// Top-level keys that all rows share.
-pub(in crate::study) const SHARED_KEYS: [&str; 4] = ["title", "structure", "structures", "design"];
+pub(in crate::study) const SHARED_KEYS: [&str; 5] = ["title", "structure", "structures", "design", "goal"];
 
 /// One `path=value`.
 #[derive(Debug, Clone)]
@@ -48,6 +48,12 @@ impl Override {
     /// Where it is, for messages.
     pub fn place(&self) -> Place {
         place(&self.text)
+    }
+
+    /// Whether it concerns the rows at all: the goal and the roles of factors do not.
+    pub fn reaches_values(&self) -> bool {
+        let path: Vec<&str> = self.path.iter().map(String::as_str).collect();
+        !matches!(path.as_slice(), ["goal", ..] | ["design", "factor", _, "role"])
     }
 
     /// Whether it concerns the rows' scenes rather than what all rows share.

@@ -67,7 +67,8 @@ impl DesignReader<'_> {
             Source::Drawn { distribution, .. } => kind_of(distribution, &values),
             Source::Derived { .. } => Kind::Real,
         };
-        self.factors.push(FactorInfo { name: name.to_owned(), kind, unit: entry.unit, values, source, drives });
+        let role = entry.role.unwrap_or_default();
+        self.factors.push(FactorInfo { name: name.to_owned(), kind, unit: entry.unit, values, role, source, drives });
     }
 
     fn constraints(&mut self) -> Vec<Constraint> {

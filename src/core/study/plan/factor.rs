@@ -5,6 +5,7 @@ use crate::expression::{self, Expression, Scope};
 use crate::parameter::short;
 use crate::quantity::{Kind, Value};
 use crate::study::document::path;
+use crate::study::file::FactorRole;
 
 /// One factor of a study: what it is and what it drives.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,8 @@ pub struct FactorInfo {
     pub unit: Option<String>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
+    /// Who chooses its value.
+    pub role: FactorRole,
     /// Where its value comes from.
     pub(in crate::study) source: Source,
     /// The parameters that it drives.

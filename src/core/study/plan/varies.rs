@@ -18,6 +18,11 @@ impl FactorReader<'_> {
         if entry.range.is_some() || entry.values.is_some() || entry.distribution.is_some() {
             self.problem(&key, "gives the factor's value, so it has no range, values or distribution");
         }
+        if entry.role.is_some() {
+            let problem =
+                self.problem(&["role"], "a factor with an expression has no role: its value follows from others");
+            problem.expected = Some("a role on the factors of the expression".to_owned());
+        }
         match Expression::parse(text) {
             Ok(expression) => {
                 let unknown = |used: &&str| before.iter().all(|info| info.name != *used);

@@ -1,0 +1,110 @@
+//! The best decision among many, by what the models expect.
+
+use super::error::BestError;
+use super::model::{Expected, Models};
+use super::space::Space;
+use crate::refinement::{Side, is_apart};
+
+/// Decisions over the whole ranges.
+const SPREAD: usize = 512;
+/// Boxes about the best decisions, as shares of the ranges, one after the other.
+const REACHES: [f64; 4] = [0.2, 0.07, 0.02, 0.006];
+/// Decisions in each box.
+const NEAR: usize = 96;
+/// Best decisions that boxes are about.
+const CENTRES: usize = 3;
+
+/// Decisions with what is expected of them.
+pub(super) struct Pool<'a> {
+    pub space: &'a Space<'a>,
+    pub models: &'a Models,
+    pub all: Vec<Expected>,
+}
+
+/// How good a decision is under some limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Merit {
+    /// Whether the limits hold at the stated confidence.
+    pub holds: bool,
+    /// The goal, larger is better.
+    pub goal: f64,
+    /// Share of runs that hold the limits, with the model's error on the bad side.
+    pub share: f64,
+}
+
+impl Merit {
+    /// Whether it is better than another one. Where no limit holds, the share decides; of equal goals too.
+    pub fn beats(&self, other: &Self) -> bool {
+        let key = |merit: &Self| match merit.holds {
+            true => (1, merit.goal, merit.share),
+            false => (0, merit.share, merit.goal),
+        };
+        let ((a, b, c), (x, y, z)) = (key(self), key(other));
+        a.cmp(&x).then(b.total_cmp(&y)).then(c.total_cmp(&z)).is_gt()
+    }
+}
+
+impl<'a> Pool<'a> {
+    /// Decisions over the whole ranges, and near the best ones.
+    pub fn new(space: &'a Space<'a>, models: &'a Models) -> Result<Self, BestError> {
+        let all = models.expected(space, &space.spread(SPREAD)?)?;
+        let mut pool = Self { space, models, all };
+        pool.zoom(&models.bounds(), 0)?;
+        Ok(pool)
+    }
+
+    /// Adds decisions near those that are best under these limits.
+    pub fn zoom(&mut self, bounds: &[f64], stream: u64) -> Result<(), BestError> {
+        for (stage, reach) in REACHES.into_iter().enumerate() {
+            for (number, centre) in self.ranked(bounds, (CENTRES, reach)).into_iter().enumerate() {
+                let stream = 1000 * stream + 10 * stage as u64 + number as u64;
+                let near = self.space.near(&self.all[centre].decision, (NEAR, reach), stream)?;
+                self.all.extend(self.models.expected(self.space, &near)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sign by which large values of the goal are better.
+    pub fn sign(&self) -> f64 {
+        if self.models.wanted[0].side == Side::Most { 1.0 } else { -1.0 }
+    }
+
+    pub fn merit(&self, of: &Expected, bounds: &[f64]) -> Merit {
+        let share = of.held(&self.models.wanted, bounds, self.models.caution());
+        Merit { holds: share >= self.models.confidence, goal: self.sign() * of.goal(), share }
+    }
+
+    /// The best decision under these limits, whether it holds them or not.
+    pub fn best(&self, bounds: &[f64]) -> (usize, Merit) {
+        let mut merits = self.all.iter().map(|of| self.merit(of, bounds)).enumerate();
+        // A pool holds at least one decision.
+        let first = merits.next().unwrap_or((0, Merit { holds: false, goal: f64::NAN, share: 0.0 }));
+        merits.fold(first, |best, next| if next.1.beats(&best.1) { next } else { best })
+    }
+
+    /// The best decisions under these limits that lie apart, the best first.
+    pub fn ranked(&self, bounds: &[f64], (count, apart): (usize, f64)) -> Vec<usize> {
+        let merits: Vec<Merit> = self.all.iter().map(|of| self.merit(of, bounds)).collect();
+        let mut order: Vec<usize> = (0..merits.len()).collect();
+        order.sort_by(|a, b| match (merits[*a].beats(&merits[*b]), merits[*b].beats(&merits[*a])) {
+            (true, _) => std::cmp::Ordering::Less,
+            (_, true) => std::cmp::Ordering::Greater,
+            _ => a.cmp(b),
+        });
+        self.apart(order, (count, apart))
+    }
+
+    /// The first of some decisions that lie apart.
+    pub fn apart(&self, order: Vec<usize>, (count, apart): (usize, f64)) -> Vec<usize> {
+        let (mut chosen, mut places) = (Vec::new(), Vec::new());
+        for one in order {
+            let place = self.space.place(&self.all[one].decision);
+            if chosen.len() < count && is_apart(&place, &places, apart) {
+                chosen.push(one);
+                places.push(place);
+            }
+        }
+        chosen
+    }
+}

@@ -1,0 +1,221 @@
+//! `decore best`: runs rows until the study's goal has an answer, proves it by runs, and prints it.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::exit::{Exit, Failure, write_durable_file};
+use super::inputs::{default_folder, is_dataset};
+use super::json::say_json;
+use super::outputs::{Form, Output, StudyArguments};
+use super::run::{run_rows, stop_on_interrupt};
+use super::stored::Stored;
+use super::text::{fit, plural, say, tell, terminal_columns};
+use crate::best::{Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, next};
+use crate::dataset::{DatasetReader, Lock, SweepState, settle};
+use crate::engine::{Course, Engine, Rows, Verdict as Enough, pursue};
+use crate::files;
+use crate::study::{Study, column_rows};
+
+/// Column of the table of added rows that says what a row is for.
+const PURPOSE: &str = "purpose";
+
+#[derive(Debug, Args)]
+pub(super) struct BestArguments {
+    /// Study file (TOML) with a [goal], whose rows are run first, or folder of a dataset of such a study, whose rows are taken.
+    study: PathBuf,
+    /// Folder for the tables of the study's rows. Default: `out/` and the study's name. Rows that are added go into the folder of that
+    /// name and `.best`.
+    #[arg(short, long, conflicts_with = "files_in")]
+    output: Option<PathBuf>,
+    /// Rows that are added at most, the checks included.
+    #[arg(long, default_value_t = 160, value_name = "ROWS")]
+    rows: u32,
+    /// Rows that prove the proposal, over draws of the uncertain factors; 0: the answer is not checked.
+    #[arg(long, default_value_t = 100, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(..=100_000))]
+    checks: u32,
+    /// Rows that are chosen at a time; the rows depend on it.
+    #[arg(long, default_value_t = 12, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(1..=256))]
+    batch: u32,
+    /// Set a value of the study, e.g. `goal.confidence=0.99`; may be given several times.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Of a dataset: the folder from which the names of files in its study start. Default: the current one.
+    #[arg(long, value_name = "FOLDER")]
+    files_in: Option<PathBuf>,
+    /// Print the answer as JSON (schemas/best.schema.json).
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn best(arguments: &BestArguments) -> Result<Exit, Failure> {
+    stop_on_interrupt();
+    let from_dataset = is_dataset(&arguments.study);
+    let folder = match (from_dataset, &arguments.output) {
+        (true, _) => arguments.study.clone(),
+        (false, Some(output)) => output.clone(),
+        (false, None) => default_folder(&arguments.study),
+    };
+    let added = beside(&folder, ".best");
+    let outputs = [
+        Output {
+            flag: "--output",
+            path: Some(&folder).filter(|_| !from_dataset).map(PathBuf::as_path),
+            form: Form::Dataset,
+        },
+        Output { flag: "--output", path: Some(&added), form: Form::Dataset },
+    ];
+    let arguments_of = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
+    let engine = match from_dataset {
+        true => {
+            let stored = Stored::open(&folder)?;
+            let files = arguments.files_in.as_deref().unwrap_or(Path::new("."));
+            stored.settle(arguments_of.engine_of(stored.study(files)?)?)
+        }
+        false => arguments_of.engine()?,
+    };
+    if engine.study().goal().is_none() {
+        return Err(BestError::NoGoal.into());
+    }
+    let file = std::path::absolute(beside(&folder, ".best.csv"))
+        .map_err(|source| Failure::Write { path: added.display().to_string(), source })?;
+    if let Some(above) = file.parent() {
+        std::fs::create_dir_all(above)
+            .map_err(|source| Failure::Write { path: above.display().to_string(), source })?;
+    }
+    let mut course =
+        Sought { arguments, engine, from_dataset, folder: &folder, added: &added, file: &file, answer: None };
+    if !file.exists() {
+        course.write(&[])?;
+    }
+    // Another one would decide from the same rows.
+    let _lock = Lock::take_beside(&file)?;
+    settle(&folder)?;
+    if pursue(&added, &mut course)? != SweepState::Complete {
+        return Ok(Exit::Interrupted);
+    }
+    let Some(answer) = course.answer else { return Ok(Exit::Interrupted) };
+    match arguments.json {
+        true => say_json(&answer)?,
+        false => {
+            let text = answer.to_string();
+            say(&terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns)).trim_end())?;
+        }
+    }
+    let is_answered = matches!(answer.verdict, Verdict::Proven | Verdict::Unchecked);
+    Ok(if is_answered { Exit::Done } else { Exit::RowsFailed })
+}
+
+/// A path with something behind its name.
+fn beside(folder: &Path, ending: &str) -> PathBuf {
+    // `results/` and `results` are one folder.
+    let folder: PathBuf = folder.components().collect();
+    let mut name = folder.file_name().map_or_else(|| "dataset".into(), std::ffi::OsStr::to_os_string);
+    name.push(ending);
+    folder.with_file_name(name)
+}
+
+/// Course of a search. Each decision adds rows to the table of added rows.
+struct Sought<'a> {
+    arguments: &'a BestArguments,
+    engine: Engine,
+    /// Whether the first dataset is taken as it is.
+    from_dataset: bool,
+    folder: &'a Path,
+    /// Dataset of the added rows.
+    added: &'a Path,
+    /// Table of the added rows.
+    file: &'a Path,
+    answer: Option<Answer>,
+}
+
+impl Sought<'_> {
+    /// Rows that were added, in their order.
+    fn rows(&self) -> Result<Vec<Added>, Failure> {
+        let text = files::read_text(self.file, files::Limit::ROWS).map_err(|source| self.unwritten(source))?;
+        if text.lines().count() <= 1 {
+            return Ok(Vec::new());
+        }
+        let mut names: Vec<&str> = self.engine.study().factors().iter().map(|factor| factor.name.as_str()).collect();
+        names.push(PURPOSE);
+        let fault = |message: String| {
+            Failure::Argument(format!(
+                "{message}; remove the file and the folder {} to start anew",
+                self.added.display()
+            ))
+        };
+        let rows = column_rows(self.file, &names).map_err(fault)?;
+        let read = |mut cells: Vec<String>| {
+            let purpose = cells.pop().unwrap_or_default();
+            let known = Purpose::read(&purpose);
+            known.map(|purpose| Added { purpose, cells }).ok_or_else(|| {
+                fault(format!(
+                    "{}: `{purpose}` in column `{PURPOSE}` is neither `learn` nor `check`",
+                    self.file.display()
+                ))
+            })
+        };
+        rows.into_iter().map(|row| read(row.cells)).collect()
+    }
+
+    fn unwritten(&self, source: std::io::Error) -> Failure {
+        Failure::Write { path: self.file.display().to_string(), source }
+    }
+
+    /// Writes the table of added rows, whole or not at all.
+    fn write(&self, rows: &[Added]) -> Result<(), Failure> {
+        let names = self.engine.study().factors().iter().map(|factor| factor.name.as_str());
+        let failed = |source| self.unwritten(source);
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(names.chain([PURPOSE])).map_err(|error| failed(error.into()))?;
+        for row in rows {
+            let cells = row.cells.iter().map(String::as_str).chain([row.purpose.name()]);
+            writer.write_record(cells).map_err(|error| failed(error.into()))?;
+        }
+        write_durable_file(self.file, writer.into_inner().map_err(|error| failed(error.into_error()))?)
+    }
+
+    /// The study with the added rows as its design.
+    fn added_study(&self) -> Result<Study, Failure> {
+        Ok(self.engine.study().with_rows(self.file)?)
+    }
+}
+
+impl Course for Sought<'_> {
+    type Error = Failure;
+
+    fn run_missing(&mut self) -> Result<SweepState, Failure> {
+        if !self.from_dataset {
+            let state = run_rows(&self.engine, self.folder, None)?.state;
+            if state != SweepState::Complete {
+                return Ok(state);
+            }
+        }
+        if self.rows()?.is_empty() {
+            return Ok(SweepState::Complete);
+        }
+        Ok(run_rows(&Engine::new(self.added_study()?)?, self.added, None)?.state)
+    }
+
+    fn judge(&mut self) -> Result<Enough, Failure> {
+        let rows = self.rows()?;
+        let base = DatasetReader::open(self.folder)?;
+        let added = if rows.is_empty() { None } else { Some(DatasetReader::open(self.added)?) };
+        let there = There { base: &base, added: added.as_ref(), rows: &rows };
+        let of = self.arguments;
+        let settings = BestSettings { rows: of.rows as usize, checks: of.checks as usize, batch: of.batch as usize };
+        match next(self.engine.checked(), there, &settings)? {
+            Step::Done(answer) => {
+                self.answer = Some(*answer);
+                Ok(Enough::Enough)
+            }
+            Step::More { rows: more, purpose, progress } => {
+                let what = if purpose == Purpose::Check { "to prove it" } else { "to learn from" };
+                tell(&format_args!("{progress}; {} {what}", plural(more.len(), "row")));
+                let more = more.into_iter().map(|cells| Added { purpose, cells });
+                self.write(&rows.iter().cloned().chain(more).collect::<Vec<Added>>())?;
+                Ok(Enough::More)
+            }
+        }
+    }
+}

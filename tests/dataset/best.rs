@@ -1,0 +1,177 @@
+//! `decore best`: the answer to a study's question, the same whatever happened meanwhile.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::growth::MACHINE;
+use crate::sweeps::{assert_same, decore, errors, expect_code};
+
+const FACTORS: &str = r#"
+[design.factor.pressure]
+path = "hammer.left.supply_bar"
+range = [4.0, 6.0]
+unit = "bar"
+[design.factor.stiffness]
+path = "casting.part.fixture.front.stiffness_n_per_m"
+range = [1e7, 1e8]
+scale = "log"
+role = "uncertain"
+"#;
+
+struct Study {
+    scratch: TempDir,
+}
+
+impl Study {
+    /// A study with this goal and these factors, 16 rows of 0.1 s.
+    fn new(goal: &str, factors: &str) -> Self {
+        Self::of(MACHINE, goal, factors)
+    }
+
+    fn of(machine: &str, goal: &str, factors: &str) -> Self {
+        let study = Self { scratch: TempDir::new().expect("scratch folder") };
+        let design = "[design]\nkind = \"latin_hypercube\"\nrows = 16\nseed = 5";
+        let text = format!("duration_s = 0.1\n{machine}\n[goal]\n{goal}\n{design}\n{factors}");
+        fs::write(study.file("study.toml"), text).expect("study");
+        study
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.scratch.path().join(name)
+    }
+
+    fn best(&self, arguments: &[&str]) -> Command {
+        let mut command = decore();
+        command.current_dir(self.scratch.path()).args(["best", "study.toml", "--output", "out"]).args(arguments);
+        command
+    }
+
+    /// The answer of 16 rows, 8 to learn and 20 checks, and the exit code.
+    fn answer(&self, code: i32) -> Value {
+        let command = self.best(&["--rows", "28", "--checks", "20", "--batch", "4", "--json"]);
+        serde_json::from_slice(&expect_code(command, code).stdout).expect("JSON")
+    }
+
+    fn rows(&self) -> String {
+        fs::read_to_string(self.file("out.best.csv")).unwrap_or_default()
+    }
+}
+
+fn sentence(answer: &Value) -> &str {
+    answer["sentence"].as_str().expect("a sentence")
+}
+
+const ENERGY: &str = "maximise = \"strike_energy_j\"";
+
+#[test]
+fn an_answer_is_proven_and_the_same_after_a_kill() {
+    let goal = format!("{ENERGY}\nlimits = [\"max_casting_point_velocity_m_s <= 100\"]");
+    let whole = Study::new(&goal, FACTORS);
+    let answer = whole.answer(0);
+    assert_eq!(answer["verdict"], "proven", "{answer}");
+    assert!(
+        sentence(&answer).starts_with("Choose pressure ") || sentence(&answer).starts_with("Choose 6 bar: "),
+        "{answer}"
+    );
+    assert!(sentence(&answer).ends_with("held in 20 of 20 checks."), "{answer}");
+    // More pressure is more energy: the corner.
+    assert_eq!(answer["settings"][0]["value"], 6.0);
+    let rows = whole.rows();
+    let checks: Vec<&str> = rows.lines().filter(|line| line.ends_with(",check")).collect();
+    assert!(checks.len() == 20 && checks.iter().all(|line| line.starts_with("6,")), "{rows}");
+    // Another look runs nothing more.
+    assert_eq!(whole.answer(0), answer);
+    assert_eq!(whole.rows(), rows);
+
+    let killed = Study::new(&goal, FACTORS);
+    let mut child = killed.best(&["--rows", "28", "--checks", "20", "--batch", "4", "--json"]).spawn().expect("starts");
+    let begun = Instant::now();
+    while killed.rows().is_empty() && begun.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    assert_eq!(killed.answer(0), answer);
+    assert_eq!(killed.rows(), rows);
+    assert_same(&killed.file("out"), &whole.file("out"));
+
+    // The dataset alone answers the same question.
+    let mut command = decore();
+    command
+        .current_dir(whole.scratch.path())
+        .args(["best", "out", "--rows", "28", "--checks", "20", "--batch", "4", "--json"]);
+    let again: Value = serde_json::from_slice(&expect_code(command, 0).stdout).expect("JSON");
+    assert_eq!(again, answer);
+}
+
+#[test]
+fn limits_that_nothing_holds_are_named_with_the_nearest_place() {
+    let study = Study::new(&format!("{ENERGY}\nlimits = [\"max_casting_point_velocity_m_s <= 0.01\"]"), FACTORS);
+    let answer = study.answer(4);
+    assert_eq!((&answer["verdict"], &answer["proof"]), (&Value::from("infeasible"), &Value::Null));
+    let sentence = sentence(&answer);
+    assert!(sentence.starts_with("No place holds the limits in 95 % of runs; nearest: "), "{sentence}");
+    assert!(
+        sentence.contains("max_casting_point_velocity_m_s reaches ") && sentence.contains("limit 0.01"),
+        "{sentence}"
+    );
+    assert_eq!(answer["looser"][0]["goal"], Value::Null);
+}
+
+#[test]
+fn a_goal_that_is_the_same_everywhere_says_so() {
+    let study = Study::new("maximise = \"0 * strike_energy_j + 3\"", FACTORS);
+    let answer = study.answer(0);
+    let notes = answer["notes"].to_string();
+    assert!(notes.contains("is 3.000 in all rows: every place is as good"), "{answer}");
+    assert_eq!(answer["goal"]["mean"], 3.0);
+}
+
+#[test]
+fn names_are_chosen_among() {
+    let factors = FACTORS.replace("range = [4.0, 6.0]\nunit = \"bar\"", "values = [4.0, 5.0, 6.0]\nunit = \"bar\"");
+    let names = "[design.factor.mount]\npath = \"hammer.left.mount\"\nvalues = [\"R4\", \"R5\", \"R6\"]\n";
+    let machine = MACHINE.replace("rail = \"rail\"\nrail_position_m = 0.0\n", "mount = \"R5\"\n");
+    let study = Study::of(&machine, ENERGY, &format!("{factors}{names}"));
+    let answer = study.answer(0);
+    let settings = answer["settings"].as_array().expect("settings");
+    let mount = settings.iter().find(|setting| setting["factor"] == "mount").expect("a mount");
+    assert!(["R4", "R5", "R6"].contains(&mount["value"].as_str().expect("a name")), "{answer}");
+    assert!(sentence(&answer).starts_with("Put the hammer on R"), "{answer}");
+}
+
+#[test]
+fn a_limit_on_a_value_that_no_row_has_is_an_error() {
+    let study = Study::new(&format!("{ENERGY}\nlimits = [\"left_arm_rms_steady_m_s <= 1\"]"), FACTORS);
+    let error = errors(&expect_code(study.best(&["--rows", "0"]), 2));
+    assert!(
+        error.contains("`left_arm_rms_steady_m_s` says nothing of rows not run: none of 16 rows has it"),
+        "{error}"
+    );
+}
+
+#[test]
+fn places_where_rows_fail_are_not_proposed() {
+    let factors = "[design.factor.pressure]\npath = \"hammer.left.supply_bar\"\nrange = [4.0, 6.0]\n\
+                   [design.factor.position]\npath = \"hammer.left.rail_position_m\"\nrange = [-0.2, 0.2]\n";
+    let study = Study::new(ENERGY, factors);
+    let answer = study.answer(0);
+    // The casting is 0.30 m long about its centre: the hammer misses it farther out.
+    let position = answer["settings"][1]["value"].as_f64().expect("a number");
+    assert!(position.abs() < 0.15 && answer["proof"]["failed"] == 0, "{answer}");
+    assert!(answer["notes"].to_string().contains("rows have no value"), "{answer}");
+}
+
+#[test]
+fn a_study_that_asks_nothing_is_told_how_to_ask() {
+    let study = Study::new(ENERGY, FACTORS);
+    let text = fs::read_to_string(study.file("study.toml")).expect("study");
+    fs::write(study.file("study.toml"), text.replace("[goal]\nmaximise = \"strike_energy_j\"\n", "")).expect("study");
+    let error = errors(&expect_code(study.best(&[]), 2));
+    assert!(error.contains("the study has no goal: add, for example") && !study.file("out").exists(), "{error}");
+}
