@@ -15,6 +15,7 @@ use crate::paper::PaperComparison;
 use crate::refinement::Progress;
 use crate::report::Report;
 use crate::sensitivity::Sensitivity;
+use crate::structure::MeasuredReport;
 use crate::surrogate::Surrogate;
 
 /// The schema (JSON Schema 2020-12) of what each command prints with `--json`, by the name that its file in `schemas/` has.
@@ -23,6 +24,7 @@ pub fn output_schemas() -> Vec<(&'static str, Value)> {
         ("accuracy", schema::<AccuracyResult>("accuracy")),
         ("check", schema::<Check>("check")),
         ("comparison", schema::<Comparison>("comparison")),
+        ("mobility", schema::<MeasuredReport>("mobility")),
         ("paper", schema::<PaperComparison>("paper")),
         ("refinement", schema::<Progress>("refinement")),
         ("report", schema::<Report>("report")),
