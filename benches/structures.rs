@@ -155,6 +155,7 @@ fn calculix() -> FeModel {
         mass: matrix("ccx_raw.mas.gz"),
         damping: None,
         dofs: Some(file("ccx_raw.dof.gz")),
+        nodes: None,
         dofs_per_node: None,
         points: file("points.csv"),
     })

@@ -18,6 +18,7 @@ mod inputs;
 mod json;
 mod measured;
 mod merge;
+mod mobility;
 mod more_rows;
 mod outputs;
 mod paper;

@@ -16,6 +16,7 @@ use crate::paper::PaperComparison;
 use crate::refinement::Progress;
 use crate::report::Report;
 use crate::sensitivity::Sensitivity;
+use crate::structure::MeasuredReport;
 use crate::surrogate::Surrogate;
 
 /// The schema (JSON Schema 2020-12) of what each command prints with `--json`, by the name that its file in `schemas/` has.
@@ -25,6 +26,7 @@ pub fn output_schemas() -> Vec<(&'static str, Value)> {
         ("best", schema::<Answer>("best")),
         ("check", schema::<Check>("check")),
         ("comparison", schema::<Comparison>("comparison")),
+        ("mobility", schema::<MeasuredReport>("mobility")),
         ("paper", schema::<PaperComparison>("paper")),
         ("refinement", schema::<Progress>("refinement")),
         ("report", schema::<Report>("report")),

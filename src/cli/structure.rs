@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_study;
 use super::json::say_json;
+use super::mobility::{Asked, compare_with_measured};
 use super::outputs::{Form, Output, StudyArguments, check_outputs};
 use super::text::{plural, say};
 use super::written::Written;
@@ -44,6 +45,13 @@ pub(super) struct StructureArguments {
     /// Also write the report as an HTML page with plots.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Compare measured frequency responses with the machine's instead of a report: a UFF or UNV file (data sets 58), or a CSV table. The
+    /// machine stands without hammers.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["export", "effects"])]
+    measured: Option<PathBuf>,
+    /// With --measured: write the proposed damping ratios as a table for `damping_ratio_file`.
+    #[arg(long, value_name = "FILE", requires = "measured")]
+    damping_to: Option<PathBuf>,
     // The help says: write the model's matrices in another format instead of a report.
     #[arg(long, value_name = "FORMAT", value_parser = export_format, requires = "to", help = export_help())]
     export: Option<ExportFormat>,
@@ -83,6 +91,15 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     };
     if let (Some(format), Some(folder)) = (arguments.export, &arguments.to) {
         return export(&model, format, folder, arguments.json);
+    }
+    if let Some(measured) = &arguments.measured {
+        let asked = Asked { measured, damping_to: arguments.damping_to.as_deref(), json: arguments.json };
+        let html = arguments.html.as_deref();
+        if html.is_some() {
+            return Err(Failure::Argument("--html does not go with --measured: it has no page; use --json".to_owned()));
+        }
+        let reduction = whole_interface(&model, &settings)?;
+        return compare_with_measured(&model, &reduction, &settings, &asked);
     }
     let has_scene = interface.is_some();
     let reduction = interface.map_or_else(|| whole_interface(&model, &settings), Ok)?;
@@ -205,6 +222,7 @@ fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option
     let to = Form::Folder { names: &names, replace: arguments.replace };
     let outputs = [
         Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) },
+        Output { flag: "--damping-to", path: arguments.damping_to.as_deref(), form: Form::File(&["csv"]) },
         Output { flag: "--to", path: arguments.to.as_deref(), form: to },
     ];
     if let Some(settings) = load_structure(&arguments.file)? {
@@ -316,6 +334,7 @@ fn sense_lines(report: &QualityReport) -> Vec<String> {
             false => format!("lowest modes   {} Hz", lowest.join(", ")),
         },
     ];
+    lines.extend(report.notes.iter().map(|note| format!("note           {note}")));
     lines.extend(report.remarks.iter().map(|remark| format!("looks wrong    {remark}")));
     lines.push(String::new());
     lines

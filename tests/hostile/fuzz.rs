@@ -250,6 +250,7 @@ fn matrices(name: &'static str, format: MatrixFormat, files: &[&str], dofs: Opti
             mass: matrix("MAAX"),
             damping: None,
             dofs: dofs.map(|name| root("tests/data/formats").join(name)),
+            nodes: None,
             dofs_per_node: None,
             points,
         })
@@ -272,6 +273,7 @@ fn dofs() -> Target {
             mass: matrix("mas"),
             damping: None,
             dofs: Some(file(folder, "dofs", bytes)),
+            nodes: None,
             dofs_per_node: None,
             points: file(folder, "p.csv", b"name,role,x_m,y_m,z_m,node\nA,mount,0,0,0,11\nB,fixture,1,0,0,12\n"),
         })

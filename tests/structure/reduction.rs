@@ -516,6 +516,7 @@ fn files_are_read_and_their_faults_named() {
             mass: file(mass),
             damping: None,
             dofs: None,
+            nodes: None,
             dofs_per_node: None,
             points: points.clone(),
         })

@@ -33,10 +33,15 @@ parameters! {
             /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub dof_file: Option<String>,
+            /// Places of nodes in the unit of the matrices, relative to the study; for `matrices`: an input file with a `*NODE` block
+            /// (Abaqus, CalculiX), `GRID` entries (Nastran), or lines of node, x, y, z. They give the centre of mass, and show wrong
+            /// labels and units.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub nodes_file: Option<String>,
             /// Format of the matrices. Default: told by the end of the stiffness file's name (`.gz` may follow).
             #[serde(skip_serializing_if = "Option::is_none")]
             pub format: Option<MatrixFormat>,
-            /// Units of the matrices. Default `si`.
+            /// Units of the matrices and of coordinates in `dof_file` and `nodes_file`: length, mass, time. Default `si`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub units: Option<Units>,
             /// Directions per node, 3 or 6, of matrices whose rows are numbered node by node and have no `dof_file`. Default: not
@@ -56,12 +61,16 @@ parameters! {
             /// Whether reductions are kept beside the stiffness file (folder `.decore-cache`) and used again. Default true.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub cache: Option<bool>,
-            /// Modal table, relative to the study; for `modal_table`.
+            /// Modal table (CSV), or a universal file with normal modes (data sets 55), relative to the study; for `modal_table`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub modal_file: Option<String>,
             /// Table of named interface points with coordinates (CSV), relative to the study; for `matrices` and `modal_table`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub points_file: Option<String>,
+            /// CSV table with the columns `mode` (from 1) and `damping_ratio`, one line per mode up to the cut-off, relative to the study; in
+            /// place of `damping_ratio`. `decore structure --measured` proposes one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub damping_ratio_file: Option<String>,
             /// Whether the hammers' housings are added to the machine or already part of it. Default `add`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub housings: Option<Housings>,

@@ -24,7 +24,7 @@ use crate::files::{Limit, Staged, read};
 /// Folder of the caches.
 pub const CACHE_FOLDER: &str = ".decore-cache";
 /// First bytes of a cache file; the number changes with its layout.
-const MAGIC: &[u8; 16] = b"decore-reduced-5";
+const MAGIC: &[u8; 16] = b"decore-reduced-6";
 const HASH: usize = 32;
 
 /// Where a reduction came from.
@@ -111,7 +111,13 @@ pub fn cache_path(files: &ModelFiles, settings: &ReductionSettings) -> PathBuf {
 /// Hash of the bytes of all files.
 fn content_hash(files: &ModelFiles) -> Result<[u8; HASH], StructureError> {
     let matrices = [Some(&files.stiffness), Some(&files.mass), files.damping.as_ref()];
-    let paths = matrices.into_iter().flatten().map(|file| &file.path).chain(&files.dofs).chain([&files.points]);
+    let paths = matrices
+        .into_iter()
+        .flatten()
+        .map(|file| &file.path)
+        .chain(&files.dofs)
+        .chain(&files.nodes)
+        .chain([&files.points]);
     let mut all = blake3::Hasher::new();
     for path in paths {
         let fault = |error: std::io::Error| StructureError::Read {

@@ -15,6 +15,8 @@ pub(super) struct Table {
     pub header_line: usize,
     /// Line number and fields; as many fields as the header has.
     pub rows: Vec<(usize, Vec<String>)>,
+    /// Whether semicolons part the fields: numbers may have a decimal comma then.
+    semicolons: bool,
 }
 
 pub(super) fn read_text(path: &Path) -> Result<String, StructureError> {
@@ -32,7 +34,11 @@ impl Table {
         let fault = |line, reason: String| FileFault { file: file.to_owned(), line, reason };
         // Every line with one end of one character: the reader's place tells its number.
         let text = format!("{}\n", text.trim_start_matches('\u{feff}').replace("\r\n", "\n"));
+        let head = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or("");
+        // Spreadsheets of many countries write a decimal comma, and semicolons between fields.
+        let semicolons = head.contains(';') && !head.contains(',');
         let mut reader = ReaderBuilder::new()
+            .delimiter(if semicolons { b';' } else { b',' })
             .has_headers(false)
             .flexible(true)
             .comment(Some(b'#'))
@@ -67,7 +73,7 @@ impl Table {
         if rows.is_empty() {
             return Err(fault(header_line + 1, "the table has a header but no rows".to_owned()).into());
         }
-        Ok(Self { file: file.to_owned(), header, header_line, rows })
+        Ok(Self { file: file.to_owned(), header, header_line, rows, semicolons })
     }
 
     pub fn fault(&self, line: usize, reason: String) -> StructureError {
@@ -84,7 +90,10 @@ impl Table {
 
     /// A finite number.
     pub fn number(&self, row: usize, column: usize) -> Result<f64, StructureError> {
-        self.field(row, column, "a finite number", |text| text.parse().ok().filter(|value: &f64| value.is_finite()))
+        self.field(row, column, "a finite number", |text| {
+            let text = if self.semicolons { text.replace(',', ".") } else { text.to_owned() };
+            text.parse().ok().filter(|value: &f64| value.is_finite())
+        })
     }
 
     /// A field by its own rule; `expected` says which.
@@ -123,6 +132,10 @@ mod tests {
             let table = Table::parse("t", text.trim_end_matches('Q')).expect("valid");
             assert_eq!((table.header_line, table.rows), (3, vec![(6, vec!["P, 1".to_owned(), "2".to_owned()])]));
         }
+        let table = Table::parse("t", "name;x\nP;1,5\nQ;-2,5e-1\n").expect("valid");
+        assert_eq!([table.number(0, 1), table.number(1, 1)], [Ok(1.5), Ok(-0.25)]);
+        let mixed = Table::parse("t", "name,x\nP,1;5\n").expect("valid");
+        assert!(mixed.number(0, 1).is_err());
         assert_eq!([line(""), line("name\n"), line("a,b,a\n1,2,3\n")], [1, 2, 1]);
     }
 }

@@ -122,6 +122,30 @@ pub enum StructureError {
         /// The lowest natural frequency, in Hz.
         lowest_hz: f64,
     },
+    /// A mass that is larger than the stiffness in every row.
+    #[error(
+        "stiffness and mass look exchanged: stiffness over mass reaches {highest_hz:.1e} Hz only; exchange the two files, or check \
+         `units`"
+    )]
+    Exchanged {
+        /// The highest frequency of a row alone, `sqrt(K_ii / M_ii) / 2 pi`, in Hz.
+        highest_hz: f64,
+    },
+    /// More modes than any study needs.
+    #[error(
+        "{count} modes lie below {cutoff_hz} Hz (fixed_interface_cutoff_hz or cutoff_hz), of {order} rows: {}lower the cut-off",
+        if *suspect { "stiffness and mass look as if they were in different units; check `units` of both files, or " } else { "" }
+    )]
+    TooManyModes {
+        /// Modes below the cut-off.
+        count: usize,
+        /// The cut-off in Hz.
+        cutoff_hz: f64,
+        /// Rows of the model.
+        order: usize,
+        /// Whether stiffness and mass look as if they were in different units.
+        suspect: bool,
+    },
     /// A negative squared frequency: the stiffness is not positive semidefinite.
     #[error(
         "the stiffness is not positive semidefinite: smallest eigenvalue omega^2 = {omega_squared:.3e} 1/s2; check signs and units of the stiffness matrix"

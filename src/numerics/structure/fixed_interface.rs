@@ -57,17 +57,46 @@ impl Inner {
     }
 }
 
-/// Solves the inner problem with modes below `limit` (squared circular frequency).
+/// Modes that are looked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// Squared circular frequency in rad2/s2 that they lie below.
+    pub limit: f64,
+    /// Whether stiffness and mass look as if they were in different units: then many modes are a mistake.
+    pub suspect: bool,
+}
+
+/// Most modes that are looked for.
+const MOST_MODES: usize = 5000;
+/// The same where units are in doubt.
+const MOST_SUSPECT_MODES: usize = 200;
+/// All modes of so few rows are found in a second.
+const SMALL: usize = 1000;
+
+impl Wanted {
+    fn require(self, count: usize, order: usize) -> Result<(), StructureError> {
+        let Self { limit, suspect } = self;
+        if count <= if suspect && order > SMALL { MOST_SUSPECT_MODES } else { MOST_MODES } {
+            return Ok(());
+        }
+        let cutoff_hz = (1e3 * limit.sqrt() / TAU).round() / 1e3;
+        Err(StructureError::TooManyModes { count, cutoff_hz, order, suspect })
+    }
+}
+
+/// Solves the inner problem with modes below a limit.
 ///
 /// The number of modes is counted first. A regular `K_oo` is factorised once for modes and constraint modes. Where `K_oo` is
 /// singular (the interface does not hold a floating machine) or nearly so, `K_oo + shift M_oo` takes its place.
 pub(super) fn solve_inner(
     pencil: &SymmetricPencil,
     k_ob: &DMatrix<f64>,
-    limit: f64,
+    wanted: Wanted,
     observer: &mut Observer,
 ) -> Result<Inner, StructureError> {
+    let limit = wanted.limit;
     let count = observer.step("count of fixed-interface modes (LDL')", || count(pencil, limit))?;
+    wanted.require(count, pencil.order())?;
     let below = Below { limit, count };
     let factor = match observer.step("factorisation of the inner stiffness (LL')", || pencil.cholesky(0.0)) {
         Ok(factor) if !is_nearly_singular(pencil, &factor).step("lowest eigenvalue", INDEFINITE_INNER)? => factor,

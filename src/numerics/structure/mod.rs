@@ -17,15 +17,20 @@
 //! SI units, rotations in rad. All results are independent of the number of threads.
 
 mod attached;
+mod balance;
 mod cache;
+mod constraints;
 mod csv;
+mod digits;
 mod error;
 mod fixed_interface;
 mod import;
 mod label;
+mod measured;
 mod modal_table;
 mod model;
 mod modes;
+mod motions;
 mod observe;
 mod own;
 mod partition;
@@ -38,6 +43,7 @@ mod rest;
 mod selection;
 mod sense;
 mod standing;
+mod suspects;
 mod symmetric;
 
 pub use attached::RigidMass;
@@ -45,6 +51,10 @@ pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
 pub use error::{FileFault, StructureError};
 pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, write_model};
 pub use label::{DofLabel, SCALAR};
+pub use measured::{
+    MeasuredCurve, MeasuredDof, MeasuredFrf, MeasuredMode, MeasuredReport, MeasuredSettings,
+    compare as compare_measured, read_damping_ratios, read_measured,
+};
 pub use modal_table::ModalTable;
 pub use model::{FeModel, ModelMatrices};
 pub use modes::{DirectedPoints, ModesAt, Rest};

@@ -1,12 +1,14 @@
 //! A structure given by its modes.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::DMatrix;
 
 use super::csv::{Table, read_text};
 use super::error::StructureError;
-use super::points::{DOF_NAMES, InterfaceDof};
+use super::measured::{UffMode, is_uff, uff_modes};
+use super::points::{DOF_NAMES, InterfaceDof, InterfacePoints, PointPlace};
 
 /// Measured or computed modes of a machine, mass-normalised.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,13 +24,76 @@ pub struct ModalTable {
 }
 
 impl ModalTable {
-    /// Reads a CSV table with the columns `mode` (rising whole number), `frequency_hz` (rising), `damping_ratio`, then one
+    /// Reads the normal modes of a universal file (data sets 55), or a CSV table with the columns `mode` (rising whole number), `frequency_hz` (rising), `damping_ratio`, then one
     /// column per interface DOF named by point and direction: `R5.z`, `R5.rx`.
     ///
     /// # Errors
     /// File, line and reason.
     pub fn read(path: &Path) -> Result<Self, StructureError> {
-        Self::parse(&path.display().to_string(), &read_text(path)?)
+        let text = read_text(path)?;
+        let file = path.display().to_string();
+        if is_uff(text.as_bytes()) {
+            return Self::of_modes(&file, &uff_modes(&file, text.as_bytes())?);
+        }
+        Self::parse(&file, &text)
+    }
+
+    /// From the normal modes of a universal file, over all nodes; a DOF's point is the node's number.
+    fn of_modes(file: &str, modes: &[UffMode]) -> Result<Self, StructureError> {
+        let fault = |reason: String| StructureError::Matrix { file: file.to_owned(), reason };
+        let mut rows: BTreeMap<(i64, usize), usize> = BTreeMap::new();
+        for (node, values) in modes.iter().flat_map(|mode| &mode.shape) {
+            for dof in 0..values.len().min(DOF_NAMES.len()) {
+                let next = rows.len();
+                rows.entry((*node, dof)).or_insert(next);
+            }
+        }
+        let mut shapes = DMatrix::zeros(rows.len(), modes.len());
+        for (column, mode) in modes.iter().enumerate() {
+            if mode.shape.len() != modes[0].shape.len() {
+                return Err(fault(format!(
+                    "mode {} at {} Hz has other nodes than the first one",
+                    column + 1,
+                    mode.frequency_hz
+                )));
+            }
+            for (node, values) in &mode.shape {
+                for (dof, value) in values.iter().enumerate() {
+                    if let Some(row) = rows.get(&(*node, dof)) {
+                        shapes[(*row, column)] = *value;
+                    }
+                }
+            }
+        }
+        let mut dofs = vec![InterfaceDof { point: String::new(), dof: 0 }; rows.len()];
+        for ((node, dof), row) in rows {
+            dofs[row] = InterfaceDof { point: node.to_string(), dof };
+        }
+        Ok(Self {
+            frequency_hz: modes.iter().map(|mode| mode.frequency_hz).collect(),
+            damping_ratio: modes.iter().map(|mode| mode.damping_ratio).collect(),
+            dofs,
+            shapes,
+        })
+    }
+
+    /// The table with the names of points for numbers of their nodes, and without nodes where no point stands.
+    pub(super) fn at_points(&self, points: &InterfacePoints) -> Self {
+        let by_node: BTreeMap<String, &str> = points
+            .iter()
+            .filter_map(|point| match point.place {
+                PointPlace::Node { node, .. } => Some((node.to_string(), point.name.as_str())),
+                _ => None,
+            })
+            .collect();
+        if by_node.is_empty() {
+            return self.clone();
+        }
+        let named = |dof: &InterfaceDof| by_node.get(&dof.point).map_or(dof.point.as_str(), |name| *name).to_owned();
+        let kept: Vec<usize> =
+            (0..self.dofs.len()).filter(|row| points.get(&named(&self.dofs[*row])).is_ok()).collect();
+        let dofs = kept.iter().map(|row| InterfaceDof { point: named(&self.dofs[*row]), dof: self.dofs[*row].dof });
+        Self { dofs: dofs.collect(), shapes: self.shapes.select_rows(&kept), ..self.clone() }
     }
 
     /// Like [`ModalTable::read`], from text; `file` is the name that errors carry.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use sprs::CsMat;
 
+use super::constraints::eliminate;
 use super::error::StructureError;
 use super::import::symmetric;
 use super::label::{DofLabel, SCALAR};
@@ -47,6 +48,8 @@ pub struct FeModel {
     misplaced: Vec<Misplaced>,
     /// What about the files is to be doubted, one sentence each.
     doubts: Vec<String>,
+    /// What was done to the matrices, one sentence each.
+    changes: Vec<String>,
 }
 
 /// A node for which two files name different places.
@@ -91,7 +94,7 @@ impl FeModel {
         let mass = sound(&names.mass, mass)?;
         let stiffness = sound(&names.stiffness, stiffness)?;
         let damping = damping.map(|damping| sound(&names.damping, damping)).transpose()?;
-        let matrices = ModelMatrices { mass, stiffness, damping, labels };
+        let mut matrices = ModelMatrices { mass, stiffness, damping, labels };
         let order = matrices.mass.rows();
         let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
         for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
@@ -100,6 +103,12 @@ impl FeModel {
                     format!("{} rows, but the mass {} has {order}: both must be equal", matrix.rows(), names.mass);
                 return Err(fault(name, reason));
             }
+        }
+        let placed = place(&matrices.labels, order, &points).unwrap_or_default();
+        let kept = placed.into_iter().flatten().flatten().collect();
+        let changes = eliminate(&mut matrices, &kept).map_err(|reason| fault(&names.stiffness, reason))?;
+        let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
+        for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
             if let Some((row, value)) = negative_diagonal(matrix) {
                 return Err(fault(name, format!("diagonal {} is {value:e}: it must not be negative", row + 1)));
             }
@@ -117,7 +126,7 @@ impl FeModel {
         let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
         let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
         let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();
-        Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new(), doubts: Vec::new() })
+        Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new(), doubts: Vec::new(), changes })
     }
 
     /// Adds where nodes are, in the unit of the matrices' file; what interface points say of theirs comes first.
@@ -137,6 +146,11 @@ impl FeModel {
     pub(super) fn with_doubts(mut self, doubts: impl IntoIterator<Item = String>) -> Self {
         self.doubts.extend(doubts);
         self
+    }
+
+    /// What was done to the matrices: multipliers eliminated, held rows left out.
+    pub(super) fn changes(&self) -> &[String] {
+        &self.changes
     }
 
     /// What about the files is to be doubted.
@@ -211,10 +225,10 @@ impl FeModel {
         labelled.chain(self.rows.iter().flat_map(|rows| rows[3..].iter().copied().flatten())).collect()
     }
 
-    /// Changes every matrix; what makes a model sound must stay.
-    pub(super) fn for_each_matrix(&mut self, change: impl Fn(&mut CsMat<f64>)) {
-        let matrices = &mut self.matrices;
-        [&mut matrices.mass, &mut matrices.stiffness].into_iter().chain(matrices.damping.as_mut()).for_each(change);
+    /// Mass, stiffness and damping to be changed; what makes a model sound must stay.
+    pub(super) fn matrices_mut(&mut self) -> [Option<&mut CsMat<f64>>; 3] {
+        let ModelMatrices { mass, stiffness, damping, .. } = &mut self.matrices;
+        [Some(mass), Some(stiffness), damping.as_mut()]
     }
 
     /// Number of degrees of freedom.

@@ -17,7 +17,7 @@ pub const DOF_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 pub struct InterfacePoint {
     /// Unique name.
     pub name: String,
-    /// What it is for, as the table says (`mount`, `fixture`, ...); information only.
+    /// What it is for, as the table says (`mount`, `fixture`, ...); information only, and may be empty.
     pub role: String,
     /// Where its DOFs are in the finite element matrices.
     pub place: PointPlace,
@@ -77,7 +77,7 @@ impl InterfacePoints {
         Ok(Self { points })
     }
 
-    /// Reads a CSV table with the columns `name`, `role`, `x_m`, `y_m`, `z_m` and, for finite element matrices, where the
+    /// Reads a CSV table with the columns `name`, `x_m`, `y_m`, `z_m`, if wanted `role`, and, for finite element matrices, where the
     /// point is: `first_row_0based` (row of its x displacement; with `dofs` 3 or 6, which only rows with labels can do
     /// without), or `node` (for matrices with labels; with `rotation_node` where the rotations have a node of their own,
     /// empty where not). Other columns are an error.
@@ -96,7 +96,7 @@ impl InterfacePoints {
         const KNOWN: [&str; 9] =
             ["name", "role", "x_m", "y_m", "z_m", "first_row_0based", "dofs", "node", "rotation_node"];
         let table = Table::parse(file, text)?;
-        let (name, role) = (table.column("name")?, table.column("role")?);
+        let (name, role) = (table.column("name")?, table.column("role").ok());
         let axes = [table.column("x_m")?, table.column("y_m")?, table.column("z_m")?];
         if let Some(other) = table.header.iter().find(|column| !KNOWN.contains(&column.as_str())) {
             let reason = format!("unknown column \"{other}\"; expected {}", KNOWN.join(", "));
@@ -115,7 +115,10 @@ impl InterfacePoints {
             }
             points.push(InterfacePoint {
                 name: table.field(index, name, "a unique, non-empty name", new_name)?,
-                role: table.field(index, role, "text", |text| Some(text.to_owned()))?,
+                role: match role {
+                    Some(role) => table.field(index, role, "text", |text| Some(text.to_owned()))?,
+                    None => String::new(),
+                },
                 place: places.read(&table, index)?,
                 position_m,
             });

@@ -13,14 +13,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::error::{Step, StructureError};
-use super::fixed_interface::{Inner, solve_inner};
+use super::fixed_interface::{Inner, Wanted, solve_inner};
 use super::model::FeModel;
+use super::motions::RigidMotions;
 use super::observe::{Observer, StepRecord};
 use super::own::RIGID_BODY_HZ;
 use super::partition::{inner_rows, sparse_times};
 use super::points::DOF_NAMES;
 use super::reduction::{Reduction, ReductionFacts, ReductionSettings, reduce_in_parts};
-use super::sense::{RigidMotions, Shown, remarks};
+use super::sense::{Shown, remarks};
 use super::symmetric::congruence;
 use crate::linalg::{
     SymmetricPencil, cholesky, multiply_transposed, solve_lower_transposed, symmetric_eigen, symmetric_eigenvalues,
@@ -118,8 +119,10 @@ pub struct QualityReport {
     /// Nodes with mass whose place is not known, and all nodes with mass, where there is no centre of mass and the directions of the
     /// rows are known; the first is 0 where there is no mass along x or y.
     pub nodes_without_place: Option<[usize; 2]>,
-    /// What looks wrong: units, matrices exchanged, directions without mass.
+    /// What looks wrong: units, labels, matrices exchanged, directions without mass.
     pub remarks: Vec<String>,
+    /// What was done to the matrices (multipliers eliminated, held rows left out), and that the machine floats.
+    pub notes: Vec<String>,
     /// Static stiffness of every interface DOF; empty for a structure that floats.
     pub static_stiffness: Vec<StaticStiffness>,
     /// Frequencies of the curves in Hz.
@@ -163,7 +166,8 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
         .step("order of the full model", "see whether it fits into memory")?;
     let loads = unit_loads(&pencil, &reduction.rows);
     let mut full_steps = Observer::active();
-    let full = solve_inner(&pencil, &-loads, limit, &mut full_steps)?;
+    let wanted = Wanted { limit, suspect: false };
+    let full = solve_inner(&pencil, &-loads, wanted, &mut full_steps)?;
     let (shapes, residual) = full_model(&pencil, &full, &reduction)?;
     let reduced = reduced_modes(&reduction)?;
     let names = dof_names(&reduction);
@@ -174,9 +178,9 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
             .iter()
             .map(|step| StepRecord { name: format!("full model: {}", step.name), ..step.clone() }),
     );
-    let rigid = RigidMotions::new(model);
+    let rigid = reduction.rigid.as_ref();
     let compared = Compared { full: &shapes, residual: &residual, reduced: &reduced };
-    let modes = pair_modes(model, rigid.as_ref(), compared)?;
+    let modes = pair_modes(model, rigid, compared)?;
     let shown = Shown {
         rigid: shapes.omega_squared.iter().filter(|value| hz(**value) == 0.0).count(),
         lowest_hz: shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0),
@@ -184,21 +188,32 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
         condition: full.condition.filter(|_| full.shift == 0.0).map(|condition| condition.scaled),
         none_below_hz: shapes.omega_squared.is_empty().then_some(settings.cutoff_hz),
     };
-    let centre = rigid.as_ref().map(|rigid| rigid.centre_m);
+    let centre = rigid.map(|rigid| rigid.centre_m);
     let frequency_hz = curve_frequencies(settings.cutoff_hz);
     let mobility = mobilities(&names, compared, &frequency_hz, settings.damping_ratio);
     Ok(QualityReport {
         modes,
-        total_mass_kg: rigid.as_ref().map(|rigid| rigid.mass_kg),
+        total_mass_kg: rigid.map(|rigid| rigid.mass_kg),
         centre_of_mass_m: centre.and_then(Result::ok),
         nodes_without_place: centre.and_then(Result::err).map(|(unknown, all)| [unknown, all]),
-        remarks: remarks(model, rigid.as_ref(), shown),
+        remarks: remarks(model, rigid, shown),
+        notes: model.changes().iter().cloned().chain(floating(shown.rigid)).collect(),
         static_stiffness: static_stiffness(&names, &residual, reduction.structure.static_flexibility()),
         frequency_hz,
         mobility,
         conditions: conditions(&reduction, &full)?,
         steps,
         facts: reduction.facts,
+    })
+}
+
+/// That nothing holds the machine.
+fn floating(rigid: usize) -> Option<String> {
+    (rigid > 0).then(|| {
+        format!(
+            "the machine floats: {rigid} rigid-body {} at 0 Hz; a machine on mounts needs their stiffness in the matrices",
+            if rigid == 1 { "motion" } else { "motions" }
+        )
     })
 }
 

@@ -101,6 +101,7 @@ impl ReducedStructure {
     /// # Errors
     /// A column for a point that `points` does not know, a table whose parts do not fit together.
     pub fn from_modal_table(table: &ModalTable, points: InterfacePoints) -> Result<Self, StructureError> {
+        let table = &table.at_points(&points);
         table.validate()?;
         for dof in &table.dofs {
             points.get(&dof.point)?;

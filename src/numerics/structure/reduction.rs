@@ -5,13 +5,15 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 
 use super::error::{Step, StructureError};
-use super::fixed_interface::{Inner, solve_inner};
+use super::fixed_interface::{Inner, Wanted, solve_inner};
 use super::model::FeModel;
+use super::motions::RigidMotions;
 use super::observe::Observer;
 use super::partition::{Blocks, blocks, inner_rows, interface_rows, sparse_times};
 use super::points::Interface;
 use super::reduced::{ReducedMatrices, ReducedStructure};
-use super::sense::{RigidMotions, Shown, remarks};
+use super::sense::{Shown, remarks};
+use super::suspects;
 use super::symmetric::symmetric_part;
 use crate::linalg::{SymmetricPencil, multiply, multiply_transposed};
 
@@ -84,6 +86,8 @@ pub(super) struct Reduction {
     /// Inner rows of the model, in the order of the inner basis.
     pub inner_rows: Vec<u32>,
     pub inner: Inner,
+    /// Rigid motions of the model, where its rows have labels.
+    pub rigid: Option<RigidMotions>,
 }
 
 impl Reduction {
@@ -114,13 +118,17 @@ pub(super) fn reduce_in_parts(
         let expected = "a positive, finite frequency in Hz";
         return Err(StructureError::argument("fixed_interface_cutoff_hz", expected, cutoff_hz));
     }
+    suspects::require_order(model)?;
     let (rows, dofs) = interface_rows(model, &settings.interface)?;
     let (kept, empty_rows) = inner_rows(model, &rows);
     let pencil = observer
         .step("order and symbolic factorisation", || SymmetricPencil::new(model.stiffness(), model.mass(), &kept))
         .step("order of the inner degrees of freedom", "see whether the model fits into memory")?;
     let stiffness = blocks(model.stiffness(), pencil.rows(), &rows);
-    let inner = solve_inner(&pencil, &stiffness.ob, (TAU * cutoff_hz).powi(2), observer)?;
+    let rigid = RigidMotions::new(model);
+    let suspect = suspects::mixed_units(model, rigid.as_ref().map(|rigid| rigid.mass_kg));
+    let wanted = Wanted { limit: (TAU * cutoff_hz).powi(2), suspect };
+    let inner = solve_inner(&pencil, &stiffness.ob, wanted, observer)?;
     let matrices = observer.step("projection", || {
         let mut matrices = project(&pencil, &inner, stiffness, blocks(model.mass(), pencil.rows(), &rows))?;
         matrices.d_zz = damping(model, &pencil, &inner, &rows)?;
@@ -140,9 +148,9 @@ pub(super) fn reduce_in_parts(
     let interface = Interface::new(model.points().clone(), &dofs);
     let structure = observer.step("second eigenproblem", || ReducedStructure::new(matrices, interface))?;
     let shown = Shown { rigid: structure.rigid_motions(), ..Shown::default() };
-    let structure = structure.with_remarks(remarks(model, RigidMotions::new(model).as_ref(), shown));
+    let structure = structure.with_remarks(remarks(model, rigid.as_ref(), shown));
     let inner_rows = pencil.rows().to_vec();
-    Ok(Reduction { structure, facts, rows, inner_rows, inner })
+    Ok(Reduction { structure, facts, rows, inner_rows, inner, rigid })
 }
 
 const STEP: &str = "projection on the Craig-Bampton basis";

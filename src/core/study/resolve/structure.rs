@@ -7,7 +7,7 @@ use super::placement::Rail;
 use crate::files::{self, Limit};
 use crate::parameter::{Fault, Parameters};
 use crate::scene::{Fidelity, Housings, Preset, SourceName, StructureEntry, StructureParameters};
-use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles};
+use crate::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles, read_damping_ratios};
 use crate::study::document::error::{Problem, StudyError};
 use crate::study::document::keys::Shape;
 use crate::study::document::read::read_tree;
@@ -58,6 +58,7 @@ impl StructureSource {
                     ("points_file", Some(&files.points)),
                     ("damping_file", damping),
                     ("dof_file", files.dofs.as_deref()),
+                    ("nodes_file", files.nodes.as_deref()),
                 ];
                 all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
             }
@@ -125,7 +126,10 @@ impl StructureSettings {
         if reader.selects_modes() && source == StructureSource::Station {
             base.fixed_interface_cutoff_hz = preset.station_basis_hz;
         }
-        let numbers = entry.over(base);
+        let mut numbers = entry.over(base);
+        if let Some(listed) = reader.listed_damping() {
+            numbers.damping_ratio = listed;
+        }
         reader.check(&numbers);
         let settings = Self {
             source,
@@ -165,8 +169,26 @@ impl Reader<'_> {
     /// Whether a tolerance says which modes count: one that is given, else the preset's unless the study says it itself, by a
     /// cut-off or by a list of damping ratios, one per mode.
     fn selects_modes(&self) -> bool {
-        let listed = matches!(self.table.entry.damping_ratio, Some(Damping::PerMode(_)));
+        let entry = self.table.entry;
+        let listed = entry.damping_ratio_file.is_some() || matches!(entry.damping_ratio, Some(Damping::PerMode(_)));
         self.table.entry.mode_tolerance.is_some() || (self.table.entry.cutoff_hz.is_none() && !listed)
+    }
+
+    /// Damping ratios of the file that lists them.
+    fn listed_damping(&mut self) -> Option<Damping> {
+        let entry = self.table.entry;
+        let path = entry.damping_ratio_file.as_ref().map(|file| self.table.typed.directory.join(file))?;
+        if entry.damping_ratio.is_some() {
+            self.problem(&["damping_ratio_file"], "stands beside `damping_ratio`: give one of the two");
+            return None;
+        }
+        match read_damping_ratios(&path) {
+            Ok(ratios) => Some(Damping::PerMode(ratios)),
+            Err(error) => {
+                self.problem(&["damping_ratio_file"], error.to_string());
+                None
+            }
+        }
     }
 
     fn check(&mut self, numbers: &StructureParameters) {
@@ -187,12 +209,14 @@ impl Reader<'_> {
             SourceName::Matrices => (&["stiffness_file", "mass_file", "points_file"], "matrices"),
             SourceName::ModalTable => (&["modal_file", "points_file"], "modal_table"),
         };
-        let optional: &[&str] = if name == SourceName::Matrices { &["damping_file", "dof_file"] } else { &[] };
+        let optional: &[&str] =
+            if name == SourceName::Matrices { &["damping_file", "dof_file", "nodes_file"] } else { &[] };
         let given = [
             ("stiffness_file", &self.table.entry.stiffness_file),
             ("mass_file", &self.table.entry.mass_file),
             ("damping_file", &self.table.entry.damping_file),
             ("dof_file", &self.table.entry.dof_file),
+            ("nodes_file", &self.table.entry.nodes_file),
             ("modal_file", &self.table.entry.modal_file),
             ("points_file", &self.table.entry.points_file),
         ];
@@ -247,9 +271,15 @@ impl Reader<'_> {
     fn matrices(&mut self) -> MatrixSource {
         let entry = self.table.entry;
         let stiffness = entry.stiffness_file.as_deref().unwrap_or_default();
-        let format = entry.format.or_else(|| MatrixFormat::of_file(stiffness)).unwrap_or_else(|| {
+        let shown =
+            || MatrixFormat::of_file(stiffness).or_else(|| MatrixFormat::of_content(&self.full(&entry.stiffness_file)));
+        let format = entry.format.or_else(shown).unwrap_or_else(|| {
             if !stiffness.is_empty() {
-                let message = format!("missing key: the end of `{stiffness}` does not tell the format of the matrices");
+                let way_out = MatrixFormat::way_out(stiffness).map_or(String::new(), |way| format!("; {way}"));
+                let message = format!(
+                    "missing key: neither the end nor the first lines of `{stiffness}` tell the format of the matrices: expected {}{way_out}",
+                    MatrixFormat::names()
+                );
                 self.problem(&["format"], message);
             }
             MatrixFormat::MatrixMarket
@@ -268,6 +298,7 @@ impl Reader<'_> {
             mass: matrix(&entry.mass_file, &entry.mass_name, "MAAX"),
             damping: (entry.damping_file.is_some()).then(|| matrix(&entry.damping_file, &entry.damping_name, "BAAX")),
             dofs: entry.dof_file.is_some().then(|| self.full(&entry.dof_file)),
+            nodes: entry.nodes_file.is_some().then(|| self.full(&entry.nodes_file)),
             dofs_per_node: entry.dofs_per_node.map(|dofs| dofs as usize),
             points: self.full(&entry.points_file),
         };

@@ -37,7 +37,7 @@ impl<'a> Cards<'a> {
                 None if self.lines.advance_past(&["$"])? => self.lines.text.clone(),
                 None => return Ok(None),
             };
-            let name = text.split([' ', ',', '*']).next().unwrap_or_default().to_ascii_uppercase();
+            let name = text.split([' ', '\t', ',', '*']).next().unwrap_or_default().to_ascii_uppercase();
             if !wanted.contains(&name.as_str()) {
                 continue;
             }
@@ -59,6 +59,8 @@ fn split(lines: &Lines, text: &str) -> Result<Vec<String>, StructureError> {
     if !text.is_ascii() {
         return Err(lines.fault("expected plain characters"));
     }
+    let untabbed = if text.contains(',') { text.to_owned() } else { without_tabs(text) };
+    let text = untabbed.as_str();
     let name = text.split(',').next().unwrap_or_default();
     let large = name[..name.len().min(8)].contains('*');
     let (count, width) = if large { (4, 16) } else { (8, 8) };
@@ -73,4 +75,35 @@ fn split(lines: &Lines, text: &str) -> Result<Vec<String>, StructureError> {
         text[begin..(begin + width).min(text.len())].trim().to_owned()
     };
     Ok((0..count).map(field).collect())
+}
+
+/// The text with tabs to columns of eight, as Nastran reads them.
+fn without_tabs(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for character in text.chars() {
+        out.push(if character == '\t' { ' ' } else { character });
+        while character == '\t' && !out.len().is_multiple_of(8) {
+            out.push(' ');
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tabs_lead_to_the_next_column() {
+        let cards = |text: &str| {
+            let mut cards = Cards::new("b", text.as_bytes());
+            let card = cards.next(&["DMIG"]).expect("text").expect("a card");
+            (card.name, card.fields)
+        };
+        let blanks =
+            "DMIG*   KAA                           1               3\n*                     2               1 1.5\n";
+        let tabs = "DMIG*\tKAA\t\t      1\t\t      3\n*\t\t      2\t\t      1 1.5\n";
+        assert_eq!(cards(blanks), cards(tabs));
+        assert_eq!(cards(tabs).1[..6], ["KAA", "1", "3", "", "2", "1"]);
+    }
 }

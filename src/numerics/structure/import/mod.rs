@@ -14,6 +14,7 @@ mod entry;
 mod formats;
 mod labelled;
 mod lines;
+mod nodes_file;
 mod read;
 mod rows;
 mod source;

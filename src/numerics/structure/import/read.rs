@@ -6,8 +6,8 @@ use super::entry::{Given, Imported, Kind};
 use super::labelled::all_labels;
 use super::lines::read_bytes;
 use super::rows::{Nodes, Rows};
-use super::source::{MatrixFile, ModelFiles, Units};
-use super::{axes, columns, dofs, units};
+use super::source::{MatrixFile, ModelFiles};
+use super::{axes, columns, dofs, nodes_file, units};
 use crate::structure::error::StructureError;
 use crate::structure::label::{DofLabel, regular_labels, repeated};
 use crate::structure::model::{FeModel, ModelMatrices, Sources};
@@ -37,10 +37,21 @@ impl FeModel {
         let assumed = list.as_ref().is_some_and(|(rows, _)| rows.assumed);
         let labels = list.as_ref().map(|(rows, _)| rows.labels.clone());
         require_distinct(list.as_ref(), &imported)?;
-        let (nodes, stated_by) = stated_nodes(list, &imported, &names)?;
+        let (mut nodes, mut stated_by) = stated_nodes(list, &imported, &names)?;
         let mut matrices = combine(imported, &names, (labels, assumed))?;
         if let (true, Some(dofs)) = (matrices.labels.is_empty(), files.dofs_per_node) {
             matrices.labels = numbered(matrices.mass.rows(), dofs, &names)?;
+        }
+        if let Some(path) = &files.nodes {
+            let stated = nodes_file::parse(&name(path), &read_bytes(path)?, &matrices.labels)?;
+            if matrices.labels.is_empty() {
+                let reason = "nodes without rows: name a dof_file or dofs_per_node, which tell the node of every row";
+                return Err(StructureError::Matrix { file: name(path), reason: reason.to_owned() });
+            }
+            if stated_by.is_empty() {
+                stated_by = name(path);
+            }
+            axes::add(&mut nodes, &stated_by, &stated, &name(path))?;
         }
         axes::to_basic(&mut matrices, &nodes.axes, &stated_by)?;
         let [stiffness, mass] = [0, 1].map(|index| names.get(index).cloned().unwrap_or_default());
@@ -53,10 +64,7 @@ impl FeModel {
         };
         let points = InterfacePoints::read(&files.points)?;
         let model = Self::validated(matrices, points, &sources)?.with_doubts(doubt);
-        Ok(match files.units {
-            Units::Si => model.with_positions(nodes.positions, 1.0),
-            Units::MillimetreTonneSecond => units::from_millimetre_tonne(model).with_positions(nodes.positions, 1e-3),
-        })
+        Ok(units::to_si(model, files.units).with_positions(nodes.positions, files.units.metres()))
     }
 }
 

@@ -7,16 +7,37 @@ use serde::{Deserialize, Serialize};
 
 use super::formats::MatrixFormat;
 
-/// Units of matrices.
+/// Units of length, mass and time of matrices and of coordinates beside them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Units {
     /// m, kg, s, N.
     #[default]
     Si,
-    /// mm, t, s, N.
+    /// mm, t, s: N, N/mm.
     #[serde(rename = "mm_t_s")]
     MillimetreTonneSecond,
+    /// mm, kg, s: mN, mN/mm, as NX has them.
+    #[serde(rename = "mm_kg_s")]
+    MillimetreKilogramSecond,
+    /// mm, kg, ms: kN, kN/mm.
+    #[serde(rename = "mm_kg_ms")]
+    MillimetreKilogramMillisecond,
+    /// mm, g, ms: N, N/mm.
+    #[serde(rename = "mm_g_ms")]
+    MillimetreGramMillisecond,
+    /// m, t, s: kN, kN/m.
+    #[serde(rename = "m_t_s")]
+    MetreTonneSecond,
+    /// cm, g, s: dyn.
+    #[serde(rename = "cm_g_s")]
+    CentimetreGramSecond,
+    /// in, lbf s2/in, s: lbf, lbf/in.
+    #[serde(rename = "in_lbf_s")]
+    InchPoundForceSecond,
+    /// ft, slug, s: lbf, lbf/ft.
+    #[serde(rename = "ft_lbf_s")]
+    FootPoundForceSecond,
 }
 
 /// One matrix: its file, and its name where a file holds several (DMIG, OP4).
@@ -43,6 +64,8 @@ pub struct ModelFiles {
     pub damping: Option<MatrixFile>,
     /// What the rows stand for; needed for CalculiX, of use where points are given by their nodes.
     pub dofs: Option<PathBuf>,
+    /// Places of nodes (`*NODE`, `GRID`, or a table), in the unit of the matrices.
+    pub nodes: Option<PathBuf>,
     /// DOFs per node (3 or 6) of matrices whose rows are numbered node by node and have no list.
     pub dofs_per_node: Option<usize>,
     /// Table of interface points.

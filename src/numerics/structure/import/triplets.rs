@@ -205,10 +205,30 @@ pub(in crate::structure) fn symmetric(file: &str, matrix: CsMat<f64>) -> Result<
     if equal && balanced { Ok(matrix) } else { symmetrise(file, matrix) }
 }
 
+/// The triangle that has all entries off the diagonal, where there are several of them.
+fn only_triangle(matrix: &CsMat<f64>) -> Option<&'static str> {
+    let count = |lower: bool| {
+        let entries =
+            matrix.iter().filter(|(value, (row, column))| **value != 0.0 && row != column && (row > column) == lower);
+        entries.count()
+    };
+    match (count(true), count(false)) {
+        (2.., 0) => Some("lower"),
+        (0, 2..) => Some("upper"),
+        _ => None,
+    }
+}
+
 fn symmetrise(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
     if let Some((row, column)) = asymmetric_pair(&matrix) {
         let value = |row, column| matrix.get(row, column).copied().unwrap_or(0.0);
         let (i, j) = (row + 1, column + 1);
+        if let Some(triangle) = only_triangle(&matrix) {
+            let reason = format!(
+                "only the {triangle} triangle is there, but the file says that it holds both: state `symmetric` in its header, or write both"
+            );
+            return Err(StructureError::Matrix { file: file.to_owned(), reason });
+        }
         return Err(StructureError::Matrix {
             file: file.to_owned(),
             reason: format!(

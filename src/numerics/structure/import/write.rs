@@ -64,6 +64,7 @@ pub fn write_model(model: &FeModel, export: ExportFormat, folder: &Path) -> Resu
     Ok(ModelFiles {
         format: export.format,
         units: Units::Si,
+        nodes: None,
         stiffness,
         mass,
         damping,

@@ -7,10 +7,15 @@ mod harwell_boeing;
 mod matrix_market;
 mod op4;
 
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::entry::{Form, Format};
+use super::lines::unpacked;
 
 pub(super) use matrix_market::parse_matrix_market;
 
@@ -59,6 +64,67 @@ impl MatrixFormat {
         let name = file.to_ascii_lowercase();
         let ending = name.strip_suffix(".gz").unwrap_or(&name).rsplit_once('.')?.1;
         Self::ALL.iter().copied().find(|format| format.entry().endings.contains(&ending))
+    }
+}
+
+impl MatrixFormat {
+    /// The format that the first lines of a file show, where its name does not tell.
+    pub fn of_content(path: &Path) -> Option<Self> {
+        const LOOKED_AT: u64 = 10_000;
+        let mut bytes = Vec::new();
+        File::open(path).ok()?.take(LOOKED_AT).read_to_end(&mut bytes).ok()?;
+        let mut plain = Vec::new();
+        // A packed file ends within a block here: what came out before counts.
+        let _ = unpacked(&bytes).take(LOOKED_AT).read_to_end(&mut plain);
+        let text = String::from_utf8_lossy(&plain).to_ascii_uppercase();
+        if text.trim_start_matches('\u{feff}').starts_with("%%MATRIXMARKET") {
+            return Some(Self::MatrixMarket);
+        }
+        let begins =
+            |words: &[&str]| text.lines().any(|line| words.iter().any(|word| line.trim_start().starts_with(word)));
+        if begins(&["DMIG,", "DMIG ", "DMIG*", "DMIG\t"]) {
+            return Some(Self::Dmig);
+        }
+        begins(&["*MATRIX", "*USER ELEMENT"]).then_some(Self::Abaqus)
+    }
+
+    /// How to get a readable file out of a program whose own files are none; `None` for an ending that is not known.
+    pub fn way_out(file: &str) -> Option<&'static str> {
+        let name = file.to_ascii_lowercase();
+        let ending = name.strip_suffix(".gz").unwrap_or(&name).rsplit_once('.')?.1;
+        Some(match ending {
+            "full" | "rst" | "rstp" | "sub" | "emat" | "cdb" => {
+                "ANSYS: write the .full file with `HBMAT` (stiffness and mass, with a mapping file), or with APDL Math: `*SMAT,K,D,IMPORT,FULL,file.full,STIFF` and `*EXPORT,K,MMF,K.mtx`"
+            }
+            "odb" | "sim" | "prt" | "fil" => {
+                "Abaqus: add a step with `*MATRIX GENERATE, STIFFNESS, MASS` and `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`"
+            }
+            "op2" | "xdb" | "f06" | "h5" => {
+                "Nastran: `EXTSEOUT(STIFF,MASS,DMIGPCH)` writes a .pch, `EXTSEOUT(STIFF,MASS,DMIGOP4)` an OUTPUT4 file"
+            }
+            "med" | "rmed" | "mess" => {
+                "Code_Aster: in Python `K.EXTR_MATR(sparse=True)`, then `scipy.io.mmwrite('K.mtx', ...)`"
+            }
+            "npz" | "npy" | "mat" => {
+                "Python: `scipy.io.mmwrite('K.mtx', scipy.sparse.load_npz('K.npz'), precision=17, symmetry='symmetric')`; of MATLAB read K with `scipy.io.loadmat`"
+            }
+            "frd" | "dat" | "sta" => "CalculiX: `*FREQUENCY, SOLVER=MATRIXSTORAGE` writes .sti, .mas and .dof",
+            "petsc" | "bin" => {
+                "PETSc: `-ksp_view_mat ascii:K.mtx:ascii_matrixmarket`, or `MatView` with PETSC_VIEWER_ASCII_MATRIXMARKET"
+            }
+            _ => return None,
+        })
+    }
+
+    /// Names of all formats with the ends of files that stand for them.
+    pub fn names() -> String {
+        let name = |format: &Self| {
+            let endings: Vec<String> = format.entry().endings.iter().map(|ending| format!(".{ending}")).collect();
+            let name = serde_json::to_value(format).ok().and_then(|name| Some(name.as_str()?.to_owned()));
+            let name = name.unwrap_or_default();
+            if endings.is_empty() { name } else { format!("{name} ({})", endings.join(", ")) }
+        };
+        Self::ALL.iter().map(name).collect::<Vec<_>>().join(", ")
     }
 }
 
