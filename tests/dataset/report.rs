@@ -44,7 +44,7 @@ fn the_report_ranks_rows_and_names_the_tables() {
 fn equal_rows_are_ranked_by_index() {
     let (_scratch, folder) = dataset();
     let reader = DatasetReader::open(&folder).expect("opened");
-    let settings = ReportSettings { rank_by: "total_air_used_nl".to_owned(), best: 3, ..ReportSettings::default() };
+    let settings = ReportSettings { rank_by: "-total_air_used_nl".to_owned(), best: 3, ..ReportSettings::default() };
     let report = summarise(&reader, &settings).expect("summarised");
     let best: Vec<u64> = report.best.iter().map(|best| best.row).collect();
     assert_eq!(best, [0, 1, 2]);
