@@ -50,6 +50,26 @@ fn equal_rows_are_ranked_by_index() {
     assert_eq!(best, [0, 1, 2]);
 }
 
+#[test]
+fn the_better_end_of_an_output_comes_first_and_a_sign_turns_it() {
+    let (_scratch, folder) = dataset();
+    let reader = DatasetReader::open(&folder).expect("opened");
+    let ranks = |rank_by: &str| {
+        let settings = ReportSettings { rank_by: rank_by.to_owned(), best: 1000, ..ReportSettings::default() };
+        let report = summarise(&reader, &settings).expect("summarised");
+        (report.least_first, report.best.iter().map(|best| best.rank).collect::<Vec<f64>>())
+    };
+    let rises = |ranks: &[f64]| ranks.windows(2).all(|pair| pair[0] <= pair[1]);
+    for (name, least_first) in [("max_casting_point_velocity_m_s", true), ("strike_energy_j", false)] {
+        let ((first, better), (turned, mut worse)) = (ranks(name), ranks(&format!("-{name}")));
+        assert_eq!((first, turned), (least_first, !least_first), "{name}");
+        assert_eq!(better.len(), worse.len());
+        assert!(better.len() > 100 && rises(if least_first { &better } else { &worse }), "{name}: {better:?}");
+        worse.reverse();
+        assert_eq!(better, worse, "{name}");
+    }
+}
+
 /// A report reads the runs and nothing else.
 #[test]
 fn a_damaged_part_is_refused_by_a_report_that_reads_it() {
