@@ -40,6 +40,9 @@ stiffness_n_per_m = 3e7
 """
 
 
+GOAL = ["--set", "goal.maximise=strike_energy_j", "--set", "goal.limits=['max_first_impact_peak_force_n>=1']"]
+
+
 def closed(schema):
     """The schema with objects that have no other keys than those that are declared."""
     if isinstance(schema, list):
@@ -118,7 +121,9 @@ def main(root, program):
         ("surrogate", ["surrogate", "a"], [0]),
         ("refinement", ["refine", "table.toml", "--maximise", "delivered_work_j", "--most-rows", "12"], [0]),
         ("refinement", ["refine", "table.toml", "--boundary", "delivered_work_j<=50", "--most-rows", "12"], [0]),
+        ("best", ["refine", "table.toml", "--goal", "--most-rows", "12", *GOAL], [0]),
         ("refinement", ["refine", "table.toml", "--failures", "--until-unsure", "0.2", "--most-rows", "60"], [0]),
+        ("best", ["best", "a", "--rows", "24", "--checks", "10", *GOAL], [0]),
         ("structure", ["structure", "sweep.toml", "--effects"], [0]),
         ("accuracy", ["accuracy", "sweep.toml", "--repeats", "1", "--quick", "--set", "duration_s=0.04"], [0]),
         ("written", ["design", "sweep.toml", "--output", "design.csv"], [0]),

@@ -18,7 +18,7 @@ use crate::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings
 use crate::study::{CheckedStudy, Study};
 
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("goal").required(true).args(["learn", "maximise", "minimise", "boundary", "failures", "goal"]))]
+#[command(group = ArgGroup::new("aim").required(true).args(["learn", "maximise", "minimise", "boundary", "failures", "goal"]))]
 pub(super) struct RefineArguments {
     /// Study file (TOML) whose design is `kind = "table"`: to its file of rows (CSV) further ones are added.
     study: PathBuf,

@@ -18,8 +18,8 @@ use crate::report::{Charts, Paper, ReportSettings, summarise};
 pub(super) struct ReportArguments {
     /// Folder of the dataset.
     dataset: PathBuf,
-    /// Column of the table of runs by which rows are ranked.
-    #[arg(long, default_value = crate::report::DEFAULT_RANKING)]
+    /// Column of the table of runs by which rows are ranked, its better end first; `-NAME`: the other end first.
+    #[arg(long, default_value = crate::report::DEFAULT_RANKING, allow_hyphen_values = true)]
     rank_by: String,
     /// Number of best rows, from 1 on.
     #[arg(long, default_value_t = ReportSettings::default().best, value_name = "ROWS", value_parser = best)]

@@ -57,8 +57,8 @@ pub(super) struct RunArguments {
     /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Column of the table of runs by which the summary ranks rows.
-    #[arg(long, default_value = crate::report::DEFAULT_RANKING)]
+    /// Column of the table of runs by which the summary ranks rows, its better end first; `-NAME`: the other end first.
+    #[arg(long, default_value = crate::report::DEFAULT_RANKING, allow_hyphen_values = true)]
     rank_by: String,
     /// Run only the i-th of n shares of the rows; `decore merge` makes one dataset of them.
     #[arg(long, value_name = "I/N")]
@@ -101,7 +101,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     };
     // Before the rows are run, not after.
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
-    check_number(&rows.info(), &report.rank_by)?;
+    check_number(&rows.info(), report.ranking())?;
     let again = chosen(arguments, rows.checked().row_count() as u64)?;
     let display = Display { folder: &folder, again: again.is_some(), progress: OnceLock::new() };
     let settings = SweepSettings {

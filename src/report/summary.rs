@@ -67,7 +67,8 @@ const MOST_REASONS: usize = 100;
 /// What to report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReportSettings {
-    /// Column of `runs` by which rows are ranked, largest first. Default [`DEFAULT_RANKING`].
+    /// Column of `runs` by which rows are ranked, the better end first, as each output declares it; with `-` before, the other end first.
+    /// Default [`DEFAULT_RANKING`].
     pub rank_by: String,
     /// Number of best rows. Default 5.
     pub best: usize,
@@ -81,6 +82,13 @@ pub const WANTED_ERROR: f64 = 0.01;
 impl Default for ReportSettings {
     fn default() -> Self {
         Self { rank_by: DEFAULT_RANKING.to_owned(), best: 5, wanted_error: WANTED_ERROR }
+    }
+}
+
+impl ReportSettings {
+    /// Column of the ranking.
+    pub fn ranking(&self) -> &str {
+        self.rank_by.strip_prefix('-').unwrap_or(&self.rank_by)
     }
 }
 
@@ -193,6 +201,8 @@ pub struct Report {
     pub tables: Vec<&'static str>,
     /// Column of the ranking.
     pub ranking: ColumnDescription,
+    /// Whether the least values come first in the ranking; the largest otherwise.
+    pub least_first: bool,
     /// Best rows, best first; equal rows by index.
     pub best: Vec<BestRow>,
     /// Ranges of outputs.
@@ -215,7 +225,7 @@ pub struct Report {
 /// [`DatasetError::UnknownColumn`] or [`DatasetError::NotANumber`] if rows cannot be ranked by the column asked for;
 /// those of reading, [`DatasetError::Damaged`] among them.
 pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Report, DatasetError> {
-    let ranking = reader.column(TableName::Runs, &settings.rank_by)?.clone();
+    let ranking = reader.column(TableName::Runs, settings.ranking())?.clone();
     if ranking.unit.is_empty() {
         return Err(DatasetError::NotANumber { table: TableName::Runs.folder(), column: ranking.name });
     }
@@ -233,6 +243,7 @@ pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Re
         reasons: BTreeMap::new(),
         blows: reader.parts(TableName::Blows).iter().map(|part| part.records).sum(),
         tables: reader.tables().map(TableName::folder).collect(),
+        least_first: ranking.less != settings.rank_by.starts_with('-'),
         ranking,
         best: Vec::new(),
         ranges: Vec::new(),
@@ -297,7 +308,7 @@ impl<'a> Gatherer<'a> {
         report.ranges.extend(titles.into_iter().map(|(title, unit)| Range::empty(title, unit)));
         let factors: Vec<_> = columns.iter().filter(|column| column.group == ColumnGroup::Factor).collect();
         Self {
-            outputs: BESIDE.iter().filter(|name| **name != settings.rank_by).filter_map(|name| named(name)).collect(),
+            outputs: BESIDE.iter().filter(|name| **name != settings.ranking()).filter_map(|name| named(name)).collect(),
             precisions: Precisions::of(columns, settings.wanted_error),
             factor_spans: vec![Span::default(); factors.len()],
             warnings: named(RunTotals::warnings.name),
@@ -313,7 +324,7 @@ impl<'a> Gatherer<'a> {
         let ranged = self.ranged.iter().map(|(_, column)| *column);
         let columns = self.outputs.iter().copied().chain(self.factors.iter().copied()).chain(ranged);
         let columns = columns.chain(self.warnings);
-        let fixed = ALWAYS.into_iter().chain([self.settings.rank_by.as_str()]);
+        let fixed = ALWAYS.into_iter().chain([self.settings.ranking()]);
         fixed.chain(columns.map(|column| column.name.as_str())).chain(self.precisions.names()).collect()
     }
 
@@ -386,7 +397,8 @@ impl<'a> Gatherer<'a> {
     fn rank(&mut self, row: u64, rank: f64, beside: &[Cell<'_>]) {
         let best = &mut self.report.best;
         // Rows come in order: behind its equals, a later row stays behind.
-        let place = best.partition_point(|other| other.rank >= rank);
+        let least_first = self.report.least_first;
+        let place = best.partition_point(|other| if least_first { other.rank <= rank } else { other.rank >= rank });
         if place < self.settings.best {
             let (outputs, factors) = beside.split_at(self.outputs.len().min(beside.len()));
             let (outputs, factors) = (figures(&self.outputs, outputs), figures(&self.factors, factors));

@@ -73,7 +73,8 @@ impl Report {
         if self.best.is_empty() {
             return writeln!(f, "\nNo row has a `{}` to rank it by.", self.ranking.name);
         }
-        writeln!(f, "\nBest rows by `{}`: {}", self.ranking.name, self.ranking.description)?;
+        let end = if self.least_first { ", least first" } else { "" };
+        writeln!(f, "\nBest rows by `{}`{end}: {}", self.ranking.name, self.ranking.description)?;
         for (index, best) in self.best.iter().enumerate() {
             self.write_best_row(f, index + 1, best)?;
         }

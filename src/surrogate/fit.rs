@@ -149,6 +149,7 @@ impl Derived<'_> {
             subject: None,
             quantity: self.name.clone(),
             main: false,
+            less: false,
         };
         OutputColumn { description, values: (0..rows).map(value).collect() }
     }

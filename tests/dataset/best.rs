@@ -175,3 +175,40 @@ fn a_study_that_asks_nothing_is_told_how_to_ask() {
     let error = errors(&expect_code(study.best(&[]), 2));
     assert!(error.contains("the study has no goal: add, for example") && !study.file("out").exists(), "{error}");
 }
+
+#[test]
+fn refine_narrows_the_choice_and_ends_with_the_sentence() {
+    let study = Study::new(&format!("{ENERGY}\nlimits = [\"max_casting_point_velocity_m_s <= 100\"]"), FACTORS);
+    let mut design = decore();
+    design.current_dir(study.scratch.path()).args(["design", "study.toml", "--output", "rows.csv"]);
+    expect_code(design, 0);
+    let text = fs::read_to_string(study.file("study.toml")).expect("study");
+    let table = text.replace("kind = \"latin_hypercube\"\nrows = 16", "kind = \"table\"\nfile = \"rows.csv\"");
+    fs::write(study.file("table.toml"), table).expect("study");
+    let mut refine = decore();
+    refine.current_dir(study.scratch.path()).args([
+        "refine",
+        "table.toml",
+        "--goal",
+        "--most-rows",
+        "24",
+        "--output",
+        "table",
+    ]);
+    let printed = String::from_utf8(expect_code(refine, 0).stdout).expect("text");
+    let last = printed.lines().last().expect("a line");
+    assert!(last.contains("bar: ") && last.contains("not checked by runs."), "{printed}");
+    let rows = fs::read_to_string(study.file("rows.csv")).expect("rows").lines().count() - 1;
+    assert!((16..=24).contains(&rows), "{rows}");
+}
+
+#[test]
+fn a_sweep_ends_with_what_a_model_of_its_rows_expects() {
+    let study = Study::new(ENERGY, FACTORS);
+    let mut run = decore();
+    run.current_dir(study.scratch.path()).args(["run", "study.toml", "--output", "out"]);
+    let printed = String::from_utf8(expect_code(run, 0).stdout).expect("text");
+    let end: Vec<&str> = printed.lines().rev().take(2).collect();
+    assert_eq!(end[0], "`decore best study.toml` proves it by runs.");
+    assert!(end[1].ends_with("expected by a model of 16 rows, not checked by runs."), "{printed}");
+}

@@ -44,10 +44,30 @@ fn the_report_ranks_rows_and_names_the_tables() {
 fn equal_rows_are_ranked_by_index() {
     let (_scratch, folder) = dataset();
     let reader = DatasetReader::open(&folder).expect("opened");
-    let settings = ReportSettings { rank_by: "total_air_used_nl".to_owned(), best: 3, ..ReportSettings::default() };
+    let settings = ReportSettings { rank_by: "-total_air_used_nl".to_owned(), best: 3, ..ReportSettings::default() };
     let report = summarise(&reader, &settings).expect("summarised");
     let best: Vec<u64> = report.best.iter().map(|best| best.row).collect();
     assert_eq!(best, [0, 1, 2]);
+}
+
+#[test]
+fn the_better_end_of_an_output_comes_first_and_a_sign_turns_it() {
+    let (_scratch, folder) = dataset();
+    let reader = DatasetReader::open(&folder).expect("opened");
+    let ranks = |rank_by: &str| {
+        let settings = ReportSettings { rank_by: rank_by.to_owned(), best: 1000, ..ReportSettings::default() };
+        let report = summarise(&reader, &settings).expect("summarised");
+        (report.least_first, report.best.iter().map(|best| best.rank).collect::<Vec<f64>>())
+    };
+    let rises = |ranks: &[f64]| ranks.windows(2).all(|pair| pair[0] <= pair[1]);
+    for (name, least_first) in [("max_casting_point_velocity_m_s", true), ("strike_energy_j", false)] {
+        let ((first, better), (turned, mut worse)) = (ranks(name), ranks(&format!("-{name}")));
+        assert_eq!((first, turned), (least_first, !least_first), "{name}");
+        assert_eq!(better.len(), worse.len());
+        assert!(better.len() > 100 && rises(if least_first { &better } else { &worse }), "{name}: {better:?}");
+        worse.reverse();
+        assert_eq!(better, worse, "{name}");
+    }
 }
 
 /// A report reads the runs and nothing else.

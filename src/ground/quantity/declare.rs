@@ -18,6 +18,8 @@ pub struct Quantity<T: 'static> {
     pub heading: Option<&'static str>,
     /// Whether it is a main output: one whose scatter over twins is reported.
     pub main: bool,
+    /// Whether small values are better; large ones otherwise.
+    pub less: bool,
     /// Reads the value; `None` where the run does not have it.
     pub value: for<'a> fn(&'a T) -> Cell<'a>,
 }
@@ -82,14 +84,14 @@ impl<F: QuantityField> QuantityField for Option<F> {
 /// it, and all of them in the order of the fields as the constant `QUANTITIES`.
 ///
 /// A field reads `/// text` then `pub name: type => "unit",`, or `=> "unit" ("heading")` with a short name for narrow tables, or
-/// `=> "unit" main` for a main output. A field without `=>` is no quantity.
+/// `=> "unit" main` for a main output; with `[less]` behind, small values are better. A field without `=>` is no quantity.
 #[macro_export]
 macro_rules! quantities {
     (
         $(#[$attribute:meta])+
         pub struct $name:ident {
             $( $(#[doc = $text:literal])+ pub $field:ident: $type:ty
-                $(=> $unit:literal $(($heading:literal))? $($main:ident)?)?, )+
+                $(=> $unit:literal $(($heading:literal))? $($main:ident)? $([$less:ident])?)?, )+
         }
     ) => {
         $(#[$attribute])+
@@ -110,7 +112,7 @@ macro_rules! quantities {
             }
 
             $( $crate::quantity::quantities! {
-                @one $field: $type, [$($text)+] $($unit [$($heading)?] [$($main)?])?
+                @one $field: $type, [$($text)+] $($unit [$($heading)?] [$($main)?] [$($less)?])?
             } )+
         }
     };
@@ -119,7 +121,8 @@ macro_rules! quantities {
         $crate::quantity::QuantityField::put(&$of.$field, $bytes);
     };
     (@one $field:ident: $type:ty, [$($text:literal)+]) => {};
-    (@one $field:ident: $type:ty, [$($text:literal)+] $unit:literal [$($heading:literal)?] [$($main:ident)?]) => {
+    (@one $field:ident: $type:ty, [$($text:literal)+] $unit:literal [$($heading:literal)?] [$($main:ident)?]
+        [$($less:ident)?]) => {
         $(#[doc = $text])+
         pub const $field: $crate::quantity::Quantity<Self> = $crate::quantity::Quantity {
             name: stringify!($field),
@@ -128,6 +131,7 @@ macro_rules! quantities {
             kind: <$type as $crate::quantity::QuantityField>::KIND,
             heading: $crate::quantity::first(&[$($heading)?]),
             main: $crate::quantity::first(&[$(stringify!($main))?]).is_some(),
+            less: $crate::quantity::first(&[$(stringify!($less))?]).is_some(),
             value: |of| $crate::quantity::QuantityField::value(&of.$field),
         };
     };

@@ -45,24 +45,24 @@ quantities! {
         /// Sum over the hammers of the mean momentum that a periodic strike gives to the casting times hit frequency.
         pub total_strike_momentum_rate_n: f64 => "N",
         /// Part of the delivered work that was lost in the dampers of all fixtures.
-        pub total_fixture_damper_loss_j: f64 => "J",
+        pub total_fixture_damper_loss_j: f64 => "J" [less],
         /// Part of the delivered work that went through the fixtures into the machine.
-        pub total_structure_work_j: f64 => "J",
+        pub total_structure_work_j: f64 => "J" [less],
         /// Energy lost in the contacts of the chisels with the castings.
-        pub total_strike_contact_loss_j: f64 => "J",
+        pub total_strike_contact_loss_j: f64 => "J" [less],
         /// Largest chisel-casting force of all first impacts.
-        pub max_first_impact_peak_force_n: Option<f64> => "N",
+        pub max_first_impact_peak_force_n: Option<f64> => "N" [less],
         /// Largest absolute heave velocity of all castings.
-        pub max_casting_peak_velocity_m_s: Option<f64> => "m/s",
+        pub max_casting_peak_velocity_m_s: Option<f64> => "m/s" [less],
         /// Largest absolute velocity of the points of all castings that are struck, held or measured, rotations included.
-        pub max_casting_point_velocity_m_s: Option<f64> => "m/s",
+        pub max_casting_point_velocity_m_s: Option<f64> => "m/s" [less],
         /// Largest of the mounts' root-mean-square velocities after the first impacts, their transients included.
-        pub max_arm_rms_hammering_m_s: Option<f64> => "m/s",
+        pub max_arm_rms_hammering_m_s: Option<f64> => "m/s" [less],
         /// Largest of the mounts' root-mean-square velocities while hammers strike periodically and their impacts have decayed:
         /// the lasting load on the machine.
-        pub max_arm_rms_steady_m_s: Option<f64> => "m/s",
+        pub max_arm_rms_steady_m_s: Option<f64> => "m/s" [less],
         /// Air drawn by all hammers over the run, in standard litres.
-        pub total_air_used_nl: f64 => "NL",
+        pub total_air_used_nl: f64 => "NL" [less],
         /// Work delivered to the castings over the whole run per standard litre of air drawn.
         pub work_per_air_j_per_nl: Option<f64> => "J/NL",
     }

@@ -18,7 +18,7 @@ quantities! {
     #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct HammerMetrics {
         /// Start of the first impact (the first contact with the casting in the first stroke).
-        pub first_impact_time_s: Option<f64> => "s" main,
+        pub first_impact_time_s: Option<f64> => "s" main [less],
         /// Kinetic energy of cylinder, spool, piston and chisel at the start of the first impact.
         pub first_impact_energy_j: Option<f64> => "J" main,
         /// Chisel velocity at the start of the first impact.
@@ -28,9 +28,9 @@ quantities! {
         /// Impulse of the chisel-casting force within the first impact's window.
         pub first_impact_impulse_n_s: Option<f64> => "N s" main,
         /// Largest chisel-casting force within the first impact's window.
-        pub first_impact_peak_force_n: Option<f64> => "N" main,
+        pub first_impact_peak_force_n: Option<f64> => "N" main [less],
         /// Largest absolute velocity of the casting at the strike point within the first impact's window.
-        pub first_impact_casting_peak_velocity_m_s: Option<f64> => "m/s" main,
+        pub first_impact_casting_peak_velocity_m_s: Option<f64> => "m/s" main [less],
         /// Momentum given to the casting by the first impact's strike: until the casting's kinetic energy is largest.
         pub first_impact_strike_momentum_n_s: Option<f64> => "N s" main,
         /// Energy given to the casting by the first impact's strike.
@@ -42,7 +42,7 @@ quantities! {
         /// Number of blows of the percussion that reached the casting, settling ones included.
         pub struck_blow_count: u64 => "1",
         /// Number of blows of the percussion that did not reach the casting.
-        pub blank_blow_count: u64 => "1",
+        pub blank_blow_count: u64 => "1" [less],
         /// Number of periodic blows; those that settle do not count.
         pub periodic_blows: u64 => "1",
         /// What the percussion is: periodic, aperiodic, unsettled, stalled, blank or none; with twins, what the row and
@@ -54,41 +54,41 @@ quantities! {
         pub periodic_energy_mean_j: Option<f64> => "J" main,
         /// Standard error of the mean impact energy; mean +- 2 errors is a 95 % interval. None with fewer than eight blows or
         /// an unsettled or stalled percussion.
-        pub periodic_energy_mean_error_j: Option<f64> => "J",
+        pub periodic_energy_mean_error_j: Option<f64> => "J" [less],
         /// Standard deviation of the impact energy of the periodic blows.
-        pub periodic_energy_std_j: Option<f64> => "J",
+        pub periodic_energy_std_j: Option<f64> => "J" [less],
         /// Periodic blows less one over the time from the first to the last, both summed over the strokes.
         pub hit_frequency_hz: Option<f64> => "Hz" main,
         /// Standard error of the hit frequency.
-        pub hit_frequency_error_hz: Option<f64> => "Hz",
+        pub hit_frequency_error_hz: Option<f64> => "Hz" [less],
         /// Mean work that a periodic blow delivers to the casting within its window.
         pub periodic_work_mean_j: Option<f64> => "J" main,
         /// Standard error of that mean work.
-        pub periodic_work_mean_error_j: Option<f64> => "J",
+        pub periodic_work_mean_error_j: Option<f64> => "J" [less],
         /// Mean impulse of the chisel-casting force within a periodic blow's window.
         pub periodic_impulse_mean_n_s: Option<f64> => "N s" main,
         /// Standard error of that mean impulse.
-        pub periodic_impulse_mean_error_n_s: Option<f64> => "N s",
+        pub periodic_impulse_mean_error_n_s: Option<f64> => "N s" [less],
         /// Mean of the periodic blows' largest chisel-casting force.
-        pub periodic_peak_force_mean_n: Option<f64> => "N" main,
+        pub periodic_peak_force_mean_n: Option<f64> => "N" main [less],
         /// Standard error of that mean force.
-        pub periodic_peak_force_mean_error_n: Option<f64> => "N",
+        pub periodic_peak_force_mean_error_n: Option<f64> => "N" [less],
         /// Mean of the periodic blows' largest absolute velocity of the casting at the strike point.
-        pub periodic_casting_peak_velocity_mean_m_s: Option<f64> => "m/s" main,
+        pub periodic_casting_peak_velocity_mean_m_s: Option<f64> => "m/s" main [less],
         /// Standard error of that mean velocity.
-        pub periodic_casting_peak_velocity_mean_error_m_s: Option<f64> => "m/s",
+        pub periodic_casting_peak_velocity_mean_error_m_s: Option<f64> => "m/s" [less],
         /// Mean momentum that the strike of a periodic blow gives to the casting.
         pub periodic_strike_momentum_mean_n_s: Option<f64> => "N s" main,
         /// Standard error of that mean momentum.
-        pub periodic_strike_momentum_mean_error_n_s: Option<f64> => "N s",
+        pub periodic_strike_momentum_mean_error_n_s: Option<f64> => "N s" [less],
         /// Mean energy that the strike of a periodic blow gives to the casting.
         pub periodic_strike_energy_mean_j: Option<f64> => "J" main,
         /// Standard error of that mean energy.
-        pub periodic_strike_energy_mean_error_j: Option<f64> => "J",
+        pub periodic_strike_energy_mean_error_j: Option<f64> => "J" [less],
         /// Mean kinetic energy that the casting gains in the strike of a periodic blow.
         pub periodic_strike_kinetic_energy_mean_j: Option<f64> => "J" main,
         /// Standard error of that mean kinetic energy.
-        pub periodic_strike_kinetic_energy_mean_error_j: Option<f64> => "J",
+        pub periodic_strike_kinetic_energy_mean_error_j: Option<f64> => "J" [less],
         /// Momentum given to the casting by the strikes of all blows.
         pub strike_momentum_n_s: f64 => "N s" main,
         /// Energy given to the casting by the strikes of all blows.
@@ -98,29 +98,29 @@ quantities! {
         /// Work delivered to the casting over the whole run: the integral of force times the casting's velocity.
         pub delivered_work_j: f64 => "J" main,
         /// Standard error of the delivered work: its deviation from run to run, where runs differ by chance.
-        pub delivered_work_error_j: Option<f64> => "J",
+        pub delivered_work_error_j: Option<f64> => "J" [less],
         /// Impulse of the chisel-casting force over the whole run.
         pub delivered_impulse_n_s: f64 => "N s" main,
         /// Root mean square of the mount's velocity along the hammer, before the hammer's first impact.
-        pub arm_rms_extension_m_s: Option<f64> => "m/s" main,
+        pub arm_rms_extension_m_s: Option<f64> => "m/s" main [less],
         /// Root mean square of the mount's velocity along the hammer from the first impact to the end of the run; the
         /// transient of the impact is part of it, so it falls with the duration.
-        pub arm_rms_hammering_m_s: Option<f64> => "m/s" main,
+        pub arm_rms_hammering_m_s: Option<f64> => "m/s" main [less],
         /// Root mean square of the mount's velocity along the hammer between periodic blows, from the time on at which the
         /// stroke's impact has decayed: five time constants of the energy of the slowest mode that moves the mount. None where
         /// fewer than eight blows follow.
-        pub arm_rms_steady_m_s: Option<f64> => "m/s" main,
+        pub arm_rms_steady_m_s: Option<f64> => "m/s" main [less],
         /// Standard error of the steady velocity of the mount. None over less than three of those time constants.
-        pub arm_rms_steady_error_m_s: Option<f64> => "m/s",
+        pub arm_rms_steady_error_m_s: Option<f64> => "m/s" [less],
         /// Number of chisel-casting contacts: intervals of positive force, of which those separated by less than
         /// `outputs.contact_separation_s` (50 us) are one.
         pub contact_count: u64 => "1",
         /// Deepest penetration of the chisel into the casting.
-        pub largest_penetration_m: f64 => "m",
+        pub largest_penetration_m: f64 => "m" [less],
         /// Largest force with which a chisel-casting contact began: damping times closing speed; 0 for laws without such a jump.
-        pub largest_jump_force_n: f64 => "N",
+        pub largest_jump_force_n: f64 => "N" [less],
         /// Air drawn from the supply over the run, in standard litres (101325 Pa, 293.15 K).
-        pub air_used_nl: f64 => "NL",
+        pub air_used_nl: f64 => "NL" [less],
     }
 }
 
@@ -170,32 +170,32 @@ quantities! {
     #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct CastingMetrics {
         /// Largest absolute heave velocity.
-        pub peak_velocity_m_s: f64 => "m/s" main,
+        pub peak_velocity_m_s: f64 => "m/s" main [less],
         /// Time at which the largest absolute heave velocity occurred.
         pub peak_velocity_time_s: f64 => "s",
         /// Largest absolute velocity of the points struck, held or measured, along the strike; rotations are part of it.
-        pub peak_point_velocity_m_s: f64 => "m/s" main,
+        pub peak_point_velocity_m_s: f64 => "m/s" main [less],
         /// Time at which the largest absolute velocity of a point occurred.
         pub peak_point_velocity_time_s: f64 => "s",
         /// Which point that was: hammer.NAME for its strike point, fixture.NAME, or measuring_point.
         pub peak_point: String => "",
         /// Largest absolute velocity at the casting's measuring point, where one is chosen.
-        pub measuring_point_peak_velocity_m_s: Option<f64> => "m/s",
+        pub measuring_point_peak_velocity_m_s: Option<f64> => "m/s" [less],
         /// Energy given to the casting by the strikes of all blows on it.
         pub strike_energy_j: f64 => "J" main,
         /// Work of all hammers on this casting over the run. It is the sum of `fixture_damper_loss_j`, `fixture_spring_energy_j`,
         /// `structure_work_j` and `kinetic_energy_j`.
         pub delivered_work_j: f64 => "J",
         /// Part of the delivered work lost in the dampers of the casting's fixtures.
-        pub fixture_damper_loss_j: f64 => "J" main,
+        pub fixture_damper_loss_j: f64 => "J" main [less],
         /// Part of the delivered work stored in the springs of the casting's fixtures at the end of the run.
-        pub fixture_spring_energy_j: f64 => "J",
+        pub fixture_spring_energy_j: f64 => "J" [less],
         /// Part of the delivered work passed on to the machine through the casting's fixtures.
-        pub structure_work_j: f64 => "J",
+        pub structure_work_j: f64 => "J" [less],
         /// Part of the delivered work that is kinetic energy of the casting at the end of the run.
         pub kinetic_energy_j: f64 => "J",
         /// Energy lost in the contacts of the chisels with this casting; the hammers supply it on top of the delivered work.
-        pub strike_contact_loss_j: f64 => "J",
+        pub strike_contact_loss_j: f64 => "J" [less],
     }
 }
 
@@ -207,16 +207,16 @@ quantities! {
         pub delivered_work_j: f64 => "J" main,
         /// Standard error of the delivered work: its deviation from run to run, where runs differ by chance. None where a
         /// hammer's percussion is unsettled or stalled.
-        pub delivered_work_error_j: Option<f64> => "J",
+        pub delivered_work_error_j: Option<f64> => "J" [less],
         /// Impulse of the chisel-casting forces over the whole run, all hammers.
         pub delivered_impulse_n_s: f64 => "N s" main,
         /// Energy given to all castings by the strikes of all blows: the default ranking.
         pub strike_energy_j: f64 => "J" main,
         /// Audit of the run: (work put in by gas and gravity - stored - dissipated) / work put in, the latter at least 1 J.
-        pub energy_residual: f64 => "1",
+        pub energy_residual: f64 => "1" [less],
         /// Audit of the chambers, the largest over them: what the energy of its gas misses by its own equation, over the
         /// expansion work that passed, the latter at least 1 J.
-        pub chamber_residual: f64 => "1",
+        pub chamber_residual: f64 => "1" [less],
         /// Reasons to doubt a finished run, separated by commas: deep_contact, damper_jump (`decore help outputs`); empty: none.
         pub warnings: String => "",
     }
@@ -275,9 +275,9 @@ quantities! {
         pub numerical_twin_done: u64 => "1",
         /// Number of main outputs whose numerical error exceeds the promise of the row's preset. Outputs of the first impact count
         /// in every row, the others where every hammer is periodic or strikes nothing, in the row and in its numerical twin.
-        pub numerical_errors_beyond_promise: Option<u64> => "1",
+        pub numerical_errors_beyond_promise: Option<u64> => "1" [less],
         /// Largest numerical error of those outputs over its promise.
-        pub worst_numerical_error_over_promise: Option<f64> => "1",
+        pub worst_numerical_error_over_promise: Option<f64> => "1" [less],
         /// One entry per hammer.
         pub hammers: Vec<ScatterOf>,
         /// One entry per casting.

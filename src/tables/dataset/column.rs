@@ -59,6 +59,9 @@ pub struct ColumnDescription {
     /// Whether it is a main output, whose scatter twins measure. No entry of the dictionary.
     #[serde(skip)]
     pub main: bool,
+    /// Whether small values are better; large ones otherwise. No entry of the dictionary.
+    #[serde(skip)]
+    pub less: bool,
 }
 
 impl ColumnDescription {

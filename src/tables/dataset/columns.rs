@@ -173,6 +173,7 @@ impl<'a> About<'a> {
             quantity: if self.subject.is_some() { quantity.to_owned() } else { name.clone() },
             description: described.unwrap_or_else(|| text.to_owned()),
             main: false,
+            less: false,
             name,
         }
     }
@@ -185,7 +186,8 @@ impl<'a> About<'a> {
     ) -> impl Iterator<Item = Column> {
         quantities.iter().map(move |quantity| {
             let described = self.describe(quantity.name, quantity.kind, quantity.unit, &quantity.description());
-            Column::new(ColumnDescription { main: quantity.main, ..described }, get(quantity.value))
+            let (main, less) = (quantity.main, quantity.less);
+            Column::new(ColumnDescription { main, less, ..described }, get(quantity.value))
         })
     }
 
@@ -204,7 +206,8 @@ impl<'a> About<'a> {
                 }
             };
             let text = format!("Numerical error ({of}) of {name}; null without a numerical twin.");
-            Column::new(self.describe(&column, Kind::Real, unit, &text), Get::NumericalError(group, name))
+            let described = self.describe(&column, Kind::Real, unit, &text);
+            Column::new(ColumnDescription { less: true, ..described }, Get::NumericalError(group, name))
         })
     }
 
@@ -219,7 +222,8 @@ impl<'a> About<'a> {
                 }
             };
             let text = format!("Scatter ({of}) of {name}.");
-            Column::new(self.describe(&column, Kind::Real, unit, &text), Get::Scatter(group, name))
+            let described = self.describe(&column, Kind::Real, unit, &text);
+            Column::new(ColumnDescription { less: true, ..described }, Get::Scatter(group, name))
         })
     }
 }
@@ -285,6 +289,7 @@ fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column> {
             subject: Some(factor.name.clone()),
             quantity: "factor".to_owned(),
             main: false,
+            less: false,
         };
         Column::new(description, Get::Factor(index))
     })

@@ -146,5 +146,6 @@ fn description(table: &str, column: &TableColumn) -> ColumnDescription {
         subject: None,
         quantity: column.name.clone(),
         main: false,
+        less: false,
     }
 }
