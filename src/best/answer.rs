@@ -74,7 +74,7 @@ pub(super) fn answer(mut pool: Pool<'_>, asked: &Asked<'_>) -> Result<Answer, Be
         rows: models.output(0).0.used,
         factors: effects(space, models, &decision)?,
         uncertainty: uncertainty(space, models, found),
-        notes: notes(models, asked.settings, verdict),
+        notes: notes(models, (asked.settings, asked.there.rows.len()), verdict),
         limits,
         alternatives,
         looser,
@@ -250,7 +250,7 @@ fn uncertainty(space: &Space<'_>, models: &Models, found: &Expected) -> Uncertai
     Uncertainty { factors, model, scatter, advice }
 }
 
-fn notes(models: &Models, settings: &BestSettings, verdict: Verdict) -> Vec<String> {
+fn notes(models: &Models, (settings, added): (&BestSettings, usize), verdict: Verdict) -> Vec<String> {
     let mut notes = Vec::new();
     for place in 0..models.wanted.len() {
         let (figures, of) = models.output(place);
@@ -274,6 +274,9 @@ fn notes(models: &Models, settings: &BestSettings, verdict: Verdict) -> Vec<Stri
                 figures.used + out
             ));
         }
+    }
+    if verdict == Verdict::Unchecked && settings.checks > 0 {
+        notes.push(format!("No rows are left to prove it: give at least --rows {}.", added + settings.checks));
     }
     if verdict == Verdict::Refuted {
         notes.push(format!("Give more rows to improve the proposal: --rows {}.", 2 * settings.rows.max(1)));

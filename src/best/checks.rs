@@ -25,7 +25,10 @@ pub(super) struct Checks {
 impl Checks {
     /// Reads the last rows that were added as checks.
     pub fn read(reader: &DatasetReader, models: &Models, added: &[Added]) -> Result<Self, BestError> {
-        let count = added.iter().rev().take_while(|row| row.purpose == Purpose::Check).count();
+        let last = added.last();
+        let same =
+            |row: &&Added| row.purpose == Purpose::Check && last.is_some_and(|last| last.question == row.question);
+        let count = added.iter().rev().take_while(same).count();
         let first = (added.len() - count) as u64;
         let mut names = vec![RowRecord::row.name, RowOutcome::status.name];
         let places: Vec<std::ops::Range<usize>> = (models.wanted.iter())

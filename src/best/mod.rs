@@ -23,4 +23,4 @@ mod text;
 pub use error::BestError;
 pub use plan::{Step, expected, learn, next};
 pub use result::{Alternative, Answer, Effect, Estimate, LimitState, Looser, Proof, Setting, Uncertainty, Verdict};
-pub use task::{Added, BestSettings, Purpose, There};
+pub use task::{Added, BestSettings, Purpose, There, question};

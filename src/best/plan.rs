@@ -7,7 +7,7 @@ use super::model::Models;
 use super::result::Answer;
 use super::search::Pool;
 use super::space::Space;
-use super::task::{BestSettings, Purpose, There};
+use super::task::{BestSettings, Purpose, There, question};
 use crate::dataset::DatasetReader;
 use crate::design::Placement;
 use crate::refinement::{LEAST_DISTANCE, Learned, is_apart, learning};
@@ -47,7 +47,8 @@ pub fn next(study: &CheckedStudy, there: There<'_>, settings: &BestSettings) -> 
     let models = Models::fit(goal, there.base, &others)?;
     let pool = Pool::new(&space, &models)?;
     let (left, batch) = (settings.rows.saturating_sub(there.rows.len()), settings.batch);
-    let checked = match (there.added, there.rows.last().map(|row| row.purpose)) {
+    let last = there.rows.last().filter(|row| row.question == question(goal)).map(|row| row.purpose);
+    let checked = match (there.added, last) {
         (Some(added), Some(Purpose::Check)) => Some(Checks::read(added, &models, there.rows)?),
         _ => None,
     };

@@ -1,6 +1,7 @@
 //! What is asked of a search: budgets, and the rows that there are.
 
 use crate::dataset::DatasetReader;
+use crate::study::Goal;
 
 /// Budgets of [`super::next`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +54,15 @@ pub struct There<'a> {
 pub struct Added {
     /// What for.
     pub purpose: Purpose,
+    /// The question that it was added for, as [`question`] has it: checks of another one prove nothing.
+    pub question: String,
     /// Values of all factors as cells of a table.
     pub cells: Vec<String>,
+}
+
+/// A goal in one line: what is wanted, the limits, the confidence.
+pub fn question(goal: &Goal) -> String {
+    let wanted = if goal.maximise { "maximise" } else { "minimise" };
+    let limits: String = goal.limits.iter().map(|limit| format!("; {}", limit.text)).collect();
+    format!("{wanted} {}{limits}; {}", goal.text, goal.confidence)
 }

@@ -11,14 +11,14 @@ use super::outputs::{Form, Output, StudyArguments};
 use super::run::{run_rows, stop_on_interrupt};
 use super::stored::Stored;
 use super::text::{fit, plural, say, tell, terminal_columns};
-use crate::best::{Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, next};
+use crate::best::{Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, next, question};
 use crate::dataset::{DatasetReader, Lock, SweepState, settle};
 use crate::engine::{Course, Engine, Rows, Verdict as Enough, pursue};
 use crate::files;
 use crate::study::{Study, column_rows};
 
-/// Column of the table of added rows that says what a row is for.
-const PURPOSE: &str = "purpose";
+/// Columns of the table of added rows that say what a row is for, and for which question.
+const PURPOSE: [&str; 2] = ["purpose", "question"];
 
 #[derive(Debug, Args)]
 pub(super) struct BestArguments {
@@ -137,7 +137,7 @@ impl Sought<'_> {
             return Ok(Vec::new());
         }
         let mut names: Vec<&str> = self.engine.study().factors().iter().map(|factor| factor.name.as_str()).collect();
-        names.push(PURPOSE);
+        names.extend(PURPOSE);
         let fault = |message: String| {
             Failure::Argument(format!(
                 "{message}; remove the file and the folder {} to start anew",
@@ -146,11 +146,11 @@ impl Sought<'_> {
         };
         let rows = column_rows(self.file, &names).map_err(fault)?;
         let read = |mut cells: Vec<String>| {
-            let purpose = cells.pop().unwrap_or_default();
+            let (question, purpose) = (cells.pop().unwrap_or_default(), cells.pop().unwrap_or_default());
             let known = Purpose::read(&purpose);
-            known.map(|purpose| Added { purpose, cells }).ok_or_else(|| {
+            known.map(|purpose| Added { purpose, question, cells }).ok_or_else(|| {
                 fault(format!(
-                    "{}: `{purpose}` in column `{PURPOSE}` is neither `learn` nor `check`",
+                    "{}: `{purpose}` in column `purpose` is neither `learn` nor `check`",
                     self.file.display()
                 ))
             })
@@ -167,9 +167,9 @@ impl Sought<'_> {
         let names = self.engine.study().factors().iter().map(|factor| factor.name.as_str());
         let failed = |source| self.unwritten(source);
         let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(names.chain([PURPOSE])).map_err(|error| failed(error.into()))?;
+        writer.write_record(names.chain(PURPOSE)).map_err(|error| failed(error.into()))?;
         for row in rows {
-            let cells = row.cells.iter().map(String::as_str).chain([row.purpose.name()]);
+            let cells = row.cells.iter().map(String::as_str).chain([row.purpose.name(), row.question.as_str()]);
             writer.write_record(cells).map_err(|error| failed(error.into()))?;
         }
         write_durable_file(self.file, writer.into_inner().map_err(|error| failed(error.into_error()))?)
@@ -212,7 +212,8 @@ impl Course for Sought<'_> {
             Step::More { rows: more, purpose, progress } => {
                 let what = if purpose == Purpose::Check { "to prove it" } else { "to learn from" };
                 tell(&format_args!("{progress}; {} {what}", plural(more.len(), "row")));
-                let more = more.into_iter().map(|cells| Added { purpose, cells });
+                let question = self.engine.study().goal().map_or_else(String::new, question);
+                let more = more.into_iter().map(|cells| Added { purpose, question: question.clone(), cells });
                 self.write(&rows.iter().cloned().chain(more).collect::<Vec<Added>>())?;
                 Ok(Enough::More)
             }

@@ -82,7 +82,7 @@ fn an_answer_is_proven_and_the_same_after_a_kill() {
     // More pressure is more energy: the corner.
     assert_eq!(answer["settings"][0]["value"], 6.0);
     let rows = whole.rows();
-    let checks: Vec<&str> = rows.lines().filter(|line| line.ends_with(",check")).collect();
+    let checks: Vec<&str> = rows.lines().filter(|line| line.contains(",check,")).collect();
     assert!(checks.len() == 20 && checks.iter().all(|line| line.starts_with("6,")), "{rows}");
     // Another look runs nothing more.
     assert_eq!(whole.answer(0), answer);
@@ -99,6 +99,12 @@ fn an_answer_is_proven_and_the_same_after_a_kill() {
     assert_eq!(killed.answer(0), answer);
     assert_eq!(killed.rows(), rows);
     assert_same(&killed.file("out"), &whole.file("out"));
+
+    // Checks prove nothing of another question: no rows are left to check its answer.
+    let other = ["--set", "goal.confidence=0.9", "--rows", "28", "--checks", "20", "--batch", "4", "--json"];
+    let other: Value = serde_json::from_slice(&expect_code(whole.best(&other), 0).stdout).expect("JSON");
+    assert_eq!((&other["verdict"], &other["proof"]), (&Value::from("unchecked"), &Value::Null));
+    assert!(other["notes"].to_string().contains("No rows are left to prove it: give at least --rows "), "{other}");
 
     // The dataset alone answers the same question.
     let mut command = decore();
