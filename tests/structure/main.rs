@@ -3,6 +3,7 @@
 mod foreign;
 mod hard;
 mod import;
+mod measured;
 mod mistaken;
 mod op4_files;
 mod outside;

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{DMatrix, SymmetricEigen};
 use sprs::{CsMat, TriMat};
 
-use super::model::ModelMatrices;
+use super::matrices::ModelMatrices;
 
 /// Coefficients of a constraint below this share of its largest are rounding.
 const ROUNDING: f64 = 1e-12;

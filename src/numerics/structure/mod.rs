@@ -26,6 +26,7 @@ mod error;
 mod fixed_interface;
 mod import;
 mod label;
+mod matrices;
 mod measured;
 mod modal_table;
 mod model;
@@ -51,12 +52,13 @@ pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
 pub use error::{FileFault, StructureError};
 pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, write_model};
 pub use label::{DofLabel, SCALAR};
+pub use matrices::ModelMatrices;
 pub use measured::{
     MeasuredCurve, MeasuredDof, MeasuredFrf, MeasuredMode, MeasuredReport, MeasuredSettings,
     compare as compare_measured, read_damping_ratios, read_measured,
 };
 pub use modal_table::ModalTable;
-pub use model::{FeModel, ModelMatrices};
+pub use model::FeModel;
 pub use modes::{DirectedPoints, ModesAt, Rest};
 pub use observe::{Observer, StepRecord, peak_memory_bytes};
 pub use points::{DOF_NAMES, Interface, InterfaceDof, InterfacePoint, InterfacePoints, PointPlace};

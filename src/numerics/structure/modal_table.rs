@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::csv::{Table, read_text};
 use super::error::StructureError;
-use super::measured::{UffMode, is_uff, uff_modes};
+use super::measured::uff::{self, UffMode, is_uff};
 use super::points::{DOF_NAMES, InterfaceDof, InterfacePoints, PointPlace};
 
 /// Measured or computed modes of a machine, mass-normalised.
@@ -33,7 +33,7 @@ impl ModalTable {
         let text = read_text(path)?;
         let file = path.display().to_string();
         if is_uff(text.as_bytes()) {
-            return Self::of_modes(&file, &uff_modes(&file, text.as_bytes())?);
+            return Self::of_modes(&file, &uff::modes(&file, text.as_bytes())?);
         }
         Self::parse(&file, &text)
     }

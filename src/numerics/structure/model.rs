@@ -8,6 +8,7 @@ use super::constraints::eliminate;
 use super::error::StructureError;
 use super::import::symmetric;
 use super::label::{DofLabel, SCALAR};
+use super::matrices::ModelMatrices;
 use super::place::{PointRows, place, require_distinct};
 use super::points::InterfacePoints;
 use crate::linalg::lowest_eigenvalue;
@@ -18,19 +19,6 @@ const LEAST_MASS_EIGENVALUE: f64 = -1e-8;
 
 /// Places of a node may differ by this many metres, and this share.
 const SAME_PLACE: f64 = 2e-3;
-
-/// Matrices of a model, both triangles stored, with what their rows stand for where that is known.
-#[derive(Debug, Clone)]
-pub struct ModelMatrices {
-    /// Mass, positive semidefinite.
-    pub mass: CsMat<f64>,
-    /// Stiffness, positive semidefinite.
-    pub stiffness: CsMat<f64>,
-    /// Viscous damping, where the model has one.
-    pub damping: Option<CsMat<f64>>,
-    /// One label per row; empty where the rows have none.
-    pub labels: Vec<DofLabel>,
-}
 
 /// Finite element matrices of a machine with its interface points.
 ///

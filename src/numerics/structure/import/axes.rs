@@ -7,7 +7,7 @@ use sprs::{CsMat, TriMat};
 use super::rows::{BASIC_AXES, Nodes};
 use crate::structure::error::StructureError;
 use crate::structure::label::DofLabel;
-use crate::structure::model::ModelMatrices;
+use crate::structure::matrices::ModelMatrices;
 
 /// Axes whose components differ by more are not the same.
 const SAME: f64 = 1e-6;

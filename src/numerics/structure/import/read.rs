@@ -10,7 +10,8 @@ use super::source::{MatrixFile, ModelFiles};
 use super::{axes, columns, dofs, nodes_file, units};
 use crate::structure::error::StructureError;
 use crate::structure::label::{DofLabel, regular_labels, repeated};
-use crate::structure::model::{FeModel, ModelMatrices, Sources};
+use crate::structure::matrices::ModelMatrices;
+use crate::structure::model::{FeModel, Sources};
 use crate::structure::points::InterfacePoints;
 
 impl FeModel {

@@ -3,7 +3,8 @@
 use super::formats::parse_matrix_market;
 use crate::structure::error::StructureError;
 use crate::structure::label::regular_labels;
-use crate::structure::model::{FeModel, ModelMatrices, Sources};
+use crate::structure::matrices::ModelMatrices;
+use crate::structure::model::{FeModel, Sources};
 use crate::structure::points::InterfacePoints;
 
 const MASS: &[u8] = include_bytes!("../../../assets/station/M_bare.mtx.gz");

@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::fit::{Near, fit};
 use super::peaks::{Peak, peaks};
-use super::{MeasuredDof, MeasuredFrf};
+use super::response::{MeasuredDof, MeasuredFrf};
+use super::table::damping_table;
 use crate::structure::error::StructureError;
 use crate::structure::modes::{DirectedPoints, ModesAt};
 use crate::structure::reduced::{Damping, ModalOptions, ReducedStructure};
@@ -49,11 +50,11 @@ pub struct MeasuredCurve {
 pub struct MeasuredMode {
     /// Number of the machine's mode, counted from 1; none for a resonance that the machine does not have.
     pub mode: Option<usize>,
-    /// Frequency of the machine's mode in Hz.
+    /// Frequency of the machine's resonance in Hz, from its responses in the same way as the measured one.
     pub machine_hz: Option<f64>,
     /// Measured frequency in Hz; none where no resonance was found.
     pub measured_hz: Option<f64>,
-    /// Damping ratio of the machine's mode.
+    /// Damping ratio of the machine's resonance, from its responses.
     pub machine_damping_ratio: Option<f64>,
     /// Measured damping ratio; none where it could not be fitted.
     pub measured_damping_ratio: Option<f64>,
@@ -72,6 +73,13 @@ pub struct MeasuredReport {
     pub proposed_damping_ratio: Vec<f64>,
     /// What looks wrong, one sentence each.
     pub remarks: Vec<String>,
+}
+
+impl MeasuredReport {
+    /// The proposed damping ratios as a table for the study's key `damping_ratio_file`.
+    pub fn damping_table(&self) -> String {
+        damping_table(&self.proposed_damping_ratio)
+    }
 }
 
 /// Compares measured mobilities with those of the machine without hammers.
@@ -252,9 +260,9 @@ fn resonances(measured: &[MeasuredFrf], machine: &[MeasuredFrf], modes: &ModesAt
         });
         out.push(MeasuredMode {
             mode: mode.map(|mode| mode + 1),
-            machine_hz: mode.map(|mode| modes.omega_rad_s[mode] / TAU),
+            machine_hz: own.map(|own| own.hz),
             measured_hz: seen.map(|seen| seen.hz),
-            machine_damping_ratio: mode.map(|mode| modes.damping_ratio[mode]),
+            machine_damping_ratio: own.and_then(|own| own.damping_ratio),
             measured_damping_ratio: seen.and_then(|seen| seen.damping_ratio),
             level_db: own.zip(seen).map(|(own, seen)| 20.0 * libm::log10(seen.level / own.level)),
         });
@@ -302,11 +310,11 @@ fn proposals(modes: &ModesAt, compared: &[MeasuredMode], cutoff_hz: f64) -> Vec<
     let below = modes.omega_rad_s.iter().take_while(|omega| **omega < TAU * cutoff_hz).count();
     let mut out = modes.damping_ratio[..below].to_vec();
     for one in compared {
-        if let (Some(mode), Some(ratio)) = (one.mode, one.measured_damping_ratio)
-            && one.measured_hz.is_some()
+        // What neighbours do to a fit they do to both.
+        if let (Some(mode), Some(own), Some(seen)) = (one.mode, one.machine_damping_ratio, one.measured_damping_ratio)
             && let Some(slot) = out.get_mut(mode - 1)
         {
-            *slot = ratio;
+            *slot *= seen / own;
         }
     }
     out

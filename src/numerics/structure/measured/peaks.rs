@@ -32,10 +32,10 @@ pub(super) fn peaks(power: &[f64]) -> Vec<Peak> {
         }
         let falls = |from: usize, to: usize| power[to] > SHARE * value && power[to] <= power[from];
         let (mut begin, mut end) = (top, top + 1);
-        while begin > 0 && (falls(begin, begin - 1) || top - begin < LEAST / 2) {
+        while begin > 0 && (falls(begin, begin - 1) || top - begin < LEAST.div_ceil(2)) {
             begin -= 1;
         }
-        while end < power.len() && (falls(end - 1, end) || end - top <= LEAST / 2) {
+        while end < power.len() && (falls(end - 1, end) || end - top <= LEAST.div_ceil(2)) {
             end += 1;
         }
         out.push(Peak { top, range: begin..end });
@@ -51,7 +51,7 @@ mod tests {
     fn resonances_stand_out_and_ripples_do_not() {
         let at = |x: f64, centre: f64| 1.0 / (1.0 + (x - centre).powi(2));
         let power: Vec<f64> =
-            (0..200).map(|i| f64::from(i)).map(|x| at(x, 50.0) + 0.5 * at(x, 120.0) + 1e-3 * libm::sin(x)).collect();
+            (0..200).map(f64::from).map(|x| at(x, 50.0) + 0.5 * at(x, 120.0) + 1e-3 * libm::sin(x)).collect();
         let found = peaks(&power);
         assert_eq!(found.iter().map(|peak| peak.top).filter(|top| power[*top] > 0.1).collect::<Vec<_>>(), [50, 120]);
         assert!(found[0].range.len() >= LEAST);

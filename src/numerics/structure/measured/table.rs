@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{MeasuredDof, MeasuredFrf, Motion};
+use super::response::{MeasuredDof, MeasuredFrf, Motion};
 use crate::structure::csv::{Table, read_text};
 use crate::structure::error::StructureError;
 

@@ -1,6 +1,6 @@
 //! Universal files: frequency responses (data set 58, text and binary) and modes (data set 55).
 
-use super::{MeasuredDof, MeasuredFrf, Motion};
+use super::response::{MeasuredDof, MeasuredFrf, Motion};
 use crate::structure::error::{FileFault, StructureError};
 
 /// Lines of a data set 58 before its values.
