@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
-use decore::dataset::{DatasetReader, TableName};
-use decore::design::{Coordinate, Level};
-use decore::engine::{Engine, Rows};
-use decore::metrics::{Aggregates, RunTotals};
-use decore::quantity::Cell;
-use decore::random::uniform;
+use decore_dataset::{DatasetReader, TableName};
+use decore_math::random::uniform;
+use decore_model::metrics::{Aggregates, RunTotals};
+use decore_quantity::Cell;
+use decore_statistics::design::{Coordinate, Level};
+use decore_study::engine::{Engine, RowRunner};
 use serde_json::Value;
 
 /// Decisions of the brute force, and draws of the stiffness for each.

@@ -11,10 +11,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Mutex;
 
-use decore::engine::{Engine, RowScene};
-use decore::metrics::{ERRING, HammerMetrics};
-use decore::quantity::Value;
-use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, perturbed, run_jobs};
+use decore_model::metrics::{ERRING, HammerMetrics};
+use decore_model::run::{JobSource, RowJob, RowOutcome, RowStatus, perturbed, run_jobs};
+use decore_quantity::Value;
+use decore_study::engine::{Engine, RowScene};
 
 /// Castings, kg: from and to, evenly in the logarithm.
 const MASSES_KG: [f64; 2] = [0.5, 200.0];

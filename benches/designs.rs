@@ -8,11 +8,11 @@ use std::path::Path;
 use std::process::Command;
 
 use cpu_time::ThreadTime;
-use decore::design::{
+use decore_model::structure::peak_memory_bytes;
+use decore_statistics::design::{
     Design, Distribution, Factor, Halton, HypercubeKind, Kind, LatinHypercube, Morris, Placement, Quality, Random,
     Saltelli, Sobol,
 };
-use decore::structure::peak_memory_bytes;
 
 /// Factors, points, best known squared distance on whole levels (spacefillingdesigns.nl), OpenTURNS' annealing steps.
 const SIZES: [(usize, usize, f64, u64); 6] = [

@@ -10,8 +10,8 @@ mod support;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use decore::metrics::RunMetrics;
-use decore::scene::{Fidelity, Preset};
+use decore_model::metrics::RunMetrics;
+use decore_model::scene::{Fidelity, Preset};
 use sample::{Judged, families, is_calm, judged};
 
 /// Scenes of each family.

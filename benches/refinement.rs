@@ -12,11 +12,11 @@ use std::path::Path;
 use std::process::Command;
 
 use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, hypercube, median, q2, sobol};
-use decore::random::{hash, uniform};
-use decore::refinement::{
+use decore_lab::refinement::{
     CAUTIOUS, LEAST_DISTANCE, Learned, SHARP_NOISE, Seeking, Side, highest_peak, improving, is_apart, learning,
 };
-use decore::regression::{GaussianProcess, Places, Points, RegressionError};
+use decore_math::random::{hash, uniform};
+use decore_statistics::regression::{GaussianProcess, Places, Points, RegressionError};
 use rayon::prelude::*;
 use scenes::scenes;
 

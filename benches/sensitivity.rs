@@ -8,8 +8,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use decore::analysis::{Bootstrap, Estimator, SaltelliBlocks, SobolIndices, sobol};
-use decore::random::uniform;
+use decore_math::random::uniform;
+use decore_statistics::analysis::{Bootstrap, Estimator, SaltelliBlocks, SobolIndices, sobol};
 use rayon::prelude::*;
 
 const FACTORS: usize = 10;

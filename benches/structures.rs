@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use decore::structure::{
+use decore_model::structure::{
     DofLabel, ExportFormat, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModelFiles,
     ModelMatrices, Observer, PointPlace, ReductionSettings, Units, reduce_observed, write_model,
 };

@@ -14,8 +14,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use cases::{BOREHOLE, Function, G, ISHIGAMI, OTL, median, plain_hypercube, q2, sobol};
-use decore::random::hash;
-use decore::regression::{GaussianProcess, Points};
+use decore_math::random::hash;
+use decore_statistics::regression::{GaussianProcess, Points};
 use rayon::prelude::*;
 use scenes::{Scene, scenes};
 

@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use common::harness::settings;
 use common::scenes::rig;
-use decore::integrate::{Counters, FixedStep, Integrator, Rk4, Settings, Stepper, Stopped, Trapezoid, Tsit5};
-use decore::metrics::Recorder;
-use decore::system::{Coupled, CoupledModel, build};
+use decore_model::integrate::{Counters, FixedStep, Integrator, Rk4, Settings, Stepper, Stopped, Trapezoid, Tsit5};
+use decore_model::metrics::Recorder;
+use decore_model::system::{Coupled, CoupledModel, build};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };

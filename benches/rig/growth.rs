@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use decore::engine::{Machine, SourceModel};
-use decore::run::{RowOutcome, run_row};
-use decore::scene::{Guide, ModeTreatment, Scene, SolverSettings};
-use decore::study::{CheckedStudy, InterfaceDemand, Study};
-use decore::system::InterfaceModes;
+use decore_model::run::{RowOutcome, run_row};
+use decore_model::scene::{Guide, ModeTreatment, Scene, SolverSettings};
+use decore_model::system::InterfaceModes;
+use decore_study::engine::{Machine, SourceModel};
+use decore_study::{CheckedStudy, InterfaceDemand, Study};
 
 use crate::methods::cells;
 use crate::scene::{FIGURES, Rig, errors, figures, prepare};

@@ -4,10 +4,10 @@ use std::any::Any;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use decore::number::Registers;
-use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in};
-use decore::scene::{Guide, SolverSettings};
-use decore::system::PlacedModes;
+use decore_math::number::Registers;
+use decore_model::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in};
+use decore_model::scene::{Guide, SolverSettings};
+use decore_model::system::PlacedModes;
 
 use crate::scene::Rig;
 use crate::timing::interleaved;

@@ -5,12 +5,12 @@
 
 use std::fmt::Write as _;
 
-use decore::integrate::{
+use decore_model::integrate::{
     Counters, GuardSample, Integrator, Observer, Settings, Step, Stopped, Switching, System, Tsit5,
 };
-use decore::metrics::Recorder;
-use decore::scene::{Guide, HammerLink, Owner, Scene, SolverSettings};
-use decore::system::{Coupled, build};
+use decore_model::metrics::Recorder;
+use decore_model::scene::{Guide, HammerLink, Owner, Scene, SolverSettings};
+use decore_model::system::{Coupled, build};
 
 use crate::changed::{Change, Changed, settings};
 use crate::methods::cells;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use decore::run::{RowOutcome, run_row};
-use decore::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings};
+use decore_model::run::{RowOutcome, run_row};
+use decore_model::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings};
 
 use crate::scene::{FIGURES, GOALS, Rig, errors, figures, meets_goals};
 use crate::timing::{Timed, interleaved};

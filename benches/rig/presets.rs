@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use decore::run::{RowOutcome, run_row};
-use decore::study::Study;
+use decore_model::run::{RowOutcome, run_row};
+use decore_study::Study;
 use serde_json::Value;
 
 use crate::methods::cells;

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use decore::engine::{Engine, RowScene};
-use decore::metrics::RunMetrics;
-use decore::scene::Scene;
-use decore::study::Study;
-use decore::system::InterfaceModes;
+use decore_model::metrics::RunMetrics;
+use decore_model::scene::Scene;
+use decore_model::system::InterfaceModes;
+use decore_study::Study;
+use decore_study::engine::{Engine, RowScene};
 
 /// What is compared: first-impact energy, periodic energy, hit frequency, casting peak velocity.
 pub const FIGURES: [&str; 4] = ["first impact", "periodic", "frequency", "peak velocity"];

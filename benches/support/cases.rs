@@ -1,7 +1,7 @@
 //! Functions whose values are known, and rows at which they are asked: what models and refinements are compared on.
 
-use decore::design::{Design, Distribution, Factor, HypercubeKind, Kind, LatinHypercube, Level, Sobol};
-use decore::regression::Points;
+use decore_statistics::design::{Design, Distribution, Factor, HypercubeKind, Kind, LatinHypercube, Level, Sobol};
+use decore_statistics::regression::Points;
 
 /// A function of factors that are scaled to [0, 1].
 #[derive(Clone, Copy)]

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use decore::dataset::DatasetReader;
-use decore::regression::Points;
-use decore::sensitivity::{FactorColumn, Table};
-use decore::study::DesignOutline;
+use decore_dataset::DatasetReader;
+use decore_lab::sensitivity::{FactorColumn, Table};
+use decore_statistics::regression::Points;
+use decore_study::DesignOutline;
 
 /// The shipped study of three hammers has no design: pressures and standoffs.
 const THREE_HAMMERS: &str = r#"

@@ -2,10 +2,10 @@
 
 use super::outputs::{differences, outputs};
 use super::{Accuracy, Measurement, REFERENCE_TOLERANCE, Setting};
-use crate::metrics::RunMetrics;
-use crate::run::{RowOutcome, perturbed, run_row};
-use crate::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings};
-use crate::system::InterfaceModes;
+use decore_model::metrics::RunMetrics;
+use decore_model::run::{RowOutcome, perturbed, run_row};
+use decore_model::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings};
+use decore_model::system::InterfaceModes;
 
 /// Wall time in s of a run that is not repeated: noise hardly matters to it.
 const LONG_RUN_S: f64 = 5.0;

@@ -9,10 +9,10 @@ mod outputs;
 mod plot;
 mod text;
 
-use crate::integrate::Counters;
-use crate::metrics::RunTotals;
-use crate::run::RowStatus;
-use crate::scene::{Guide, Method, ModeTreatment, PRESETS, Preset, Scene, SolverSettings};
+use decore_model::integrate::Counters;
+use decore_model::metrics::RunTotals;
+use decore_model::run::RowStatus;
+use decore_model::scene::{Guide, Method, ModeTreatment, PRESETS, Preset, Scene, SolverSettings};
 
 pub use measure::{AccuracyError, Begun, Experiment, measure};
 pub use outputs::{MAIN_OUTPUTS, Output, main_differences};

@@ -1,7 +1,7 @@
 //! Outputs of a run as a flat list of numbers, and their relative differences.
 
-use crate::metrics::{CastingMetrics, HammerMetrics, RunMetrics};
-use crate::quantity::{Cell, Quantity};
+use decore_model::metrics::{CastingMetrics, HammerMetrics, RunMetrics};
+use decore_quantity::{Cell, Quantity};
 
 /// The outputs by which settings are compared in texts and plots.
 pub const MAIN_OUTPUTS: [&str; 4] = {
@@ -86,7 +86,7 @@ fn difference(found: Cell<'_>, reference: Cell<'_>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::RunTotals;
+    use decore_model::metrics::RunTotals;
 
     #[test]
     fn differences_are_relative_and_missing_values_count() {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::outputs::HEADINGS;
 use super::{Accuracy, MAIN_OUTPUTS, Measurement, REFERENCE_TOLERANCE};
-use crate::run::{PERTURBATION, RowStatus};
+use decore_model::run::{PERTURBATION, RowStatus};
 
 /// Width of what stands before the errors.
 const LEFT: usize = 96;

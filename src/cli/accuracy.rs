@@ -10,19 +10,19 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exit::{Exit, Failure, write_file};
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::progress::clock;
-use super::text::{check_row, say, tell};
+use super::text::{check_row, eprint_line, print_line};
 use crate::accuracy::{Accuracy, Begun, Experiment, Measurement, Setting, fixed_steps, ladder, measure, plot, text};
-use crate::dataset::{TableColumn, write_table};
-use crate::engine::{Engine, RowScene, Rows};
-use crate::integrate::Counters;
-use crate::metrics::RunTotals;
-use crate::quantity::{CellColumn, quantities};
-use crate::run::RowStatus;
-use crate::study::StructureSource;
-use crate::system::PlacedModes;
+use decore_dataset::{TableColumn, write_table};
+use decore_model::integrate::Counters;
+use decore_model::metrics::RunTotals;
+use decore_model::run::RowStatus;
+use decore_model::system::PlacedModes;
+use decore_quantity::{CellColumn, quantities};
+use decore_study::StructureSource;
+use decore_study::engine::{Engine, RowRunner, RowScene};
 
 /// Cut-off of the modes with which truncation is judged, unless another is asked for: above all of most machines' models.
 const ALL_MODES_HZ: f64 = 1e9;
@@ -83,20 +83,20 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
         repeats: arguments.repeats,
     };
     let started = Instant::now();
-    let result = measure(&experiment, &mut |begun| tell(&running(begun, started.elapsed())));
+    let result = measure(&experiment, &mut |begun| eprint_line(&running(begun, started.elapsed())));
     let result = result
         .map_err(|error| Failure::Argument(format!("{error} (is the scene one that `decore scene` can run?)")))?;
     let words = text(&result);
     // Shown before it is written: a disk that is full by now costs the files alone.
     match arguments.json {
-        true => say_json(&AccuracyResult::of(&engine, arguments.row, &result))?,
-        false => say(&words)?,
+        true => print_json(&AccuracyResult::of(&engine, arguments.row, &result))?,
+        false => print_line(&words)?,
     }
     write(&folder, &engine, &result, &words)?;
     let place = format!("Table, text and plot are in {}", folder.display());
     match arguments.json {
-        true => tell(&place),
-        false => say(&place)?,
+        true => eprint_line(&place),
+        false => print_line(&place)?,
     }
     Ok(Exit::Done)
 }

@@ -7,14 +7,14 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::say_json;
+use super::json::print_json;
 use super::more_rows::{Goal, Source, Wanted};
 use super::outputs::{Form, Output, check_outputs};
 use super::run::stop_on_interrupt;
-use super::text::{fit, say, terminal_columns};
-use crate::analysis::{Bootstrap, Estimator};
-use crate::dataset::{DatasetReader, write_table};
-use crate::sensitivity::{Sensitivity, SensitivitySettings, columns};
+use super::text::{fit, print_line, terminal_columns};
+use decore_dataset::{DatasetReader, write_table};
+use decore_lab::sensitivity::{Sensitivity, SensitivitySettings, columns};
+use decore_statistics::analysis::{Bootstrap, Estimator};
 
 /// Replicates at most: more would only take time.
 const MOST_REPLICATES: u64 = 1_000_000;
@@ -93,16 +93,16 @@ pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
         Bootstrap { replicates: arguments.bootstrap as usize, seed: arguments.seed, level: Bootstrap::LEVEL };
     let (outputs, estimator) = (arguments.outputs.clone(), arguments.estimator);
     let settings = SensitivitySettings { outputs, estimator, given: arguments.given, bootstrap };
-    crate::sensitivity::check(&DatasetReader::open(&arguments.dataset)?, &settings)?;
+    decore_lab::sensitivity::check(&DatasetReader::open(&arguments.dataset)?, &settings)?;
     let exit = run_more(arguments, &settings, parquet)?;
     let reader = DatasetReader::open(&arguments.dataset)?;
-    let found = crate::sensitivity::analyse(&reader, &settings)?;
+    let found = decore_lab::sensitivity::analyse(&reader, &settings)?;
     if let Some(path) = &arguments.parquet {
         write_table(path, &reader.manifest().study, "sensitivity", &columns(&found))?;
     }
     match arguments.json {
-        true => say_json(&found)?,
-        false => say(&readable(&found))?,
+        true => print_json(&found)?,
+        false => print_line(&readable(&found))?,
     }
     Ok(exit)
 }
@@ -121,7 +121,7 @@ fn run_more(
         return Ok(Exit::Done);
     }
     stop_on_interrupt();
-    let analyse = || crate::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings);
+    let analyse = || decore_lab::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings);
     source.run(Wanted { repair: arguments.repair, goal, analyse: &analyse })
 }
 

@@ -6,16 +6,15 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_durable_file};
 use super::inputs::{default_folder, is_dataset};
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::run::{run_rows, stop_on_interrupt};
 use super::stored::Stored;
-use super::text::{fit, plural, say, tell, terminal_columns};
-use crate::best::{Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, next, question};
-use crate::dataset::{DatasetReader, Lock, SweepState, settle};
-use crate::engine::{Course, Engine, Rows, Verdict as Enough, pursue};
-use crate::files;
-use crate::study::{Study, column_rows};
+use super::text::{eprint_line, fit, plural, print_line, terminal_columns};
+use decore_dataset::{DatasetReader, Lock, SweepState, settle};
+use decore_lab::best::{Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, next, question};
+use decore_study::engine::{Course, Engine, RowRunner, Verdict as Enough, pursue};
+use decore_study::{Study, column_rows};
 
 /// Columns of the table of added rows that say what a row is for, and for which question.
 const PURPOSE: [&str; 2] = ["purpose", "question"];
@@ -96,10 +95,10 @@ pub(super) fn best(arguments: &BestArguments) -> Result<Exit, Failure> {
     }
     let Some(answer) = course.answer else { return Ok(Exit::Interrupted) };
     match arguments.json {
-        true => say_json(&answer)?,
+        true => print_json(&answer)?,
         false => {
             let text = answer.to_string();
-            say(&terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns)).trim_end())?;
+            print_line(&terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns)).trim_end())?;
         }
     }
     let is_answered = matches!(answer.verdict, Verdict::Proven | Verdict::Unchecked);
@@ -132,7 +131,8 @@ struct Sought<'a> {
 impl Sought<'_> {
     /// Rows that were added, in their order.
     fn rows(&self) -> Result<Vec<Added>, Failure> {
-        let text = files::read_text(self.file, files::Limit::ROWS).map_err(|source| self.unwritten(source))?;
+        let text =
+            decore_files::read_text(self.file, decore_files::Limit::ROWS).map_err(|source| self.unwritten(source))?;
         if text.lines().count() <= 1 {
             return Ok(Vec::new());
         }
@@ -211,7 +211,7 @@ impl Course for Sought<'_> {
             }
             Step::More { rows: more, purpose, progress } => {
                 let what = if purpose == Purpose::Check { "to prove it" } else { "to learn from" };
-                tell(&format_args!("{progress}; {} {what}", plural(more.len(), "row")));
+                eprint_line(&format_args!("{progress}; {} {what}", plural(more.len(), "row")));
                 let question = self.engine.study().goal().map_or_else(String::new, question);
                 let more = more.into_iter().map(|cells| Added { purpose, question: question.clone(), cells });
                 self.write(&rows.iter().cloned().chain(more).collect::<Vec<Added>>())?;

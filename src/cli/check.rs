@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::check_result::{Check, Confused, Invalid, Needed, Plan, Probe, Probed, probe};
+use super::check_result::{Check, Confused, Invalid, Needed, Probe, Probed, StudyOutline, probe};
 use super::exit::{Exit, Failure, write_file};
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, StudyArguments};
-use super::text::{plural, say, tell, threads, wanted_error};
-use crate::design::{Distribution, Level, PHI_EXPONENT, Quality};
-use crate::engine::{MOST_COMPARED, Rows};
-use crate::plot::{Factor, scatter_matrix};
-use crate::run::{RowStatus, thread_count};
-use crate::study::{CheckedStudy, FactorInfo};
+use super::text::{eprint_line, plural, print_line, threads, wanted_error};
+use crate::plot::{MatrixFactor, scatter_matrix};
+use decore_model::run::{RowStatus, thread_count};
+use decore_statistics::design::{Distribution, Level, PHI_EXPONENT, Quality};
+use decore_study::engine::{MOST_COMPARED, RowRunner};
+use decore_study::{CheckedStudy, FactorInfo};
 
 /// Rows drawn in a scatter matrix: more only make it black.
 const SCATTERED_ROWS: usize = 2000;
@@ -42,7 +42,7 @@ pub(super) struct CheckArguments {
     #[arg(long, value_name = "FILE")]
     scatter: Option<PathBuf>,
     /// Relative standard error of the outputs for which the duration of a run is estimated.
-    #[arg(long, default_value_t = crate::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
+    #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
     /// Print what was found as JSON (schemas/check.schema.json).
     #[arg(long)]
@@ -53,29 +53,29 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let outputs = [Output { flag: "--scatter", path: arguments.scatter.as_deref(), form: Form::File(&["svg"]) }];
     let engine =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
-    let plan = Plan::of(&engine)?;
+    let plan = StudyOutline::of(&engine)?;
     // The plan is there at once, the probe takes some seconds.
     if !arguments.json {
-        say(&plan_text(&plan))?;
+        print_line(&plan_text(&plan))?;
     }
     if let Some(file) = &arguments.scatter {
         write_file(file, scatter(engine.checked())?)?;
-        tell(&format_args!("the scatter matrix is in {}", file.display()));
+        eprint_line(&format_args!("the scatter matrix is in {}", file.display()));
     }
     let Invalid { looked_at, count, .. } = plan.invalid;
     let no_row_runs = count == looked_at;
     let rows = Probed { repeated: plan.repeated, threads: thread_count(arguments.threads)? };
     let probe = probe(&engine, rows, arguments.wanted_error);
     if arguments.json {
-        say_json(&Check { plan, probe })?;
+        print_json(&Check { plan, probe })?;
     } else {
-        probe.iter().try_for_each(|probe| say(&probe_text(probe)))?;
-        invalid_line(&plan.invalid, plan.rows).iter().try_for_each(|line| say(line))?;
+        probe.iter().try_for_each(|probe| print_line(&probe_text(probe)))?;
+        invalid_line(&plan.invalid, plan.rows).iter().try_for_each(|line| print_line(line))?;
     }
     Ok(if no_row_runs { Exit::RowsFailed } else { Exit::Done })
 }
 
-fn plan_text(plan: &Plan) -> String {
+fn plan_text(plan: &StudyOutline) -> String {
     let mut lines = vec![
         format!("study          {} (hash {})", plan.study, &plan.study_hash[..16]),
         format!("design         {}, seed {}", plural(plan.rows, "row"), plan.seed),
@@ -153,12 +153,12 @@ fn scatter(checked: &CheckedStudy) -> Result<String, Failure> {
     let design = checked.design();
     let rows: Vec<Vec<Level>> = (0..design.row_count().min(SCATTERED_ROWS)).filter_map(|row| design.row(row)).collect();
     let drawn = study.factors().iter().filter_map(|factor| Some((factor, factor.distribution()?)));
-    let panel = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| Factor {
+    let panel = |(index, (factor, distribution)): (usize, (&FactorInfo, &Distribution))| MatrixFactor {
         name: factor.name.clone(),
         domain: format!("{} {}", factor.domain(), factor.unit.as_deref().unwrap_or_default()).trim_end().to_owned(),
         shares: rows.iter().filter_map(|row| row.get(index)).map(|level| distribution.share(*level)).collect(),
     };
-    let panels: Vec<Factor> = drawn.enumerate().map(panel).collect();
+    let panels: Vec<MatrixFactor> = drawn.enumerate().map(panel).collect();
     Ok(scatter_matrix(study.title(), &panels)?)
 }
 

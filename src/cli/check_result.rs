@@ -4,14 +4,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exit::Failure;
-use crate::dataset::{Columns, TableName};
-use crate::design::{Acceptance, Aliases, Design, Kind, Quality};
-use crate::engine::{Engine, Repeats, RowScene, Rows};
-use crate::metrics::{HammerMetrics, duration_for};
-use crate::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
-use crate::scene::{HammerUnit, Scene};
-use crate::study::{CheckedStudy, Study};
-use crate::system::InterfaceModes;
+use decore_dataset::{Columns, TableName};
+use decore_model::metrics::{HammerMetrics, duration_for};
+use decore_model::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
+use decore_model::scene::{HammerUnit, Scene};
+use decore_model::system::InterfaceModes;
+use decore_statistics::design::{Acceptance, Aliases, Design, Kind, Quality};
+use decore_study::engine::{Engine, Repeats, RowRunner, RowScene};
+use decore_study::{CheckedStudy, Study};
 
 /// Wall time in s spent at most on the row that tells the time of the others.
 const PROBE_WALL_TIME_S: f64 = 10.0;
@@ -26,7 +26,7 @@ const LOOKED_AT: usize = 10_000;
 pub(super) struct Check {
     /// What is known without running a row.
     #[serde(flatten)]
-    pub plan: Plan,
+    pub plan: StudyOutline,
     /// The first row that describes a scene, run for at most 10 s of wall time; null where none of the first 100 does.
     pub probe: Option<Probe>,
 }
@@ -57,7 +57,7 @@ impl Invalid {
 
 /// What is known of a study without running a row.
 #[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct Plan {
+pub(super) struct StudyOutline {
     /// Title of the study.
     pub study: String,
     /// Hash of the study.
@@ -212,7 +212,7 @@ pub(super) struct Selected {
     pub bound: f64,
 }
 
-impl Plan {
+impl StudyOutline {
     /// What a study plans.
     ///
     /// # Errors
@@ -363,7 +363,7 @@ fn row_time_s(outcome: &RowOutcome, duration_s: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrate::Counters;
+    use decore_model::integrate::Counters;
 
     #[test]
     fn a_row_that_ended_early_would_have_taken_longer() {

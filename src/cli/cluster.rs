@@ -75,7 +75,7 @@ pub(super) struct HyperQueueArguments {
 }
 
 /// Where a sweep's scripts are and what it consists of; all paths absolute.
-struct Plan {
+struct SweepScripts {
     output: PathBuf,
     folder: PathBuf,
     /// What was written so far.
@@ -86,7 +86,7 @@ pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
     for option in &arguments.options {
         plain("--sbatch", OsStr::new(option))?;
     }
-    let mut plan = Plan::new(&arguments.cluster)?;
+    let mut plan = SweepScripts::new(&arguments.cluster)?;
     let (task_log, merge_log) = (plan.log_option("task-%a.log")?, plan.log_option("merge.log")?);
     plan.write(&arguments.cluster)?;
     let stem = arguments.cluster.study.file_stem().unwrap_or_default().to_string_lossy();
@@ -117,7 +117,7 @@ pub(super) fn slurm(arguments: &SlurmArguments) -> Result<Exit, Failure> {
 }
 
 /// Says how to submit both jobs, whose logs' options these are.
-fn advise(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
+fn advise(mut plan: SweepScripts, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
     let commands = [
         format!("cd {}", shell_word(&plan.folder)),
         format!("id=$(sbatch --parsable {} array.sbatch)", shell_word(Path::new(task_log))),
@@ -130,7 +130,7 @@ fn advise(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Resul
 }
 
 /// Submits both jobs, the merge to begin when all shards are done.
-fn submit(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
+fn submit(mut plan: SweepScripts, [task_log, merge_log]: [&str; 2], json: bool) -> Result<Exit, Failure> {
     let id = plan.sbatch(&[task_log, "array.sbatch"])?;
     let merge_id = plan.sbatch(&[&format!("--dependency=afterok:{id}"), merge_log, "merge.sbatch"])?;
     let watch = format!("decore status {}/shard-*", shell_word(&plan.shards()));
@@ -144,7 +144,7 @@ fn submit(mut plan: Plan, [task_log, merge_log]: [&str; 2], json: bool) -> Resul
 }
 
 pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failure> {
-    let mut plan = Plan::new(&arguments.cluster)?;
+    let mut plan = SweepScripts::new(&arguments.cluster)?;
     plan.write(&arguments.cluster)?;
     let ClusterArguments { tasks, threads, .. } = arguments.cluster;
     let sizes = format!("{:#}\n", serde_json::json!({ "tasks": tasks, "threads": threads }));
@@ -157,7 +157,7 @@ pub(super) fn hyperqueue(arguments: &HyperQueueArguments) -> Result<Exit, Failur
     Ok(Exit::Done)
 }
 
-impl Plan {
+impl SweepScripts {
     fn new(arguments: &ClusterArguments) -> Result<Self, Failure> {
         let output = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.study));
         let output = absolute("--output", &output)?;

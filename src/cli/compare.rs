@@ -7,13 +7,13 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::say_json;
-use super::text::{fit, plural, say, six_digits, terminal_columns};
-use crate::comparison::{
+use super::json::print_json;
+use super::text::{fit, plural, print_line, six_digits, terminal_columns};
+use decore_dataset::DatasetReader;
+use decore_lab::comparison::{
     Comparison, ComparisonSettings, Listed, OutputDifference, PairDifference, Side, compare as compare_datasets,
 };
-use crate::dataset::DatasetReader;
-use crate::quantity::Value;
+use decore_quantity::Value;
 
 /// Columns that are assumed where there is no terminal.
 const PLAIN_COLUMNS: usize = 100;
@@ -56,11 +56,11 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<Exit, Failure> {
         ComparisonSettings { outputs: arguments.outputs.clone(), relative: arguments.relative, most: arguments.most };
     let found = compare_datasets(&a?, &b?, &settings)?;
     if arguments.json {
-        say_json(&found)?;
+        print_json(&found)?;
     } else {
         let text = readable(&found);
         let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));
-        say(&text.trim_end())?;
+        print_line(&text.trim_end())?;
     }
     Ok(if found.is_same() { Exit::Done } else { Exit::Differ })
 }

@@ -8,8 +8,8 @@ use super::exit::{Exit, Failure, write_file};
 use super::outputs::{Form, Output, StudyArguments};
 use super::text::plural;
 use super::written::Written;
-use crate::dataset::{TableColumn, write_table};
-use crate::engine::design_table;
+use decore_dataset::{TableColumn, write_table};
+use decore_study::engine::design_table;
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {

@@ -5,21 +5,21 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::best::BestError;
-use crate::comparison::ComparisonError;
-use crate::dataset::DatasetError;
-use crate::engine::EngineError;
-use crate::features::FeaturesError;
-use crate::files::Staged;
 use crate::page::PageError;
 use crate::paper::PaperError;
 use crate::plot::PlotError;
-use crate::refinement::RefinementError;
-use crate::run::{BatchError, ThreadCountError};
-use crate::sensitivity::SensitivityError;
-use crate::structure::StructureError;
-use crate::study::StudyError;
-use crate::surrogate::SurrogateError;
+use decore_dataset::DatasetError;
+use decore_files::Staged;
+use decore_lab::best::BestError;
+use decore_lab::comparison::ComparisonError;
+use decore_lab::features::FeaturesError;
+use decore_lab::refinement::RefinementError;
+use decore_lab::sensitivity::SensitivityError;
+use decore_lab::surrogate::SurrogateError;
+use decore_model::run::{BatchError, ThreadCountError};
+use decore_model::structure::StructureError;
+use decore_study::StudyError;
+use decore_study::engine::EngineError;
 
 /// How a command ended; the numbers are part of the interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,8 +10,8 @@ use super::inputs::expect_dataset;
 use super::outputs::{Form, Output, check_outputs};
 use super::text::plural;
 use super::written::Written;
-use crate::dataset::{DatasetReader, place};
-use crate::features::{Column, FeatureSettings, Format, GroupBy, Role, Splits, files};
+use decore_dataset::{DatasetReader, place};
+use decore_lab::features::{FeatureColumn, FeatureSettings, Format, GroupBy, Role, Splits, files};
 
 /// What the files of an export hold, in the order in which it names them.
 const KINDS: [&str; 5] = ["features", "dictionary", "dictionary", "metadata", "card"];
@@ -84,7 +84,7 @@ pub(super) fn export(arguments: &ExportArguments) -> Result<Exit, Failure> {
         format: *format,
         replace: arguments.replace,
     };
-    let found = crate::features::export(&DatasetReader::open(dataset)?, folder, &settings)?;
+    let found = decore_lab::features::export(&DatasetReader::open(dataset)?, folder, &settings)?;
     let features = &found.features;
     let rows = features.columns.first().map_or(0, |column| column.values.count);
     let mut written = Written::default();
@@ -123,7 +123,7 @@ fn splits(arguments: &ExportArguments) -> Result<Option<Splits>, Failure> {
 }
 
 /// How many rows the parts of the splits have.
-fn shares(split: &Column) -> String {
+fn shares(split: &FeatureColumn) -> String {
     let mut counts: Vec<(String, usize)> = Vec::new();
     for part in (0..split.values.count).map(|row| split.values.text(row)) {
         match counts.iter_mut().find(|(name, _)| *name == part) {

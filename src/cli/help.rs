@@ -3,12 +3,12 @@
 use clap::{Args, Command};
 
 use super::exit::{Exit, Failure};
-use super::text::{fit, say};
-use crate::dataset::{ColumnDescription, ColumnGroup, Columns, DatasetInfo, Factor, SignalColumn, TableName};
+use super::text::{fit, print_line};
 use crate::guide::TOPICS;
-use crate::quantity::Kind;
-use crate::study::{hammer_schema, study_schema};
-use crate::words::{did_you_mean, nearest};
+use decore_dataset::{ColumnDescription, ColumnGroup, Columns, DatasetInfo, FactorColumn, SignalColumn, TableName};
+use decore_quantity::Kind;
+use decore_quantity::words::{did_you_mean, nearest};
+use decore_study::{hammer_schema, study_schema};
 
 /// Columns of the page on theory.
 const GUIDE_COLUMNS: usize = 80;
@@ -27,24 +27,24 @@ pub(super) fn topics() -> String {
 
 pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Exit, Failure> {
     let Some(name) = arguments.topic.as_deref() else {
-        say(&program.render_long_help().to_string().trim_end())?;
+        print_line(&program.render_long_help().to_string().trim_end())?;
         return Ok(Exit::Done);
     };
     if let Some(topic) = TOPICS.iter().find(|topic| topic.name == name) {
-        say(&filled(topic.text).trim_end())?;
+        print_line(&filled(topic.text).trim_end())?;
         let list = match name {
             "outputs" => columns()?,
             "theory" => hammer_parameters(),
             _ => return Ok(Exit::Done),
         };
-        say(&format_args!("\n{}", list.trim_end()))?;
+        print_line(&format_args!("\n{}", list.trim_end()))?;
         return Ok(Exit::Done);
     }
     // Usage lines name the command by its whole path only once the program is built.
     program.build();
     let commands: Vec<String> = program.get_subcommands().map(|one| one.get_name().to_owned()).collect();
     if let Some(command) = program.find_subcommand_mut(name) {
-        say(&command.render_long_help().to_string().trim_end())?;
+        print_line(&command.render_long_help().to_string().trim_end())?;
         return Ok(Exit::Done);
     }
     let topics: Vec<&str> = TOPICS.iter().map(|topic| topic.name).collect();
@@ -93,7 +93,7 @@ fn hammer_parameters() -> String {
 /// Two columns of one name, which these names do not give.
 fn columns() -> Result<String, Failure> {
     let named = |name: &str| vec![name.to_owned()];
-    let factor = Factor {
+    let factor = FactorColumn {
         name: "NAME".to_owned(),
         kind: Kind::Real,
         unit: "the factor's".to_owned(),

@@ -8,9 +8,9 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{say, shell_word};
+use super::text::{print_line, shell_word};
 use super::written::Written;
-use crate::study::template;
+use decore_study::template;
 
 #[derive(Debug, Args)]
 pub(super) struct InitArguments {
@@ -30,7 +30,7 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
                 "--json tells of a file that was written, and `-` prints the study itself: give a file's name";
             return Err(Failure::Argument(message.to_owned()));
         }
-        say(&text.trim_end())?;
+        print_line(&text.trim_end())?;
         return Ok(Exit::Done);
     }
     check_outputs(&[], &[Output { flag: "FILE", path: Some(&arguments.file), form: Form::File(&[]) }])?;

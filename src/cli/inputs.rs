@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
 use super::text::shell_word;
-use crate::dataset::{MANIFEST_NAME, check_ending};
-use crate::words::nearest;
+use decore_dataset::{MANIFEST_NAME, check_ending};
+use decore_quantity::words::nearest;
 
 /// `out/<name of the study file>`.
 pub(super) fn default_folder(study: &Path) -> PathBuf {

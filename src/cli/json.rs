@@ -5,15 +5,15 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::exit::Failure;
-use super::text::say;
+use super::text::print_line;
 
 /// Prints a result as JSON, its keys in the order of its declaration; numbers that are none are null.
 ///
 /// # Errors
 /// As [`say`].
-pub(super) fn say_json(value: &impl Serialize) -> Result<(), Failure> {
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value).map_err(|error| Failure::Argument(error.to_string()))?;
-    say(&text)
+    print_line(&text)
 }
 
 /// The schema of a type, under a title.

@@ -8,13 +8,13 @@ use serde::Serialize;
 
 use super::exit::Failure;
 use super::text::six_digits;
-use crate::measurement::{
-    Beside, Compared, LOW_PASS_HZ, LOW_PASS_ORDER, LineBeside, Measured, PhaseBeside, Phases, Treatment, UNITS, Unit,
-    beside, phases, read, unit,
+use decore_lab::measurement::{
+    Compared, LOW_PASS_HZ, LOW_PASS_ORDER, LineBeside, Measured, MeasuredBeside, PhaseBeside, Phases, Treatment, UNITS,
+    Unit, beside, phases, read, unit,
 };
-use crate::metrics::{Blow, Phase, Signal};
-use crate::scene::Scene;
-use crate::words::{did_you_mean, nearest};
+use decore_model::metrics::{Blow, Phase, Signal};
+use decore_model::scene::Scene;
+use decore_quantity::words::{did_you_mean, nearest};
 
 #[derive(Debug, Args)]
 pub(super) struct MeasuredArguments {
@@ -27,7 +27,7 @@ pub(super) struct MeasuredArguments {
     channels: Vec<Channel>,
     /// Column of the measurement's times, and their unit (s unless given: s, ms or us), e.g. `Time [ms]:ms`.
     #[arg(long, default_value = "time_s", value_name = "COLUMN[:UNIT]", requires = "measured", value_parser = time_column)]
-    time_column: Column,
+    time_column: MeasuredColumn,
     /// Time in s by which the measurement's clock is ahead of the row's. Default: where signal and channel correlate best.
     #[arg(long, value_name = "SECONDS", requires = "measured", allow_hyphen_values = true)]
     offset_s: Option<f64>,
@@ -38,7 +38,7 @@ pub(super) struct MeasuredArguments {
 
 /// A column that is asked for.
 #[derive(Debug, Clone)]
-struct Column {
+struct MeasuredColumn {
     name: String,
     unit: Unit,
 }
@@ -47,7 +47,7 @@ struct Column {
 #[derive(Debug, Clone)]
 struct Channel {
     signal: String,
-    column: Column,
+    column: MeasuredColumn,
 }
 
 /// A channel beside its signal.
@@ -61,7 +61,7 @@ pub(super) struct ChannelBeside {
     pub column: String,
     /// What was found.
     #[serde(flatten)]
-    pub beside: Beside,
+    pub beside: MeasuredBeside,
     /// The hammer whose phases are told: the signal's own, or the first that strikes its casting; null: none does.
     pub phases_of: Option<String>,
     /// What was found in each phase.
@@ -81,15 +81,15 @@ pub(super) struct Calculated<'a> {
 /// Reads `SIGNAL=COLUMN[:UNIT]`.
 fn channel(text: &str) -> Result<Channel, String> {
     let (signal, column) = text.split_once('=').ok_or("expected SIGNAL=COLUMN or SIGNAL=COLUMN:UNIT")?;
-    Ok(Channel { signal: signal.to_owned(), column: Column::read(column, "m/s", &|_| true)? })
+    Ok(Channel { signal: signal.to_owned(), column: MeasuredColumn::read(column, "m/s", &|_| true)? })
 }
 
 /// Reads `COLUMN[:UNIT]` of times.
-fn time_column(text: &str) -> Result<Column, String> {
-    Column::read(text, "s", &|unit| unit.si == "s" && unit.factor > 0.0)
+fn time_column(text: &str) -> Result<MeasuredColumn, String> {
+    MeasuredColumn::read(text, "s", &|unit| unit.si == "s" && unit.factor > 0.0)
 }
 
-impl Column {
+impl MeasuredColumn {
     /// Reads `COLUMN[:UNIT]` in one of the units that are `meant`.
     fn read(text: &str, usual: &str, meant: &dyn Fn(&Unit) -> bool) -> Result<Self, String> {
         let (name, own) = text.rsplit_once(':').unwrap_or((text, usual));
@@ -153,7 +153,7 @@ impl MeasuredArguments {
 
 /// The signal that a channel measures.
 fn signal<'a>(channel: &Channel, signals: &'a [Signal]) -> Result<&'a Signal, Failure> {
-    let Channel { signal: name, column: Column { unit, .. } } = channel;
+    let Channel { signal: name, column: MeasuredColumn { unit, .. } } = channel;
     let known = || signals.iter().map(|signal| signal.name.as_str());
     let Some(found) = signals.iter().find(|signal| signal.name == *name) else {
         let hint = did_you_mean(nearest(name, known()));
@@ -203,7 +203,7 @@ pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
 }
 
 /// The gaps of a measurement, and what is left of it for frequencies.
-fn gaps_text(beside: &Beside) -> String {
+fn gaps_text(beside: &MeasuredBeside) -> String {
     let [first, second, ..] = beside.pieces.as_slice() else { return String::new() };
     let [begin, end] = [first.to_s, second.from_s].map(six_digits);
     let longest = beside.pieces.iter().rev().max_by_key(|piece| piece.measured.len()).unwrap_or(first);

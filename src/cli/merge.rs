@@ -6,11 +6,11 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{say, tell};
-use crate::dataset::{DatasetReader, Existing};
-use crate::report::{ReportSettings, summarise};
+use super::text::{eprint_line, print_line};
+use decore_dataset::{DatasetReader, Existing};
+use decore_lab::report::{ReportSettings, summarise};
 
 #[derive(Debug, Args)]
 pub(super) struct MergeArguments {
@@ -34,12 +34,12 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let output = Output { flag: "--output", path: Some(&arguments.output), form: Form::Dataset };
     // That no shard is the output is the merge's own to say.
     check_outputs(&[], &[output])?;
-    let merged = crate::dataset::merge(&arguments.shards, &arguments.output, existing)?;
-    merged.notes.iter().for_each(|note| tell(note));
+    let merged = decore_dataset::merge(&arguments.shards, &arguments.output, existing)?;
+    merged.notes.iter().for_each(|note| eprint_line(note));
     let summary = summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?;
     match arguments.json {
-        true => say_json(&summary)?,
-        false => say(&summary)?,
+        true => print_json(&summary)?,
+        false => print_line(&summary)?,
     }
     Ok(if merged.manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
 }

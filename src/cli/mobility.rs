@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::exit::{Exit, Failure, write_file};
-use super::json::say_json;
-use super::text::{plural, say};
-use crate::structure::{
+use super::json::print_json;
+use super::text::{plural, print_line};
+use decore_model::structure::{
     FeModel, MeasuredMode, MeasuredReport, MeasuredSettings, PointPlace, ReductionSettings, compare_measured,
     read_measured, reduce,
 };
-use crate::study::StructureSettings;
+use decore_study::StructureSettings;
 
 /// What was asked for.
 pub(super) struct Asked<'a> {
@@ -38,11 +38,11 @@ pub(super) fn compare_with_measured(
         write_file(path, report.damping_table())?;
     }
     if asked.json {
-        say_json(&report)?;
+        print_json(&report)?;
     } else {
-        say(&readable(&report))?;
+        print_line(&readable(&report))?;
         if let Some(path) = asked.damping_to {
-            say(&format_args!("\ndamping ratios {} (use it as `damping_ratio_file`)", path.display()))?;
+            print_line(&format_args!("\ndamping ratios {} (use it as `damping_ratio_file`)", path.display()))?;
         }
     }
     Ok(Exit::Done)
@@ -55,7 +55,8 @@ fn points_of_nodes(model: &FeModel) -> BTreeMap<String, String> {
         PointPlace::Rows { first, .. } => model.labels().get(first).map(|label| label.node),
         PointPlace::None => None,
     };
-    let named = |point: &crate::structure::InterfacePoint| Some((node(point.place)?.to_string(), point.name.clone()));
+    let named =
+        |point: &decore_model::structure::InterfacePoint| Some((node(point.place)?.to_string(), point.name.clone()));
     model.points().iter().filter_map(named).collect()
 }
 

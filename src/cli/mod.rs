@@ -49,7 +49,7 @@ pub use exit::Exit;
 use exit::Failure;
 pub use schemas::output_schemas;
 
-use crate::run::thread_count;
+use decore_model::run::thread_count;
 
 /// What the exit codes mean, as `--help` shows it.
 const EXIT_CODES: &str = "Exit codes:
@@ -138,7 +138,7 @@ pub fn run() -> ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(failure) => {
-            text::tell(&format_args!("decore: {failure}"));
+            text::eprint_line(&format_args!("decore: {failure}"));
             failure.exit().into()
         }
     }

@@ -5,10 +5,10 @@ use std::path::Path;
 use super::exit::{Exit, Failure};
 use super::outputs::{Output, StudyArguments};
 use super::run::run_rows;
-use super::text::tell;
-use crate::dataset::{Chosen, DatasetReader, SweepState, is_settled};
-use crate::engine::{Course, Engine, Rows, Verdict, pursue};
-use crate::sensitivity::{Sensitivity, SensitivityError, Widths};
+use super::text::eprint_line;
+use decore_dataset::{DatasetReader, RerunSelection, SweepState, is_settled};
+use decore_lab::sensitivity::{Sensitivity, SensitivityError, Widths};
+use decore_study::engine::{Course, Engine, RowRunner, Verdict, pursue};
 
 /// Times a failed row is run again, each time with a hundredth of the tolerance before.
 const REPAIR_RETRIES: u32 = 3;
@@ -111,7 +111,7 @@ impl Course for Analysed<'_> {
             return Ok(SweepState::Complete);
         }
         let engine = self.source.engine(self.source.overrides)?.with_retries(REPAIR_RETRIES);
-        Ok(run_rows(&engine, self.source.folder, Some(&Chosen::Failed))?.state)
+        Ok(run_rows(&engine, self.source.folder, Some(&RerunSelection::Failed))?.state)
     }
 
     fn judge(&mut self) -> Result<Verdict, Failure> {
@@ -137,7 +137,7 @@ impl Course for Analysed<'_> {
         let next = growth.next((width / goal.width).powi(2));
         let rows = found.rows / growth.count as u64 * next as u64;
         if rows > goal.most_rows {
-            tell(&format_args!(
+            eprint_line(&format_args!(
                 "the widest interval is {width:.3}, not {}: design.{} = {next} ({rows} rows) would be more than --most-rows {}",
                 goal.width, growth.key, goal.most_rows
             ));
@@ -145,7 +145,10 @@ impl Course for Analysed<'_> {
             return Ok(Verdict::Enough);
         }
         let setting = format!("design.{}={next}", growth.key);
-        tell(&format_args!("the widest interval is {width:.3}, not {}: going on with --set {setting}", goal.width));
+        eprint_line(&format_args!(
+            "the widest interval is {width:.3}, not {}: going on with --set {setting}",
+            goal.width
+        ));
         self.setting = Some(setting);
         Ok(Verdict::More)
     }
@@ -154,7 +157,7 @@ impl Course for Analysed<'_> {
 /// Whether all intervals that more rows can narrow are narrow enough. Prints the others.
 fn is_narrow_enough(goal: Goal, widths: &Widths) -> bool {
     if let Some(settled) = widths.settled.filter(|width| *width > goal.width) {
-        tell(&format_args!(
+        eprint_line(&format_args!(
             "intervals of Shapley effects stay up to {settled:.3} wide: they come of no more rows than now, however many there are"
         ));
     }
@@ -162,7 +165,7 @@ fn is_narrow_enough(goal: Goal, widths: &Widths) -> bool {
         return true;
     }
     let (outputs, width) = (widths.without.join(", "), goal.width);
-    tell(&format_args!(
+    eprint_line(&format_args!(
         "not known to be narrower than {width}, as intervals are missing (the analysis says why): {outputs}"
     ));
     false

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use super::exit::{Failure, check_writable};
 use super::inputs::{expect_ending, expect_study, is_dataset};
-use super::text::tell;
-use crate::dataset::{check_free, is_part_of, own_files, place};
-use crate::engine::{Engine, Rows, checked};
-use crate::study::{CheckedStudy, Study};
+use super::text::eprint_line;
+use decore_dataset::{check_free, is_part_of, own_files, place};
+use decore_study::engine::{Engine, RowRunner, checked};
+use decore_study::{CheckedStudy, Study};
 
 /// A file or folder that a command was asked to write.
 #[derive(Debug, Clone, Copy)]
@@ -99,14 +99,14 @@ impl StudyArguments<'_> {
 /// A study made ready to run, with a word about what was not as expected.
 fn ready(study: Study) -> Result<Engine, Failure> {
     let engine = Engine::new(study)?;
-    engine.notes().for_each(|note| tell(&format_args!("note: {note}")));
+    engine.notes().for_each(|note| eprint_line(&format_args!("note: {note}")));
     warn(engine.checked());
     Ok(engine)
 }
 
 /// Tells what looks wrong with a study; it is run nevertheless.
 fn warn(study: &CheckedStudy) {
-    study.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
+    study.warnings().iter().for_each(|warning| eprint_line(&format_args!("warning: {warning}")));
 }
 
 /// Refuses what a command was asked to write where it would destroy something or could not be written. `inputs`: files that the

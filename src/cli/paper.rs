@@ -6,10 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{fit, say, terminal_columns};
-use crate::paper::{Agreement, Evidence, Figure, Group, PaperComparison, Tolerance, compare, four_digits, paper_page};
+use super::text::{fit, print_line, terminal_columns};
+use crate::paper::{
+    Agreement, Evidence, FigureGroup, PaperComparison, PaperFigure, Tolerance, compare, four_digits, paper_page,
+};
 
 /// Columns of a text that no terminal reads.
 const PLAIN_COLUMNS: usize = 80;
@@ -35,12 +37,12 @@ pub(super) fn paper(arguments: &PaperArguments) -> Result<Exit, Failure> {
         write_file(path, paper_page(&comparison)?)?;
     }
     if arguments.json {
-        say_json(&comparison)?;
+        print_json(&comparison)?;
     } else {
         let columns = terminal_columns().unwrap_or(PLAIN_COLUMNS);
-        say(&fit(&readable(&comparison), columns).trim_end())?;
+        print_line(&fit(&readable(&comparison), columns).trim_end())?;
         if let Some(path) = &arguments.html {
-            say(&format_args!("\nthe page is in {}", path.display()))?;
+            print_line(&format_args!("\nthe page is in {}", path.display()))?;
         }
     }
     Ok(Exit::Done)
@@ -64,8 +66,8 @@ fn readable(comparison: &PaperComparison) -> String {
     text
 }
 
-fn section(text: &mut String, group: &Group) {
-    let Group { name, source, tolerance, figures, remarks, evidence } = group;
+fn section(text: &mut String, group: &FigureGroup) {
+    let FigureGroup { name, source, tolerance, figures, remarks, evidence } = group;
     let _ = writeln!(text, "\n{name} ({source})");
     if !figures.is_empty() {
         heading(text, *tolerance);
@@ -86,7 +88,7 @@ fn heading(text: &mut String, tolerance: Tolerance) {
     let _ = writeln!(text, "agrees: within {tolerance}\n{}", line.trim_end());
 }
 
-fn figure(text: &mut String, figure: &Figure) {
+fn figure(text: &mut String, figure: &PaperFigure) {
     let [first, measured, ours, to_first, to_measured] = figure.cells();
     let name = format!("{} ({})", figure.name, figure.unit);
     let line = format!("{name:<NAME$} {first:>10} {measured:>9} {ours:>9} {to_first:>9} {to_measured:>8}");

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::run::RowStatus;
+use decore_model::run::RowStatus;
 
 /// Default time between two plain lines.
 pub(super) const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);

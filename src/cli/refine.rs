@@ -6,16 +6,15 @@ use clap::{ArgGroup, Args};
 
 use super::exit::{Exit, Failure, write_durable_file};
 use super::inputs::{default_folder, expect_ending};
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::run::{check_number, run_rows, stop_on_interrupt};
-use super::text::{plural, say, tell};
-use crate::best;
-use crate::dataset::{DatasetReader, Lock, SweepState};
-use crate::engine::{Course, Engine, Rows, Verdict, pursue};
-use crate::files;
-use crate::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings, Side, Target, propose};
-use crate::study::{CheckedStudy, Study};
+use super::text::{eprint_line, plural, print_line};
+use decore_dataset::{DatasetReader, Lock, SweepState};
+use decore_lab::best;
+use decore_lab::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings, Side, Target, propose};
+use decore_study::engine::{Course, Engine, RowRunner, Verdict, pursue};
+use decore_study::{CheckedStudy, Study};
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("aim").required(true).args(["learn", "maximise", "minimise", "boundary", "failures", "goal"]))]
@@ -186,9 +185,9 @@ impl Course for Refined<'_> {
             ended(&progress, self.arguments)?;
             return Ok(Verdict::Enough);
         }
-        tell(&progress);
+        eprint_line(&progress);
         append(self.file, engine.checked(), &rows)?;
-        tell(&format_args!("{} added to {}", plural(rows.len(), "row"), self.file.display()));
+        eprint_line(&format_args!("{} added to {}", plural(rows.len(), "row"), self.file.display()));
         Ok(Verdict::More)
     }
 }
@@ -204,13 +203,13 @@ impl Refined<'_> {
         if rows.is_empty() {
             let answer = best::expected(engine.checked(), &reader)?;
             match self.arguments.json {
-                true => say_json(&answer)?,
-                false => say(&answer.sentence)?,
+                true => print_json(&answer)?,
+                false => print_line(&answer.sentence)?,
             }
             return Ok(Verdict::Enough);
         }
         append(self.file, engine.checked(), &rows)?;
-        tell(&format_args!("{} added to {}", plural(rows.len(), "row"), self.file.display()));
+        eprint_line(&format_args!("{} added to {}", plural(rows.len(), "row"), self.file.display()));
         Ok(Verdict::More)
     }
 }
@@ -230,14 +229,14 @@ fn check_budget(most_rows: u64, rows: u64, file: &Path) -> Result<(), Failure> {
 /// How it ended, with words for people or as JSON.
 fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<(), Failure> {
     match (arguments.json, progress.reached) {
-        (true, _) => say_json(progress),
-        (false, true) => say(&format_args!("what was asked for is reached: {progress}")),
+        (true, _) => print_json(progress),
+        (false, true) => print_line(&format_args!("what was asked for is reached: {progress}")),
         (false, false) if progress.exhausted => {
-            say(&format_args!("all places that may be run are rows already, or next to one: {progress}"))
+            print_line(&format_args!("all places that may be run are rows already, or next to one: {progress}"))
         }
         (false, false) => {
             let most = arguments.most_rows;
-            say(&format_args!("the next batch would go beyond --most-rows {most}: {progress}"))
+            print_line(&format_args!("the next batch would go beyond --most-rows {most}: {progress}"))
         }
     }
 }
@@ -259,7 +258,7 @@ fn row_file(study: &Study) -> Result<PathBuf, Failure> {
 /// meanwhile.
 fn append(file: &Path, study: &CheckedStudy, rows: &[Vec<String>]) -> Result<(), Failure> {
     let failed = |source: std::io::Error| Failure::Write { path: file.display().to_string(), source };
-    let text = files::read_text(file, files::Limit::ROWS).map_err(failed)?;
+    let text = decore_files::read_text(file, decore_files::Limit::ROWS).map_err(failed)?;
     let header = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes()).headers().cloned();
     let header = header.map_err(|error| failed(error.into()))?;
     let names: Vec<&str> = study.study().factors().iter().map(|factor| factor.name.as_str()).collect();

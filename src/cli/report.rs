@@ -6,20 +6,20 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_dataset;
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{fit, say, terminal_columns, wanted_error};
+use super::text::{fit, print_line, terminal_columns, wanted_error};
 use super::written::Written;
-use crate::dataset::DatasetReader;
 use crate::page::{MOST_ROWS, dataset_page};
-use crate::report::{Charts, Paper, ReportSettings, summarise};
+use decore_dataset::DatasetReader;
+use decore_lab::report::{Charts, Paper, ReportSettings, summarise};
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
     /// Folder of the dataset.
     dataset: PathBuf,
     /// Column of the table of runs by which rows are ranked, its better end first; `-NAME`: the other end first.
-    #[arg(long, default_value = crate::report::DEFAULT_RANKING, allow_hyphen_values = true)]
+    #[arg(long, default_value = decore_lab::report::DEFAULT_RANKING, allow_hyphen_values = true)]
     rank_by: String,
     /// Number of best rows, from 1 on.
     #[arg(long, default_value_t = ReportSettings::default().best, value_name = "ROWS", value_parser = best)]
@@ -28,7 +28,7 @@ pub(super) struct ReportArguments {
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
     /// Relative standard error of the outputs for which the report states the duration that rows need.
-    #[arg(long, default_value_t = crate::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
+    #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
     /// Print the summary as JSON (schemas/report.schema.json); with --html, what was written (schemas/written.schema.json).
     #[arg(long)]
@@ -62,7 +62,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     }
     let summary = summarise(&reader, &settings)?;
     if arguments.json {
-        say_json(&summary)?;
+        print_json(&summary)?;
         return Ok(Exit::Done);
     }
     let paper = Paper { columns: terminal_columns(), blocks: shows_blocks() };
@@ -71,7 +71,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
         None => summary.to_string(),
         Some(columns) => fit(&format!("{summary:columns$}"), columns),
     };
-    say(&format_args!("{}\n{}", summary.trim_end(), charts.trim_end()))?;
+    print_line(&format_args!("{}\n{}", summary.trim_end(), charts.trim_end()))?;
     Ok(Exit::Done)
 }
 

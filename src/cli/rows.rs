@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::dataset::RowSpan;
+use decore_dataset::RowSpan;
 
 /// Rows, ascending and each once; at least one.
 #[derive(Debug, Clone, PartialEq, Eq)]

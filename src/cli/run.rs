@@ -9,21 +9,21 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::default_folder;
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, StudyArguments};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
 use super::shard::Shard;
 use super::signals::{keep_nohup, progress_wanted};
-use super::text::{self, plural, say, tell};
-use crate::best;
-use crate::dataset::{
-    Chosen, Columns, DatasetError, DatasetInfo, DatasetReader, Existing, SweepState, SweepStatus, TableName,
+use super::text::{self, eprint_line, plural, print_line};
+use decore_dataset::{
+    Columns, DatasetError, DatasetInfo, DatasetReader, Existing, RerunSelection, SweepState, SweepStatus, TableName,
 };
-use crate::engine::{Rows, StubRows, SweepEvent, SweepSettings, sweep};
-use crate::report::{ReportSettings, summarise};
-use crate::run::DEFAULT_RETRIES;
-use crate::study::CheckedStudy;
+use decore_lab::best;
+use decore_lab::report::{ReportSettings, summarise};
+use decore_model::run::DEFAULT_RETRIES;
+use decore_study::CheckedStudy;
+use decore_study::engine::{RowRunner, StubRows, SweepEvent, SweepSettings, sweep};
 
 /// Rows up to which a sweep ends with the answer to its study's goal.
 const MOST_MODELLED: usize = 1000;
@@ -58,7 +58,7 @@ pub(super) struct RunArguments {
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
     /// Column of the table of runs by which the summary ranks rows, its better end first; `-NAME`: the other end first.
-    #[arg(long, default_value = crate::report::DEFAULT_RANKING, allow_hyphen_values = true)]
+    #[arg(long, default_value = decore_lab::report::DEFAULT_RANKING, allow_hyphen_values = true)]
     rank_by: String,
     /// Run only the i-th of n shares of the rows; `decore merge` makes one dataset of them.
     #[arg(long, value_name = "I/N")]
@@ -95,7 +95,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         Output { flag: "--output", path: Some(&folder), form: Form::Dataset },
     ];
     let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
-    let rows: Box<dyn Rows> = match arguments.stub_row_ms {
+    let rows: Box<dyn RowRunner> = match arguments.stub_row_ms {
         Some(milliseconds) => Box::new(stub_rows(study.checked()?, arguments, milliseconds)?),
         None => Box::new(study.engine()?.with_retries(arguments.retries)),
     };
@@ -124,13 +124,13 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
             SweepState::Interrupted => "; the same command goes on",
             _ => "",
         };
-        tell(&format_args!("{message}{advice}: {done} of {} rows are in {}", status.rows, folder.display()));
+        eprint_line(&format_args!("{message}{advice}: {done} of {} rows are in {}", status.rows, folder.display()));
     }
     let reader = DatasetReader::open(&folder)?;
     let summary = summarise(&reader, &report)?;
     match arguments.json {
-        true => say_json(&summary)?,
-        false => say(&summary.to_string().trim_end())?,
+        true => print_json(&summary)?,
+        false => print_line(&summary.to_string().trim_end())?,
     }
     if arguments.stub_row_ms.is_none() && !arguments.json && status.state == SweepState::Complete {
         say_answer(rows.checked(), &reader, &arguments.study)?;
@@ -150,18 +150,24 @@ fn say_answer(study: &CheckedStudy, reader: &DatasetReader, file: &Path) -> Resu
         return Ok(());
     }
     match best::expected(study, reader) {
-        Ok(answer) => {
-            say(&format_args!("\n{}\n`decore best {}` proves it by runs.", answer.sentence, text::shell_word(file)))
-        }
+        Ok(answer) => print_line(&format_args!(
+            "\n{}\n`decore best {}` proves it by runs.",
+            answer.sentence,
+            text::shell_word(file)
+        )),
         Err(error) => {
-            tell(&format_args!("note: the goal of the study has no answer yet: {error}"));
+            eprint_line(&format_args!("note: the goal of the study has no answer yet: {error}"));
             Ok(())
         }
     }
 }
 
 /// Runs rows for another command and shows them as this one does: those that are missing, or the chosen ones again.
-pub(super) fn run_rows(rows: &dyn Rows, folder: &Path, again: Option<&Chosen>) -> Result<SweepStatus, Failure> {
+pub(super) fn run_rows(
+    rows: &dyn RowRunner,
+    folder: &Path,
+    again: Option<&RerunSelection>,
+) -> Result<SweepStatus, Failure> {
     let display = Display { folder, again: again.is_some(), progress: OnceLock::new() };
     let listener = |event: SweepEvent<'_>| display.show(event);
     let settings = SweepSettings { again, stop: Some(&STOP), listener: &listener, ..SweepSettings::default() };
@@ -171,10 +177,10 @@ pub(super) fn run_rows(rows: &dyn Rows, folder: &Path, again: Option<&Chosen>) -
 }
 
 /// The rows that are asked for, which must be the study's.
-fn chosen(arguments: &RunArguments, rows: u64) -> Result<Option<Chosen>, Failure> {
-    let Some(list) = &arguments.rows else { return Ok(arguments.only_failed.then_some(Chosen::Failed)) };
+fn chosen(arguments: &RunArguments, rows: u64) -> Result<Option<RerunSelection>, Failure> {
+    let Some(list) = &arguments.rows else { return Ok(arguments.only_failed.then_some(RerunSelection::Failed)) };
     match list.last() {
-        Some(last) if last < rows => Ok(Some(Chosen::Rows(list.spans().to_vec()))),
+        Some(last) if last < rows => Ok(Some(RerunSelection::Rows(list.spans().to_vec()))),
         last => Err(Failure::Argument(format!(
             "--rows names row {}, but the study has the rows 0 to {}",
             last.unwrap_or_default(),
@@ -222,29 +228,31 @@ impl Display<'_> {
         match event {
             SweepEvent::Grown { growth, rows } => {
                 let before = growth.rows_before;
-                tell(&format_args!("the study has grown from {before} to {rows} rows: rows that are done are kept"));
+                eprint_line(&format_args!(
+                    "the study has grown from {before} to {rows} rows: rows that are done are kept"
+                ));
                 tell_of_damage(&growth.damaged, &growth.notes);
             }
             SweepEvent::Found { damaged, notes } => tell_of_damage(damaged, notes),
             SweepEvent::Begins { rows, done, failed } => {
                 match done {
                     done if self.again => match rows - done {
-                        0 => tell(&format_args!("no row of {folder} is to be run again")),
-                        again => tell(&format_args!(
+                        0 => eprint_line(&format_args!("no row of {folder} is to be run again")),
+                        again => eprint_line(&format_args!(
                             "running {} of {folder} again; what is there stays until they are done",
                             plural(again as usize, "row")
                         )),
                     },
                     0 => {}
-                    done if done == rows => tell(&format_args!("all {done} rows are in {folder} already")),
-                    done => tell(&format_args!("continuing: {done} of {rows} rows are in {folder} already")),
+                    done if done == rows => eprint_line(&format_args!("all {done} rows are in {folder} already")),
+                    done => eprint_line(&format_args!("continuing: {done} of {rows} rows are in {folder} already")),
                 }
                 self.progress.get_or_init(|| Progress::to_stderr(rows, DEFAULT_INTERVAL).resumed(done, failed));
             }
             SweepEvent::Repeats { rows: 0 } => {}
             SweepEvent::Repeats { rows } => {
                 let are = if rows == 1 { "row has" } else { "rows have" };
-                tell(&format_args!(
+                eprint_line(&format_args!(
                     "{rows} {are} the same factors as another one: each of these is run once and stored for all"
                 ));
             }
@@ -255,22 +263,22 @@ impl Display<'_> {
             }),
             SweepEvent::Ends => progress.into_iter().for_each(Progress::finish),
             SweepEvent::SummaryNotWritten(path) => {
-                tell(&format_args!("warning: the summary could not be written to {}", path.display()));
+                eprint_line(&format_args!("warning: the summary could not be written to {}", path.display()));
             }
             SweepEvent::Failed => {
-                tell(&format_args!("what is done is kept in {folder}; the same command goes on"));
+                eprint_line(&format_args!("what is done is kept in {folder}; the same command goes on"));
             }
         }
     }
 }
 
 fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
-    notes.iter().for_each(|note| tell(note));
+    notes.iter().for_each(|note| eprint_line(note));
     for damage in damaged {
-        tell(&format_args!("damaged: {damage}"));
+        eprint_line(&format_args!("damaged: {damage}"));
     }
     if !damaged.is_empty() {
-        tell(
+        eprint_line(
             &"the rows of the damaged parts are computed again; the parts are kept in the folder .damaged of the dataset",
         );
     }
@@ -280,14 +288,16 @@ fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
 pub(super) fn stop_on_interrupt() {
     let handler = || {
         if STOP.swap(true, Ordering::SeqCst) {
-            tell(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");
+            eprint_line(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");
             // The words for `decore status`; the rows do not depend on them.
             let _ = FOLDER.get().map(|folder| SweepStatus::note_stop(folder));
             std::process::exit(Exit::Interrupted as i32);
         }
-        tell(&"interrupted: finishing the rows that run; interrupt again to stop at once (the same command goes on)");
+        eprint_line(
+            &"interrupted: finishing the rows that run; interrupt again to stop at once (the same command goes on)",
+        );
     };
     if let Err(error) = keep_nohup(|| ctrlc::set_handler(handler)) {
-        tell(&format_args!("warning: interrupts end the program at once ({error})"));
+        eprint_line(&format_args!("warning: interrupts end the program at once ({error})"));
     }
 }

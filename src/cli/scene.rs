@@ -7,24 +7,24 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::is_dataset;
-use super::json::say_json;
+use super::json::print_json;
 use super::measured::{Calculated, ChannelBeside, MeasuredArguments, channels_text};
 use super::outputs::{Form, Output, StudyArguments, check_outputs};
 use super::scene_plot::{Picture, scene_plot};
 use super::scene_result::SceneResult;
 use super::stored::Stored;
-use super::text::{check_row, say, six_digits, tell};
-use crate::dataset::write_signals;
-use crate::engine::{Engine, EngineError, Rows};
-use crate::integrate::Counters;
-use crate::metrics::{
+use super::text::{check_row, eprint_line, print_line, six_digits};
+use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
+use decore_dataset::write_signals;
+use decore_model::integrate::Counters;
+use decore_model::metrics::{
     Blow, CastingMetrics, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder,
     Warning,
 };
-use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
-use crate::quantity::{Quantity, Value};
-use crate::run::{RowOutcome, RowStatus};
-use crate::scene::Scene;
+use decore_model::run::{RowOutcome, RowStatus};
+use decore_model::scene::Scene;
+use decore_quantity::{Quantity, Value};
+use decore_study::engine::{Engine, EngineError, RowRunner};
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
@@ -94,12 +94,12 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     let (outcome, channels) = simulate(&engine, arguments)?;
     let comparison = stored.map(|stored| stored.compare(&engine, arguments.row, &outcome)).transpose()?;
     if arguments.json {
-        say_json(&SceneResult::of(&engine, arguments.row, &outcome, comparison).beside(channels))?;
+        print_json(&SceneResult::of(&engine, arguments.row, &outcome, comparison).beside(channels))?;
     } else {
-        say(&readable(&engine, arguments.row, &outcome).trim_end())?;
-        comparison.map_or(Ok(()), |comparison| say(&comparison.text()))?;
+        print_line(&readable(&engine, arguments.row, &outcome).trim_end())?;
+        comparison.map_or(Ok(()), |comparison| print_line(&comparison.text()))?;
         if !channels.is_empty() {
-            say(&channels_text(&channels).trim_end())?;
+            print_line(&channels_text(&channels).trim_end())?;
         }
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
@@ -126,13 +126,13 @@ fn simulate(engine: &Engine, arguments: &SceneArguments) -> Result<(RowOutcome, 
     let mut runs = runs.collect::<Result<Vec<_>, Failure>>()?;
     let shown = runs.last().zip(scene.as_ref().zip(shown_s));
     let shown = shown.and_then(|((outcome, signals), (scene, interval_s))| {
-        Some(Shown { outcome, scene, signals: signals.as_deref()?, interval_s })
+        Some(DrawnRow { outcome, scene, signals: signals.as_deref()?, interval_s })
     });
     // A channel that is none is refused before anything is written.
     let channels = shown.as_ref().map_or(Ok(Vec::new()), |shown| shown.channels(&arguments.measured))?;
     if let (Some(path), Some((_, Some(signals)))) = (&arguments.signals, runs.first()) {
         write_signals(path, &engine.info(), signals)?;
-        tell(&format_args!("signals are in {}", path.display()));
+        eprint_line(&format_args!("signals are in {}", path.display()));
     }
     shown.map_or(Ok(()), |shown| shown.draw((engine, arguments), &channels))?;
     Ok((runs.pop().map_or_else(|| engine.outcome(row), |(outcome, _)| outcome), channels))
@@ -147,20 +147,20 @@ fn recorded(engine: &Engine, row: usize, interval_s: f64) -> Result<(RowOutcome,
 }
 
 /// What is drawn of a row, or compared with a measurement.
-struct Shown<'a> {
+struct DrawnRow<'a> {
     outcome: &'a RowOutcome,
     scene: &'a Scene,
     signals: &'a [Signal],
     interval_s: f64,
 }
 
-impl Shown<'_> {
+impl DrawnRow<'_> {
     fn blows(&self) -> &[Blow] {
         self.outcome.metrics.as_ref().map_or(&[], |metrics| &metrics.blows)
     }
 
     fn channels(&self, measured: &MeasuredArguments) -> Result<Vec<ChannelBeside>, Failure> {
-        let Shown { scene, signals, interval_s, .. } = *self;
+        let DrawnRow { scene, signals, interval_s, .. } = *self;
         measured.beside(Calculated { scene, blows: self.blows(), signals, interval_s })
     }
 
@@ -171,18 +171,18 @@ impl Shown<'_> {
             let title = format!("{}, row {}", study.title(), arguments.row);
             let (signals, blows) = (self.signals, self.blows());
             write_file(path, scene_plot(&Picture { title, hammers: study.hammer_names(), signals, blows })?)?;
-            tell(&format_args!("the plot is in {}", path.display()));
+            eprint_line(&format_args!("the plot is in {}", path.display()));
         }
         if let Some(path) = &arguments.html {
             let page = self.page(engine, arguments.row, channels)?;
             write_file(path, &page)?;
-            tell(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
+            eprint_line(&format_args!("the page is in {} ({:.1} MB)", path.display(), page.len() as f64 / 1e6));
         }
         Ok(())
     }
 
     fn page(&self, engine: &Engine, row: usize, channels: &[ChannelBeside]) -> Result<String, Failure> {
-        let Shown { outcome, scene, signals, interval_s } = *self;
+        let DrawnRow { outcome, scene, signals, interval_s } = *self;
         let (info, factors) = (engine.info(), engine.checked().row_values(row));
         let measured = channels.iter().map(|channel| MeasuredCurve {
             signal: &channel.signal,
@@ -243,16 +243,16 @@ fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
         let scatter = scatter.and_then(|scatter| scatter.hammers.get(h));
         let errors = numerical.and_then(|numerical| numerical.hammers.get(h));
         let _ = writeln!(text, "\nhammer {name}");
-        section(text, HammerMetrics::QUANTITIES, hammer, Beside { scatter, errors });
+        section(text, HammerMetrics::QUANTITIES, hammer, TwinFigures { scatter, errors });
     }
     for (c, (name, casting)) in study.casting_names().iter().zip(&metrics.castings).enumerate() {
         let scatter = scatter.and_then(|scatter| scatter.castings.get(c));
         let errors = numerical.and_then(|numerical| numerical.castings.get(c));
         let _ = writeln!(text, "\ncasting {name}");
-        section(text, CastingMetrics::QUANTITIES, casting, Beside { scatter, errors });
+        section(text, CastingMetrics::QUANTITIES, casting, TwinFigures { scatter, errors });
     }
     let twins = scatter.map_or(String::new(), |scatter| format!(" (+- over the row and {} twins)", scatter.twins_done));
-    let beside = Beside {
+    let beside = TwinFigures {
         scatter: scatter.map(|scatter| &scatter.totals),
         errors: numerical.map(|numerical| &numerical.totals),
     };
@@ -265,7 +265,7 @@ fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
 
 /// Figures that twins give beside the outputs of one hammer, one casting or the run.
 #[derive(Clone, Copy)]
-struct Beside<'a> {
+struct TwinFigures<'a> {
     scatter: Option<&'a ScatterOf>,
     /// Numerical errors.
     errors: Option<&'a ScatterOf>,
@@ -283,7 +283,7 @@ fn numerical_twin(text: &mut String, numerical: &NumericalErrors) {
     let _ = writeln!(text, "\nnumerical twin: {words} (`decore help accuracy`)");
 }
 
-fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, beside: Beside<'_>) {
+fn section<T>(text: &mut String, quantities: &[Quantity<T>], metrics: &T, beside: TwinFigures<'_>) {
     for quantity in quantities {
         let (value, unit) = match (quantity.value)(metrics) {
             None => ("-".to_owned(), "1"),

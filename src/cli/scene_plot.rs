@@ -1,7 +1,7 @@
 //! The picture of a row: motions, casting, work and machine over time.
 
-use crate::metrics::{Blow, HammerSignals, Signal};
 use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, panels, thinned};
+use decore_model::metrics::{Blow, HammerSignals, Signal};
 
 /// Size in pixels: its width, and the height of a panel.
 const SIZE: (u32, u32) = (1200, 230);

@@ -9,9 +9,9 @@ use serde_json::{Value as Json, json};
 use super::json::schema;
 use super::measured::ChannelBeside;
 use super::stored::Comparison;
-use crate::engine::{Engine, Rows};
-use crate::quantity::Value;
-use crate::run::RowOutcome;
+use decore_model::run::RowOutcome;
+use decore_quantity::Value;
+use decore_study::engine::{Engine, RowRunner};
 
 /// One row.
 #[derive(Debug, Serialize, JsonSchema)]

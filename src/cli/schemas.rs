@@ -10,14 +10,14 @@ use super::status::DatasetStatus;
 use super::structure::StructureResult;
 use super::verify::Verified;
 use super::written::Written;
-use crate::best::Answer;
-use crate::comparison::Comparison;
 use crate::paper::PaperComparison;
-use crate::refinement::Progress;
-use crate::report::Report;
-use crate::sensitivity::Sensitivity;
-use crate::structure::MeasuredReport;
-use crate::surrogate::Surrogate;
+use decore_lab::best::Answer;
+use decore_lab::comparison::Comparison;
+use decore_lab::refinement::Progress;
+use decore_lab::report::Report;
+use decore_lab::sensitivity::Sensitivity;
+use decore_lab::surrogate::Surrogate;
+use decore_model::structure::MeasuredReport;
 
 /// The schema (JSON Schema 2020-12) of what each command prints with `--json`, by the name that its file in `schemas/` has.
 pub fn output_schemas() -> Vec<(&'static str, Value)> {

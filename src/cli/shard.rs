@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use crate::dataset::RowSpan;
+use decore_dataset::RowSpan;
 
 /// Shard `index` of `count`, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,10 +8,10 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::say_json;
+use super::json::print_json;
 use super::progress::clock;
-use super::text::{say, shell_word};
-use crate::dataset::{DatasetReader, SweepState, SweepStatus};
+use super::text::{print_line, shell_word};
+use decore_dataset::{DatasetReader, SweepState, SweepStatus};
 
 #[derive(Debug, Args)]
 pub(super) struct StatusArguments {
@@ -47,18 +47,21 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
         found.push(DatasetStatus { dataset: folder.clone(), status, damage });
     }
     if arguments.json {
-        say_json(&found)?;
+        print_json(&found)?;
         return Ok(Exit::Done);
     }
     for DatasetStatus { dataset: folder, status, damage } in &found {
-        say(&text(folder, status))?;
-        damage.iter().try_for_each(|line| say(&format_args!("  DAMAGED: {line}")))?;
-        say(&format_args!("  the contents of the parts were not read: `decore verify {}` does", shell_word(folder)))?;
+        print_line(&text(folder, status))?;
+        damage.iter().try_for_each(|line| print_line(&format_args!("  DAMAGED: {line}")))?;
+        print_line(&format_args!(
+            "  the contents of the parts were not read: `decore verify {}` does",
+            shell_word(folder)
+        ))?;
     }
     if found.len() > 1 {
         let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|one| count(&one.status)).sum::<u64>();
         let (done, rows, failed) = (sum(|s| s.rows_done), sum(|s| s.rows), sum(|s| s.rows_failed));
-        say(&format_args!("together: {done} of {rows} rows, {failed} failed"))?;
+        print_line(&format_args!("together: {done} of {rows} rows, {failed} failed"))?;
     }
     Ok(Exit::Done)
 }

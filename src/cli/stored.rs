@@ -6,12 +6,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exit::Failure;
-use super::text::tell;
-use crate::dataset::{Columns, DatasetReader, RowRecord, Source, TableName, differences};
-use crate::engine::{Engine, Rows};
-use crate::quantity::{Cell, Value};
-use crate::run::RowOutcome;
-use crate::study::Study;
+use super::text::eprint_line;
+use decore_dataset::{Columns, DatasetReader, RowRecord, Source, TableName, differences};
+use decore_model::run::RowOutcome;
+use decore_quantity::{Cell, Value};
+use decore_study::Study;
+use decore_study::engine::{Engine, RowRunner};
 
 /// Differences that are named one by one.
 const LISTED: usize = 6;
@@ -67,7 +67,7 @@ impl Stored {
         let made = &self.reader.manifest().study;
         let engine = engine.with_retries(made.retries());
         for difference in differences(made, &engine.info()) {
-            tell(&format_args!("note: not as when the dataset was made: {difference}"));
+            eprint_line(&format_args!("note: not as when the dataset was made: {difference}"));
         }
         engine
     }

@@ -9,20 +9,20 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_study;
-use super::json::say_json;
+use super::json::print_json;
 use super::mobility::{Asked, compare_with_measured};
 use super::outputs::{Form, Output, StudyArguments, check_outputs};
-use super::text::{plural, say};
+use super::text::{plural, print_line};
 use super::written::Written;
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
-use crate::engine::{RowScene, Rows, reduction_settings};
 use crate::page::quality_page;
-use crate::run::run_row;
-use crate::structure::{
+use decore_model::run::run_row;
+use decore_model::structure::{
     CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess, write_model,
 };
-use crate::study::{InterfaceDemand, StructureSettings, StructureSource, load_structure};
+use decore_study::engine::{RowRunner, RowScene, reduction_settings};
+use decore_study::{InterfaceDemand, StructureSettings, StructureSource, load_structure};
 
 /// Frequencies in the first lines of the report.
 const LOWEST: usize = 6;
@@ -114,18 +114,20 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     }
     if arguments.json {
         let selections = if has_scene { selections(arguments)? } else { None };
-        say_json(&StructureResult { report, selections })?;
+        print_json(&StructureResult { report, selections })?;
     } else {
-        say(&readable(&report).trim_end())?;
+        print_line(&readable(&report).trim_end())?;
         // The report is there at once, the selections take a while.
         if let Some(selections) = if has_scene { selections(arguments)? } else { None } {
-            say(&selections_text(&selections))?;
+            print_line(&selections_text(&selections))?;
         }
         if let Some(path) = &arguments.html {
-            say(&format_args!("\npage           {}", path.display()))?;
+            print_line(&format_args!("\npage           {}", path.display()))?;
         }
         if matches!(&settings.source, StructureSource::Matrices(source) if source.cache) {
-            say(&format_args!("cache          runs keep reductions in {CACHE_FOLDER} beside the stiffness file"))?;
+            print_line(&format_args!(
+                "cache          runs keep reductions in {CACHE_FOLDER} beside the stiffness file"
+            ))?;
         }
     }
     Ok(Exit::Done)

@@ -6,12 +6,12 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_dataset;
-use super::json::say_json;
+use super::json::print_json;
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{fit, say, tell, terminal_columns};
+use super::text::{eprint_line, fit, print_line, terminal_columns};
 use super::written::Written;
-use crate::dataset::{DatasetReader, write_table};
-use crate::surrogate::{PREDICTOR, SurrogateSettings};
+use decore_dataset::{DatasetReader, write_table};
+use decore_lab::surrogate::{PREDICTOR, SurrogateSettings};
 
 #[derive(Debug, Args)]
 pub(super) struct SurrogateArguments {
@@ -64,28 +64,28 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
     let reader = DatasetReader::open(&arguments.dataset)?;
     let (outputs, least_q2) = (arguments.outputs.clone(), arguments.least_q2);
     let settings = SurrogateSettings { outputs, least_q2, ..SurrogateSettings::default() };
-    let model = crate::surrogate::fit(&reader, &settings)?;
+    let model = decore_lab::surrogate::fit(&reader, &settings)?;
     model.check()?;
     if let (Some(path), Some(predictor)) = (&arguments.output, &predictor) {
-        crate::surrogate::write(&model, path)?;
+        decore_lab::surrogate::write(&model, path)?;
         write_file(predictor, PREDICTOR)?;
     }
     if arguments.json {
-        say_json(&model.surrogate)?;
+        print_json(&model.surrogate)?;
     } else {
         let text = model.surrogate.to_string();
         let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));
-        say(&text.trim_end())?;
+        print_line(&text.trim_end())?;
     }
-    model.surrogate.warnings().iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
+    model.surrogate.warnings().iter().for_each(|warning| eprint_line(&format_args!("warning: {warning}")));
     Ok(Exit::Done)
 }
 
 pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
     let output = Output { flag: "--output", path: Some(&arguments.output), form: Form::File(&["parquet"]) };
     check_outputs(&[arguments.model.clone(), arguments.table.clone()], &[output])?;
-    let model = crate::surrogate::read(&arguments.model)?;
-    let predicted = crate::surrogate::predict(&model, &arguments.table)?;
+    let model = decore_lab::surrogate::read(&arguments.model)?;
+    let predicted = decore_lab::surrogate::predict(&model, &arguments.table)?;
     write_table(&arguments.output, &model.info, "predictions", &predicted.columns)?;
     let (rows, path) = (predicted.rows, arguments.output.display());
     let mut written = Written::default();

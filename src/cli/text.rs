@@ -8,8 +8,8 @@ use std::path::Path;
 use console::Term;
 
 use super::exit::Failure;
-use crate::engine::{Engine, Rows};
-use crate::run::MOST_THREADS;
+use decore_model::run::MOST_THREADS;
+use decore_study::engine::{Engine, RowRunner};
 
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
@@ -18,7 +18,7 @@ const LONGEST_LINE: usize = 2000;
 ///
 /// # Errors
 /// [`Failure::Print`]: a full disk and the like. A reader that has gone is none.
-pub(super) fn say(line: &dyn Display) -> Result<(), Failure> {
+pub(super) fn print_line(line: &dyn Display) -> Result<(), Failure> {
     printed(writeln!(io::stdout(), "{}", printable(&line.to_string())))
 }
 
@@ -36,7 +36,7 @@ pub(super) fn printed(written: io::Result<()>) -> Result<(), Failure> {
 }
 
 /// Writes a line to standard error, its lines cut at a length.
-pub(super) fn tell(line: &dyn Display) {
+pub(super) fn eprint_line(line: &dyn Display) {
     let text = line.to_string();
     let lines: Vec<Cow<str>> = text.split('\n').map(cut).collect();
     let _ = writeln!(io::stderr(), "{}", printable(&lines.join("\n")));

@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::say_json;
-use super::text::say;
-use crate::dataset::{Verification, verify as verify_dataset};
+use super::json::print_json;
+use super::text::print_line;
+use decore_dataset::{Verification, verify as verify_dataset};
 
 #[derive(Debug, Args)]
 pub(super) struct VerifyArguments {
@@ -58,12 +58,12 @@ pub(super) fn verify(arguments: &VerifyArguments) -> Result<Exit, Failure> {
         let found = Verified::of(folder, verify_dataset(folder)?);
         // Reading one takes a while: each is told when it was read.
         if !arguments.json {
-            say(&text(&found))?;
+            print_line(&text(&found))?;
         }
         all.push(found);
     }
     if arguments.json {
-        say_json(&all)?;
+        print_json(&all)?;
     }
     Ok(if all.iter().all(|found| found.whole) { Exit::Done } else { Exit::NotWhole })
 }

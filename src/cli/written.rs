@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exit::Failure;
-use super::json::say_json;
-use super::text::{say, tell};
+use super::json::print_json;
+use super::text::{eprint_line, print_line};
 
 /// What a command wrote, and what it says besides.
 #[derive(Debug, Default, Serialize, JsonSchema)]
@@ -94,11 +94,11 @@ impl Written {
     /// As [`say`].
     pub fn print(&self, json: bool, words: &dyn Display) -> Result<(), Failure> {
         if json {
-            say_json(self)?
+            print_json(self)?
         } else {
-            say(words)?
+            print_line(words)?
         }
-        self.warnings.iter().for_each(|warning| tell(&format_args!("warning: {warning}")));
+        self.warnings.iter().for_each(|warning| eprint_line(&format_args!("warning: {warning}")));
         Ok(())
     }
 }

@@ -7,13 +7,13 @@ use serde::Serialize;
 use super::blocks::{Scripts, page};
 use super::error::PageError;
 use super::knowledge::{self, Known, Models};
-use super::rows::{Kept, columns, is_number};
-use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
-use crate::metrics::{Aggregates, RunTotals};
-use crate::quantity::{Cell, Kind, Value};
-use crate::report::{ReportSettings, summarise};
-use crate::run::RowOutcome;
-use crate::sensitivity::Sensitivity;
+use super::rows::{KeptRows, columns, is_number};
+use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
+use decore_lab::report::{ReportSettings, summarise};
+use decore_lab::sensitivity::Sensitivity;
+use decore_model::metrics::{Aggregates, RunTotals};
+use decore_model::run::RowOutcome;
+use decore_quantity::{Cell, Kind, Value};
 
 /// Rows that a page carries; of more some are chosen.
 pub const MOST_ROWS: u64 = 100_000;
@@ -92,7 +92,7 @@ pub fn dataset_page(reader: &DatasetReader, settings: &ReportSettings, most_rows
     let main = MAIN.map(|(name, _)| name);
     let chosen = columns(all, rows_there.min(most_rows), &main);
     let numbers: Vec<&ColumnDescription> = chosen.iter().copied().filter(|column| is_number(column)).collect();
-    let kept = Kept::of(reader, &numbers, most_rows)?;
+    let kept = KeptRows::of(reader, &numbers, most_rows)?;
     let values = gather(reader, &chosen, kept.as_ref())?;
     let rows_shown = values.first().map_or(0, Values::len);
     let is_exact = (rows_shown * numbers.len()) as u64 <= MOST_EXACT;
@@ -187,7 +187,7 @@ impl Values {
 fn gather(
     reader: &DatasetReader,
     columns: &[&ColumnDescription],
-    kept: Option<&Kept>,
+    kept: Option<&KeptRows>,
 ) -> Result<Vec<Values>, DatasetError> {
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
     let is_reason: Vec<bool> = names.iter().map(|name| *name == RowOutcome::reason.name).collect();

@@ -1,6 +1,6 @@
 //! Why pages cannot be made.
 
-use crate::dataset::DatasetError;
+use decore_dataset::DatasetError;
 
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::dataset::DatasetReader;
-use crate::sensitivity::{Sensitivity, SensitivitySettings, analyse};
-use crate::surrogate::{Surrogate, SurrogateSettings, fit};
+use decore_dataset::DatasetReader;
+use decore_lab::sensitivity::{Sensitivity, SensitivitySettings, analyse};
+use decore_lab::surrogate::{Surrogate, SurrogateSettings, fit};
 
 /// Rows up to which indices are computed for a page: seconds; of more, `decore analyse` takes its time.
 const MOST_ANALYSED: u64 = 20_000;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::plot::{Axis, COLORS, Chart, Color, Line, Marker, PlotError, Series, document, escape, panels};
-use crate::structure::{MobilityCurve, ModePair, QualityReport};
+use decore_model::structure::{MobilityCurve, ModePair, QualityReport};
 
 const FULL: Color = COLORS[5];
 const REDUCED: Color = COLORS[0];

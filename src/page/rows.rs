@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
-use crate::metrics::{CastingMetrics, HammerMetrics, RunTotals};
-use crate::quantity::Value;
-use crate::run::RowOutcome;
+use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
+use decore_model::metrics::{CastingMetrics, HammerMetrics, RunTotals};
+use decore_model::run::RowOutcome;
+use decore_quantity::Value;
 
 /// Numbers that a page carries at most, about: with a page of 15 MB in view.
 const MOST_VALUES: u64 = 2_400_000;
@@ -13,13 +13,13 @@ const MOST_VALUES: u64 = 2_400_000;
 const EXTREMES: usize = 20;
 
 /// Rows that are kept of a table with more: those whose index has a small hash, and the extremes of the columns of numbers.
-pub(super) struct Kept {
+pub(super) struct KeptRows {
     /// Hashes from here on are left out.
     bound: u64,
     extremes: BTreeSet<u64>,
 }
 
-impl Kept {
+impl KeptRows {
     /// Looks through a table for the rows that are kept; `None`: all.
     pub fn of(reader: &DatasetReader, columns: &[&ColumnDescription], most: u64) -> Result<Option<Self>, DatasetError> {
         let rows: u64 = reader.parts(TableName::Runs).iter().map(|part| part.records).sum();

@@ -7,13 +7,13 @@ use serde::Serialize;
 use super::blocks::{Scripts, page};
 use super::error::PageError;
 use super::samples::{Samples, Scale};
-use crate::dataset::DatasetInfo;
-use crate::hammer::HammerParameters;
-use crate::metrics::{Blow, CastingMetrics, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf};
-use crate::quantity::{Quantity, Value};
-use crate::run::RowOutcome;
-use crate::scene::{HammerUnit, Scene};
-use crate::signal::Spectrum;
+use decore_dataset::DatasetInfo;
+use decore_model::hammer::HammerParameters;
+use decore_model::metrics::{Blow, CastingMetrics, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf};
+use decore_model::run::RowOutcome;
+use decore_model::scene::{HammerUnit, Scene};
+use decore_quantity::{Quantity, Value};
+use decore_statistics::signal::Spectrum;
 
 /// Least interval in s at which a page reads the signals.
 const LEAST_INTERVAL_S: f64 = 2e-5;
@@ -95,7 +95,7 @@ struct Meta<'a> {
     hammers: Vec<Hammer<'a>>,
     castings: Vec<Casting<'a>>,
     points: &'a [String],
-    figures: Vec<Figure>,
+    figures: Vec<BlowColumn>,
     blows: Vec<Struck>,
     outputs: Vec<Output>,
     spectra: Vec<Spectra<'a>>,
@@ -154,7 +154,7 @@ struct Casting<'a> {
 
 /// A column of the table of blows.
 #[derive(Serialize)]
-struct Figure {
+struct BlowColumn {
     name: &'static str,
     heading: &'static str,
     unit: &'static str,
@@ -331,9 +331,9 @@ fn castings(scene: &Scene) -> Vec<Casting<'_>> {
 }
 
 /// A column of the table of blows: a figure that has a heading.
-fn figure(quantity: &Quantity<Blow>) -> Option<Figure> {
+fn figure(quantity: &Quantity<Blow>) -> Option<BlowColumn> {
     let text = quantity.description();
-    Some(Figure { name: quantity.name, heading: quantity.heading?, unit: quantity.unit, text })
+    Some(BlowColumn { name: quantity.name, heading: quantity.heading?, unit: quantity.unit, text })
 }
 
 fn struck(blow: &Blow) -> Struck {

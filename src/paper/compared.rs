@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::mobility::Mobility;
 use super::quoted::CITATION;
-use crate::signal::relative_difference;
+use decore_statistics::signal::relative_difference;
 
 /// The paper beside decore.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -21,7 +21,7 @@ pub struct PaperComparison {
     /// How many of the differences between both that it quotes.
     pub quoted_differences: Agreement,
     /// Figures that belong together.
-    pub groups: Vec<Group>,
+    pub groups: Vec<FigureGroup>,
     /// Our mobilities, for its Figure 14.
     pub mobility: Mobility,
 }
@@ -37,7 +37,7 @@ pub struct Agreement {
 
 /// Figures that belong together, what explains their differences, and runs that show it.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Group {
+pub struct FigureGroup {
     /// What they are.
     pub name: &'static str,
     /// Table, figure or section of the paper.
@@ -45,7 +45,7 @@ pub struct Group {
     /// How near ours has to be.
     pub tolerance: Tolerance,
     /// The figures; none where the paper prints curves alone.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<PaperFigure>,
     /// What agrees, what does not, and why.
     pub remarks: Vec<String>,
     /// What the remarks stand on: figures of ours alone.
@@ -72,7 +72,7 @@ pub enum Tolerance {
 
 /// One figure of the paper beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Figure {
+pub struct PaperFigure {
     /// What it is.
     pub name: String,
     /// Unit of all its values.
@@ -119,8 +119,8 @@ pub struct EvidenceRow {
 }
 
 impl PaperComparison {
-    pub(super) fn new(groups: Vec<Group>, mobility: Mobility) -> Self {
-        let counted = |of: fn(&Figure) -> Option<Against>| {
+    pub(super) fn new(groups: Vec<FigureGroup>, mobility: Mobility) -> Self {
+        let counted = |of: fn(&PaperFigure) -> Option<Against>| {
             let against = groups.iter().flat_map(|group| &group.figures).filter_map(of);
             against.fold(Agreement { agree: 0, of: 0 }, |sum, one| Agreement {
                 agree: sum.agree + usize::from(one.agrees),
@@ -168,7 +168,7 @@ impl Printed {
 
 impl Tolerance {
     /// A figure held to the tolerance.
-    pub(super) fn judge(self, printed: Printed) -> Figure {
+    pub(super) fn judge(self, printed: Printed) -> PaperFigure {
         let Printed { name, unit, calculated, measured, quoted, ours } = printed;
         let (relative, [of_calculation, of_measurement]) = match self {
             Self::Share { of_calculation, of_measurement } => (true, [of_calculation, of_measurement]),
@@ -178,7 +178,7 @@ impl Tolerance {
             let difference = if relative { relative_difference(ours, paper) } else { ours - paper };
             Against { paper, difference, agrees: difference.abs() <= most }
         };
-        Figure {
+        PaperFigure {
             calculated: calculated.map(|paper| against(paper, of_calculation)),
             measured: measured.map(|paper| against(paper, of_measurement)),
             quoted: quoted.map(|paper| against(paper, of_calculation)),
@@ -202,7 +202,7 @@ impl fmt::Display for Tolerance {
 }
 
 impl Tolerance {
-    /// Headings of the [`Figure::cells`] of figures that are held to it.
+    /// Headings of the [`PaperFigure::cells`] of figures that are held to it.
     pub fn columns(self) -> [&'static str; 5] {
         match self {
             Self::Share { .. } => ["calculated", "measured", "ours", "to calc.", "to meas."],
@@ -211,7 +211,7 @@ impl Tolerance {
     }
 }
 
-impl Figure {
+impl PaperFigure {
     /// Its values in words: what the paper calculated or quotes, what it measured, ours, the differences of ours to both; `*` marks a
     /// difference beyond the tolerance.
     pub fn cells(&self) -> [String; 5] {

@@ -1,8 +1,8 @@
 //! Why the paper's rig could not be compared.
 
-use crate::engine::EngineError;
-use crate::signal::SignalError;
-use crate::study::StudyError;
+use decore_statistics::signal::SignalError;
+use decore_study::StudyError;
+use decore_study::engine::EngineError;
 
 /// Why the paper's rig could not be compared.
 #[derive(Debug, thiserror::Error)]

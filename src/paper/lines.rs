@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::error::PaperError;
 use super::quoted::{ARM_DOMINANT_HZ, SHIFTED_BELOW_HZ};
-use crate::signal::{Spectrum, dominant_frequency_hz};
+use decore_statistics::signal::{Spectrum, dominant_frequency_hz};
 
 /// Distance in Hz within which a line counts as the one looked for.
 const NEAR_HZ: f64 = 1.5;

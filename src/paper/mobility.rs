@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::system::InterfaceModes;
+use decore_model::system::InterfaceModes;
 
 /// Frequencies of the curves in Hz: from, to, and how many, at equal ratios.
 const CURVE_HZ: [f64; 2] = [5.0, 300.0];

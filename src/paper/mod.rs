@@ -26,7 +26,9 @@ mod quoted;
 mod rig;
 mod structure_groups;
 
-pub use compared::{Against, Agreement, Evidence, EvidenceRow, Figure, Group, PaperComparison, Tolerance, four_digits};
+pub use compared::{
+    Against, Agreement, Evidence, EvidenceRow, FigureGroup, PaperComparison, PaperFigure, Tolerance, four_digits,
+};
 pub use error::PaperError;
 pub use mobility::{Mobility, MobilityPeak};
 pub use page::paper_page;

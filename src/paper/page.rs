@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::compared::{Agreement, Evidence, Figure, Group, PaperComparison, four_digits};
+use super::compared::{Agreement, Evidence, FigureGroup, PaperComparison, PaperFigure, four_digits};
 use super::mobility::Mobility;
 use super::quoted::{NATURAL_FREQUENCIES, NOT_CALCULATED_HZ};
 use super::structure_groups::MOBILITY;
@@ -38,10 +38,10 @@ pub fn paper_page(comparison: &PaperComparison) -> Result<String, PlotError> {
 }
 
 /// Heading, figures and remarks of a group; writing to a string cannot fail.
-fn section(page: &mut String, group: &Group) {
+fn section(page: &mut String, group: &FigureGroup) {
     let _ = writeln!(page, "<h2>{} ({})</h2>", escape(group.name), escape(group.source));
     if !group.figures.is_empty() {
-        let name = |figure: &Figure| format!("{} ({})", figure.name, figure.unit);
+        let name = |figure: &PaperFigure| format!("{} ({})", figure.name, figure.unit);
         let rows = group.figures.iter().map(|figure| (name(figure), figure.cells().to_vec()));
         let _ = writeln!(page, "<p>Agrees: within {}.</p>", group.tolerance);
         table(page, &group.tolerance.columns(), rows);

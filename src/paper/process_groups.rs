@@ -1,6 +1,6 @@
 //! What the paper says of the process: energies, frequency, vibration of the arm, velocities.
 
-use super::compared::{Evidence, EvidenceRow, Group, Printed, Tolerance};
+use super::compared::{Evidence, EvidenceRow, FigureGroup, Printed, Tolerance};
 use super::error::PaperError;
 use super::lines::ArmLines;
 use super::quoted::{
@@ -8,9 +8,9 @@ use super::quoted::{
     FIRST_IMPACT_J, FREQUENCY_DIFFERENCE_PERCENT, HAMMERING_DIFFERENCE_PERCENT, IMPACT_FREQUENCY_HZ, LATER_IMPACTS_J,
     NATURAL_FREQUENCIES, NaturalFrequency, SECOND_PEAK_DIFFERENCE, SHIFTED_BELOW_HZ,
 };
-use super::rig::{DECAYED_S, Impact, Ours, Peaks, Place, Supplied, Varied};
-use crate::metrics::HammerMetrics;
-use crate::signal::relative_difference;
+use super::rig::{DECAYED_S, Impact, Ours, Peaks, RmsVelocity, Supplied, Varied};
+use decore_model::metrics::HammerMetrics;
+use decore_statistics::signal::relative_difference;
 
 /// What "about 22 Hz" and 70 J are printed to.
 const ENERGY_TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.02, of_measurement: 0.05 };
@@ -22,7 +22,7 @@ const DIFFERENCE_TOLERANCE: Tolerance = Tolerance::PercentagePoints { most: 5.0 
 ///
 /// # Errors
 /// [`PaperError::Missing`] for an output that a run of the rig has.
-pub(super) fn groups(ours: &Ours) -> Result<Vec<Group>, PaperError> {
+pub(super) fn groups(ours: &Ours) -> Result<Vec<FigureGroup>, PaperError> {
     Ok(vec![blows(ours)?, arm(ours)?, velocities(ours)?, differences(ours)?])
 }
 
@@ -35,7 +35,7 @@ fn frequency_hz(hammer: &HammerMetrics) -> Result<f64, PaperError> {
     known(hammer.hit_frequency_hz, "frequency of blows")
 }
 
-fn blows(ours: &Ours) -> Result<Group, PaperError> {
+fn blows(ours: &Ours) -> Result<FigureGroup, PaperError> {
     let hammer = ours.hammer()?;
     let figures = [
         Printed::calculated(
@@ -60,7 +60,7 @@ fn blows(ours: &Ours) -> Result<Group, PaperError> {
         ),
         None => format!("None of the supplies below brings ours to the measured {measured_hz} Hz."),
     };
-    Ok(Group {
+    Ok(FigureGroup {
         name: "Blows",
         source: "Sections 4.2 and 5",
         tolerance: ENERGY_TOLERANCE,
@@ -141,7 +141,7 @@ fn supply_bar(supplies: &[Supplied], wanted_hz: f64) -> Result<Option<f64>, Pape
     Ok(None)
 }
 
-fn arm(ours: &Ours) -> Result<Group, PaperError> {
+fn arm(ours: &Ours) -> Result<FigureGroup, PaperError> {
     let hammer = ours.hammer()?;
     let extension_m_s = known(hammer.arm_rms_extension_m_s, "extension")?;
     let hammering_m_s = known(hammer.arm_rms_hammering_m_s, "hammering")?;
@@ -154,7 +154,7 @@ fn arm(ours: &Ours) -> Result<Group, PaperError> {
     ];
     let remarks =
         vec![averaging_remark(ours), places_remark(ours, extension_m_s), damping_remark(ours), lines_remark(ours)];
-    Ok(Group {
+    Ok(FigureGroup {
         name: "Velocity of the hammer arm",
         source: "Section 4.2, Figures 15 and 18",
         tolerance: ARM_TOLERANCE,
@@ -202,7 +202,7 @@ fn lines_remark(ours: &Ours) -> String {
 /// What the place on the arm makes.
 fn places_remark(ours: &Ours, mount_m_s: f64) -> String {
     let [calculated, _] = ARM_EXTENSION_M_S;
-    let distance = |place: &Place| (place.extension_m_s - calculated).abs();
+    let distance = |place: &RmsVelocity| (place.extension_m_s - calculated).abs();
     let velocities = || ours.places.iter().map(|place| place.extension_m_s);
     let (least, largest) = (velocities().fold(f64::INFINITY, f64::min), velocities().fold(0.0, f64::max));
     let nearest = ours.places.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -228,7 +228,8 @@ fn damping_remark(ours: &Ours) -> String {
 
 fn arm_evidence(ours: &Ours) -> Vec<Evidence> {
     let averaged = ours.averaged().map(|one| EvidenceRow::new(format!("{:.3} s", one.time_s), &[Some(one.rms_m_s)]));
-    let place = |place: &Place| EvidenceRow::new(place.point, &[Some(place.extension_m_s), Some(place.hammering_m_s)]);
+    let place =
+        |place: &RmsVelocity| EvidenceRow::new(place.point, &[Some(place.extension_m_s), Some(place.hammering_m_s)]);
     let rms = |label: String, hammer: &HammerMetrics| {
         EvidenceRow::new(label, &[hammer.arm_rms_extension_m_s, hammer.arm_rms_hammering_m_s])
     };
@@ -262,7 +263,7 @@ fn mean(impacts: &[Impact], value: impl Fn(&Impact) -> f64) -> f64 {
     impacts.iter().map(value).sum::<f64>() / impacts.len() as f64
 }
 
-fn velocities(ours: &Ours) -> Result<Group, PaperError> {
+fn velocities(ours: &Ours) -> Result<FigureGroup, PaperError> {
     let (first, later) = first_and_later(ours)?;
     let row = |label: &str, value: fn(&Impact) -> f64| {
         EvidenceRow::new(label, &[Some(value(first)), later.first().map(value), Some(mean(later, value))])
@@ -277,7 +278,7 @@ fn velocities(ours: &Ours) -> Result<Group, PaperError> {
         row("  whole over low-passed (%)", |impact| impact.casting.excess_percent()),
     ];
     let second = later.first().map_or(f64::NAN, |impact| impact.casting.whole_m_s);
-    Ok(Group {
+    Ok(FigureGroup {
         name: "Velocities of chisel and casting",
         source: "Figures 16 and 17",
         tolerance: ENERGY_TOLERANCE,
@@ -299,7 +300,7 @@ fn velocities(ours: &Ours) -> Result<Group, PaperError> {
     })
 }
 
-fn differences(ours: &Ours) -> Result<Group, PaperError> {
+fn differences(ours: &Ours) -> Result<FigureGroup, PaperError> {
     let hammer = ours.hammer()?;
     let percent = |ours: f64, [_, measured]: [f64; 2]| 100.0 * relative_difference(ours, measured);
     let printed = |[calculated, measured]: [f64; 2]| 100.0 * relative_difference(calculated, measured);
@@ -332,7 +333,7 @@ fn differences(ours: &Ours) -> Result<Group, PaperError> {
              filtered too, or other differences outweigh the filter. The paper does not say which velocity it took."
         ),
     ];
-    Ok(Group {
+    Ok(FigureGroup {
         name: "Differences of calculation and measurement",
         source: "Section 5",
         tolerance: DIFFERENCE_TOLERANCE,

@@ -5,14 +5,16 @@ use std::path::Path;
 use super::error::PaperError;
 use super::lines::{ArmLines, Window};
 use super::mobility::Mobility;
-use crate::engine::{Engine, RowScene};
-use crate::measurement::{LOW_PASS_HZ, LOW_PASS_ORDER};
-use crate::metrics::{Blow, BlowKind, FixtureSignals, HammerMetrics, HammerSignals, RunMetrics, Signal, SignalOf};
-use crate::run::{RowOutcome, run_row};
-use crate::scene::{FixtureId, PointId, Scene};
-use crate::signal::{Butterworth, peak, rms};
-use crate::study::Study;
-use crate::system::InterfaceModes;
+use decore_lab::measurement::{LOW_PASS_HZ, LOW_PASS_ORDER};
+use decore_model::metrics::{
+    Blow, BlowKind, FixtureSignals, HammerMetrics, HammerSignals, RunMetrics, Signal, SignalOf,
+};
+use decore_model::run::{RowOutcome, run_row};
+use decore_model::scene::{FixtureId, PointId, Scene};
+use decore_model::system::InterfaceModes;
+use decore_statistics::signal::{Butterworth, peak, rms};
+use decore_study::Study;
+use decore_study::engine::{Engine, RowScene};
 
 /// The shipped study of the rig.
 const STUDY: &str = include_str!("../../studies/paper_rig.toml");
@@ -56,7 +58,7 @@ pub(super) struct Ours {
     /// With other ratios of damping.
     pub dampings: Vec<Varied>,
     /// Velocities of other points.
-    pub places: Vec<Place>,
+    pub places: Vec<RmsVelocity>,
 }
 
 /// What the hammer gives with one value changed.
@@ -86,7 +88,7 @@ impl Supplied {
 
 /// RMS velocity of a point of the machine in m/s.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct RmsVelocity {
     pub point: &'static str,
     pub extension_m_s: f64,
     pub hammering_m_s: f64,
@@ -268,7 +270,7 @@ fn varied(value: f64, scene: &Scene, modes: &InterfaceModes) -> Result<Varied, P
 }
 
 /// How other points of the machine move while the hammer works at its mount.
-fn places() -> Result<Vec<Place>, PaperError> {
+fn places() -> Result<Vec<RmsVelocity>, PaperError> {
     let gauges = WATCHED.map(|point| format!("\n[casting.part.fixture.{point}]\npoint = \"{point}\"\n{GAUGE}"));
     let (outcome, signals) =
         engine(&(study_text() + &gauges.concat()), &GAUGED)?.outcome_with_signals(0, GAUGE_INTERVAL_S)?;
@@ -278,7 +280,7 @@ fn places() -> Result<Vec<Place>, PaperError> {
         let of = SignalOf::Fixture(0, index + 1);
         let values = &named(signals.as_deref(), of, FixtureSignals::point_velocity_m_s.name)?.values;
         let (before, after) = values.split_at(first.min(values.len()));
-        Ok(Place { point, extension_m_s: rms(before), hammering_m_s: rms(after) })
+        Ok(RmsVelocity { point, extension_m_s: rms(before), hammering_m_s: rms(after) })
     };
     WATCHED.into_iter().enumerate().map(place).collect()
 }

@@ -1,6 +1,6 @@
 //! What the paper says of the machine: Table 3 and Figure 14.
 
-use super::compared::{Evidence, EvidenceRow, Group, Printed, Tolerance};
+use super::compared::{Evidence, EvidenceRow, FigureGroup, Printed, Tolerance};
 use super::mobility::MobilityPeak;
 use super::quoted::{ISOLATORS_HZ, NATURAL_FREQUENCIES, NOT_CALCULATED_HZ, NaturalFrequency};
 use super::rig::Ours;
@@ -13,11 +13,11 @@ const TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.01, of_measure
 const SAME_MODE: f64 = 0.05;
 
 /// Its natural frequencies and mobilities beside ours.
-pub(super) fn groups(ours: &Ours) -> Vec<Group> {
+pub(super) fn groups(ours: &Ours) -> Vec<FigureGroup> {
     vec![natural_frequencies(ours), mobility(ours)]
 }
 
-fn natural_frequencies(ours: &Ours) -> Group {
+fn natural_frequencies(ours: &Ours) -> FigureGroup {
     let mode = |(index, row): (usize, &NaturalFrequency)| {
         let ours_hz = nearest(&ours.frequencies_hz, row.calculated_hz);
         TOLERANCE.judge(Printed::both(
@@ -43,7 +43,7 @@ fn natural_frequencies(ours: &Ours) -> Group {
             neighbours.join(", ")
         ),
     ];
-    Group {
+    FigureGroup {
         name: "Natural frequencies",
         source: "Table 3",
         tolerance: TOLERANCE,
@@ -53,7 +53,7 @@ fn natural_frequencies(ours: &Ours) -> Group {
     }
 }
 
-fn mobility(ours: &Ours) -> Group {
+fn mobility(ours: &Ours) -> FigureGroup {
     let peaks = &ours.mobility.peaks;
     let is_seen = |hz: f64| peaks.iter().any(|peak| (peak.frequency_hz / hz - 1.0).abs() <= SAME_MODE);
     let list = |wanted: bool| -> String {
@@ -83,7 +83,7 @@ fn mobility(ours: &Ours) -> Group {
         EvidenceRow::new(format!("peak {}", index + 1), &values)
     };
     let columns = ["ours (Hz)", "measured (Hz)", "1e-6 m/(s N)"];
-    Group {
+    FigureGroup {
         name: MOBILITY,
         source: "Figure 14",
         tolerance: TOLERANCE,

@@ -22,7 +22,7 @@ const BARS: usize = 12;
 
 /// One factor of the picture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Factor {
+pub struct MatrixFactor {
     /// Name.
     pub name: String,
     /// What it varies over, in words; cut to the width of a panel.
@@ -35,7 +35,7 @@ pub struct Factor {
 ///
 /// # Errors
 /// The plotting library's words.
-pub fn scatter_matrix(title: &str, factors: &[Factor]) -> Result<String, PlotError> {
+pub fn scatter_matrix(title: &str, factors: &[MatrixFactor]) -> Result<String, PlotError> {
     let side = 2 * MARGIN + factors.len() as i32 * (PANEL + GAP);
     let width = side.max(2 * MARGIN + LETTER_WIDTH * title.chars().count() as i32) as u32;
     let mut svg = String::new();
@@ -54,8 +54,8 @@ pub fn scatter_matrix(title: &str, factors: &[Factor]) -> Result<String, PlotErr
                 if row == column { histogram(&panel, vertical)? } else { cloud(&panel, horizontal, vertical)? }
             }
             let middle = start(row) + PANEL / 2;
-            label(&root, vertical, Place { at: (middle, side - MARGIN + 4), turned: false })?;
-            label(&root, vertical, Place { at: (4, middle), turned: true })?;
+            label(&root, vertical, LabelPlace { at: (middle, side - MARGIN + 4), turned: false })?;
+            label(&root, vertical, LabelPlace { at: (4, middle), turned: true })?;
         }
         root.present().map_err(PlotError::of)?;
     }
@@ -63,13 +63,13 @@ pub fn scatter_matrix(title: &str, factors: &[Factor]) -> Result<String, PlotErr
 }
 
 /// Where a label stands: the middle of its upper edge, and whether it reads upwards.
-struct Place {
+struct LabelPlace {
     at: (i32, i32),
     turned: bool,
 }
 
 /// Name and below it the domain.
-fn label(root: &DrawingArea<SVGBackend<'_>, Shift>, factor: &Factor, place: Place) -> Result<(), PlotError> {
+fn label(root: &DrawingArea<SVGBackend<'_>, Shift>, factor: &MatrixFactor, place: LabelPlace) -> Result<(), PlotError> {
     let long = factor.domain.chars().count() > LABEL;
     let shown: String = factor.domain.chars().take(if long { LABEL - 3 } else { LABEL }).collect();
     let domain = format!("{shown}{}", if long { "..." } else { "" });
@@ -84,7 +84,11 @@ fn label(root: &DrawingArea<SVGBackend<'_>, Shift>, factor: &Factor, place: Plac
     Ok(())
 }
 
-fn cloud(panel: &DrawingArea<SVGBackend<'_>, Shift>, horizontal: &Factor, vertical: &Factor) -> Result<(), PlotError> {
+fn cloud(
+    panel: &DrawingArea<SVGBackend<'_>, Shift>,
+    horizontal: &MatrixFactor,
+    vertical: &MatrixFactor,
+) -> Result<(), PlotError> {
     let (red, green, blue) = COLORS[0];
     let place = |share: f64| (INSET + share * (f64::from(PANEL) - 2.0 * INSET)).round() as i32;
     for (x, y) in horizontal.shares.iter().zip(&vertical.shares) {
@@ -94,7 +98,7 @@ fn cloud(panel: &DrawingArea<SVGBackend<'_>, Shift>, horizontal: &Factor, vertic
     Ok(())
 }
 
-fn histogram(panel: &DrawingArea<SVGBackend<'_>, Shift>, factor: &Factor) -> Result<(), PlotError> {
+fn histogram(panel: &DrawingArea<SVGBackend<'_>, Shift>, factor: &MatrixFactor) -> Result<(), PlotError> {
     let mut counts = [0_usize; BARS];
     for share in &factor.shares {
         if let Some(count) = counts.get_mut(((share * BARS as f64) as usize).min(BARS - 1)) {
@@ -114,11 +118,11 @@ fn histogram(panel: &DrawingArea<SVGBackend<'_>, Shift>, factor: &Factor) -> Res
 
 #[cfg(test)]
 mod tests {
-    use super::{Factor, scatter_matrix};
+    use super::{MatrixFactor, scatter_matrix};
 
     #[test]
     fn every_row_is_a_disc_in_every_panel_beside_the_diagonal() {
-        let factor = |name: &str| Factor {
+        let factor = |name: &str| MatrixFactor {
             name: name.to_owned(),
             domain: "a domain of more than twenty-four letters".into(),
             shares: vec![0.0, 0.5, 1.0],

@@ -12,6 +12,6 @@ mod thin;
 pub use axis::Axis;
 pub use chart::{Chart, Line, Marker, Series, panels};
 pub use document::{document, escape};
-pub use matrix::{Factor, scatter_matrix};
+pub use matrix::{MatrixFactor, scatter_matrix};
 pub use style::{BLACK, COLORS, Color, PlotError};
 pub use thin::thinned;

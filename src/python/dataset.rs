@@ -11,11 +11,11 @@ use super::error::Raise;
 use super::surrogate::Surrogate;
 use super::table::Table;
 use super::wait::Work;
-use crate::analysis::{Bootstrap, Estimator};
-use crate::dataset::{DatasetReader, TableName, table_batch};
-use crate::sensitivity::{SensitivitySettings, analyse, columns};
-use crate::surrogate::{SurrogateSettings, fit};
-use crate::words::{did_you_mean, nearest};
+use decore_dataset::{DatasetReader, TableName, table_batch};
+use decore_lab::sensitivity::{SensitivitySettings, analyse, columns};
+use decore_lab::surrogate::{SurrogateSettings, fit};
+use decore_quantity::words::{did_you_mean, nearest};
+use decore_statistics::analysis::{Bootstrap, Estimator};
 
 /// A dataset as it was when it was opened.
 #[pyclass(module = "decore", frozen)]

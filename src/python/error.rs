@@ -7,11 +7,10 @@ use pyo3::exceptions::{PyException, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyType};
 
-use crate::dataset;
-use crate::engine::EngineError;
-use crate::sensitivity::SensitivityError;
-use crate::study::{self, Place};
-use crate::surrogate::SurrogateError;
+use decore_lab::sensitivity::SensitivityError;
+use decore_lab::surrogate::SurrogateError;
+use decore_study::FileLocation;
+use decore_study::engine::EngineError;
 
 create_exception!(decore, Error, PyException, "What decore raises; all its exceptions are of this class.");
 create_exception!(
@@ -89,8 +88,8 @@ pub fn problem(fields: Fields) -> Problem {
 }
 
 impl Problem {
-    fn new(problem: &study::Problem) -> Self {
-        let Place { file, line, column, .. } = &problem.place;
+    fn new(problem: &decore_study::Problem) -> Self {
+        let FileLocation { file, line, column, .. } = &problem.place;
         Self {
             file: file.clone(),
             line: *line,
@@ -110,14 +109,14 @@ pub trait Raise {
     fn raise(self, py: Python<'_>) -> PyErr;
 }
 
-impl Raise for study::StudyError {
+impl Raise for decore_study::StudyError {
     fn raise(self, py: Python<'_>) -> PyErr {
         wrong_study(py, &self.to_string(), self.problems())
     }
 }
 
 /// The exception for a study that is wrong.
-fn wrong_study(py: Python<'_>, message: &str, problems: &[study::Problem]) -> PyErr {
+fn wrong_study(py: Python<'_>, message: &str, problems: &[decore_study::Problem]) -> PyErr {
     let error = StudyError::new_err(message.to_owned());
     let problems = problems.iter().map(|problem| Py::new(py, Problem::new(problem)));
     let attached = PyList::new(py, problems.filter_map(Result::ok));
@@ -127,7 +126,7 @@ fn wrong_study(py: Python<'_>, message: &str, problems: &[study::Problem]) -> Py
     }
 }
 
-impl Raise for dataset::DatasetError {
+impl Raise for decore_dataset::DatasetError {
     fn raise(self, _: Python<'_>) -> PyErr {
         DatasetError::new_err(self.to_string())
     }

@@ -3,8 +3,8 @@
 use pyo3::prelude::*;
 
 use super::value::object;
-use crate::design::Distribution;
-use crate::study::FactorInfo;
+use decore_statistics::design::Distribution;
+use decore_study::FactorInfo;
 
 /// A factor of a design.
 #[pyclass(module = "decore", frozen, get_all)]

@@ -13,11 +13,11 @@ use super::factor::ends;
 use super::ready::{Asked, Ready, Shared};
 use super::value::repeated;
 use super::wait::Work;
-use crate::dataset::Source;
-use crate::design::{Distribution, Level};
-use crate::engine::{EngineError, Rows};
-use crate::quantity::Value;
-use crate::study::{CheckedStudy, FactorInfo};
+use decore_dataset::Source;
+use decore_quantity::Value;
+use decore_statistics::design::{Distribution, Level};
+use decore_study::engine::{EngineError, RowRunner};
+use decore_study::{CheckedStudy, FactorInfo};
 
 /// Share of a range by which rounding may leave it.
 const ROUNDING: f64 = 1e-9;

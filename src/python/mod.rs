@@ -1,4 +1,4 @@
-//! The module of the Python package `decore`: the calls of [`crate::engine`] and [`crate::dataset`] that the command line makes, for
+//! The module of the Python package `decore`: the calls of [`decore_study::engine`] and [`decore_dataset`] that the command line makes, for
 //! notebooks and programs. What is around it in Python is in `decore/` beside this file, with the types of all it has.
 //!
 //! Nothing here holds the interpreter while it simulates, reads or writes. Values become Python's objects, and objects values, with it
@@ -20,7 +20,7 @@ mod wait;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::run::thread_count;
+use decore_model::run::thread_count;
 
 /// Opens the dataset in a folder.
 #[pyfunction]

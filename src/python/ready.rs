@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use arrow_array::RecordBatch;
 
-use crate::dataset::{Columns, DatasetError, DatasetInfo, RowRecord, record_batches, signals_batch};
-use crate::design::Level;
-use crate::engine::{Engine, EngineError, Rows};
-use crate::metrics::{Instant, Signal, signal_list};
-use crate::run::RowOutcome;
-use crate::study::{CheckedStudy, Study};
+use decore_dataset::{Columns, DatasetError, DatasetInfo, RowRecord, record_batches, signals_batch};
+use decore_model::metrics::{Instant, Signal, signal_list};
+use decore_model::run::RowOutcome;
+use decore_statistics::design::Level;
+use decore_study::engine::{Engine, EngineError, RowRunner};
+use decore_study::{CheckedStudy, Study};
 
 /// A study ready to run.
 pub struct Ready {

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use super::ready::Simulated;
 use super::table::Table;
-use crate::dataset::TableName;
+use decore_dataset::TableName;
 
 /// How a row ended, and its tables.
 #[pyclass(module = "decore", frozen, get_all)]

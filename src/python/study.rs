@@ -17,11 +17,11 @@ use super::sweep::Sweep;
 use super::table::Table;
 use super::value::{FilePath, given, repeated, settings, truth};
 use super::wait::Work;
-use crate::dataset::{DatasetError, Existing, SweepState, TableName, table_batch};
-use crate::design::Level;
-use crate::engine::{checked, design_table};
-use crate::run::{DEFAULT_RETRIES, thread_count};
-use crate::study::{self, CheckedStudy};
+use decore_dataset::{DatasetError, Existing, SweepState, TableName, table_batch};
+use decore_model::run::{DEFAULT_RETRIES, thread_count};
+use decore_statistics::design::Level;
+use decore_study::CheckedStudy;
+use decore_study::engine::{checked, design_table};
 
 /// What [`unpickled`] takes.
 type Handed = (PathBuf, Vec<String>, u32, String);
@@ -40,7 +40,7 @@ impl Study {
     /// Reads a study file, with settings `path=value` over its own.
     fn load(py: Python<'_>, path: &Path, overrides: Vec<String>, retries: u32) -> PyResult<Self> {
         let file = path.to_owned();
-        let work = move |_: &_| checked(crate::study::Study::load(&file)?.with_overrides(&overrides)?);
+        let work = move |_: &_| checked(decore_study::Study::load(&file)?.with_overrides(&overrides)?);
         let checked = Work::new(work).wait(py)?.map_err(|error| error.raise(py))?;
         Ok(Self { checked, path: std::path::absolute(path)?, retries, ready: OnceLock::new() })
     }
@@ -61,7 +61,7 @@ impl Study {
     /// The row that is meant: its index, or values by the names of the factors.
     fn asked(&self, py: Python<'_>, row: &Bound<'_, PyAny>) -> PyResult<Asked> {
         if let Ok(values) = row.cast::<PyMapping>() {
-            let levels: Result<Vec<Level>, study::StudyError> = self.checked.levels(&given(values)?);
+            let levels: Result<Vec<Level>, decore_study::StudyError> = self.checked.levels(&given(values)?);
             return levels.map(Asked::Point).map_err(|error| error.raise(py));
         }
         let index = row.extract::<i64>();

@@ -11,9 +11,9 @@ use super::error::{PredictionWarning, Raise, warn};
 use super::table::Table;
 use super::value::{FilePath, entries, value};
 use super::wait::{Work, give_way};
-use crate::dataset::table_batch;
-use crate::surrogate::{Model, Row, predict_rows, read, write};
-use crate::words::{did_you_mean, nearest};
+use decore_dataset::table_batch;
+use decore_lab::surrogate::{Model, QueryRow, predict_rows, read, write};
+use decore_quantity::words::{did_you_mean, nearest};
 
 /// Models of the outputs of a dataset over its factors.
 #[pyclass(module = "decore", frozen)]
@@ -77,7 +77,7 @@ impl Surrogate {
         let cells = self.rows(factors)?;
         let model = Arc::clone(&self.model);
         let predicted = Work::new(move |_| {
-            let rows = cells.iter().enumerate().map(|(row, cells)| Row { place: format!("row {row}"), cells });
+            let rows = cells.iter().enumerate().map(|(row, cells)| QueryRow { place: format!("row {row}"), cells });
             predict_rows(&model, &rows.collect::<Vec<_>>())
         });
         let predicted = predicted.wait(py)?.map_err(|error| error.raise(py))?;

@@ -10,9 +10,9 @@ use pyo3::prelude::*;
 
 use super::ready::Shared;
 use super::wait::Work;
-use crate::dataset::{Existing, SweepStatus};
-use crate::engine::{EngineError, SweepEvent, SweepSettings};
-use crate::run::RowStatus;
+use decore_dataset::{Existing, SweepStatus};
+use decore_model::run::RowStatus;
+use decore_study::engine::{EngineError, SweepEvent, SweepSettings};
 
 /// Time between two calls of the callable.
 const TOLD_EVERY: Duration = Duration::from_millis(200);

@@ -15,9 +15,9 @@ use pyo3::types::{PyCapsule, PyIterator, PyList};
 use super::error::{DatasetError, Error};
 use super::value::object;
 use super::wait::give_way;
-use crate::dataset::{DatasetReader, TableName};
-use crate::quantity::Value;
-use crate::words::{did_you_mean, nearest};
+use decore_dataset::{DatasetReader, TableName};
+use decore_quantity::Value;
+use decore_quantity::words::{did_you_mean, nearest};
 
 /// A table: what implements `__arrow_c_stream__` for pyarrow, polars, pandas, DuckDB and others; units and descriptions are in the
 /// fields' metadata.

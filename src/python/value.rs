@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyMapping, PyString, PyTuple};
 
-use crate::quantity::Value;
+use decore_quantity::Value;
 
 /// Lists and tables within each other at most: no key of a study has as many, and a list that holds itself has no end.
 const MOST_NESTED: usize = 16;

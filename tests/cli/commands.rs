@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 #[cfg(unix)]
 use std::time::Duration;
 
-use decore::dataset::{DatasetReader, TableName};
+use decore_dataset::{DatasetReader, TableName};
 use tempfile::TempDir;
 
 const DONE: i32 = 0;
@@ -169,7 +169,7 @@ fn a_scene_prints_every_output_by_its_name() {
     let metrics = &json["outcome"]["metrics"];
     assert_eq!([&metrics["hammers"][0]["name"], &metrics["blows"][0]["hammer"]], ["hammer", "hammer"]);
     assert_eq!(metrics["castings"][0]["name"], "part");
-    for quantity in decore::metrics::HammerMetrics::QUANTITIES {
+    for quantity in decore_model::metrics::HammerMetrics::QUANTITIES {
         assert!(text.contains(quantity.name), "{} is not in\n{text}", quantity.name);
         assert!(metrics["hammers"][0].get(quantity.name).is_some(), "{} is not in the JSON", quantity.name);
     }
@@ -347,11 +347,12 @@ fn bad_matrices_name_file_and_reason() {
 
 #[test]
 fn a_modal_table_gives_what_the_matrices_give() {
-    let modes_of = |path: &std::path::Path| decore::engine::Engine::load(path, &[]).unwrap().scene(0).unwrap().modes;
+    let modes_of =
+        |path: &std::path::Path| decore_study::engine::Engine::load(path, &[]).unwrap().scene(0).unwrap().modes;
     let scratch = TempDir::new().unwrap();
     let modes = modes_of(&studies().join("paper_rig.toml"));
-    let fixture = decore::scene::FixtureId { casting: 0, fixture: 0 };
-    let points = [decore::scene::PointId::Mount { hammer: 0 }, decore::scene::PointId::Support(fixture)];
+    let fixture = decore_model::scene::FixtureId { casting: 0, fixture: 0 };
+    let points = [decore_model::scene::PointId::Mount { hammer: 0 }, decore_model::scene::PointId::Support(fixture)];
     let mut table = "mode,frequency_hz,damping_ratio,R5.z,T5.z\n".to_owned();
     for (s, omega) in modes.omega_rad_s.iter().enumerate() {
         // A strike points downwards, the table's z upwards.

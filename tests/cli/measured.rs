@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use decore::engine::Engine;
+use decore_study::engine::Engine;
 use serde_json::Value as Json;
 use tempfile::TempDir;
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use decore::run::RowStatus;
+use decore_model::run::RowStatus;
 use tempfile::TempDir;
 
 /// Settings that make a shipped study quick.
@@ -137,8 +137,8 @@ fn twins_have_columns_and_a_price() {
     assert!(text.contains("twins          2 per row, "), "{text}");
     let (code, _, log) = run("run", &["--set", "outputs.twins=2", "--output", "out"]);
     assert_eq!(code, Some(0), "{log}");
-    let reader = decore::dataset::DatasetReader::open(&scratch.path().join("out")).expect("opened");
-    let table = decore::dataset::TableName::Runs;
+    let reader = decore_dataset::DatasetReader::open(&scratch.path().join("out")).expect("opened");
+    let table = decore_dataset::TableName::Runs;
     let names = ["hammer_first_impact_energy_j_scatter", "delivered_work_j_scatter", "part_peak_velocity_m_s_scatter"];
     let mut rows = 0;
     reader
@@ -149,11 +149,11 @@ fn twins_have_columns_and_a_price() {
         })
         .expect("read");
     assert_eq!(rows, 8);
-    let scatter = |column: &decore::dataset::ColumnDescription| column.name.ends_with("_scatter");
+    let scatter = |column: &decore_dataset::ColumnDescription| column.name.ends_with("_scatter");
     // Without twins there is no such column.
     assert!(reader.columns(table).iter().filter(|column| scatter(column)).count() > 15);
     assert_eq!(run("run", &["--output", "plain"]).0, Some(0));
-    let plain = decore::dataset::DatasetReader::open(&scratch.path().join("plain")).expect("opened");
+    let plain = decore_dataset::DatasetReader::open(&scratch.path().join("plain")).expect("opened");
     assert_eq!(plain.columns(table).iter().filter(|column| scatter(column)).count(), 0);
     let driven = "design.factor.pressure.path=outputs.twins";
     let (code, _, log) = run("check", &["--set", driven]);
@@ -183,10 +183,10 @@ fn numerical_twins_have_columns_and_lines() {
         ran(&mut command_line)
     };
     let done = |folder: &str| {
-        let reader = decore::dataset::DatasetReader::open(&scratch.path().join(folder)).expect("opened");
+        let reader = decore_dataset::DatasetReader::open(&scratch.path().join(folder)).expect("opened");
         let names =
             ["numerical_twin_done", "numerical_errors_beyond_promise", "hammer_first_impact_energy_j_numerical_error"];
-        let (table, mut rows) = (decore::dataset::TableName::Runs, Vec::new());
+        let (table, mut rows) = (decore_dataset::TableName::Runs, Vec::new());
         let read = reader.visit(table, &names, |cells| {
             rows.push(cells.iter().map(|cell| cell.and_then(|value| value.number())).collect::<Vec<_>>());
         });

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use decore::dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
+use decore_dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -63,7 +63,7 @@ fn the_readme_s_commands_run_in_their_order() {
 #[test]
 fn the_guide_lists_what_a_study_can_name() {
     let scratch = TempDir::new().expect("scratch");
-    let schema = decore::study::study_schema();
+    let schema = decore_study::study_schema();
     for (page, set) in [("designs", "DesignKind"), ("machine", "MatrixFormat"), ("limits", "ContactLawName")] {
         let output = decore(&scratch).args(["help", page]).output().expect("started");
         let text = String::from_utf8(output.stdout).expect("text");
@@ -92,7 +92,7 @@ fn theory_and_glossary_name_what_there_is() {
         String::from_utf8(output.stdout).expect("text")
     };
     let (theory, glossary) = (help("theory"), help("glossary"));
-    let hammer = decore::study::hammer_schema();
+    let hammer = decore_study::hammer_schema();
     for (group, entry) in hammer["properties"].as_object().expect("groups") {
         let definition = entry["$ref"].as_str().expect("a reference").trim_start_matches('#');
         let parameters = hammer.pointer(definition).expect("a group")["properties"].as_object().expect("parameters");
@@ -100,7 +100,7 @@ fn theory_and_glossary_name_what_there_is() {
             assert!(theory.contains(&format!("\n- `{group}.{key}`: ")), "{group}.{key}");
         }
     }
-    let known = format!("{}{}{hammer}", help("outputs"), decore::study::study_schema());
+    let known = format!("{}{}{hammer}", help("outputs"), decore_study::study_schema());
     for text in [&theory, &glossary] {
         let long: Vec<&str> = text.lines().filter(|line| line.chars().count() > 80).collect();
         assert!(long.is_empty(), "{long:#?}");

@@ -1,7 +1,7 @@
 //! The coupled system with a change of what an integrator sees of it: a planted error, an event that is hidden.
 
-use decore::integrate::{GuardSample, Rebasing, Settings, Switching, System, Taken};
-use decore::system::Coupled;
+use decore_model::integrate::{GuardSample, Rebasing, Settings, Switching, System, Taken};
+use decore_model::system::Coupled;
 
 /// What is changed; what is left as it is here is as the system within has it.
 pub trait Change {

@@ -1,9 +1,9 @@
 //! Piecewise smooth problems as the integrator sees them, logs of a run, observed orders.
 
-use decore::integrate::{
+use decore_model::integrate::{
     Counters, GuardSample, Integrator, Observer, Rebasing, Settings, Step, Stepper, Stopped, Switching, System, Tsit5,
 };
-use decore::system::Coupled;
+use decore_model::system::Coupled;
 
 /// A piecewise smooth problem; what a problem does not need has a default.
 pub trait Piecewise {

@@ -6,12 +6,12 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use decore::engine::{Engine, Rows};
-use decore::metrics::{
+use decore_model::metrics::{
     CastingMetrics, HammerMetrics, NumericalErrors, Percussion, Promise, RunMetrics, RunTotals, Span,
 };
-use decore::quantity::Quantity;
-use decore::study::Study;
+use decore_quantity::Quantity;
+use decore_study::Study;
+use decore_study::engine::{Engine, RowRunner};
 
 /// Names of mount and fixture point of families whose casting only heaves.
 const HEAVING: [[&str; 2]; 3] = [["R4", "T4"], ["R5", "T5"], ["R6", "T6"]];

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use decore::contact::{ContactParameters, kelvin_voigt};
-use decore::hammer::{HammerParameters, body};
-use decore::integrate::{Observer, Step, System};
-use decore::scene::{
+use decore_model::contact::{ContactParameters, kelvin_voigt};
+use decore_model::hammer::{HammerParameters, body};
+use decore_model::integrate::{Observer, Step, System};
+use decore_model::scene::{
     Environment, FixtureId, Guide, HammerLink, HammerUnit, ModeTreatment, Mount, OutputSettings, Owner, PointId, Scene,
     SolverSettings,
 };
-use decore::system::{Coupled, CoupledModel, InterfaceModes};
-use decore::workpiece::{Casting, Fixture};
+use decore_model::system::{Coupled, CoupledModel, InterfaceModes};
+use decore_model::workpiece::{Casting, Fixture};
 
 use super::harness::{Run, observe, settings};
 

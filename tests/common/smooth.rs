@@ -1,6 +1,6 @@
 //! Problems with a known solution between their switches.
 
-use decore::integrate::System;
+use decore_model::integrate::System;
 
 use super::harness::Piecewise;
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use decore::engine::{Engine, RowScene};
-use decore::metrics::RunMetrics;
-use decore::run::{RowJob, RowOutcome, RowStatus};
-use decore::scene::Scene;
-use decore::system::PlacedModes;
+use decore_model::metrics::RunMetrics;
+use decore_model::run::{RowJob, RowOutcome, RowStatus};
+use decore_model::scene::Scene;
+use decore_model::system::PlacedModes;
+use decore_study::engine::{Engine, RowScene};
 
 /// The scene of a row of a shipped study and the machine's modes for it, or why there is none.
 pub fn scene(study: &str, row: usize, settings: &[&str]) -> Result<(Scene, Arc<PlacedModes>), String> {

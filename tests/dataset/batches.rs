@@ -3,10 +3,10 @@
 
 use arrow_array::{Array, RecordBatch, RecordBatchReader};
 use arrow_schema::ArrowError;
-use decore::dataset::{
+use decore_dataset::{
     Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, TableName, record_batches,
 };
-use decore::engine::{Engine, Rows, SweepSettings};
+use decore_study::engine::{Engine, RowRunner, SweepSettings};
 use std::path::Path;
 use tempfile::TempDir;
 

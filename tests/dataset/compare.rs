@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use decore::cli::output_schemas;
-use decore::comparison::{Comparison, ComparisonError, ComparisonSettings, compare};
-use decore::dataset::{DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord};
-use decore::engine::{Engine, SweepSettings};
-use decore::metrics::{RunMetrics, Scatter, ScatterOf};
-use decore::quantity::Value;
-use decore::run::RowStatus;
+use decore_dataset::{DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord};
+use decore_lab::comparison::{Comparison, ComparisonError, ComparisonSettings, compare};
+use decore_model::metrics::{RunMetrics, Scatter, ScatterOf};
+use decore_model::run::RowStatus;
+use decore_quantity::Value;
+use decore_study::engine::{Engine, SweepSettings};
 use tempfile::TempDir;
 
 use crate::sweeps::{decore, errors, output};
@@ -159,7 +159,7 @@ fn repeated_rows_are_matched_in_their_order() {
     let mut whole = info();
     whole.factors.truncate(2);
     let mut real = whole.clone();
-    real.factors[1].kind = decore::quantity::Kind::Real;
+    real.factors[1].kind = decore_quantity::Kind::Real;
     let a = written(&scratch.path().join("a"), &whole, |made| {
         made.factors = vec![Value::Real(1.0), Value::Integer((made.row / 2) as i64)];
     });

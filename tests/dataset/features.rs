@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::synthetic::{ROWS, dataset, described, info, outcome};
-use decore::dataset::{DatasetInfo, DatasetReader, DatasetWriter, Existing, Factor, RowRecord};
-use decore::features::{Column, FeatureSettings, Features, FeaturesError, Format, Role, Splits, export, features};
-use decore::metrics::CastingMetrics;
-use decore::quantity::{Kind, Value};
+use decore_dataset::{DatasetInfo, DatasetReader, DatasetWriter, Existing, FactorColumn, RowRecord};
+use decore_lab::features::{
+    FeatureColumn, FeatureSettings, Features, FeaturesError, Format, Role, Splits, export, features,
+};
+use decore_model::metrics::CastingMetrics;
+use decore_quantity::{Kind, Value};
 use tempfile::TempDir;
 
 fn table(folder: &Path, settings: &FeatureSettings) -> Features {
     features(&DatasetReader::open(folder).expect("opened"), settings).expect("features")
 }
 
-fn column<'a>(features: &'a Features, name: &str) -> &'a Column {
+fn column<'a>(features: &'a Features, name: &str) -> &'a FeatureColumn {
     features.columns.iter().find(|column| column.name == name).unwrap_or_else(|| panic!("no column {name}"))
 }
 
@@ -94,7 +96,7 @@ casting = "a"
 path = 'hammer."right-hand".casting'
 values = ["a", "b"]
 "#;
-    let struck = Factor {
+    let struck = FactorColumn {
         name: "struck".to_owned(),
         kind: Kind::Text,
         unit: String::new(),

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use decore::analysis::Bootstrap;
-use decore::comparison::{ComparisonSettings, compare};
-use decore::dataset::{DatasetReader, DatasetWriter, Existing, SweepStatus, verify};
-use decore::engine::{Engine, SweepSettings};
-use decore::features::{FeatureSettings, export};
 use decore::page::{MOST_ROWS, dataset_page};
-use decore::report::{Charts, Paper, ReportSettings, summarise};
-use decore::sensitivity::{SensitivitySettings, analyse};
-use decore::surrogate::{SurrogateSettings, fit, predict, read, write};
+use decore_dataset::{DatasetReader, DatasetWriter, Existing, SweepStatus, verify};
+use decore_lab::comparison::{ComparisonSettings, compare};
+use decore_lab::features::{FeatureSettings, export};
+use decore_lab::report::{Charts, Paper, ReportSettings, summarise};
+use decore_lab::sensitivity::{SensitivitySettings, analyse};
+use decore_lab::surrogate::{SurrogateSettings, fit, predict, read, write};
+use decore_statistics::analysis::Bootstrap;
+use decore_study::engine::{Engine, SweepSettings};
 use tempfile::TempDir;
 
 use crate::growth::{FACTORS, MACHINE};

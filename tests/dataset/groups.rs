@@ -5,15 +5,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::synthetic::{described, info};
-use decore::dataset::{DatasetInfo, DatasetReader, DatasetWriter, Existing, Factor as StoredFactor, RowRecord};
-use decore::design::{
+use decore_dataset::{DatasetInfo, DatasetReader, DatasetWriter, Existing, FactorColumn, RowRecord};
+use decore_lab::features::{FeatureColumn, FeatureSettings, Features, FeaturesError, GroupBy, Splits, features};
+use decore_model::run::RowOutcome;
+use decore_quantity::{Kind as ValueKind, Value};
+use decore_statistics::design::{
     Axial, BoxBehnken, CentralComposite, Constraints, Design, Distribution, Factor, FractionalFactorial, FullFactorial,
     Halton, HypercubeKind, Kind, LatinHypercube, Level, Morris, OneAtATime, PlackettBurman, Product, ProductPart,
     Random, Saltelli, Sobol, Table, Union,
 };
-use decore::features::{Column, FeatureSettings, Features, FeaturesError, GroupBy, Splits, features};
-use decore::quantity::{Kind as ValueKind, Value};
-use decore::run::RowOutcome;
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -87,7 +87,7 @@ fn linked(tokens: &[Vec<String>]) -> Vec<usize> {
 
 /// A dataset of a design all of whose rows failed: only their factors matter here.
 fn dataset(folder: &Path, design: &Design) -> DatasetReader {
-    let factor = |index: usize| StoredFactor {
+    let factor = |index: usize| FactorColumn {
         name: format!("f{index}"),
         kind: ValueKind::Real,
         unit: "1".to_owned(),
@@ -114,7 +114,7 @@ fn dataset(folder: &Path, design: &Design) -> DatasetReader {
     DatasetReader::open(folder).expect("opened")
 }
 
-fn column<'a>(features: &'a Features, name: &str) -> Option<&'a Column> {
+fn column<'a>(features: &'a Features, name: &str) -> Option<&'a FeatureColumn> {
     features.columns.iter().find(|column| column.name == name)
 }
 

@@ -9,8 +9,8 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use decore::dataset::{DatasetReader, TableName, verify};
-use decore::quantity::Cell;
+use decore_dataset::{DatasetReader, TableName, verify};
+use decore_quantity::Cell;
 use tempfile::TempDir;
 
 use crate::growth::MACHINE;

@@ -7,7 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::synthetic::{ROWS, contract, dataset, info, outcome, record};
-use decore::dataset::{DatasetError, DatasetWriter, Existing};
+use decore_dataset::{DatasetError, DatasetWriter, Existing};
 use tempfile::TempDir;
 
 #[test]

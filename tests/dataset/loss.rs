@@ -5,11 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record};
-use decore::dataset::{
-    Chosen, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowSpan, TableName, merge, verify,
+use decore_dataset::{
+    DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RerunSelection, RowSpan, TableName, merge,
+    verify,
 };
-use decore::quantity::Value;
-use decore::report::{ReportSettings, summarise};
+use decore_lab::report::{ReportSettings, summarise};
+use decore_quantity::Value;
 use tempfile::TempDir;
 
 /// Variable that sets the number of corruptions of the campaign.
@@ -450,7 +451,7 @@ fn verify_has_an_exit_code_and_status_says_what_it_has_not_read() {
 fn a_part_cut_off_in_its_replacement_is_no_loss_and_said() {
     let (_scratch, folder) = dataset();
     let whole = contract(&folder);
-    let rows = Chosen::Rows(vec![RowSpan { first: 0, end: 64 }]);
+    let rows = RerunSelection::Rows(vec![RowSpan { first: 0, end: 64 }]);
     let mut writer = DatasetWriter::again(&folder, &info(), RowSpan { first: 0, end: ROWS }, &rows).expect("again");
     (0..63).for_each(|row| writer.write(&record(row, outcome(row))).expect("taken"));
     drop(writer);

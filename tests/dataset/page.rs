@@ -5,10 +5,10 @@ use std::path::Path;
 use crate::synthetic::{ROWS, dataset, described, info, record, write};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use decore::dataset::{DatasetReader, DatasetWriter, Existing, TableName};
 use decore::page::{MOST_ROWS, dataset_page};
-use decore::quantity::Value;
-use decore::report::ReportSettings;
+use decore_dataset::{DatasetReader, DatasetWriter, Existing, TableName};
+use decore_lab::report::ReportSettings;
+use decore_quantity::Value;
 use serde_json::Value as Json;
 use tempfile::TempDir;
 
@@ -128,7 +128,7 @@ fn texts_of_a_page_are_codes_into_names() {
 fn a_thinned_page_keeps_the_extremes() {
     let scratch = TempDir::new().expect("scratch folder");
     let rows = 3000;
-    let info = decore::dataset::DatasetInfo { rows, ..info() };
+    let info = decore_dataset::DatasetInfo { rows, ..info() };
     let mut writer = DatasetWriter::create(scratch.path(), &info, Existing::Refuse).expect("created");
     for row in 0..rows {
         writer.write(&record(row, crate::synthetic::outcome(row))).expect("written");

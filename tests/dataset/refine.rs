@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use decore::dataset::{DatasetReader, TableName};
-use decore::quantity::Cell;
+use decore_dataset::{DatasetReader, TableName};
+use decore_quantity::Cell;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -162,8 +162,8 @@ fn what_it_tells_of_models_is_what_surrogate_tells() {
         if told["best"].is_null() {
             continue;
         }
-        let model = decore::surrogate::read(&study.file("model.parquet")).expect("a model");
-        let predicted = decore::surrogate::predict(&model, &study.file("rows.csv")).expect("predictions");
+        let model = decore_lab::surrogate::read(&study.file("model.parquet")).expect("a model");
+        let predicted = decore_lab::surrogate::predict(&model, &study.file("rows.csv")).expect("predictions");
         let column = predicted.columns.iter().find(|column| column.name == "delivered_work_j").expect("a column");
         let expected = column.values.number(told["best"]["row"].as_u64().expect("a row") as usize).expect("a number");
         let own = told["best"]["expected"].as_f64().expect("a number");

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use decore::dataset::{DatasetReader, TableName};
-use decore::engine::{Engine, Rows};
+use decore_dataset::{DatasetReader, TableName};
+use decore_study::engine::{Engine, RowRunner};
 use tempfile::TempDir;
 
 use crate::growth::{FACTORS, MACHINE};

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::synthetic::{ROWS, dataset, info};
-use decore::dataset::{DatasetError, DatasetReader, DatasetWriter, Existing};
-use decore::report::{ReportSettings, WorstResidual, summarise};
+use decore_dataset::{DatasetError, DatasetReader, DatasetWriter, Existing};
+use decore_lab::report::{ReportSettings, WorstResidual, summarise};
 use tempfile::TempDir;
 
 #[test]

@@ -6,9 +6,9 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use decore::dataset::{Chosen, DatasetReader, DatasetWriter, Existing, Rerun, RowSpan, TableName, verify};
-use decore::quantity::Cell;
-use decore::run::RowStatus;
+use decore_dataset::{DatasetReader, DatasetWriter, Existing, Rerun, RerunSelection, RowSpan, TableName, verify};
+use decore_model::run::RowStatus;
+use decore_quantity::Cell;
 use tempfile::TempDir;
 
 use crate::sweeps::{decore, errors, expect_code, output, status, was_killed};
@@ -165,7 +165,7 @@ fn a_rerun_that_ends_early_keeps_old_rows_and_new_ones() {
     let mended = |row: u64| record(row, outcome(row - 1));
     let mut mended_rows = 0;
     for (turn, rows) in failed.chunks(5).enumerate() {
-        let mut writer = DatasetWriter::again(&folder, &info(), range, &Chosen::Failed).expect("again");
+        let mut writer = DatasetWriter::again(&folder, &info(), range, &RerunSelection::Failed).expect("again");
         let left: Vec<u64> = writer.rows_left().iter().flat_map(|span| span.first..span.end).collect();
         assert_eq!(left, failed[mended_rows..], "turn {turn}");
         rows.iter().for_each(|row| writer.write(&mended(*row)).expect("written"));

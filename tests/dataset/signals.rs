@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use decore::dataset::{
+use decore_dataset::{
     DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, RowSpan, SignalColumn, TableName, merge, verify,
 };
-use decore::engine::{Engine, Rows, SweepSettings};
-use decore::features::{FeatureSettings, export, features};
+use decore_lab::features::{FeatureSettings, export, features};
+use decore_study::engine::{Engine, RowRunner, SweepSettings};
 use tempfile::TempDir;
 
 use crate::synthetic::{self, ROWS, contract, described, outcome};
@@ -39,8 +39,7 @@ fn table(folder: &Path) -> Vec<Vec<f64>> {
     let names: Vec<String> = reader.columns(TableName::Signals).iter().map(|column| column.name.clone()).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut rows = Vec::new();
-    let number =
-        |cell: &Option<decore::quantity::Value<&str>>| cell.and_then(|value| value.number()).expect("a number");
+    let number = |cell: &Option<decore_quantity::Value<&str>>| cell.and_then(|value| value.number()).expect("a number");
     reader.visit(TableName::Signals, &names, |cells| rows.push(cells.iter().map(number).collect())).expect("read");
     rows
 }
@@ -111,7 +110,7 @@ fn bytes_do_not_depend_on_threads_and_other_tables_not_on_signals() {
     let runs = |folder: &Path| {
         let reader = DatasetReader::open(folder).expect("opened");
         let mut found = Vec::new();
-        let visit = |cells: &[decore::quantity::Cell<'_>]| found.push(format!("{cells:?}"));
+        let visit = |cells: &[decore_quantity::Cell<'_>]| found.push(format!("{cells:?}"));
         reader.visit(TableName::Runs, &["delivered_work_j", "solver_steps"], visit).expect("read");
         found
     };

@@ -5,18 +5,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use decore::dataset::{Columns, DatasetInfo, DatasetWriter, Existing, Factor, Manifest, RowRecord};
-use decore::integrate::Counters;
-use decore::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Percussion, RunMetrics, RunTotals};
-use decore::quantity::{Kind, Value};
-use decore::run::{BatchSettings, RowOutcome, RowStatus, run_batch};
+use decore_dataset::{Columns, DatasetInfo, DatasetWriter, Existing, FactorColumn, Manifest, RowRecord};
+use decore_model::integrate::Counters;
+use decore_model::metrics::{Blow, BlowKind, CastingMetrics, HammerMetrics, Percussion, RunMetrics, RunTotals};
+use decore_model::run::{BatchSettings, RowOutcome, RowStatus, run_batch};
+use decore_quantity::{Kind, Value};
 use tempfile::TempDir;
 
 /// Rows of the synthetic study.
 pub const ROWS: u64 = 150;
 
-fn factor(name: &str, kind: Kind, unit: &str) -> Factor {
-    Factor { name: name.to_owned(), kind, unit: unit.to_owned(), description: format!("drives {name}") }
+fn factor(name: &str, kind: Kind, unit: &str) -> FactorColumn {
+    FactorColumn { name: name.to_owned(), kind, unit: unit.to_owned(), description: format!("drives {name}") }
 }
 
 /// The synthetic study.

@@ -5,11 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::synthetic::{ROWS, contract, dataset, files, info, outcome, record, write};
-use decore::dataset::{
+use decore_dataset::{
     Columns, DatasetError, DatasetInfo, DatasetReader, DatasetWriter, Existing, RowRecord, RowSpan, Source, TableName,
     merge, rows_per_part, verify,
 };
-use decore::quantity::{Kind, Value};
+use decore_quantity::{Kind, Value};
 use tempfile::TempDir;
 
 #[test]

@@ -6,8 +6,8 @@ use std::thread;
 use std::time::Duration;
 
 use crate::synthetic::{ROWS, contract, dataset, info, outcome, record};
-use decore::dataset::{DatasetError, DatasetWriter, Existing};
-use decore::files::Staged;
+use decore_dataset::{DatasetError, DatasetWriter, Existing};
+use decore_files::Staged;
 use tempfile::TempDir;
 
 #[test]

@@ -11,9 +11,9 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use cpu_time::ThreadTime;
-use decore::dataset::{Columns, DatasetReader, SweepStatus, TableName};
-use decore::structure::{FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalTable, ModelFiles, Units};
-use decore::study::{CheckedStudy, PointTable, Study, load_structure};
+use decore_dataset::{Columns, DatasetReader, SweepStatus, TableName};
+use decore_model::structure::{FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalTable, ModelFiles, Units};
+use decore_study::{CheckedStudy, PointTable, Study, load_structure};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};

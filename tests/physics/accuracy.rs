@@ -2,8 +2,8 @@
 
 use crate::common::scenes::{MOUNT, rig, support};
 use decore::accuracy::{Accuracy, Experiment, MAIN_OUTPUTS, fixed_steps, ladder, measure, plot, text};
-use decore::run::RowStatus;
-use decore::scene::{Method, ModeTreatment, SolverSettings};
+use decore_model::run::RowStatus;
+use decore_model::scene::{Method, ModeTreatment, SolverSettings};
 
 /// The first impact and some blows of the default hammer.
 fn short_rig() -> Accuracy {

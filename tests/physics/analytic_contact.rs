@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, observe, settings, switches};
 use crate::common::scenes::{PeakForce, bench, clear, contact_index, heave_velocity, place, simulate};
-use decore::contact::{ContactParameters, kelvin_voigt};
-use decore::hammer::{HammerParameters, body};
-use decore::integrate::Stopped;
-use decore::metrics::Recorder;
-use decore::scene::HammerLink;
-use decore::system::{Coupled, CoupledModel, build};
+use decore_model::contact::{ContactParameters, kelvin_voigt};
+use decore_model::hammer::{HammerParameters, body};
+use decore_model::integrate::Stopped;
+use decore_model::metrics::Recorder;
+use decore_model::scene::HammerLink;
+use decore_model::system::{Coupled, CoupledModel, build};
 
 /// Restitution and duration of a contact without tension: `z = c / (2 sqrt(k mu))`.
 fn closed_form(law: &ContactParameters, mu: f64) -> (f64, f64) {
@@ -116,7 +116,7 @@ fn pair_momentum(pair: &Pair, model: &Arc<CoupledModel>, y: &[f64]) -> f64 {
     let mut total: f64 =
         (body::CYLINDER..body::COUNT).map(|i| model.hammers()[0].model.mass()[i] * hammer.velocity[i]).sum();
     if pair.kind == HammerLink::ChiselCasting {
-        total += 0.517 * y[heave_velocity(&model, 0)];
+        total += 0.517 * y[heave_velocity(model, 0)];
     }
     total
 }

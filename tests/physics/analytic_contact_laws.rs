@@ -7,12 +7,12 @@ use crate::common::harness::{assert_close, assert_relative, observe, settings, s
 use crate::common::scenes::{
     NO_CONTACT, PeakForce, bench, clear, contact_index, heave_velocity, place, rig, shapes, simulate,
 };
-use decore::contact::{ContactLaw, ContactLawName, ContactParameters, restitution};
-use decore::hammer::{HammerParameters, body};
-use decore::integrate::{Integrator, Stopped, Tsit5};
-use decore::metrics::Recorder;
-use decore::scene::{HammerLink, Scene};
-use decore::system::{Coupled, CoupledModel, build};
+use decore_model::contact::{ContactLaw, ContactLawName, ContactParameters, restitution};
+use decore_model::hammer::{HammerParameters, body};
+use decore_model::integrate::{Integrator, Stopped, Tsit5};
+use decore_model::metrics::Recorder;
+use decore_model::scene::{HammerLink, Scene};
+use decore_model::system::{Coupled, CoupledModel, build};
 
 /// Chisel and casting of the bench.
 const MASSES: [f64; 2] = [1.8157, 0.517];
@@ -190,8 +190,8 @@ fn analytic_reduced_mass_of_the_strike() {
     casting.inertia_kg_m2 = Some([0.002, 0.004]);
     let fixture = casting.fixtures[0].clone();
     let corners = [[0.1, 0.1], [0.1, -0.1], [-0.1, 0.1], [-0.1, -0.1]];
-    casting.fixtures = corners.map(|at_m| decore::workpiece::Fixture { at_m, ..fixture.clone() }).into();
-    let modes = decore::system::InterfaceModes { shapes: shapes([Vec::new()], vec![Vec::new(); 4]), ..modes };
+    casting.fixtures = corners.map(|at_m| decore_model::workpiece::Fixture { at_m, ..fixture.clone() }).into();
+    let modes = decore_model::system::InterfaceModes { shapes: shapes([Vec::new()], vec![Vec::new(); 4]), ..modes };
     let model = build(&scene, &modes).expect("sound");
     let inverse = 1.0 / MASSES[0] + 1.0 / MASSES[1] + 0.04 * 0.04 / 0.002 + 0.03 * 0.03 / 0.004;
     let found = model.elements().contacts()[contact_index(&model, HammerLink::ChiselCasting)].law;
@@ -279,8 +279,8 @@ struct Bounces {
     times: Vec<f64>,
 }
 
-impl decore::integrate::Observer<Coupled> for Bounces {
-    fn step(&mut self, _system: &Coupled, _step: &decore::integrate::Step<'_>) {}
+impl decore_model::integrate::Observer<Coupled> for Bounces {
+    fn step(&mut self, _system: &Coupled, _step: &decore_model::integrate::Step<'_>) {}
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, _y: &[f64]) {
         if guard == self.contact && system.is_closed(guard) {
@@ -371,7 +371,7 @@ fn analytic_rest_under_every_law() {
             1e-9,
         );
         let mut rate = vec![0.0; model.layout().dimension()];
-        decore::integrate::System::rhs(&mut system, 0.0, model.initial_state(), &mut rate);
+        decore_model::integrate::System::rhs(&mut system, 0.0, model.initial_state(), &mut rate);
         // The cylinder carries no chisel, piston and spool yet: they fall until they touch.
         let cylinder = rate[model.layout().velocity(model.hammers()[0].points[body::CYLINDER])];
         let hanging = 9.80665 * (0.074 + 0.4546 + 1.8157) / 6.5;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use crate::common::harness::{assert_close, assert_relative, bisect, distance, observe, run, settings, slope};
 use crate::common::scenes::{MOUNT, bench, casting, castings_only, hammer, rig, shapes, simulate, solver, support};
-use decore::hammer::{HammerParameters, body};
-use decore::integrate::{Stopped, System};
-use decore::run::{RowStatus, run_row};
-use decore::scene::{Guide, ModeTreatment, Owner, PointId, Scene};
-use decore::system::{Coupled, CoupledModel, InterfaceModes, build};
+use decore_model::hammer::{HammerParameters, body};
+use decore_model::integrate::{Stopped, System};
+use decore_model::run::{RowStatus, run_row};
+use decore_model::scene::{Guide, ModeTreatment, Owner, PointId, Scene};
+use decore_model::system::{Coupled, CoupledModel, InterfaceModes, build};
 use nalgebra::{DMatrix, Matrix2, SymmetricEigen};
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -362,10 +362,11 @@ fn analytic_uncoupled_hammers() {
     };
     let one = run_row(&alone, &modes).metrics.expect("done");
     let two = run_row(&both, &double).metrics.expect("done");
-    let energy =
-        |metrics: &decore::metrics::RunMetrics, h: usize| metrics.hammers[h].first_impact_energy_j.expect("impact");
+    let energy = |metrics: &decore_model::metrics::RunMetrics, h: usize| {
+        metrics.hammers[h].first_impact_energy_j.expect("impact")
+    };
     let time =
-        |metrics: &decore::metrics::RunMetrics, h: usize| metrics.hammers[h].first_impact_time_s.expect("impact");
+        |metrics: &decore_model::metrics::RunMetrics, h: usize| metrics.hammers[h].first_impact_time_s.expect("impact");
     println!("{} {} {}", energy(&one, 0), energy(&two, 0), energy(&two, 1));
     assert_relative("energy of the first", energy(&two, 0), energy(&one, 0), 1e-6);
     assert_relative("energy of the second", energy(&two, 1), energy(&one, 0), 1e-3);

@@ -3,7 +3,7 @@
 use crate::common::harness::{self, EventLog, Harness, Samples, Smooth, assert_close, slope};
 use crate::common::impact::Bouncer;
 use crate::common::smooth::{Cliff, Kepler, Manufactured, Oscillator, Polyline};
-use decore::integrate::{
+use decore_model::integrate::{
     Counters, FixedStep, Integrator, Observer, Rebasing, Rk4, Settings, Stepper, Stopped, System, Trapezoid,
 };
 

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use crate::common::harness::{Harness, Piecewise, assert_close, run, settings};
 use crate::common::scenes::{bench, body_components, clear, place, simulate};
-use decore::hammer::body;
-use decore::integrate::Stopped;
-use decore::scene::Scene;
-use decore::system::{CoupledModel, build};
+use decore_model::hammer::body;
+use decore_model::integrate::Stopped;
+use decore_model::scene::Scene;
+use decore_model::system::{CoupledModel, build};
 
 /// A bench whose cylinder alone slides in the telescope, over metres, with friction `F tanh(v / v_s) + c v`.
 fn slide(mass: f64, (force, viscous): (f64, f64), friction_velocity: f64) -> (Arc<CoupledModel>, Vec<f64>) {

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use crate::common::harness::{Harness, Piecewise, assert_close, assert_relative, run, settings};
-use decore::hammer::{Gas, HammerModel, HammerParameters, HammerState, body, chamber};
-use decore::integrate::Stopped;
+use decore_model::hammer::{Gas, HammerModel, HammerParameters, HammerState, body, chamber};
+use decore_model::integrate::Stopped;
 
 const VOLUME: f64 = 1e-4;
 const AREA: f64 = 1e-5;

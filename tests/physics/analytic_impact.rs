@@ -6,7 +6,7 @@ use crate::common::harness::{
     EventLog, Harness, assert_close, assert_relative, bisect, fixed_step, run, settings, slope,
 };
 use crate::common::impact::{Bouncer, ImpactOscillator, ReliefValve};
-use decore::integrate::{Integrator, Settings, Stopped, Tsit5};
+use decore_model::integrate::{Integrator, Settings, Stopped, Tsit5};
 
 /// A free body against a wall leaves with exactly its restitution; with none it stays there.
 #[test]

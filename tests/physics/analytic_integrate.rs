@@ -7,7 +7,7 @@ use crate::common::harness::{
     settings, slope,
 };
 use crate::common::smooth::{Cliff, Explosion, Kepler, Manufactured, Oscillator, Polyline};
-use decore::integrate::Stopped;
+use decore_model::integrate::Stopped;
 
 const ORBIT: Kepler = Kepler { eccentricity: 0.3 };
 
@@ -276,14 +276,14 @@ fn analytic_quadratures() {
 #[test]
 fn budgets_end_a_run() {
     let start = ORBIT.solution(0.0);
-    let few = decore::integrate::Settings { max_steps: 10, ..settings(1e-8, 1.0) };
+    let few = decore_model::integrate::Settings { max_steps: 10, ..settings(1e-8, 1.0) };
     let run_few = run(&mut Smooth(ORBIT), &start, few, 100.0);
     assert_eq!(run_few.stopped, Stopped::StepBudget);
     assert_eq!(run_few.counters.steps + run_few.counters.rejected_steps, 10);
     assert!(run_few.t > 0.0 && run_few.t < 100.0);
     // The state is the one at the time reached.
     assert!(distance(&run_few.y, &ORBIT.solution(run_few.t)) < 1e-6);
-    let no_time = decore::integrate::Settings { max_wall_time_s: 0.0, ..settings(1e-8, 1e-3) };
+    let no_time = decore_model::integrate::Settings { max_wall_time_s: 0.0, ..settings(1e-8, 1e-3) };
     let run_short = run(&mut Smooth(ORBIT), &start, no_time, 100.0);
     assert_eq!(run_short.stopped, Stopped::TimeBudget);
     // The clock is looked at now and then only.
@@ -310,7 +310,7 @@ fn analytic_divergence_is_diagnosed() {
 /// A run in pieces goes on where it stopped: the same steps, the same end.
 #[test]
 fn a_run_can_be_continued() {
-    use decore::integrate::{Integrator, Tsit5};
+    use decore_model::integrate::{Integrator, Tsit5};
     let start = ORBIT.solution(0.0);
     let mut system = Smooth(ORBIT);
     let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, &start, &settings(1e-9, 1.0));

@@ -2,10 +2,10 @@
 
 use crate::common::changed::{Change, Changed, settings};
 use crate::common::studies::scene;
-use decore::hammer::chamber;
-use decore::integrate::{Integrator, Observer, Step, Stopped, System, Tsit5};
-use decore::metrics::{Recorder, RunTotals};
-use decore::system::{Coupled, CoupledModel, build};
+use decore_model::hammer::chamber;
+use decore_model::integrate::{Integrator, Observer, Step, Stopped, System, Tsit5};
+use decore_model::metrics::{Recorder, RunTotals};
+use decore_model::system::{Coupled, CoupledModel, build};
 use std::sync::Arc;
 
 /// What is wrong with a system.
@@ -63,7 +63,7 @@ impl Observer<Planted> for Through {
 const DURATION_S: f64 = 0.25;
 
 /// The audits of a run of `model` with an error planted; books kept by the model itself.
-fn audits(model: &Arc<CoupledModel>, scene: &decore::scene::Scene, plant: Plant) -> RunTotals {
+fn audits(model: &Arc<CoupledModel>, scene: &decore_model::scene::Scene, plant: Plant) -> RunTotals {
     let mut system = Planted { inner: Coupled::new(model), change: plant };
     let mut integrator = Integrator::<_, Tsit5>::new(&system, 0.0, model.initial_state(), &settings(1e-5));
     let mut observer = Through(Recorder::new(model, scene));

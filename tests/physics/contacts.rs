@@ -2,7 +2,7 @@
 
 use crate::common::harness::assert_relative;
 use crate::common::studies::rig;
-use decore::metrics::{HammerMetrics, RunMetrics};
+use decore_model::metrics::{HammerMetrics, RunMetrics};
 
 const CONTACT: &str = "hammer.hammer.parameters.chisel.casting_contact";
 /// Relative difference of the counts that any two presets may have.
@@ -26,7 +26,7 @@ fn counts(case: &[String], separation_s: f64) -> [u64; 3] {
 /// The number of intervals of positive force does not converge at stiff and dead contacts; that of contacts does.
 #[test]
 fn counts_of_contacts_agree_between_presets() {
-    let default_s = decore::scene::OutputSettings::default().contact_separation_s;
+    let default_s = decore_model::scene::OutputSettings::default().contact_separation_s;
     let cases =
         [vec![], vec![format!("{CONTACT}.restitution=1e-3")], vec![format!("{CONTACT}.stiffness_n_per_m=1e11")]];
     for (index, case) in cases.iter().enumerate() {

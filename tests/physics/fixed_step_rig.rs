@@ -1,7 +1,7 @@
 //! The methods at a fixed step on the paper's rig: how far their outputs are from those of the default method at 1e-7.
 
-use decore::engine::{Engine, RowScene};
-use decore::run::{RowOutcome, RowStatus, run_row};
+use decore_model::run::{RowOutcome, RowStatus, run_row};
+use decore_study::engine::{Engine, RowScene};
 
 fn simulate(settings: &[&str]) -> RowOutcome {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");

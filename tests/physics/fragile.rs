@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bytemuck::{Pod, Zeroable};
-use decore::number::{Four, FourMask, Lanes, Number};
+use decore_math::number::{Four, FourMask, Lanes, Number};
 use pulp::WithSimd;
 
 static BREAKING: AtomicU64 = AtomicU64::new(0);

@@ -1,11 +1,11 @@
 //! Scenes that break integrators: each must end as stated, with every number finite and every joule accounted for.
 
-use decore::engine::Engine;
-use decore::hammer::body;
-use decore::integrate::{Observer, Step};
-use decore::run::{RowOutcome, RowStatus, run_row, run_row_observed};
-use decore::scene::{PointId, Scene};
-use decore::system::{Coupled, InterfaceModes};
+use decore_model::hammer::body;
+use decore_model::integrate::{Observer, Step};
+use decore_model::run::{RowOutcome, RowStatus, run_row, run_row_observed};
+use decore_model::scene::{PointId, Scene};
+use decore_model::system::{Coupled, InterfaceModes};
+use decore_study::engine::Engine;
 
 /// The energy audit of every hard case.
 const RESIDUAL: f64 = 1e-3;
@@ -309,7 +309,8 @@ fn many_hammers_firing_at_the_same_instant() {
         casting.mass_kg = 5.0 * count as f64;
         casting.inertia_kg_m2 = Some([0.1 * count as f64; 2]);
         let fixture = casting.fixtures[0].clone();
-        casting.fixtures = [-0.1, 0.1].map(|y| decore::workpiece::Fixture { at_m: [0.0, y], ..fixture.clone() }).into();
+        casting.fixtures =
+            [-0.1, 0.1].map(|y| decore_model::workpiece::Fixture { at_m: [0.0, y], ..fixture.clone() }).into();
         let outcome = sound(run(&rig), &["many hammers"]);
         let metrics = outcome.metrics.unwrap();
         let times: Vec<f64> = metrics.hammers.iter().map(|hammer| hammer.first_impact_time_s.unwrap()).collect();

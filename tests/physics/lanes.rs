@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use crate::common::studies::scene;
 use crate::fragile::Fragile;
-use decore::contact::ContactLawName;
-use decore::engine::{Engine, RowScene};
-use decore::number::Registers;
-use decore::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in, run_jobs_over};
-use decore::scene::Scene;
+use decore_math::number::Registers;
+use decore_model::contact::ContactLawName;
+use decore_model::run::{JobSource, RowJob, RowOutcome, RowStatus, run_jobs_in, run_jobs_over};
+use decore_model::scene::Scene;
+use decore_study::engine::{Engine, RowScene};
 
 /// Rows in an order; what came of them.
 struct Rows {

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use crate::common::harness::assert_relative;
 use crate::common::studies::{outcome, rig};
-use decore::engine::{Engine, RowScene};
-use decore::metrics::{Aggregates, BlowKind, CastingMetrics, RunMetrics};
-use decore::run::{RowJob, RowStatus};
+use decore_model::metrics::{Aggregates, BlowKind, CastingMetrics, RunMetrics};
+use decore_model::run::{RowJob, RowStatus};
+use decore_study::engine::{Engine, RowScene};
 
 /// The parts of a casting's delivered work.
 fn parts(casting: &CastingMetrics) -> f64 {
@@ -93,7 +93,7 @@ fn analytic_strike_on_a_free_casting() {
 fn strikes_add_up() {
     let metrics = rig(&["duration_s=1"]);
     let hammer = &metrics.hammers[0];
-    let sum = |value: fn(&decore::metrics::Blow) -> f64| metrics.blows.iter().map(value).sum::<f64>();
+    let sum = |value: fn(&decore_model::metrics::Blow) -> f64| metrics.blows.iter().map(value).sum::<f64>();
     assert_relative("momentum", hammer.strike_momentum_n_s, sum(|blow| blow.strike_momentum_n_s), 1e-12);
     assert_relative("energy", hammer.strike_energy_j, sum(|blow| blow.strike_energy_j), 1e-12);
     assert_relative("kinetic", hammer.strike_kinetic_energy_j, sum(|blow| blow.strike_kinetic_energy_j), 1e-12);
@@ -143,6 +143,6 @@ fn the_default_ranking_keeps_its_order_over_fixture_damping() {
     };
     let (given, delivered) = (order(|run| run.totals.strike_energy_j), order(|run| run.totals.delivered_work_j));
     println!("rank correlation over damping: strikes {given:.3}, delivered work {delivered:.3}");
-    assert_eq!(decore::report::DEFAULT_RANKING, "strike_energy_j");
+    assert_eq!(decore_lab::report::DEFAULT_RANKING, "strike_energy_j");
     assert!(given >= 0.9 && delivered < 0.9, "{given} {delivered}");
 }

@@ -2,12 +2,12 @@
 
 use crate::common::harness::{assert_close, assert_relative};
 use crate::common::scenes::{heave_velocity, rig};
-use decore::hammer::body;
-use decore::integrate::{Observer, Step, System};
-use decore::metrics::{BlowKind, RunMetrics};
-use decore::run::{run_row, run_row_observed};
-use decore::scene::{HammerLink, OutputSettings, Owner, PointId, Scene};
-use decore::system::{Coupled, InterfaceModes};
+use decore_model::hammer::body;
+use decore_model::integrate::{Observer, Step, System};
+use decore_model::metrics::{BlowKind, RunMetrics};
+use decore_model::run::{run_row, run_row_observed};
+use decore_model::scene::{HammerLink, OutputSettings, Owner, PointId, Scene};
+use decore_model::system::{Coupled, InterfaceModes};
 
 /// Everything that the definitions need, kept as it comes.
 #[derive(Default)]

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use decore::engine::{Engine, Rows};
-use decore::metrics::{HammerMetrics, RunMetrics};
+use decore_model::metrics::{HammerMetrics, RunMetrics};
+use decore_study::engine::{Engine, RowRunner};
 
 use crate::common::sample::{families, is_calm, judged};
 
@@ -57,7 +57,7 @@ fn promises_hold_and_stated_errors_cover_the_true_ones() {
     for family in families(3) {
         let (exact, reference) = (family.exact(), family.stated("reference"));
         let calm: Vec<bool> = reference.iter().map(|row| is_calm(row.as_ref().unwrap())).collect();
-        for preset in decore::scene::Fidelity::ALL {
+        for preset in decore_model::scene::Fidelity::ALL {
             for (row, (own, exact)) in family.stated(preset.name()).iter().zip(&exact).enumerate() {
                 let found = judged(own.as_ref().unwrap(), exact.as_ref().unwrap(), calm[row]);
                 assert!(found.len() >= 8, "{} row {row}: {} outputs", preset.name(), found.len());

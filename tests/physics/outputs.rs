@@ -5,12 +5,12 @@ use std::cell::RefCell;
 
 use crate::common::harness::{assert_close, assert_relative, bisect};
 use crate::common::studies::{outcome, rig, scene};
-use decore::hammer::{HammerParameters, body};
-use decore::integrate::{Observer, Step};
-use decore::metrics::{BlowKind, ERRING, HammerMetrics, Percussion, RunMetrics};
-use decore::run::{RowJob, RowStatus, perturbed, run_row, run_row_observed};
-use decore::scene::{Environment, HammerLink, Owner};
-use decore::system::{Coupled, HammerQuadrature, build};
+use decore_model::hammer::{HammerParameters, body};
+use decore_model::integrate::{Observer, Step};
+use decore_model::metrics::{BlowKind, ERRING, HammerMetrics, Percussion, RunMetrics};
+use decore_model::run::{RowJob, RowStatus, perturbed, run_row, run_row_observed};
+use decore_model::scene::{Environment, HammerLink, Owner};
+use decore_model::system::{Coupled, HammerQuadrature, build};
 
 const TELESCOPE: &str = "hammer.hammer.parameters.telescope";
 
@@ -19,7 +19,7 @@ const TELESCOPE: &str = "hammer.hammer.parameters.telescope";
 #[test]
 fn analytic_rest_states_of_every_law() {
     let mut kinds = [0; 3];
-    for law in decore::contact::ContactLawName::ALL.iter().copied() {
+    for law in decore_model::contact::ContactLawName::ALL.iter().copied() {
         for preload_n in [0.0, 20.0, 86.0, 87.5, 140.0, 500.0] {
             for (chisel_kg, gravity_m_s2) in [(1.8157, 9.80665), (1.8157, 0.0), (1.8157, 3.7), (60.0, 9.80665)] {
                 let (mut scene, modes) = crate::common::scenes::rig(1);
@@ -42,7 +42,7 @@ fn analytic_rest_states_of_every_law() {
     assert!(kinds.iter().all(|count| *count >= 8), "{kinds:?}");
 }
 
-fn parameters_of(scene: &decore::scene::Scene) -> &HammerParameters {
+fn parameters_of(scene: &decore_model::scene::Scene) -> &HammerParameters {
     &scene.hammers[0].parameters
 }
 
@@ -50,7 +50,7 @@ fn parameters_of(scene: &decore::scene::Scene) -> &HammerParameters {
 fn rest_extension(parameters: &HammerParameters, gravity_m_s2: f64) -> f64 {
     let t = &parameters.telescope;
     let mass = t.cylinder_mass_kg + parameters.valve.mass_kg + parameters.piston.mass_kg + parameters.chisel.mass_kg;
-    let stop = |contact: &decore::contact::ContactParameters, d: f64| {
+    let stop = |contact: &decore_model::contact::ContactParameters, d: f64| {
         if d > 0.0 { contact.law(t.cylinder_mass_kg).closed_force(d, 0.0) } else { 0.0 }
     };
     bisect(-0.5, 0.5, |e| {
@@ -158,7 +158,7 @@ fn windows_and_the_whole_integral() {
     // The last blow's window is open at the end: it does not count, and its own start is where the sum ends.
     let starts = |t: f64| books.events.iter().find(|event| event.0 == t).copied().unwrap();
     let after = books.events.iter().filter(|event| event.0 > last.start_time_s).collect::<Vec<_>>();
-    let sum = |value: fn(&decore::metrics::Blow) -> f64| metrics.blows.iter().map(value).sum::<f64>();
+    let sum = |value: fn(&decore_model::metrics::Blow) -> f64| metrics.blows.iter().map(value).sum::<f64>();
     let (first, work, impulse) = (starts(metrics.blows[0].start_time_s), sum(|b| b.work_j), sum(|b| b.impulse_n_s));
     let close = |a: f64, b: f64| (a - b).abs() < 1e-12 * b.abs();
     assert!(after.iter().any(|event| close(work, event.1 - first.1) && close(impulse, event.2 - first.2)));
@@ -384,11 +384,11 @@ fn largest_relative(metrics: &RunMetrics) -> (f64, String) {
             *worst = (moved / value.abs(), name.to_owned());
         }
     };
-    for quantity in decore::metrics::HammerMetrics::QUANTITIES.iter().filter(|quantity| quantity.main) {
+    for quantity in decore_model::metrics::HammerMetrics::QUANTITIES.iter().filter(|quantity| quantity.main) {
         let value = (quantity.value)(&metrics.hammers[0]).and_then(|value| value.number());
         check(quantity.name, scatter.hammers[0][quantity.name], value);
     }
-    for quantity in decore::metrics::CastingMetrics::QUANTITIES.iter().filter(|quantity| quantity.main) {
+    for quantity in decore_model::metrics::CastingMetrics::QUANTITIES.iter().filter(|quantity| quantity.main) {
         let value = (quantity.value)(&metrics.castings[0]).and_then(|value| value.number());
         check(quantity.name, scatter.castings[0][quantity.name], value);
     }
@@ -427,7 +427,7 @@ fn signals_agree_with_the_tables() {
     let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.18"]).unwrap();
     let interval_s = 1e-6;
     let (outcome, recorder) =
-        run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, interval_s));
+        run_row_observed(&scene, &modes, |model| decore_model::metrics::SignalRecorder::new(model, &scene, interval_s));
     let (metrics, signals) = (outcome.metrics.unwrap(), recorder.unwrap().into_signals());
     let values = |name: &str| {
         let signal = signals.iter().find(|signal| signal.name == name);
@@ -461,8 +461,9 @@ fn signals_agree_with_the_tables() {
 fn signals_end_with_the_run() {
     for (interval_s, instants) in [(2e-5, 1501), (1e-4, 301), (7e-5, 429)] {
         let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.03"]).unwrap();
-        let recorder =
-            run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, interval_s));
+        let recorder = run_row_observed(&scene, &modes, |model| {
+            decore_model::metrics::SignalRecorder::new(model, &scene, interval_s)
+        });
         let signals = recorder.1.unwrap().into_signals();
         assert!(
             signals.iter().all(|signal| signal.values.len() == instants),
@@ -481,7 +482,7 @@ fn signals_of_forces_and_energies_balance() {
     let (scene, modes) = scene("paper_rig.toml", 0, &["duration_s=0.12"]).unwrap();
     let interval_s = 1e-6;
     let (outcome, recorder) =
-        run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, interval_s));
+        run_row_observed(&scene, &modes, |model| decore_model::metrics::SignalRecorder::new(model, &scene, interval_s));
     let (metrics, signals) = (outcome.metrics.unwrap(), recorder.unwrap().into_signals());
     let values = |name: &str| {
         let signal = signals.iter().find(|signal| signal.name == name);
@@ -543,10 +544,10 @@ fn signals_of_points_are_those_of_the_structure() {
         let settings = ["duration_s=0.1", "solver.tolerance=1e-7", modes, &points];
         let (scene, modes) = scene("paper_rig.toml", 0, &settings).unwrap();
         let (outcome, recorder) =
-            run_row_observed(&scene, &modes, |model| decore::metrics::SignalRecorder::new(model, &scene, 1e-4));
+            run_row_observed(&scene, &modes, |model| decore_model::metrics::SignalRecorder::new(model, &scene, 1e-4));
         (outcome.metrics.unwrap(), recorder.unwrap().into_signals())
     };
-    let values = |signals: &[decore::metrics::Signal], name: &str| {
+    let values = |signals: &[decore_model::metrics::Signal], name: &str| {
         let signal = signals.iter().find(|signal| signal.name == name);
         signal.unwrap_or_else(|| panic!("no signal {name}")).values.clone()
     };

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use decore::accuracy::main_differences;
-use decore::engine::{Engine, RowScene};
-use decore::metrics::{HammerMetrics, RunMetrics};
-use decore::run::run_row;
-use decore::study::Study;
+use decore_model::metrics::{HammerMetrics, RunMetrics};
+use decore_model::run::run_row;
+use decore_study::Study;
+use decore_study::engine::{Engine, RowScene};
 
 use crate::common::studies::{outcome, scene};
 

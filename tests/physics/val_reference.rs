@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use decore::accuracy::main_differences;
-use decore::engine::{Engine, RowScene};
-use decore::run::{RowOutcome, RowStatus, run_row};
+use decore_model::run::{RowOutcome, RowStatus, run_row};
+use decore_study::engine::{Engine, RowScene};
 use serde_json::Value;
 
 /// Names here, names in the reference, and the bound of the relative difference.

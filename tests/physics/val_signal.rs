@@ -1,6 +1,6 @@
 //! Filters and densities against scipy's for one signal (`benches/signal_reference.py` computed them).
 
-use decore::signal::{Butterworth, SignalError, welch};
+use decore_statistics::signal::{Butterworth, SignalError, welch};
 use serde_json::Value;
 
 const MOST_ERROR: f64 = 1e-10;

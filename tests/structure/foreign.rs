@@ -4,7 +4,9 @@
 use std::fs;
 use std::path::PathBuf;
 
-use decore::structure::{FeModel, MatrixFormat, QualityReport, QualitySettings, ReductionSettings, Units, assess};
+use decore_model::structure::{
+    FeModel, MatrixFormat, QualityReport, QualitySettings, ReductionSettings, Units, assess,
+};
 
 use crate::outside::{Case, dense, market};
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use decore::structure::{
+use decore_model::structure::{
     Damping, DofLabel, FeModel, InterfacePoint, InterfacePoints, ModalOptions, ModelMatrices, Observer, PointPlace,
     ReducedStructure, ReductionFacts, ReductionSettings, StructureError, reduce, reduce_observed,
 };

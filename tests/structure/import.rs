@@ -7,8 +7,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use decore::files::Limit;
-use decore::structure::{
+use decore_files::Limit;
+use decore_model::structure::{
     CACHE_FOLDER, CacheOutcome, Damping, ExportFormat, FeModel, InterfacePoints, MatrixFile, MatrixFormat,
     ModalOptions, ModelFiles, ModelMatrices, ModesAt, QualitySettings, ReducedStructure, ReductionSettings,
     StructureError, Units, assess, cache_path, reduce, reduce_files, write_model,

@@ -1,7 +1,7 @@
 //! Files that another than the one that was meant hides in: cut between columns, a matrix of another kind, axes of their own; and
 //! what a report says of a model that no machine is.
 
-use decore::structure::{ExportFormat, MatrixFormat, QualitySettings, ReductionSettings, assess, write_model};
+use decore_model::structure::{ExportFormat, MatrixFormat, QualitySettings, ReductionSettings, assess, write_model};
 
 use crate::outside::{Case, as_calculix, decore, dense, full, market, punch, report};
 

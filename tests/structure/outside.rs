@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 use crate::op4_files::{Form, Matrix, file};
 use crate::road;
-use decore::structure::{
+use decore_model::structure::{
     Damping, DofLabel, ExportFormat, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions,
     ModelFiles, ModelMatrices, PointPlace, QualityReport, QualitySettings, ReductionSettings, Units, assess, reduce,
     write_model,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use decore::page::quality_page;
-use decore::structure::{
+use decore_model::structure::{
     Damping, DofLabel, FeModel, InterfacePoint, InterfacePoints, MOBILITY_SHARE, ModalOptions, ModeSelection,
     ModelMatrices, ModesAt, PointPlace, QualityReport, QualitySettings, ReductionSettings, SelectionSettings, assess,
     reduce,

@@ -6,8 +6,8 @@
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-use decore::linalg::{SymmetricEigen, cholesky, multiply, solve_lower, solve_lower_transposed, symmetric_eigen};
-use decore::structure::{
+use decore_math::linalg::{SymmetricEigen, cholesky, multiply, solve_lower, solve_lower_transposed, symmetric_eigen};
+use decore_model::structure::{
     Damping, DirectedPoints, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions,
     ModalTable, ModelFiles, ModelMatrices, ModesAt, PointPlace, ReducedStructure, ReductionSettings, RigidMass,
     StructureError, Units, reduce,
@@ -384,7 +384,7 @@ fn station_table() -> (ModalTable, InterfacePoints) {
     let SymmetricEigen { values, vectors: mut shapes } = symmetric_eigen(&scaled).expect("symmetric");
     solve_lower_transposed(&l, &mut shapes).expect("regular");
     let shapes = multiply(reduced.transfer(), &shapes).expect("fits");
-    let columns: Vec<String> = (0..6).map(|dof| format!("R5.{}", decore::structure::DOF_NAMES[dof])).collect();
+    let columns: Vec<String> = (0..6).map(|dof| format!("R5.{}", decore_model::structure::DOF_NAMES[dof])).collect();
     let mut text = format!("mode,frequency_hz,damping_ratio,{},T5.z\n", columns.join(","));
     let interface = reduced.interface();
     let mut rows: Vec<usize> = (0..6).map(|dof| interface.row_of("R5", dof).expect("kept")).collect();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use decore::structure::{DirectedPoints, ModalOptions, ModesAt, ReducedStructure, RigidMass};
+use decore_model::structure::{DirectedPoints, ModalOptions, ModesAt, ReducedStructure, RigidMass};
 
 /// A weighted set of points that moves along a direction.
 pub fn along(points: &[(&str, f64)], direction: [f64; 3]) -> DirectedPoints {

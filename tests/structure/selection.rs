@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use decore::structure::{
+use decore_model::structure::{
     Damping, DirectedPoints, FeModel, ModalOptions, ModesAt, ReducedStructure, ReductionSettings, RigidMass,
     SelectionSettings, reduce,
 };

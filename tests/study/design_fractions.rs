@@ -1,6 +1,6 @@
 //! Two-level fractions against published tables of least aberration, and what they confuse.
 
-use decore::design::{Design, Distribution, Factor, FractionalFactorial, Kind};
+use decore_statistics::design::{Design, Distribution, Factor, FractionalFactorial, Kind};
 
 /// Factors, basic factors and number of words by length from 3 on of the fractions of least aberration: up to 32 rows Chen, Sun and
 /// Wu (Int. Stat. Rev. 61, 1993); larger ones the catalogue of the R package FrF2 (Groemping, J. Stat. Softw. 56, 2014), counted from

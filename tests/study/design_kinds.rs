@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use decore::design::{
+use decore_statistics::design::{
     Axial, BoxBehnken, CentralComposite, Constraints, Design, DesignError, Distribution, Factor, FractionalFactorial,
     FullFactorial, Halton, HypercubeKind, Kind, LatinHypercube, Level, Morris, OneAtATime, Placement, PlackettBurman,
     Product, ProductPart, Quality, Random, Saltelli, Sobol, Table, Union, centred_discrepancy, l2_star_discrepancy,

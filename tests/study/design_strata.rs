@@ -1,6 +1,6 @@
 //! Strata, grid levels and faults of designs.
 
-use decore::design::{
+use decore_statistics::design::{
     Design, DesignError, Distribution, Factor, FullFactorial, Kind, LatinHypercube, Level, MOST_ROWS, Placement, Single,
 };
 use proptest::prelude::*;

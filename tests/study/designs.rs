@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use crate::station::{checked, rows as rows_of, station_points};
 use arrow_array::types::Int8Type;
 use arrow_array::{ArrayRef, DictionaryArray, Float32Array, Int16Array, RecordBatch};
-use decore::hammer::{HammerParameters, ValveParameters};
-use decore::quantity::Value;
-use decore::scene::Scene;
-use decore::study::{CheckedStudy, Study, StudyError};
+use decore_model::hammer::{HammerParameters, ValveParameters};
+use decore_model::scene::Scene;
+use decore_quantity::Value;
+use decore_study::{CheckedStudy, Study, StudyError};
 use parquet::arrow::ArrowWriter;
 use tempfile::TempDir;
 
@@ -448,7 +448,7 @@ fn a_dataset_knows_the_quality_of_its_design() {
     let quality = &manifest["study"]["design_quality"];
     let number = |key: &str| quality[key].as_f64().unwrap_or_else(|| panic!("{key}: {quality}"));
     let study = rows_of(&Study::load(&file).expect("a study"));
-    let measured = decore::design::Quality::of(study.design()).expect("factors");
+    let measured = decore_statistics::design::Quality::of(study.design()).expect("factors");
     assert!((number("minimum_distance") / measured.minimum_distance - 1.0).abs() < 1e-8);
     assert!((number("centred_discrepancy") / measured.centred_discrepancy - 1.0).abs() < 1e-8);
     assert!((number("wrap_around_discrepancy") / measured.wrap_around_discrepancy - 1.0).abs() < 1e-8);
@@ -602,8 +602,8 @@ fn a_factor_chooses_the_machine() {
     let (output, folder) = run(&write(text));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut modes = Vec::new();
-    let reader = decore::dataset::DatasetReader::open(&folder).unwrap();
-    let table = decore::dataset::TableName::Runs;
+    let reader = decore_dataset::DatasetReader::open(&folder).unwrap();
+    let table = decore_dataset::TableName::Runs;
     reader.visit(table, &["factor_machine", "modes"], |cells| modes.push(format!("{cells:?}"))).unwrap();
     assert!(modes[0].contains("structure") && modes[0].contains("19"), "{modes:?}");
     assert!(modes[1].contains("few") && modes[1].contains("10"), "{modes:?}");

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::faults::{GOOD, fault, faults, holds};
 use crate::station::checked;
-use decore::study::Study;
+use decore_study::Study;
 
 #[test]
 fn the_study_itself_is_sound() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use decore::study::{Problem, Study, StudyError};
+use decore_study::{Problem, Study, StudyError};
 
 use crate::station::checked;
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use decore::design::Level;
-use decore::engine::{Engine, Rows};
-use decore::quantity::Value;
-use decore::run::{RowOutcome, RowStatus};
-use decore::study::StudyError;
+use decore_model::run::{RowOutcome, RowStatus};
+use decore_quantity::Value;
+use decore_statistics::design::Level;
+use decore_study::StudyError;
+use decore_study::engine::{Engine, RowRunner};
 
 fn engine(settings: &[&str]) -> Engine {
     let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/pressure_grid.toml");

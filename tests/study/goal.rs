@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use decore::engine::checked;
-use decore::study::{FactorRole, Study};
+use decore_study::engine::checked;
+use decore_study::{FactorRole, Study};
 
 use crate::faults::{GOOD, holds};
 
@@ -12,16 +12,16 @@ fn with_goal(goal: &str) -> String {
     format!("{GOOD}\n[goal]\n{goal}\n")
 }
 
-fn parse(text: &str) -> Result<Study, decore::study::StudyError> {
+fn parse(text: &str) -> Result<Study, decore_study::StudyError> {
     Study::parse(text, Path::new("."), "s.toml")
 }
 
 /// The words of the only fault of a goal, and the fault itself.
-fn fault(goal: &str) -> decore::study::Problem {
+fn fault(goal: &str) -> decore_study::Problem {
     let error = match parse(&with_goal(goal)) {
         Err(error) => error,
         Ok(study) => match checked(study) {
-            Err(decore::engine::EngineError::Study(error)) => error,
+            Err(decore_study::engine::EngineError::Study(error)) => error,
             other => panic!("{goal}: {other:?}"),
         },
     };

@@ -5,12 +5,12 @@ use std::process::Command;
 
 use crate::station::{checked, rows};
 use decore::cli::output_schemas;
-use decore::contact::ContactLawName;
-use decore::hammer::HammerParameters;
-use decore::quantity::{Kind, Value};
-use decore::scene::{Guide, HammerUnit};
-use decore::study::{InterfaceDemand, Study, hammer_file, hammer_schema, study_schema, template};
-use decore::workpiece::Fixture;
+use decore_model::contact::ContactLawName;
+use decore_model::hammer::HammerParameters;
+use decore_model::scene::{Guide, HammerUnit};
+use decore_model::workpiece::Fixture;
+use decore_quantity::{Kind, Value};
+use decore_study::{InterfaceDemand, Study, hammer_file, hammer_schema, study_schema, template};
 
 fn studies() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("studies")

@@ -1,6 +1,6 @@
 //! Interface points of the built-in station, for tests of studies without its matrices.
 
-use decore::study::{CheckedStudy, PointTable, Study, StudyError};
+use decore_study::{CheckedStudy, PointTable, Study, StudyError};
 
 /// Rail R1 to R9 along y, table T1 to T9 on a grid of 0.125 m.
 pub fn station_points() -> PointTable {

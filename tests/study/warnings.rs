@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::faults::{GOOD, fault, holds};
 use crate::station::rows;
-use decore::study::{Problem, Study};
+use decore_study::{Problem, Study};
 
 /// Warnings of the sound study with one part replaced.
 fn warnings(from: &str, to: &str) -> Vec<Problem> {
@@ -129,7 +129,7 @@ fn a_fixture_that_is_too_stiff_is_named_with_its_frequency() {
 /// The declared defaults are usual.
 #[test]
 fn the_template_has_no_warnings() {
-    let text = decore::study::template().expect("a template");
+    let text = decore_study::template().expect("a template");
     let study = Study::parse(&text, Path::new("."), "s.toml").unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(rows(&study).warnings(), []);
 }

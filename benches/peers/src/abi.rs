@@ -3,7 +3,7 @@
 use std::ffi::{CStr, c_char};
 use std::path::Path;
 
-use decore::scene::Guide;
+use decore_model::scene::Guide;
 
 use crate::problem::{Problem, problem_model};
 use crate::scene::prepare;

@@ -11,8 +11,8 @@ use std::path::Path;
 use std::process::Command;
 
 use cpu_time::ThreadTime;
-use decore::run::run_row;
-use decore::scene::{Guide, Scene, SolverSettings};
+use decore_model::run::run_row;
+use decore_model::scene::{Guide, Scene, SolverSettings};
 use foreign::Method;
 use peers::scene::{FIGURES, Rig, errors, figures, meets_goals, prepare};
 use peers::{Problem, problem_model};

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use decore::integrate::{Switching, System};
-use decore::scene::{Guide, Method, ModeTreatment, OutputSettings, PointId, Scene, SolverSettings};
-use decore::system::{Coupled, CoupledModel, build};
+use decore_model::integrate::{Switching, System};
+use decore_model::scene::{Guide, Method, ModeTreatment, OutputSettings, PointId, Scene, SolverSettings};
+use decore_model::system::{Coupled, CoupledModel, build};
 
 use crate::scene::Rig;
 

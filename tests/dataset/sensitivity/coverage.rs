@@ -4,8 +4,8 @@
 
 use std::f64::consts::PI;
 
-use decore::analysis::{Bootstrap, Estimate, Estimator, SaltelliBlocks, sobol};
-use decore::random::{hash, uniform};
+use decore_math::random::{hash, uniform};
+use decore_statistics::analysis::{Bootstrap, Estimate, Estimator, SaltelliBlocks, sobol};
 use rayon::prelude::*;
 
 /// Base points of a table.

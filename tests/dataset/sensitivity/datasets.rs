@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use decore::random::uniform;
+use decore_math::random::uniform;
 use serde_json::Value;
 use tempfile::TempDir;
 

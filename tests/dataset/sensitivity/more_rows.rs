@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use decore::dataset::{DatasetReader, TableName};
-use decore::quantity::Cell;
+use decore_dataset::{DatasetReader, TableName};
+use decore_quantity::Cell;
 use serde_json::Value;
 use tempfile::TempDir;
 

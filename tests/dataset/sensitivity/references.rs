@@ -1,10 +1,10 @@
 //! The indices of one table as SALib and OpenTURNS give them; `source` in the file says which gives which.
 
-use decore::analysis::{
+use decore_math::random::uniform;
+use decore_math::special::normal_quantile;
+use decore_statistics::analysis::{
     Bootstrap, Estimate, Estimator, FactorValues, SaltelliBlocks, Trajectories, given, morris, shapley, sobol,
 };
-use decore::design::normal_quantile;
-use decore::random::uniform;
 use serde_json::Value;
 
 /// Largest difference of two programs that sum the same numbers in another order.

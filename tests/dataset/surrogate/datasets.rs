@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use decore::dataset::DatasetReader;
-use decore::surrogate::{SurrogateSettings, fit, write};
+use decore_dataset::DatasetReader;
+use decore_lab::surrogate::{SurrogateSettings, fit, write};
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -1,11 +1,11 @@
 //! What a model says of itself where rows share places, are few, or say nothing.
 
-use decore::random::uniform;
-use decore::regression::{
+use decore_lab::surrogate::{OutputSurrogate, ProcessFigures, Surrogate};
+use decore_math::random::uniform;
+use decore_statistics::regression::{
     GaussianProcess, Groups, Hyperparameters, Kernel, Places, Points, PolynomialChaos, Prediction, RegressionError,
     Residuals,
 };
-use decore::surrogate::{OutputSurrogate, ProcessFigures, Surrogate};
 
 fn points(rows: impl Iterator<Item = Vec<f64>>, nominal: &[bool]) -> Points {
     Points::new(rows.flatten().collect(), nominal.to_vec()).expect("points")

@@ -1,7 +1,7 @@
 //! What models promise: errors of rows left out as refits have them, intervals that hold, figures that no thread changes.
 
-use decore::random::{hash, uniform};
-use decore::regression::{
+use decore_math::random::{hash, uniform};
+use decore_statistics::regression::{
     GaussianProcess, Groups, Hyperparameters, Kernel, LEAST_ROWS, Places, Points, PolynomialChaos, Prediction,
     RegressionError, Success,
 };

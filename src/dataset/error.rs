@@ -1,0 +1,352 @@
+//! What can go wrong with a dataset, and what to do about it.
+
+use std::io;
+use std::path::PathBuf;
+
+use arrow_schema::ArrowError;
+use parquet::errors::ParquetError;
+
+use decore_quantity::words::{did_you_mean, nearest};
+
+/// Why a dataset could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// The operating system refused.
+    #[error("failed to {action} {}: {source} (check free space, permissions and that the path is right)", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which file or folder.
+        path: PathBuf,
+        /// The system's words.
+        #[source]
+        source: io::Error,
+    },
+    /// The folder already holds a dataset.
+    #[error(
+        "{} already holds a dataset: study `{study}`, {rows_done} of {rows} rows; \
+         choose another folder, or replace it",
+        path.display()
+    )]
+    Exists {
+        /// The dataset's folder.
+        path: PathBuf,
+        /// Name of its study.
+        study: String,
+        /// Rows that it holds.
+        rows_done: u64,
+        /// Rows of its design.
+        rows: u64,
+    },
+    /// The folder holds a dataset of another study.
+    #[error(
+        "{} holds {rows_done} of {rows} rows of another study, which nothing was added to; what changed:\n  {}\n\
+         undo the change to go on with it, choose another folder, or replace it",
+        path.display(), differences.join("\n  ")
+    )]
+    Changed {
+        /// The dataset's folder.
+        path: PathBuf,
+        /// Rows that it holds.
+        rows_done: u64,
+        /// Rows of its design.
+        rows: u64,
+        /// What changed, a sentence each.
+        differences: Vec<String>,
+    },
+    /// The file system cannot lock files.
+    #[error(
+        "failed to lock {}: {source}: this file system has no file locks, which keep a second decore from the dataset (some network \
+         and shared folders have none, or their lock service is off); write to another file system, such as a local disk, and copy \
+         the result when it is complete",
+        path.display()
+    )]
+    NoLocks {
+        /// The lock's file.
+        path: PathBuf,
+        /// The system's words.
+        #[source]
+        source: io::Error,
+    },
+    /// Another process writes to the dataset, or adds to the file of rows.
+    #[error("{} is being written by another decore ({owner}); wait for it, or stop it first", path.display())]
+    InUse {
+        /// The dataset's folder, or the file.
+        path: PathBuf,
+        /// Who, as far as known.
+        owner: String,
+    },
+    /// The dataset's folder was taken away while it was written to.
+    #[error(
+        "{} is not the folder any more in which this sweep began: it was removed, moved or replaced, and with it the rows that \
+         were done; run the command again to begin anew, or to go on with what is there now",
+        path.display()
+    )]
+    Gone {
+        /// The dataset's folder.
+        path: PathBuf,
+    },
+    /// The dataset is another one than that which was opened, or is being changed.
+    #[error(
+        "{} is not as it was when it was opened: it was replaced or grown since, or a sweep replaces parts of it now; open it \
+         again (if that does not help, `decore verify` lists what is damaged, when no sweep writes)",
+        path.display()
+    )]
+    Replaced {
+        /// The dataset's folder.
+        path: PathBuf,
+    },
+    /// Shards that do not make a whole.
+    #[error("failed to merge: {problem}; {advice}")]
+    Shards {
+        /// What is wrong, with the folders.
+        problem: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The folder holds something else.
+    #[error(
+        "{} is neither empty nor a dataset (it has no readable manifest.json), so nothing in it was touched; \
+         choose another folder",
+        path.display()
+    )]
+    Occupied {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// No dataset there.
+    #[error("{} holds no dataset (no manifest.json); give the folder that a run wrote", path.display())]
+    Missing {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The manifest is not what this program writes.
+    #[error(
+        "{}, line {}, column {}: {source}; the file is damaged or not of this program: the sweep, started again, makes it anew \
+         from the parts or the journal",
+        path.display(), source.line(), source.column()
+    )]
+    Manifest {
+        /// The manifest's path.
+        path: PathBuf,
+        /// Where it is wrong, and how.
+        #[source]
+        source: serde_json::Error,
+    },
+    /// A manifest is not the one that was written.
+    #[error(
+        "{}: its contents are not those of its checksum: it was changed or damaged; the sweep, started again, makes it \
+         anew from the parts or the journal",
+        path.display()
+    )]
+    Seal {
+        /// The manifest's path.
+        path: PathBuf,
+    },
+    /// A manifest is damaged, and nothing else in the folder describes the dataset.
+    #[error(
+        "{}; it cannot be made anew, as neither a part nor the journal in the folder names the study: put back a copy of the file, choose \
+         another folder, or replace the dataset",
+        .damage.damage_of_manifest()
+    )]
+    Lost {
+        /// Description of the damage.
+        damage: Box<DatasetError>,
+    },
+    /// The dataset is of another format version.
+    #[error(
+        "{}: key `format_version` is {found}, expected {expected}; read it with the version that wrote it, \
+         or write the dataset anew",
+        path.display()
+    )]
+    Version {
+        /// The manifest's path.
+        path: PathBuf,
+        /// Version in the file.
+        found: u32,
+        /// Version that this program knows.
+        expected: u32,
+    },
+    /// The program that wrote the dataset has other columns.
+    #[error(
+        "{}: the tables have the columns of another decore (version {written_by}); read them with the program that wrote them, or run \
+         the study again with `--replace`",
+        path.display()
+    )]
+    Columns {
+        /// Path of the manifest.
+        path: PathBuf,
+        /// Version of the program that wrote the dataset.
+        written_by: String,
+    },
+    /// Two names of the study give the same column.
+    #[error(
+        "column `{column}` would hold both {first} and {second} (column names keep letters, digits and \
+         underscores, upper and lower case count as equal); rename one of the two in the study"
+    )]
+    DuplicateColumn {
+        /// The column's name.
+        column: String,
+        /// What the first of them is.
+        first: String,
+        /// What the second of them is.
+        second: String,
+    },
+    /// A setting of the dataset is outside its range.
+    #[error("key `{key}` of the dataset is {found}, expected {expected}")]
+    Setting {
+        /// The setting.
+        key: &'static str,
+        /// Its value.
+        found: u64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A record does not have the shape that the dataset was created with.
+    #[error(
+        "row {row}: {what}: found {found}, expected {expected}; create the dataset from the study that the row is of"
+    )]
+    Record {
+        /// The row.
+        row: u64,
+        /// What does not fit.
+        what: String,
+        /// What the record has.
+        found: String,
+        /// What the dataset needs.
+        expected: String,
+    },
+    /// A row came twice, or is not of the dataset.
+    #[error(
+        "row {row} cannot be taken: expected one from {expected_from} up to, not including, {expected_end} that is not \
+         there yet; write each row once"
+    )]
+    UnexpectedRow {
+        /// The row.
+        row: u64,
+        /// First row that the dataset is to hold.
+        expected_from: u64,
+        /// One past the last row.
+        expected_end: u64,
+    },
+    /// The thread that writes parts ended without saying why.
+    #[error("the thread that writes parts broke down (a defect of the program); run the command again to continue")]
+    WriterLost,
+    /// The Parquet library refused a part.
+    #[error("{}: {source}; if the file is damaged, write the dataset anew", path.display())]
+    Parquet {
+        /// The part.
+        path: PathBuf,
+        /// The library's words.
+        #[source]
+        source: ParquetError,
+    },
+    /// Columns that make no table.
+    #[error("failed to put the columns of a table together: {0}")]
+    Batch(#[from] ArrowError),
+    /// A part is not the one that was written.
+    #[error(
+        "{}: {found}, expected {expected}; the file was changed or damaged: `decore verify` lists all faults, and the same \
+         `decore run` computes the rows of damaged parts again",
+        path.display()
+    )]
+    Damaged {
+        /// The part.
+        path: PathBuf,
+        /// What the file has.
+        found: String,
+        /// What the manifest says.
+        expected: String,
+    },
+    /// A file beside the parts.
+    #[error(
+        "{}: no part of the dataset, but readers that take all files of the folder read it too: move it elsewhere",
+        path.display()
+    )]
+    Stray {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A part of which no manifest has the checksum.
+    #[error("{}: nothing is left that says whether it is whole: its rows are computed again", path.display())]
+    Unvouched {
+        /// The part.
+        path: PathBuf,
+    },
+    /// A place that is not to be written to, and what to do.
+    #[error("{0}")]
+    Target(String),
+    /// A column that is not there.
+    #[error("table `{table}` has no column `{column}`{}", hint(.known, .column))]
+    UnknownColumn {
+        /// The table.
+        table: &'static str,
+        /// The column asked for.
+        column: String,
+        /// The columns that it has.
+        known: Vec<String>,
+    },
+    /// A column that is no number where a number is needed.
+    #[error("table `{table}`, column `{column}` holds text, expected numbers; choose a column with a unit")]
+    NotANumber {
+        /// The table.
+        table: &'static str,
+        /// The column asked for.
+        column: String,
+    },
+}
+
+/// The known name that was most likely meant, as a hint.
+fn hint(known: &[String], name: &str) -> String {
+    did_you_mean(nearest(name, known.iter().map(String::as_str)))
+}
+
+impl DatasetError {
+    /// Whether a manifest is gone or damaged, so that what it said must come from the parts.
+    pub(super) fn is_lost_manifest(&self) -> bool {
+        matches!(self, Self::Missing { .. } | Self::Manifest { .. } | Self::Seal { .. })
+    }
+
+    /// Describes the damage of a manifest, without advice.
+    fn damage_of_manifest(&self) -> String {
+        match self {
+            Self::Manifest { path, source } => {
+                format!("{}, line {}, column {}: {source}", path.display(), source.line(), source.column())
+            }
+            Self::Seal { path } => format!("{}: its contents do not match its checksum", path.display()),
+            other => other.to_string(),
+        }
+    }
+
+    /// Whether files of a dataset are damaged, missing or foreign, so that what it holds cannot be read.
+    pub fn is_damage(&self) -> bool {
+        matches!(
+            self,
+            Self::Damaged { .. }
+                | Self::Stray { .. }
+                | Self::Unvouched { .. }
+                | Self::Manifest { .. }
+                | Self::Seal { .. }
+        )
+    }
+
+    /// Whether it is the request that is wrong (a folder in use, names that clash, a column that is not there), not the
+    /// writing or reading that failed.
+    pub fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            Self::Exists { .. }
+                | Self::Occupied { .. }
+                | Self::Changed { .. }
+                | Self::Shards { .. }
+                | Self::Missing { .. }
+                | Self::Lost { .. }
+                | Self::Version { .. }
+                | Self::Columns { .. }
+                | Self::DuplicateColumn { .. }
+                | Self::UnknownColumn { .. }
+                | Self::NotANumber { .. }
+                | Self::Target(_)
+        )
+    }
+}

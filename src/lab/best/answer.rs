@@ -1,0 +1,316 @@
+//! From what is expected to the answer.
+
+use super::checks::Checks;
+use super::error::BestError;
+use super::model::{Expected, Models};
+use super::result::{Alternative, Answer, Effect, Estimate, LimitState, Looser, Proof, Setting, Uncertainty, Verdict};
+use super::search::Pool;
+use super::space::{Decision, Space};
+use super::task::{BestSettings, There};
+use super::text;
+use crate::refinement::Side;
+use decore_statistics::design::Level;
+use decore_study::{CheckedStudy, FactorInfo};
+
+/// Share of a range about the proposal over which a decision factor's effect is told.
+const MOVED: f64 = 0.1;
+/// Shares of an uncertain factor's distribution between which its effect is told.
+const BETWEEN: [f64; 2] = [0.05, 0.95];
+/// How far alternatives lie from each other, as a share of a range.
+const ELSEWHERE: f64 = 0.15;
+/// Alternatives.
+const ALTERNATIVES: usize = 3;
+/// By how much limits are loosened to show what that would bring.
+const LOOSER: f64 = 0.1;
+/// Share of the runs on either side of an interval.
+const TAIL: f64 = 0.025;
+/// Share of a limit within which it counts as what limits.
+const NEAR: f64 = 0.05;
+/// Q2 below which a model is not relied on, unless scatter is why.
+const LEAST_Q2: f64 = 0.5;
+
+/// What an answer is made from besides the models.
+pub(super) struct Asked<'a> {
+    pub study: &'a CheckedStudy,
+    pub checked: Option<Checks>,
+    pub settings: &'a BestSettings,
+    pub there: There<'a>,
+}
+
+/// Makes the answer.
+pub(super) fn answer(mut pool: Pool<'_>, asked: &Asked<'_>) -> Result<Answer, BestError> {
+    let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
+    let checks = asked.checked.as_ref();
+    // What was checked is what is proposed, also where its rows have changed the models since.
+    let decision = checks.and_then(|_| space.decision_of(&asked.there.rows.last()?.cells));
+    let decision = decision.unwrap_or_else(|| pool.all[pool.best(&bounds).0].decision.clone());
+    let found = models.expected(space, std::slice::from_ref(&decision))?;
+    let [found] = found.as_slice() else { return Err(BestError::NoDecision) };
+    let merit = pool.merit(found, &bounds);
+    let limits = limit_states(models, found, checks);
+    let verdict = match checks {
+        Some(checks) if checks.are_held(models.confidence) => Verdict::Proven,
+        Some(_) => Verdict::Refuted,
+        None if merit.holds => Verdict::Unchecked,
+        None if found.held(&models.wanted, &bounds, -models.caution()) >= models.confidence => Verdict::Unsure,
+        None => Verdict::Infeasible,
+    };
+    let alternatives = alternatives(&pool, &decision);
+    let looser = looser(&mut pool, &limits)?;
+    let mut answer = Answer {
+        study: asked.study.study().title().to_owned(),
+        sentence: String::new(),
+        verdict,
+        confidence: models.confidence,
+        settings: settings(space, &decision),
+        goal: estimate(models, found, checks),
+        share: merit.share,
+        proof: checks.map(|checks| Proof {
+            runs: checks.count,
+            held: checks.held,
+            failed: checks.failed,
+            rows: checks.rows,
+        }),
+        rows: models.output(0).0.used,
+        factors: effects(space, models, &decision)?,
+        uncertainty: uncertainty(space, models, found),
+        notes: notes(models, (asked.settings, asked.there.rows.len()), verdict),
+        limits,
+        alternatives,
+        looser,
+    };
+    answer.sentence = text::sentence(&answer, asked.study.study().hammer_names().len() == 1);
+    Ok(answer)
+}
+
+fn settings(space: &Space<'_>, decision: &Decision) -> Vec<Setting> {
+    let values = space.study.values_at(&space.levels(decision, &space.nodes[0]));
+    let all = space.study.study().factors();
+    let setting = |place: usize| {
+        let info: &FactorInfo = space.info(place);
+        let own = all.iter().position(|other| other.name == info.name)?;
+        Some(Setting {
+            factor: info.name.clone(),
+            path: info.paths().into_iter().next().unwrap_or_default(),
+            value: values.get(own)?.clone(),
+            unit: info.unit.clone().unwrap_or_default(),
+        })
+    };
+    (0..decision.len()).filter_map(setting).collect()
+}
+
+fn estimate(models: &Models, found: &Expected, checks: Option<&Checks>) -> Estimate {
+    let goal = &models.wanted[0];
+    let end = |side: Side| found.quantile(0, side, (1.0 - TAIL, 0.0));
+    let [mean, low, high] = match checks.filter(|checks| !checks.values[0].is_empty()) {
+        Some(checks) => [checks.mean(0), checks.quantile(0, TAIL), checks.quantile(0, 1.0 - TAIL)],
+        None => [found.goal(), end(Side::Most), end(Side::Least)],
+    };
+    let model_error = found.goal_error();
+    Estimate { text: goal.text.clone(), unit: goal.unit.clone(), mean, low, high, model_error }
+}
+
+fn limit_states(models: &Models, found: &Expected, checks: Option<&Checks>) -> Vec<LimitState> {
+    let state = |(place, wanted): (usize, &super::model::Wanted)| {
+        let limit = wanted.bound?;
+        let expected = found.quantile(place, wanted.side, (models.confidence, models.caution()));
+        let share = if wanted.side == Side::Least { models.confidence } else { 1.0 - models.confidence };
+        let checked =
+            checks.filter(|checks| !checks.values[place].is_empty()).map(|checks| checks.quantile(place, share));
+        let reached = checked.unwrap_or(expected);
+        let room =
+            if wanted.side == Side::Least { limit - expected.max(reached) } else { expected.min(reached) - limit };
+        Some(LimitState {
+            text: wanted.text.clone(),
+            unit: wanted.unit.clone(),
+            at_most: wanted.side == Side::Least,
+            limit,
+            reached,
+            binds: room <= NEAR * limit.abs().max(f64::MIN_POSITIVE),
+        })
+    };
+    models.wanted.iter().enumerate().filter_map(state).collect()
+}
+
+/// The best decisions that hold the limits at other places: apart in a factor that moves a hammer, where there is one, else in any.
+fn alternatives(pool: &Pool<'_>, decision: &Decision) -> Vec<Alternative> {
+    let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
+    let moves = |place: usize| {
+        let is_place = |path: &String| {
+            path.starts_with("hammer.") && ["rail_position_m", "mount", "rail"].iter().any(|end| path.ends_with(end))
+        };
+        space.info(place).paths().iter().any(is_place)
+    };
+    let mut movers: Vec<usize> = (0..decision.len()).filter(|place| moves(*place)).collect();
+    if movers.is_empty() {
+        movers = (0..decision.len()).collect();
+    }
+    let place_of = |decision: &Decision| {
+        let place = space.place(decision);
+        movers.iter().map(|mover| place[*mover]).collect::<Vec<f64>>()
+    };
+    let mut taken = vec![place_of(decision)];
+    let mut found = Vec::new();
+    for one in pool.ranked(&bounds, (usize::MAX, 0.0)) {
+        let of = &pool.all[one];
+        let (merit, place) = (pool.merit(of, &bounds), place_of(&of.decision));
+        if found.len() == ALTERNATIVES || !merit.holds {
+            break;
+        }
+        if crate::refinement::is_apart(&place, &taken, ELSEWHERE) {
+            let reached = |(place, wanted): (usize, &super::model::Wanted)| {
+                of.quantile(place, wanted.side, (models.confidence, models.caution()))
+            };
+            found.push(Alternative {
+                settings: settings(space, &of.decision),
+                goal: of.goal(),
+                reached: models.wanted.iter().enumerate().skip(1).map(reached).collect(),
+                share: merit.share,
+            });
+            taken.push(place);
+        }
+    }
+    found
+}
+
+/// What each limit that binds would bring if it were looser by a tenth.
+fn looser(pool: &mut Pool<'_>, limits: &[LimitState]) -> Result<Vec<Looser>, BestError> {
+    let mut found = Vec::new();
+    for (place, state) in limits.iter().enumerate().filter(|(_, state)| state.binds) {
+        let mut bounds = pool.models.bounds();
+        let by = LOOSER * state.limit.abs();
+        bounds[place] += if state.at_most { by } else { -by };
+        pool.zoom(&bounds, 1 + place as u64)?;
+        let (best, merit) = pool.best(&bounds);
+        found.push(Looser {
+            text: state.text.clone(),
+            limit: bounds[place],
+            goal: merit.holds.then(|| pool.all[best].goal()),
+            settings: settings(pool.space, &pool.all[best].decision),
+        });
+    }
+    Ok(found)
+}
+
+fn effects(space: &Space<'_>, models: &Models, decision: &Decision) -> Result<Vec<Effect>, BestError> {
+    let mut effects = Vec::new();
+    for place in 0..decision.len() {
+        let moved: Vec<Decision> = space.around(decision, place, MOVED);
+        let found = models.expected(space, &moved)?;
+        effects.push(effect(&space.info(place).name, true, &found));
+    }
+    for place in 0..space.uncertain.len() {
+        let one = space.between(place, BETWEEN);
+        let found = models.expected(&one, std::slice::from_ref(decision))?;
+        // Each node by itself.
+        let nodes = |node: usize| Expected {
+            decision: decision.clone(),
+            success: vec![found[0].success[node]],
+            at: found[0].at.iter().map(|at| vec![at[node]]).collect(),
+        };
+        let ends: Vec<Expected> = (0..one.nodes.len()).map(nodes).collect();
+        effects.push(effect(&space.uncertain_info(place).name, false, &ends));
+    }
+    Ok(effects)
+}
+
+/// The change over some decisions.
+fn effect(factor: &str, decision: bool, found: &[Expected]) -> Effect {
+    let change = |place: usize| {
+        let means = found.iter().map(|of| super::robust::expected(&of.at[place]));
+        let span = means.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mean| [low.min(mean), high.max(mean)]);
+        span[1] - span[0]
+    };
+    let values = found.first().map_or(0, |of| of.at.len());
+    Effect { factor: factor.to_owned(), decision, goal: change(0), limits: (1..values).map(change).collect() }
+}
+
+fn uncertainty(space: &Space<'_>, models: &Models, found: &Expected) -> Uncertainty {
+    let nodes = &found.at[0];
+    let mean = found.goal();
+    let variance = nodes.iter().map(|node| (node.mean - mean).powi(2)).sum::<f64>() / nodes.len() as f64;
+    let (factors, model) = (variance.sqrt(), found.goal_error());
+    let scatter = nodes.iter().map(|node| node.scatter).fold(0.0, f64::max);
+    let names: Vec<&str> = (0..space.uncertain.len()).map(|place| space.uncertain_info(place).name.as_str()).collect();
+    let binding = models.wanted.iter().enumerate().skip(1).map(|(place, wanted)| {
+        let at = &found.at[place];
+        let mean = super::robust::expected(at);
+        let spread = (at.iter().map(|node| (node.mean - mean).powi(2)).sum::<f64>() / at.len() as f64).sqrt();
+        (spread, super::robust::expected_error(at), wanted.bound.unwrap_or_default())
+    });
+    // Where limits bind, what widens their values costs the most.
+    let (by_factors, by_model) = binding.fold((factors, model), |(a, b), (spread, error, _)| (a + spread, b + error));
+    let advice = match (names.is_empty(), by_factors >= by_model.max(scatter)) {
+        (false, true) => format!("measure {}: a narrower distribution leaves more room", names.join(" and ")),
+        _ if model + by_model >= scatter => {
+            "run more rows (`decore best --rows`): the models are what is not known".to_owned()
+        }
+        _ => "runs scatter: average over longer runs (`duration_s`), or accept the spread".to_owned(),
+    };
+    Uncertainty { factors, model, scatter, advice }
+}
+
+fn notes(models: &Models, (settings, added): (&BestSettings, usize), verdict: Verdict) -> Vec<String> {
+    let mut notes = Vec::new();
+    for place in 0..models.wanted.len() {
+        let (figures, of) = models.output(place);
+        if let Some(value) = of.constant {
+            let value = crate::sensitivity::four_digits(value);
+            notes.push(format!("{} is {value} in all rows: every place is as good.", figures.output));
+        }
+        let Some(process) = &figures.process else { continue };
+        if process.least_q2() < LEAST_Q2 && process.noise_std_dev < 0.7 * process.rms_error {
+            notes.push(format!(
+                "The model of {} is poor (Q2 {:.2}): run more rows before you rely on it.",
+                figures.output,
+                process.least_q2()
+            ));
+        }
+        let out: u64 = figures.left_out.iter().map(|left_out| left_out.count).sum();
+        if out > 0 && place == 0 {
+            let reason = figures.left_out.first().map_or("", |first| first.reason.as_str());
+            notes.push(format!(
+                "{out} of {} rows have no value ({reason}); places where rows fail count as breaking the limits.",
+                figures.used + out
+            ));
+        }
+    }
+    if verdict == Verdict::Unchecked && settings.checks > 0 {
+        notes.push(format!("No rows are left to prove it: give at least --rows {}.", added + settings.checks));
+    }
+    if verdict == Verdict::Refuted {
+        notes.push(format!("Give more rows to improve the proposal: --rows {}.", 2 * settings.rows.max(1)));
+    }
+    notes
+}
+
+impl Space<'_> {
+    /// A decision with one factor moved over a share of its range to either side; of names, each of them.
+    fn around(&self, decision: &Decision, place: usize, reach: f64) -> Vec<Decision> {
+        let distribution = &self.study.design().factors()[self.decisions[place]].distribution;
+        let with = |level: Level| {
+            let mut moved = decision.clone();
+            moved[place] = level;
+            moved
+        };
+        if let decore_statistics::design::Distribution::Categories { count } = distribution {
+            return (0..*count).map(|number| with(Level::Category(number))).collect();
+        }
+        let share = decore_statistics::design::Coordinate::Value(decision[place]).unit(distribution);
+        let steps = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|step| (share + reach * step).clamp(0.0, 1.0));
+        steps.map(|share| with(distribution.quantile(share))).to_vec()
+    }
+
+    /// The space with two nodes: one uncertain factor at two shares of its distribution, the others at their medians.
+    fn between(&self, place: usize, shares: [f64; 2]) -> Space<'_> {
+        let node = |share: f64| {
+            let level = |(other, factor): (usize, &usize)| {
+                let distribution = &self.study.design().factors()[*factor].distribution;
+                distribution.quantile(if other == place { share } else { 0.5 })
+            };
+            self.uncertain.iter().enumerate().map(level).collect::<Vec<Level>>()
+        };
+        let (decisions, uncertain) = (self.decisions.clone(), self.uncertain.clone());
+        Space { study: self.study, decisions, uncertain, nodes: shares.map(node).to_vec() }
+    }
+}

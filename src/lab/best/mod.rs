@@ -1,0 +1,26 @@
+//! The answer to a study's goal: which values to choose for the decision factors, what they give over the uncertain ones, how sure that is.
+//!
+//! ```text
+//! datasets --surrogate--> Models --+
+//! study --> Space: decisions, nodes +--> Pool: what is expected of decisions --> rows to learn, rows to check, Answer
+//!                                  robust: averages, quantiles
+//! ```
+//!
+//! Each step is a function of the study, the settings and the rows before it: after an interruption the same rows are chosen again.
+
+mod answer;
+mod checks;
+mod error;
+mod model;
+mod plan;
+mod result;
+pub mod robust;
+mod search;
+mod space;
+mod task;
+mod text;
+
+pub use error::BestError;
+pub use plan::{Step, expected, learn, next};
+pub use result::{Answer, Verdict};
+pub use task::{Added, BestSettings, Purpose, There, question};

@@ -1,0 +1,29 @@
+//! Why two datasets cannot be compared.
+
+use std::path::PathBuf;
+
+use decore_dataset::DatasetError;
+
+/// Why two datasets could not be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum ComparisonError {
+    /// One of them could not be read, or has no such column.
+    #[error("{0}")]
+    Dataset(#[from] DatasetError),
+    /// One of them was written to in the meantime.
+    #[error("{} changed while it was read: compare again when nothing writes to it", folder.display())]
+    Changed {
+        /// The dataset.
+        folder: PathBuf,
+    },
+    /// Their rows cannot be matched.
+    #[error(
+        "rows are matched by all factors, and those are not the same: {}; compare datasets of studies with the same factors, names and \
+         units",
+        differences.join(", ")
+    )]
+    Factors {
+        /// What differs, in words.
+        differences: Vec<String>,
+    },
+}

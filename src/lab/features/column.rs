@@ -1,0 +1,83 @@
+//! A column of the table and what the dictionary says of it.
+
+use std::collections::HashMap;
+
+use arrow_array::ArrayRef;
+use arrow_schema::{ArrowError, Field};
+use serde::Serialize;
+
+use decore_dataset::array;
+use decore_quantity::{CellColumn, named};
+
+named! {
+    /// What a column is for.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+    pub enum Role {
+        /// Names the row of the table.
+        Key = "key",
+        /// How the run ended and how well its books balance.
+        Status = "status",
+        /// Says which rows belong together.
+        Group = "group",
+        /// Says which part of the splits the row is for.
+        Split = "split",
+        /// A factor of the design: what a predictor may know.
+        Factor = "factor",
+        /// A result: what a predictor is to tell.
+        Target = "target",
+        /// How far a target is sure: its scatter over twins, its standard error.
+        Scatter = "scatter",
+    }
+}
+
+/// A column of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeatureColumn {
+    /// Name; its suffix is the unit.
+    pub name: String,
+    /// Unit; `1` for numbers without one, empty for texts.
+    pub unit: String,
+    /// What it is for.
+    pub role: Role,
+    /// What it is, in words.
+    pub description: String,
+    /// How it follows from the tables of the dataset.
+    pub formula: String,
+    /// Least and largest value that can be right; `None`: no limit on that side.
+    pub valid: [Option<f64>; 2],
+    /// Columns of this table that it follows from by arithmetic.
+    pub derived_from: Vec<String>,
+    /// The values; what is missing becomes null.
+    pub values: CellColumn,
+}
+
+impl FeatureColumn {
+    /// The field with all that the dictionary says of it, and the values.
+    ///
+    /// # Errors
+    /// The Arrow library's, such as texts of more than 2 GiB.
+    pub fn field(&self) -> Result<(Field, ArrayRef), ArrowError> {
+        let array = array(self.values.clone())?;
+        let metadata = HashMap::from(
+            [
+                ("unit", self.unit.clone()),
+                ("description", self.description.clone()),
+                ("role", self.role.name().to_owned()),
+                ("formula", self.formula.clone()),
+                ("valid_range", self.valid_text()),
+                ("derived_from", self.derived_from.join(" ")),
+            ]
+            .map(|(key, value)| (key.to_owned(), value)),
+        );
+        Ok((Field::new(&self.name, array.data_type().clone(), true).with_metadata(metadata), array))
+    }
+
+    /// The valid range as `low..high`, an open side left out; empty where there is none.
+    pub fn valid_text(&self) -> String {
+        let end = |end: Option<f64>| end.map_or(String::new(), |value| value.to_string());
+        match self.valid {
+            [None, None] => String::new(),
+            [low, high] => format!("{}..{}", end(low), end(high)),
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Answers from a dataset.
+//!
+//! - [`best`]: the best values of the factors under limits, and how sure they are.
+//! - [`report`]: summary of a dataset.
+//! - [`comparison`]: differences between two datasets.
+//! - [`sensitivity`]: influence of each factor on each output.
+//! - [`surrogate`]: models that predict rows without running them.
+//! - [`refinement`]: rows to run next.
+//! - [`features`]: the flat table that a predictor is trained on, its dictionary, groups and splits.
+//! - [`measurement`]: a measured channel beside a calculated signal.
+#![deny(missing_docs)]
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
+#[allow(clippy::disallowed_methods)]
+pub mod best;
+pub mod comparison;
+pub mod features;
+#[allow(clippy::disallowed_methods)]
+pub mod measurement;
+#[allow(clippy::disallowed_methods)]
+pub mod refinement;
+#[allow(clippy::disallowed_methods)]
+pub mod report;
+#[allow(clippy::disallowed_methods)]
+pub mod sensitivity;
+#[allow(clippy::disallowed_methods)]
+pub mod surrogate;

@@ -1,0 +1,180 @@
+//! How far a goal is reached: plain data, the same in text and JSON.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::acquisition::LimitSide;
+use crate::sensitivity::four_digits;
+
+/// How far a goal is reached.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Progress {
+    /// Name of the study.
+    pub study: String,
+    /// Rows of the design, all of which are run.
+    pub rows: u64,
+    /// Rows of them that failed, where the boundary to those is sought; null otherwise.
+    pub failed: Option<u64>,
+    /// Rows of those whose values describe no scene that can be simulated; such places are no part of the shares of `boundary`. Null
+    /// as `failed` is.
+    pub without_scene: Option<u64>,
+    /// The outputs that are modelled; none where it is sought where rows fail.
+    pub outputs: Vec<OutputProgress>,
+    /// Rows that are within all limits; null where no optimum is sought.
+    pub rows_within: Option<u64>,
+    /// The best row within the limits; null where none is, or none is sought.
+    pub best: Option<Best>,
+    /// Largest expected improvement of the best row by a run, by the model that chooses rows (noise from 1e-10 on, where that of
+    /// `decore surrogate` begins at 1e-6), times its probability to be within the limits, in the output's unit; null without a best row.
+    pub gain: Option<f64>,
+    /// Where the limit is passed or rows begin to fail; null where neither is sought.
+    pub boundary: Option<Boundary>,
+    /// What a reader must know of the models, a sentence each, as `decore surrogate` tells it.
+    pub notes: Vec<String>,
+    /// Whether all that was asked for is reached.
+    pub reached: bool,
+    /// Whether it is not, and no place is left for a further row: all that meet the constraints and describe a scene are rows already,
+    /// or so near to one that they would be its copies.
+    pub exhausted: bool,
+}
+
+/// How well an output is known.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct OutputProgress {
+    /// Column of `runs`.
+    pub output: String,
+    /// Its unit.
+    pub unit: String,
+    /// Rows that have it.
+    pub used: u64,
+    /// What it is where it is the same in all of them, so that it needs no model: its Q2 is 1 and its intervals are 0 wide; null
+    /// otherwise.
+    pub constant: Option<f64>,
+    /// Share of the variance that is predicted of rows left out: the smaller of that one at a time and that of a tenth at a time, as
+    /// `decore surrogate` tells them.
+    pub q2: f64,
+    /// Width of the 95 % intervals of new rows, on average over the ranges of the factors, in the output's unit.
+    pub width: f64,
+}
+
+/// The best row so far.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Best {
+    /// Its index in the design.
+    pub row: u64,
+    /// What it gave.
+    pub value: f64,
+    /// What the model that `decore surrogate` makes expects there of a run.
+    pub expected: f64,
+    /// Standard deviation of that expectation, noise included.
+    pub std_dev: f64,
+}
+
+/// Where a limit is passed.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Boundary {
+    /// Share of the places that may be run that is within the limit, or where rows succeed, as the model expects: of those in the ranges
+    /// of the factors that meet all constraints and describe a scene.
+    pub within: f64,
+    /// Share of them that the model takes for the wrong side, as it expects itself.
+    pub unsure: f64,
+}
+
+impl Progress {
+    /// Of rows of which nothing else is said yet.
+    pub(super) fn new(study: String, rows: u64) -> Self {
+        Self {
+            study,
+            rows,
+            failed: None,
+            without_scene: None,
+            outputs: Vec::new(),
+            rows_within: None,
+            best: None,
+            gain: None,
+            boundary: None,
+            notes: Vec::new(),
+            reached: false,
+            exhausted: false,
+        }
+    }
+}
+
+impl Boundary {
+    /// Of places all over the ranges.
+    pub(super) fn new(places: &[LimitSide]) -> Self {
+        let mean = |of: &dyn Fn(&LimitSide) -> f64| places.iter().map(of).sum::<f64>() / places.len() as f64;
+        Self { within: mean(&|at| at.within), unsure: mean(&|at| at.within.min(1.0 - at.within)) }
+    }
+}
+
+impl fmt::Display for OutputProgress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = spaced(&self.unit);
+        match self.constant {
+            Some(value) => write!(f, "{}{unit} in all rows that have it", four_digits(value)),
+            None => write!(f, "Q2 {:.3}, 95 % intervals {}{unit} wide", self.q2, four_digits(self.width)),
+        }
+    }
+}
+
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} rows", self.rows)?;
+        if let Some(failed) = self.failed {
+            write!(f, ", {failed} of which failed")?;
+        }
+        if let Some(without_scene @ 1..) = self.without_scene {
+            write!(f, " ({without_scene} describe no scene)")?;
+        }
+        for output in &self.outputs {
+            let from = if output.used == self.rows { String::new() } else { format!(" (from {} rows)", output.used) };
+            write!(f, "\n  {}{from}: {output}", output.output)?;
+        }
+        if self.rows_within == Some(0) {
+            write!(f, "\n  no row is within all limits")?;
+        }
+        if let (Some(best), Some(output)) = (&self.best, self.outputs.first()) {
+            let [value, expected, std_dev] = [best.value, best.expected, best.std_dev].map(four_digits);
+            let (row, unit) = (best.row, spaced(&output.unit));
+            write!(f, "\n  best row {row}: {value}{unit}, where the model expects {expected} +- {std_dev}{unit}")?;
+            if let Some(gain) = self.gain {
+                write!(f, "; a run may improve it by {}{unit}", four_digits(gain))?;
+            }
+        }
+        if let Some(Boundary { within, unsure }) = self.boundary {
+            let [within, unsure] = [within, unsure].map(|share| 100.0 * share);
+            let what = if self.failed.is_some() { "rows succeed in" } else { "within the limit" };
+            write!(
+                f,
+                "\n  {what} {within:.1} % of the places that meet the constraints and describe a scene, on the wrong side {unsure:.2} %"
+            )?;
+        }
+        self.notes.iter().try_for_each(|note| write!(f, "\n  {note}"))
+    }
+}
+
+fn spaced(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_say_what_they_count() {
+        let mut progress = Progress::new("a".to_owned(), 40);
+        (progress.failed, progress.without_scene) = (Some(7), Some(6));
+        progress.boundary = Some(Boundary { within: 0.999, unsure: 0.001 });
+        assert_eq!(
+            progress.to_string(),
+            "40 rows, 7 of which failed (6 describe no scene)\n  rows succeed in 99.9 % of the places that meet the constraints and \
+             describe a scene, on the wrong side 0.10 %"
+        );
+        (progress.failed, progress.without_scene) = (None, None);
+        assert!(progress.to_string().contains("\n  within the limit 99.9 % of the places that meet the constraints"));
+    }
+}

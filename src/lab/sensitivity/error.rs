@@ -1,0 +1,55 @@
+//! Why a dataset has no indices.
+
+use decore_dataset::DatasetError;
+use decore_study::StudyError;
+
+/// Why a dataset has no indices.
+#[derive(Debug, thiserror::Error)]
+pub enum SensitivityError {
+    /// The tables cannot be read, or lack a column.
+    #[error("{0}")]
+    Dataset(#[from] DatasetError),
+    /// The text of the study in the dataset cannot be read.
+    #[error("the study that the dataset holds cannot be read by this decore: {0}")]
+    Study(#[from] StudyError),
+    /// A study without factors.
+    #[error("the study has no factors: an analysis needs a [design] with at least one [design.factor]")]
+    NoFactors,
+    /// Rows that are not those of the design.
+    #[error(
+        "rows {first} to {last} are no {unit} of the design that the study describes (factor `{factor}` differs); \
+         `decore verify` says whether the dataset is damaged"
+    )]
+    Layout {
+        /// The first row.
+        first: u64,
+        /// The last row.
+        last: u64,
+        /// What they should be.
+        unit: &'static str,
+        /// The factor that differs.
+        factor: String,
+    },
+    /// Trajectories, of which other indices than elementary effects are asked for.
+    #[error(
+        "the rows of a `morris` design serve elementary effects only, as they lie on trajectories: other indices need another \
+         kind of design"
+    )]
+    Trajectories,
+    /// Rows that are analysed as any rows are whether or not it is asked for.
+    #[error(
+        "only the rows of a `saltelli` design can be analysed as any rows are instead; those of this one are anyway: leave `given` out"
+    )]
+    Given,
+    /// An estimator of Sobol' indices for rows that have none.
+    #[error(
+        "the estimator `{estimator}` is one of Sobol' indices, which these rows do not have: {why}; leave the estimator out, or run a \
+         `saltelli` design without constraints"
+    )]
+    Estimator {
+        /// Its name.
+        estimator: &'static str,
+        /// Why there are no Sobol' indices.
+        why: &'static str,
+    },
+}

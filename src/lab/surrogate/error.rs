@@ -1,0 +1,63 @@
+//! Why there is no surrogate, or no prediction.
+
+use std::path::PathBuf;
+
+use decore_dataset::DatasetError;
+use decore_statistics::regression::RegressionError;
+use decore_study::StudyError;
+
+/// Why there is no surrogate, or no prediction.
+#[derive(Debug, thiserror::Error)]
+pub enum SurrogateError {
+    /// The tables cannot be read or written, or lack a column.
+    #[error("{0}")]
+    Dataset(#[from] DatasetError),
+    /// The text of the study in the dataset cannot be read.
+    #[error("the study that the dataset holds cannot be read by this decore: {0}")]
+    Study(#[from] StudyError),
+    /// A study without factors.
+    #[error("the study has no factors: a surrogate needs a [design] with at least one [design.factor]")]
+    NoFactors,
+    /// An output that rows cannot be told apart by.
+    #[error("output `{output}` is asked for twice: name each once")]
+    Twice {
+        /// Its column.
+        output: String,
+    },
+    /// No output has a model.
+    #[error("no output has a model: {}; run more rows, or choose other outputs with --outputs", reasons.join("; "))]
+    Empty {
+        /// For each output its name and the reason.
+        reasons: Vec<String>,
+    },
+    /// A file that is no model.
+    #[error(
+        "{} is no model that can be used: {reason}; `decore surrogate DATASET --output FILE` writes one",
+        .path.display()
+    )]
+    Model {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A table whose rows cannot be predicted.
+    #[error("{0}")]
+    Table(String),
+    /// A model that does not give what it should.
+    #[error("the model of `{output}`: {source}")]
+    Regression {
+        /// Its column.
+        output: String,
+        /// What went wrong.
+        source: RegressionError,
+    },
+    /// A file that the system or the Parquet library did not write.
+    #[error("failed to write {}: {reason}", .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What they say.
+        reason: String,
+    },
+}

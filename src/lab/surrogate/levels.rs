@@ -1,0 +1,67 @@
+//! What rows do not show of the factors: names that none of them has, and places between few values.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::space::FactorSpace;
+use crate::sensitivity::Table;
+use decore_dataset::DatasetInfo;
+use decore_quantity::Kind;
+
+/// Values of a factor up to which Q2 may deceive. Of an output half of whose variance is one jump, on grids of two factors, rows left out
+/// have a Q2 of 1.00, new places of 0.76 (3 values), 0.83 (4), 0.89 (5 and 6), 0.94 (8) and 0.97 (12) on average; where the jump is all,
+/// twice as much is missing.
+const FEW: usize = 12;
+
+/// What a reader must know of these rows of the table, a sentence each.
+pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], info: &DatasetInfo) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for factor in factors.iter().filter(|factor| !factor.unseen.is_empty()) {
+        let names = factor.unseen.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        remarks
+            .push(format!("No row that is used has {names} of `{}`: what is predicted there is a guess.", factor.name));
+    }
+    let few = factors.iter().enumerate().filter_map(|(place, factor)| {
+        let levels = levels(table, place, rows);
+        let whole = info.factors.iter().any(|of| of.name == factor.name && of.kind == Kind::Integer);
+        let told = factor.names.is_empty() && (2..=FEW).contains(&levels.count);
+        let is_few = told && 2 * levels.single <= levels.count && !(whole && levels.are_all);
+        is_few.then(|| format!("`{}` ({})", factor.name, levels.count))
+    });
+    let few: Vec<String> = few.collect();
+    if !few.is_empty() {
+        remarks.push(format!(
+            "The rows have few values of {}: rows left out mostly lie on the same ones as others do, so that Q2, errors and intervals \
+             speak of these values alone. An output that jumps between them is predicted wrongly there, whatever Q2 says; rows between \
+             them would tell (a Latin hypercube, Sobol' points).",
+            few.join(", ")
+        ));
+    }
+    remarks
+}
+
+/// The different values of a factor.
+struct Levels {
+    /// How many there are.
+    count: usize,
+    /// How many of them are those of one place alone: left out, that place shows what is between the others.
+    single: usize,
+    /// Whether they are all whole numbers from the least to the largest.
+    are_all: bool,
+}
+
+fn levels(table: &Table, factor: usize, rows: &[usize]) -> Levels {
+    // Zero has two signs.
+    let bits = |value: f64| (value + 0.0).to_bits();
+    let mut places: BTreeMap<u64, BTreeSet<Vec<u64>>> = BTreeMap::new();
+    for row in rows {
+        let place = table.factors.iter().map(|column| bits(column.values[*row])).collect();
+        places.entry(bits(table.factors[factor].values[*row])).or_default().insert(place);
+    }
+    let values = || places.keys().map(|value| f64::from_bits(*value));
+    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    Levels {
+        count: places.len(),
+        single: places.values().filter(|places| places.len() == 1).count(),
+        are_all: high - low + 1.0 == places.len() as f64,
+    }
+}

@@ -1,0 +1,30 @@
+//! Surrogates: what [`decore_statistics::regression`] makes of the rows of a dataset, kept in a file that predicts rows not run.
+//!
+//! ```text
+//! tables --dataset, sensitivity--> Table --fit--> Model --file--> Parquet --+--file--> Model --predict--> columns
+//! study text --study--> DesignOutline --^           |                       +--NumPy--> the same figures
+//!                                                   +--> Surrogate --> text, JSON
+//! ```
+
+mod error;
+mod file;
+mod fit;
+mod levels;
+mod model;
+mod predict;
+mod result;
+mod rows;
+mod space;
+mod success;
+mod text;
+
+pub use error::SurrogateError;
+pub use file::{PREDICTOR, read, write};
+pub(crate) use fit::{Derived, fit_derived};
+pub use fit::{SurrogateSettings, fit};
+pub use model::Model;
+pub(crate) use model::{OutputModel, RowsProcess};
+pub use predict::{QueryRow, predict, predict_rows};
+pub use result::{OutputSurrogate, ProcessFigures, Surrogate};
+pub(crate) use space::{FactorSpace, text_places};
+pub(crate) use success::{SuccessModel, fit_success};

@@ -1,0 +1,13 @@
+//! Mathematics that knows nothing of statistics or hammers.
+//!
+//! - [`number`]: one number or several in the lanes of a vector, the type that a row's arithmetic is written over.
+//! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
+//! - [`random`]: random numbers addressed by position.
+//! - [`special`]: distribution functions and quantiles.
+#![deny(missing_docs)]
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
+pub mod linalg;
+pub mod number;
+pub mod random;
+pub mod special;

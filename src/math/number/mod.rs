@@ -1,0 +1,39 @@
+//! One number or several side by side: what a row's arithmetic is written over.
+//!
+//! The equations of hammers, contacts, structure and integrator are written once over [`Number`]. With `f64` they advance one
+//! row, with [`Four`] four rows in the lanes of a vector, each lane with numbers of its own. No operation looks from one lane
+//! into another, and each is a sum, difference, product (or both fused), quotient or square root as IEEE 754 defines it, a
+//! comparison, a choice, or an operation on bits: a lane has the same bits as the number alone, on every processor and operating system. So
+//! functions of a platform's mathematical library have no place here; `exp`, `ln`, `tanh` and powers are this module's own.
+//! Long sums of products are fused, which is exact on every processor and one instruction on those of the last ten years: without
+//! it they are slow. Elsewhere products and sums are rounded one by one.
+//!
+//! - `definition`: the traits, and a number alone
+//! - `lanes`: [`Four`] and the operations on its lanes
+//! - `avx`: the same in one register of a processor with AVX2 and FMA
+//! - `avx512`: eight in one register of a processor with AVX-512
+//! - `registers`: which of them a processor has
+//! - `functions`: exponential function, logarithm, hyperbolic tangent, power
+//! - `fused`: for systems whose library does not round fused products once
+
+#[cfg(target_arch = "x86_64")]
+mod avx;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod definition;
+mod functions;
+#[cfg(all(windows, target_env = "gnu"))]
+mod fused;
+mod lanes;
+mod registers;
+
+#[cfg(target_arch = "x86_64")]
+pub use avx::FourAvx;
+#[cfg(target_arch = "x86_64")]
+pub use avx512::EightAvx;
+pub use definition::per_lane;
+pub use definition::{Lanes, Mask, Number, in_lanes};
+pub use functions::{exp, ln, odd_power, tanh};
+pub use lanes::{Four, FourMask};
+pub use registers::Registers;
+pub use registers::{OverArrays, in_widest, load, store};

@@ -1,0 +1,100 @@
+//! Watches an integration and computes the outputs as it goes; no trajectory is stored.
+
+use super::audit::{chamber_residual, energy_residual};
+use super::casting::CastingTrack;
+use super::hammer::{Finished, HammerTrack};
+use super::instant::Instant;
+use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
+use super::warning::Warning;
+use crate::integrate::{Observer, Step};
+use crate::scene::{HammerLink, Owner, Scene};
+use crate::system::{Coupled, CoupledModel};
+
+/// Computes the outputs of a run while it is integrated.
+pub struct Recorder {
+    hammers: Vec<HammerTrack>,
+    castings: Vec<CastingTrack>,
+    scratch: Vec<f64>,
+}
+
+impl Recorder {
+    /// Prepares the recording of `model`, which was built from `scene`.
+    pub fn new(model: &CoupledModel, scene: &Scene) -> Self {
+        let layout = model.layout();
+        Self {
+            hammers: (0..layout.hammers).map(|h| HammerTrack::new(h, model, scene)).collect(),
+            castings: (0..layout.castings).map(|c| CastingTrack::new(model, scene, c)).collect(),
+            scratch: vec![0.0; layout.dimension()],
+        }
+    }
+
+    /// The outputs, once the end of the simulation is reached at state `y` and time `t`.
+    pub fn finish(self, system: &Coupled, t: f64, y: &[f64]) -> RunMetrics {
+        let end = Instant { t, y };
+        let warnings = Warning::text(self.hammers.iter().flat_map(|track| track.warnings(system)));
+        let finished: Vec<Finished> = self.hammers.into_iter().map(|track| track.finish(system, end)).collect();
+        let delivered_work_error_j = run_work_error_j(&finished);
+        let (hammers, blows): (Vec<_>, Vec<_>) =
+            finished.into_iter().map(|hammer| (hammer.metrics, hammer.blows)).unzip();
+        let mut blows: Vec<_> = blows.into_iter().flatten().collect();
+        blows.sort_by(|a, b| a.start_time_s.total_cmp(&b.start_time_s).then(a.hammer.cmp(&b.hammer)));
+        let castings = self.castings.into_iter().enumerate();
+        let castings = castings.map(|(casting, track)| CastingMetrics {
+            strike_energy_j: sum(blows.iter().filter(|blow| blow.casting == casting).map(|blow| blow.strike_energy_j)),
+            ..track.finish(system, end)
+        });
+        let castings = castings.collect();
+        let totals = RunTotals {
+            delivered_work_j: sum(hammers.iter().map(|hammer| hammer.delivered_work_j)),
+            delivered_work_error_j,
+            delivered_impulse_n_s: sum(hammers.iter().map(|hammer| hammer.delivered_impulse_n_s)),
+            strike_energy_j: sum(hammers.iter().map(|hammer| hammer.strike_energy_j)),
+            energy_residual: energy_residual(system, end),
+            chamber_residual: chamber_residual(system, end),
+            warnings,
+        };
+        RunMetrics { hammers, castings, blows, totals, scatter: None, numerical: None, signals: Vec::new() }
+    }
+}
+
+/// Error of the run's delivered work, by the hammer with most periodic blows, which are the finest clock; `None` if a hammer's
+/// percussion has not settled.
+fn run_work_error_j(hammers: &[Finished]) -> Option<f64> {
+    let unsure = |hammer: &&Finished| !hammer.metrics.percussion.is_sure() && hammer.metrics.struck_blow_count > 0;
+    if hammers.iter().any(|hammer| unsure(&hammer)) {
+        return None;
+    }
+    // `max_by_key` keeps the last of equals, so the first hammer comes last.
+    hammers.iter().rev().max_by_key(|hammer| hammer.metrics.periodic_blows)?.run_work_error_j
+}
+
+/// The sum, 0.0 of nothing, where `Iterator::sum` has -0.0.
+fn sum(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |sum, value| sum + value)
+}
+
+impl Observer<Coupled> for Recorder {
+    fn step(&mut self, system: &Coupled, step: &Step<'_>) {
+        for track in &mut self.hammers {
+            track.step(system, step, &mut self.scratch);
+        }
+        for track in &mut self.castings {
+            track.step(step, &mut self.scratch);
+        }
+    }
+
+    fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
+        let contact = &system.model().elements().contacts()[guard];
+        let Owner::Hammer { hammer, link } = contact.owner else { return };
+        let track = &mut self.hammers[hammer];
+        match (link, system.is_closed(guard)) {
+            (HammerLink::ChiselCasting, true) => track.contact(system, Instant { t, y }),
+            (HammerLink::ChiselCasting, false) => track.release(t),
+            (HammerLink::PistonChisel, true) if system.gate_open(hammer) => {
+                let (_, closing) = system.penetration(guard, t, y);
+                track.percussion(closing, system, Instant { t, y });
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! A declaration as data, and what is made of it at run time.
+
+use schemars::Schema;
+
+use super::range::{Fault, Range};
+
+/// A group of parameters, as `parameters!` declares it.
+pub trait Parameters {
+    /// The declarations, in the order of the fields.
+    const ENTRIES: &'static [Parameter];
+
+    /// Holds every value to its range. `at`: path of the group, for the faults.
+    fn check(&self, at: &str, faults: &mut Vec<Fault>);
+
+    /// Adds a remark for every value that is not between its usual ones: most likely it is stated in another unit.
+    fn unusual(&self, at: &str, remarks: &mut Vec<Fault>);
+}
+
+/// Path of a key in a group; the group at the top of a file has an empty path.
+pub(crate) fn key(group: &str, name: &str) -> String {
+    if group.is_empty() { name.to_owned() } else { format!("{group}.{name}") }
+}
+
+/// A type of a few values, all of which are allowed: what has it needs no range.
+pub trait Choice {
+    /// Nothing to check.
+    fn check(&self) {}
+}
+
+impl Choice for bool {}
+
+/// Declaration of one parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Name of the field, the key in files.
+    pub name: &'static str,
+    /// The field's text, line by line as written.
+    pub text: &'static [&'static str],
+    /// Unit, range, default and source in a sentence; empty for groups in a group of groups.
+    pub values: &'static str,
+    /// Where its value comes from.
+    pub source: &'static str,
+    /// What values it may have.
+    pub kind: ParameterKind,
+}
+
+impl Parameter {
+    /// The text as one line.
+    pub fn description(&self) -> String {
+        let lines: Vec<&str> = self.text.iter().map(|line| line.trim()).collect();
+        lines.join(" ")
+    }
+}
+
+/// What values a parameter may have.
+#[derive(Debug, Clone, Copy)]
+pub enum ParameterKind {
+    /// Numbers, or lists of numbers, each in a range.
+    Number(Range),
+    /// One of a few names.
+    Choice,
+    /// A group of its own, with these entries.
+    Group(&'static [Parameter]),
+}
+
+/// Writes the declarations of a group into the JSON schema of a table with its keys: descriptions and ranges.
+pub fn describe<T: Parameters>(schema: &mut Schema) {
+    for entry in T::ENTRIES {
+        let Some(property) = schema.pointer_mut(&format!("/properties/{}", entry.name)) else { continue };
+        if let Some(object) = property.as_object_mut() {
+            let description = format!("{} {}", entry.description(), entry.values);
+            object.insert("description".to_owned(), description.trim_end().into());
+        }
+        let ParameterKind::Number(range) = entry.kind else { continue };
+        let number = if property.get("items").is_some() { property.pointer_mut("/items") } else { Some(property) };
+        if let Some(object) = number.and_then(serde_json::Value::as_object_mut) {
+            object.extend(range.keywords());
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Fixed-interface modes and constraint modes: what the inner DOFs contribute to the reduced structure.
+
+use std::f64::consts::TAU;
+
+use nalgebra::DMatrix;
+
+use super::error::{Step, StructureError};
+use super::observe::Observer;
+use super::own::RIGID_BODY_HZ;
+use decore_math::linalg::{
+    Below, LinalgError, PencilFactor, PencilModes, SymmetricPencil, modes_below, multiply, multiply_transposed,
+};
+
+/// Times that a limit that cannot be told from an eigenvalue is moved.
+const NUDGES: usize = 4;
+/// Relative step of such a move.
+const NUDGE: f64 = 1e-6;
+/// Shift of a singular inner stiffness relative to the squared cut-off.
+const SHIFT_OF_LIMIT: f64 = 1e-6;
+/// Refinements of constraint modes with a singular inner stiffness; each gains six digits.
+const REFINEMENTS: usize = 6;
+
+const INDEFINITE_INNER: &str = "with the interface held the stiffness is not positive semidefinite, or a part without mass moves freely: check signs, \
+     and that nothing without mass hangs loose";
+const COUNT: &str = "number of fixed-interface modes below the cut-off";
+const INCOMPLETE: &str = "the matrices may be indefinite or badly scaled: check signs and units";
+
+/// What the inner DOFs contribute, in the order of their pencil.
+pub(super) struct Inner {
+    /// Squared circular frequencies of the fixed-interface modes, rising; 0 but for rounding for free motions.
+    pub omega_squared: Vec<f64>,
+    /// Mass-normalised fixed-interface modes.
+    pub psi: DMatrix<f64>,
+    /// Constraint modes `G = -K_oo^-1 K_ob`.
+    pub constraint: DMatrix<f64>,
+    /// Shift in 1/s2 that made the inner stiffness regular; 0 where none was needed.
+    pub shift: f64,
+    /// Columns of the Lanczos basis.
+    pub basis: usize,
+    /// Estimated condition number of `K_oo + shift M_oo`; only with an observer.
+    pub condition: Option<Condition>,
+}
+
+/// Condition numbers in the 1-norm.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Condition {
+    /// Of the matrix as it is.
+    pub plain: f64,
+    /// Of the matrix scaled to a diagonal of 1.
+    pub scaled: f64,
+}
+
+impl Inner {
+    fn new(modes: PencilModes, constraint: DMatrix<f64>, shift: f64, condition: Option<Condition>) -> Self {
+        let omega_squared = modes.values.iter().map(|value| value.max(0.0)).collect();
+        Self { omega_squared, psi: modes.vectors, constraint, shift, basis: modes.basis, condition }
+    }
+}
+
+/// Modes that are looked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// Squared circular frequency in rad2/s2 that they lie below.
+    pub limit: f64,
+    /// Whether stiffness and mass look as if they were in different units: then many modes are a mistake.
+    pub suspect: bool,
+}
+
+/// Most modes that are looked for.
+const MOST_MODES: usize = 5000;
+/// The same where units are in doubt.
+const MOST_SUSPECT_MODES: usize = 200;
+/// All modes of so few rows are found in a second.
+const SMALL: usize = 1000;
+
+impl Wanted {
+    fn require(self, count: usize, order: usize) -> Result<(), StructureError> {
+        let Self { limit, suspect } = self;
+        if count <= if suspect && order > SMALL { MOST_SUSPECT_MODES } else { MOST_MODES } {
+            return Ok(());
+        }
+        let cutoff_hz = (1e3 * limit.sqrt() / TAU).round() / 1e3;
+        Err(StructureError::TooManyModes { count, cutoff_hz, order, suspect })
+    }
+}
+
+/// Solves the inner problem with modes below a limit.
+///
+/// The number of modes is counted first. A regular `K_oo` is factorised once for modes and constraint modes. Where `K_oo` is
+/// singular (the interface does not hold a floating machine) or nearly so, `K_oo + shift M_oo` takes its place.
+pub(super) fn solve_inner(
+    pencil: &SymmetricPencil,
+    k_ob: &DMatrix<f64>,
+    wanted: Wanted,
+    observer: &mut Observer,
+) -> Result<Inner, StructureError> {
+    let limit = wanted.limit;
+    let count = observer.step("count of fixed-interface modes (LDL')", || count(pencil, limit))?;
+    wanted.require(count, pencil.order())?;
+    let below = Below { limit, count };
+    let factor = match observer.step("factorisation of the inner stiffness (LL')", || pencil.cholesky(0.0)) {
+        Ok(factor) if !is_nearly_singular(pencil, &factor).step("lowest eigenvalue", INDEFINITE_INNER)? => factor,
+        Ok(_) | Err(LinalgError::NotPositiveDefinite { .. }) => {
+            return solve_shifted(pencil, k_ob, below, observer);
+        }
+        Err(other) => return Err(other).step("factorisation of the inner stiffness", INDEFINITE_INNER),
+    };
+    let modes = observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, 0.0, below))?;
+    let constraint = observer.step("constraint modes", || {
+        let mut g = -k_ob;
+        factor.solve(&mut g).step("constraint modes", INDEFINITE_INNER).map(|()| g)
+    })?;
+    let condition = condition(pencil, &factor, 0.0, observer)?;
+    Ok(Inner::new(modes, constraint, 0.0, condition))
+}
+
+/// Whether some motion has a frequency that counts as none: two steps of inverse iteration find it, as its eigenvalue
+/// stands far apart from all others.
+fn is_nearly_singular(pencil: &SymmetricPencil, factor: &PencilFactor) -> Result<bool, LinalgError> {
+    // Any start with a share in every motion will do.
+    let mut x = DMatrix::from_fn(pencil.order(), 1, |row, _| 1.0 + libm::sin(0.7 * row as f64));
+    let mut lowest = f64::INFINITY;
+    for _ in 0..2 {
+        let inertia = pencil.mass_times(&x)?;
+        let mut next = inertia.clone();
+        factor.solve(&mut next)?;
+        // With K y = M x the Rayleigh quotient of y is y'Mx / y'My.
+        let (work, mass) = (next.dot(&inertia), next.dot(&pencil.mass_times(&next)?));
+        let scale = mass.sqrt();
+        if !(scale.is_finite() && scale > 0.0) {
+            break;
+        }
+        lowest = work / mass;
+        x = next / scale;
+    }
+    Ok(lowest <= (TAU * RIGID_BODY_HZ).powi(2))
+}
+
+fn solve_shifted(
+    pencil: &SymmetricPencil,
+    k_ob: &DMatrix<f64>,
+    below: Below,
+    observer: &mut Observer,
+) -> Result<Inner, StructureError> {
+    let shift = SHIFT_OF_LIMIT * below.limit;
+    let factor = observer
+        .step("factorisation of the shifted inner stiffness (LL')", || pencil.cholesky(shift))
+        .step("factorisation of the shifted inner stiffness", INDEFINITE_INNER)?;
+    let modes = observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, shift, below))?;
+    let free = (TAU * RIGID_BODY_HZ).powi(2);
+    if let Some(&omega_squared) = modes.values.first().filter(|value| **value < -free) {
+        return Err(StructureError::Indefinite { omega_squared });
+    }
+    let constraint = observer
+        .step("constraint modes", || deflated_constraint_modes(pencil, &factor, &modes, k_ob))
+        .step("constraint modes", INDEFINITE_INNER)?;
+    let condition = condition(pencil, &factor, shift, observer)?;
+    Ok(Inner::new(modes, constraint, shift, condition))
+}
+
+/// Estimated condition number of `K_oo + shift M_oo`, where somebody looks on.
+fn condition(
+    pencil: &SymmetricPencil,
+    factor: &PencilFactor,
+    shift: f64,
+    observer: &mut Observer,
+) -> Result<Option<Condition>, StructureError> {
+    if !observer.is_active() {
+        return Ok(None);
+    }
+    let estimate = observer.step("condition estimate", || {
+        let [plain, scaled] = [false, true].map(|scaled| pencil.condition(factor, shift, scaled));
+        Ok(Condition { plain: plain?, scaled: scaled? })
+    });
+    estimate.step("condition estimate", INDEFINITE_INNER).map(Some)
+}
+
+/// Counts the modes below the limit; a limit that is an eigenvalue is moved up a little.
+fn count(pencil: &SymmetricPencil, limit: f64) -> Result<usize, StructureError> {
+    let mut result = pencil.count_below(limit);
+    for nudge in 1..=NUDGES {
+        if !matches!(result, Err(LinalgError::ZeroPivot { .. })) {
+            break;
+        }
+        result = pencil.count_below(limit * (1.0 + NUDGE * nudge as f64));
+    }
+    result.step(COUNT, INDEFINITE_INNER)
+}
+
+/// Modes below the limit. Where their number is not what was counted, the count is repeated a little beside the limit: an
+/// eigenvalue at the limit, or cancellation in the pivots, may have misled it.
+fn modes(
+    pencil: &SymmetricPencil,
+    factor: &PencilFactor,
+    shift: f64,
+    below: Below,
+) -> Result<PencilModes, StructureError> {
+    let mut result = modes_below(pencil, factor, shift, below);
+    for nudge in 1..=NUDGES {
+        if !matches!(result, Err(LinalgError::Incomplete { .. })) {
+            break;
+        }
+        let limit = below.limit * (1.0 + 10.0 * NUDGE * nudge as f64);
+        result = modes_below(pencil, factor, shift, Below { limit, count: count(pencil, limit)? });
+    }
+    result.step("fixed-interface modes", INCOMPLETE)
+}
+
+/// `G` with `K_oo G = -K_ob` for a singular, positive semidefinite `K_oo`. `K_ob` is in its range, because `K` as a whole is
+/// positive semidefinite; the part along the free motions is left out, they are among the modes.
+///
+/// The modes are divided by their own stiffness; the rest, all above the cut-off, is refined with the shifted factor, which
+/// errs by `shift / limit` there.
+fn deflated_constraint_modes(
+    pencil: &SymmetricPencil,
+    factor: &PencilFactor,
+    modes: &PencilModes,
+    k_ob: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, LinalgError> {
+    let free = (TAU * RIGID_BODY_HZ).powi(2);
+    let inertia = pencil.mass_times(&modes.vectors)?;
+    let mut g = DMatrix::zeros(k_ob.nrows(), k_ob.ncols());
+    let mut residual = -k_ob;
+    for _ in 0..REFINEMENTS {
+        let mut along = multiply_transposed(&modes.vectors, &residual)?;
+        let mut correction = residual - multiply(&inertia, &along)?;
+        factor.solve(&mut correction)?;
+        for (mut row, &omega_squared) in along.row_iter_mut().zip(&modes.values) {
+            row *= if omega_squared > free { omega_squared.recip() } else { 0.0 };
+        }
+        // What the solution picked up along the modes does not belong there.
+        let leak = multiply_transposed(&inertia, &correction)?;
+        correction += multiply(&modes.vectors, &(along - leak))?;
+        g += &correction;
+        residual = -k_ob - pencil.stiffness_times(&g)?;
+    }
+    Ok(g)
+}

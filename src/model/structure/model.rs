@@ -1,0 +1,280 @@
+//! A finite element model: mass, stiffness and the points that other parts act on.
+
+use std::collections::BTreeMap;
+
+use sprs::CsMat;
+
+use super::constraints::eliminate;
+use super::error::StructureError;
+use super::import::symmetric;
+use super::label::{DofLabel, SCALAR};
+use super::matrices::ModelMatrices;
+use super::place::{PointRows, place, require_distinct};
+use super::points::InterfacePoints;
+use decore_math::linalg::lowest_eigenvalue;
+
+/// A mass matrix whose lowest eigenvalue, relative to the diagonal, lies below this is not positive semidefinite: rounding
+/// in exported matrices stays above it.
+const LEAST_MASS_EIGENVALUE: f64 = -1e-8;
+
+/// Places of a node may differ by this many metres, and this share.
+const SAME_PLACE: f64 = 2e-3;
+
+/// Finite element matrices of a machine with its interface points.
+///
+/// `M u'' + D u' + K u = F` in SI units; the matrices are symmetric and hold both triangles. M is positive semidefinite (DOFs
+/// may have no mass), K may be singular. A value of this type has passed [`FeModel::new`].
+#[derive(Debug, Clone)]
+pub struct FeModel {
+    matrices: ModelMatrices,
+    points: InterfacePoints,
+    /// Rows of the six DOFs of every point; `None` where the model has no such DOF.
+    rows: Vec<PointRows>,
+    /// Where nodes are, in m, as far as that is known: from the list of rows and the interface points.
+    positions_m: BTreeMap<i64, [f64; 3]>,
+    /// Nodes for which points and list of rows name different places.
+    misplaced: Vec<Misplaced>,
+    /// What about the files is to be doubted, one sentence each.
+    doubts: Vec<String>,
+    /// What was done to the matrices, one sentence each.
+    changes: Vec<String>,
+}
+
+/// A node for which two files name different places.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Misplaced {
+    /// The node.
+    pub node: i64,
+    /// Its place in m by the table of points.
+    pub by_points_m: [f64; 3],
+    /// Its place in m by the list of rows.
+    pub by_rows_m: [f64; 3],
+}
+
+/// The names that errors use for the sources.
+#[derive(Debug, Clone)]
+pub(super) struct Sources {
+    pub mass: String,
+    pub stiffness: String,
+    pub damping: String,
+    pub labels: String,
+    pub points: String,
+}
+
+impl FeModel {
+    /// A model from matrices in memory, both triangles stored, SI units.
+    ///
+    /// # Errors
+    /// Sizes that differ, a matrix that is not square, not symmetric or not finite, a mass matrix that is not positive
+    /// semidefinite, a negative diagonal of the stiffness, a point without a place in the matrices.
+    pub fn new(matrices: ModelMatrices, points: InterfacePoints) -> Result<Self, StructureError> {
+        let [mass, stiffness, damping, labels, points_name] =
+            ["mass", "stiffness", "damping", "labels", "points"].map(str::to_owned);
+        Self::validated(matrices, points, &Sources { mass, stiffness, damping, labels, points: points_name })
+    }
+
+    pub(super) fn validated(
+        matrices: ModelMatrices,
+        mut points: InterfacePoints,
+        names: &Sources,
+    ) -> Result<Self, StructureError> {
+        let ModelMatrices { mass, stiffness, damping, labels } = matrices;
+        let mass = sound(&names.mass, mass)?;
+        let stiffness = sound(&names.stiffness, stiffness)?;
+        let damping = damping.map(|damping| sound(&names.damping, damping)).transpose()?;
+        let mut matrices = ModelMatrices { mass, stiffness, damping, labels };
+        let order = matrices.mass.rows();
+        let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
+        for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
+            if matrix.rows() != order {
+                let reason =
+                    format!("{} rows, but the mass {} has {order}: both must be equal", matrix.rows(), names.mass);
+                return Err(fault(name, reason));
+            }
+        }
+        let placed = place(&matrices.labels, order, &points).unwrap_or_default();
+        let kept = placed.into_iter().flatten().flatten().collect();
+        let changes = eliminate(&mut matrices, &kept).map_err(|reason| fault(&names.stiffness, reason))?;
+        let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
+        for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
+            if let Some((row, value)) = negative_diagonal(matrix) {
+                return Err(fault(name, format!("diagonal {} is {value:e}: it must not be negative", row + 1)));
+            }
+        }
+        require_entries(&names.mass, &matrices.mass)?;
+        require_mass(&names.mass, &matrices.mass)?;
+        require_entries(&names.stiffness, &matrices.stiffness)?;
+        if !matrices.labels.is_empty() && matrices.labels.len() != order {
+            let reason = format!("{order} rows, but {} labels of rows", matrices.labels.len());
+            return Err(fault(&names.mass, reason));
+        }
+        require_distinct(&matrices.labels, &points).map_err(|reason| fault(&names.labels, reason))?;
+        let rows = place(&matrices.labels, order, &points).map_err(|reason| fault(&names.points, reason))?;
+        points.state_dofs(&rows);
+        let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
+        let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
+        let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();
+        Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new(), doubts: Vec::new(), changes })
+    }
+
+    /// Adds where nodes are, in the unit of the matrices' file; what interface points say of theirs comes first.
+    pub(super) fn with_positions(mut self, positions: BTreeMap<i64, [f64; 3]>, metres: f64) -> Self {
+        for (node, place) in positions {
+            let place = place.map(|value| metres * value);
+            let known = *self.positions_m.entry(node).or_insert(place);
+            let distance = known.iter().zip(place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            if distance > SAME_PLACE * (1.0 + known.iter().map(|value| value.abs()).fold(0.0, f64::max)) {
+                self.misplaced.push(Misplaced { node, by_points_m: known, by_rows_m: place });
+            }
+        }
+        self
+    }
+
+    /// Adds what about the files is to be doubted.
+    pub(super) fn with_doubts(mut self, doubts: impl IntoIterator<Item = String>) -> Self {
+        self.doubts.extend(doubts);
+        self
+    }
+
+    /// What was done to the matrices: multipliers eliminated, held rows left out.
+    pub(super) fn changes(&self) -> &[String] {
+        &self.changes
+    }
+
+    /// What about the files is to be doubted.
+    pub(super) fn doubts(&self) -> &[String] {
+        &self.doubts
+    }
+
+    /// Nodes for which points and list of rows name different places.
+    pub(super) fn misplaced(&self) -> &[Misplaced] {
+        &self.misplaced
+    }
+
+    /// The mass matrix, both triangles.
+    pub fn mass(&self) -> &CsMat<f64> {
+        &self.matrices.mass
+    }
+
+    /// The stiffness matrix, both triangles.
+    pub fn stiffness(&self) -> &CsMat<f64> {
+        &self.matrices.stiffness
+    }
+
+    /// The damping matrix, both triangles, where the model has one.
+    pub fn damping(&self) -> Option<&CsMat<f64>> {
+        self.matrices.damping.as_ref()
+    }
+
+    /// What the rows stand for; empty where that is not known.
+    pub fn labels(&self) -> &[DofLabel] {
+        &self.matrices.labels
+    }
+
+    /// All matrices with the labels of their rows.
+    pub fn matrices(&self) -> &ModelMatrices {
+        &self.matrices
+    }
+
+    /// The interface points.
+    pub fn points(&self) -> &InterfacePoints {
+        &self.points
+    }
+
+    /// Rows of the six DOFs of a point; `None` for a DOF that the model does not have (an element type without rotations,
+    /// a DOF that is fixed or was condensed).
+    ///
+    /// # Errors
+    /// An unknown point.
+    pub fn rows_of(&self, point: &str) -> Result<[Option<usize>; 6], StructureError> {
+        self.points.get(point)?;
+        let index = self.points.iter().position(|other| other.name == point);
+        Ok(index.and_then(|index| self.rows.get(index).copied()).unwrap_or_default())
+    }
+
+    /// Whether a row carries mass or stiffness; programs leave empty rows for DOFs that they fixed themselves and for
+    /// directions that no element has.
+    pub fn carries(&self, row: usize) -> bool {
+        let entries = |matrix: &CsMat<f64>| {
+            matrix.outer_view(row).is_some_and(|view| view.data().iter().any(|value| *value != 0.0))
+        };
+        entries(&self.matrices.stiffness) || entries(&self.matrices.mass)
+    }
+
+    /// Where nodes are, in m, as far as that is known.
+    pub(super) fn positions_m(&self) -> &BTreeMap<i64, [f64; 3]> {
+        &self.positions_m
+    }
+
+    /// Rows that are rotations, by their label or by an interface point.
+    pub(super) fn rotation_rows(&self) -> Vec<usize> {
+        let rotation = |dof: usize| (3..SCALAR).contains(&dof);
+        let labelled = self.labels().iter().enumerate().filter(|(_, label)| rotation(label.dof)).map(|(row, _)| row);
+        labelled.chain(self.rows.iter().flat_map(|rows| rows[3..].iter().copied().flatten())).collect()
+    }
+
+    /// Mass, stiffness and damping to be changed; what makes a model sound must stay.
+    pub(super) fn matrices_mut(&mut self) -> [Option<&mut CsMat<f64>>; 3] {
+        let ModelMatrices { mass, stiffness, damping, .. } = &mut self.matrices;
+        [Some(mass), Some(stiffness), damping.as_mut()]
+    }
+
+    /// Number of degrees of freedom.
+    pub fn order(&self) -> usize {
+        self.matrices.mass.rows()
+    }
+}
+
+fn fault(file: &str, reason: String) -> StructureError {
+    StructureError::Matrix { file: file.to_owned(), reason }
+}
+
+/// Square, finite, symmetric but for rounding; the mean of mirrored entries is taken.
+fn sound(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
+    if matrix.rows() != matrix.cols() {
+        return Err(fault(file, format!("not square: {} rows, {} columns", matrix.rows(), matrix.cols())));
+    }
+    if matrix.data().iter().any(|value| !value.is_finite()) {
+        return Err(fault(file, "an entry is not finite".to_owned()));
+    }
+    symmetric(file, matrix)
+}
+
+fn negative_diagonal(matrix: &CsMat<f64>) -> Option<(usize, f64)> {
+    let diagonal = |row: usize| matrix.get(row, row).copied().unwrap_or(0.0);
+    (0..matrix.rows()).map(|row| (row, diagonal(row))).find(|(_, value)| *value < 0.0)
+}
+
+fn require_entries(file: &str, matrix: &CsMat<f64>) -> Result<(), StructureError> {
+    if matrix.data().iter().all(|value| *value == 0.0) {
+        return Err(fault(file, "every entry is 0: is this the file and the matrix that was meant?".to_owned()));
+    }
+    Ok(())
+}
+
+/// Positive semidefinite: no negative diagonal, no coupling of a DOF without mass, no negative eigenvalue that stands out.
+fn require_mass(file: &str, mass: &CsMat<f64>) -> Result<(), StructureError> {
+    if let Some((row, value)) = negative_diagonal(mass) {
+        return Err(fault(file, format!("diagonal {} is {value:e}: a mass is not negative", row + 1)));
+    }
+    for (row, view) in mass.outer_iterator().enumerate() {
+        if mass.get(row, row).copied().unwrap_or(0.0) == 0.0
+            && let Some((column, value)) = view.iter().find(|(_, value)| **value != 0.0)
+        {
+            let reason = format!(
+                "diagonal {0} is 0, but entry ({0}, {1}) is {value:e}: a DOF without mass must not be coupled",
+                row + 1,
+                column + 1
+            );
+            return Err(fault(file, reason));
+        }
+    }
+    let lowest = lowest_eigenvalue(mass).map_err(|error| fault(file, error.to_string()))?;
+    if lowest < LEAST_MASS_EIGENVALUE {
+        let reason = format!(
+            "the mass matrix is not positive semidefinite: scaled to a diagonal of 1 it has the eigenvalue {lowest:.3e}"
+        );
+        return Err(fault(file, reason));
+    }
+    Ok(())
+}

@@ -1,0 +1,258 @@
+//! Rigid motions of a model by the labels of its rows, and the mass that goes with them.
+//!
+//! Labels may call rows displacements that are none: CalculiX gives inner shapes of elements (C3D8I), rotations of rigid bodies and the
+//! knots of shells and beams directions 1 to 3. Such rows take the values that strain the model least: with K split into these rows d and
+//! all others t, `r_d = -K_dd^-1 K_dt r_t`, which is 0 for an inner shape and the rotation for a rotation.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+use sprs::{CsMat, TriMat};
+
+use super::balance::{Balance, Rotated, rotated, under_motions, under_rotations};
+use super::label::SCALAR;
+use super::model::FeModel;
+use super::partition::sparse_times;
+use decore_math::linalg::{LinalgError, SymmetricPencil};
+
+/// Up to this share of rows out of balance, labels are taken as they are.
+const DOUBT: f64 = 0.1;
+/// Above this share of rows out of balance labels are wrong.
+pub(super) const MOST_OUT: f64 = 0.4;
+/// Fewest rows of which a share is telling: a small model may be held in most of its rows.
+const LEAST_ROWS: usize = 48;
+/// A reduced model is full, and its supports are spread over all rows.
+const MOST_FULL: f64 = 0.6;
+/// At least this share of the rows that labels call displacements has to be displacements.
+const LEAST_TRUE: f64 = 0.1;
+
+/// Rounds in which held displacements are told from rows that are none.
+const MOST_ROUNDS: usize = 8;
+
+/// Unit motions of a rigid machine and the mass that goes with them.
+pub(super) struct RigidMotions {
+    /// Translations along x, y, z.
+    pub translations: DMatrix<f64>,
+    /// Mass along x, y, z in kg.
+    pub mass_kg: [f64; 3],
+    /// Centre of mass in m, or how many of the nodes with mass have no known place, and of how many.
+    pub centre_m: Result<[f64; 3], (usize, usize)>,
+    /// Balance under translations, where it is telling.
+    pub translated: Option<Balance>,
+    /// Balance under rotations, where places of nodes are known and it is telling.
+    pub rotated: Option<Balance>,
+}
+
+impl RigidMotions {
+    /// By the labels of the rows; `None` where there are none.
+    pub fn new(model: &FeModel) -> Option<Self> {
+        if model.labels().is_empty() {
+            return None;
+        }
+        let directions = directions(model);
+        let mut translations = translations(&directions);
+        let telling = is_telling(model.stiffness());
+        let mut translated = under_motions(model.stiffness(), &translations);
+        let mut seeming = vec![false; model.order()];
+        if telling
+            && translated.share() > DOUBT
+            && let Some(found) = Seeming::find(model, &directions, &translated)
+        {
+            (seeming, translations, translated) = (found.rows, found.translations, found.balance);
+        }
+        let inertia = sparse_times(model.mass(), &translations);
+        let mass_kg = [0, 1, 2].map(|axis| translations.column(axis).dot(&inertia.column(axis)));
+        let rotated = telling.then(|| rotation_balance(model, &directions, &seeming)).flatten();
+        let centre_m = centre(model, (&directions, &seeming), (&inertia, mass_kg));
+        let translated = Some(translated).filter(|balance| telling && balance.loaded() >= LEAST_ROWS);
+        Some(Self { translations, mass_kg, centre_m, translated, rotated })
+    }
+}
+
+/// Whether a share of rows out of balance tells something: many rows, sparse.
+fn is_telling(stiffness: &CsMat<f64>) -> bool {
+    let order = stiffness.rows() as f64;
+    stiffness.rows() >= LEAST_ROWS && (stiffness.nnz() as f64) < MOST_FULL * order * order
+}
+
+/// What each row is: displacement 0 to 2, rotation 3 to 5, or neither. Interface points know of rotations that labels call
+/// displacements (rotation nodes).
+fn directions(model: &FeModel) -> Vec<Option<usize>> {
+    let mut directions: Vec<Option<usize>> =
+        model.labels().iter().map(|label| Some(label.dof).filter(|dof| *dof < SCALAR)).collect();
+    for rows in model.points().iter().filter_map(|point| model.rows_of(&point.name).ok()) {
+        for (dof, row) in rows.iter().enumerate().skip(3) {
+            if let Some(slot) = row.and_then(|row| directions.get_mut(row)) {
+                *slot = Some(dof);
+            }
+        }
+    }
+    directions
+}
+
+fn translations(directions: &[Option<usize>]) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(directions.len(), 3);
+    for (row, dof) in directions.iter().enumerate() {
+        if let Some(axis @ 0..3) = *dof {
+            out[(row, axis)] = 1.0;
+        }
+    }
+    out
+}
+
+/// Rows that labels call displacements, but are none.
+struct Seeming {
+    rows: Vec<bool>,
+    /// Translations with these rows relaxed.
+    translations: DMatrix<f64>,
+    /// Balance under these.
+    balance: Balance,
+}
+
+impl Seeming {
+    /// Rows out of balance are relaxed along their direction; those that do not follow are no displacements. `None` where that does not
+    /// bring balance: labels are wrong then.
+    fn find(model: &FeModel, directions: &[Option<usize>], balance: &Balance) -> Option<Self> {
+        let rows = without_false_alarms(model, not_following(model, directions, balance)?, directions);
+        let displacements = directions.iter().filter(|direction| matches!(direction, Some(0..3))).count();
+        let seeming = rows.iter().filter(|seeming| **seeming).count();
+        if ((displacements - seeming) as f64) < LEAST_TRUE * displacements as f64 {
+            return None;
+        }
+        let kept: Vec<Option<usize>> =
+            directions.iter().zip(&rows).map(|(direction, seeming)| direction.filter(|_| !*seeming)).collect();
+        let mut translations = translations(&kept);
+        relax(model.stiffness(), &rows, &mut translations).ok()?;
+        let balance = under_motions(model.stiffness(), &translations);
+        (balance.share() < MOST_OUT).then_some(Self { rows, translations, balance })
+    }
+}
+
+/// Rows that stay behind when the others of their direction move by 1.
+fn not_following(model: &FeModel, directions: &[Option<usize>], balance: &Balance) -> Option<Vec<bool>> {
+    let mut free: Vec<bool> = (balance.out.iter().zip(directions))
+        .map(|(out, direction)| *out == Some(true) && matches!(direction, Some(0..3)))
+        .collect();
+    // A user names the nodes of points with care.
+    for rows in model.points().iter().filter_map(|point| model.rows_of(&point.name).ok()) {
+        rows[..3].iter().flatten().for_each(|row| free[*row] = false);
+    }
+    let along = same_direction(model.stiffness(), directions);
+    let mut motion = DMatrix::zeros(model.order(), 1);
+    let moved = |row: usize| matches!(directions[row], Some(0..3)) && !free[row];
+    (0..model.order()).filter(|row| moved(*row)).for_each(|row| motion[row] = 1.0);
+    relax(&along, &free, &mut motion).ok()?;
+    Some(free.iter().zip(motion.iter()).map(|(free, value)| *free && *value < 0.5).collect())
+}
+
+/// Displacements that a stiff spring holds do not follow either; their neighbours are balanced only if they do. A held part is let go from
+/// its edge inwards.
+fn without_false_alarms(model: &FeModel, mut rows: Vec<bool>, directions: &[Option<usize>]) -> Vec<bool> {
+    for _ in 0..MOST_ROUNDS {
+        let kept: Vec<Option<usize>> =
+            directions.iter().zip(&rows).map(|(direction, seeming)| direction.filter(|_| !*seeming)).collect();
+        let force = sparse_times(model.stiffness(), &translations(&kept));
+        let held = |row: &usize| {
+            let (Some(axis @ 0..3), Some(view)) = (directions[*row], model.stiffness().outer_view(*row)) else {
+                return false;
+            };
+            // What the forces on all true neighbours change by if the row moves too.
+            let others = view.iter().filter(|(other, _)| matches!(kept[*other], Some(0..3)));
+            let change = |(other, entry): (usize, &f64)| {
+                let before: f64 = force[(other, axis)];
+                (before + entry).abs() - before.abs()
+            };
+            others.map(change).sum::<f64>() < 0.0
+        };
+        let held: Vec<usize> = (0..rows.len()).filter(|row| rows[*row]).filter(held).collect();
+        if held.is_empty() {
+            break;
+        }
+        held.into_iter().for_each(|row| rows[row] = false);
+    }
+    rows
+}
+
+/// The stiffness between displacements along the same axis.
+fn same_direction(stiffness: &CsMat<f64>, directions: &[Option<usize>]) -> CsMat<f64> {
+    let mut along = TriMat::new(stiffness.shape());
+    for (value, (row, column)) in stiffness.iter() {
+        if directions[row] == directions[column] && matches!(directions[row], Some(0..3)) {
+            along.add_triplet(row, column, *value);
+        }
+    }
+    along.to_csr()
+}
+
+/// Gives the free rows of motions the values that strain the model least, the other rows as they are.
+fn relax(stiffness: &CsMat<f64>, free: &[bool], motions: &mut DMatrix<f64>) -> Result<(), LinalgError> {
+    if !free.contains(&true) {
+        return Ok(());
+    }
+    for row in (0..free.len()).filter(|row| free[*row]) {
+        motions.row_mut(row).fill(0.0);
+    }
+    let force = sparse_times(stiffness, motions);
+    let pencil = SymmetricPencil::new(stiffness, stiffness, free)?;
+    let mut values = DMatrix::zeros(pencil.order(), motions.ncols());
+    for (position, &row) in pencil.rows().iter().enumerate() {
+        values.row_mut(position).copy_from(&-force.row(row as usize));
+    }
+    pencil.cholesky(0.0)?.solve(&mut values)?;
+    for (position, &row) in pencil.rows().iter().enumerate() {
+        motions.row_mut(row as usize).copy_from(&values.row(position));
+    }
+    Ok(())
+}
+
+/// Places of nodes whose rows stand for one point each: CalculiX repeats the labels of nodes that it expands.
+fn places_of_distinct(model: &FeModel) -> BTreeMap<i64, [f64; 3]> {
+    let mut counts: BTreeMap<(i64, usize), usize> = BTreeMap::new();
+    model.labels().iter().for_each(|label| *counts.entry((label.node, label.dof)).or_default() += 1);
+    let repeated: std::collections::BTreeSet<i64> =
+        counts.iter().filter(|(_, count)| **count > 1).map(|((node, _), _)| *node).collect();
+    let known = model.positions_m().iter().filter(|(node, _)| !repeated.contains(node));
+    known.map(|(node, place)| (*node, *place)).collect()
+}
+
+fn rotation_balance(model: &FeModel, directions: &[Option<usize>], seeming: &[bool]) -> Option<Balance> {
+    let places = places_of_distinct(model);
+    let mut rows = rotated(model, directions, &places);
+    rows.iter_mut().zip(seeming).filter(|(_, seeming)| **seeming).for_each(|(row, _)| *row = Rotated::Unknown);
+    let node_places: Vec<Option<[f64; 3]>> =
+        model.labels().iter().map(|label| places.get(&label.node).copied()).collect();
+    Some(under_rotations(model.stiffness(), &rows, &node_places)).filter(|balance| balance.loaded() >= LEAST_ROWS)
+}
+
+/// From the coupling of translations t and rotations r about the origin: `t_y' M r_z = m x`, `t_x' M r_z = -m y`,
+/// `t_y' M r_x = -m z`.
+fn centre(
+    model: &FeModel,
+    (directions, seeming): (&[Option<usize>], &[bool]),
+    (inertia, [m_x, m_y, _]): (&DMatrix<f64>, [f64; 3]),
+) -> Result<[f64; 3], (usize, usize)> {
+    let mut rotations: DMatrix<f64> = DMatrix::zeros(model.order(), 3);
+    let mut nodes = BTreeMap::new();
+    for (row, (label, direction)) in model.labels().iter().zip(directions).enumerate() {
+        match *direction {
+            Some(axis @ 3..) => rotations[(row, axis - 3)] = 1.0,
+            Some(axis) if !seeming[row] && model.mass().outer_view(row).is_some_and(|view| view.nnz() > 0) => {
+                let place = model.positions_m().get(&label.node);
+                nodes.insert(label.node, place.is_some());
+                let Some(&[x, y, z]) = place else { continue };
+                let [about_x, about_y, about_z] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]].map(|motion| motion[axis]);
+                (rotations[(row, 0)], rotations[(row, 1)], rotations[(row, 2)]) = (about_x, about_y, about_z);
+            }
+            _ => {}
+        }
+    }
+    let unknown = nodes.values().filter(|known| !**known).count();
+    if unknown > 0 || m_x <= 0.0 || m_y <= 0.0 {
+        return Err((unknown, nodes.len()));
+    }
+    if relax(model.stiffness(), seeming, &mut rotations).is_err() {
+        return Err((0, nodes.len()));
+    }
+    let coupling = |translation: usize, rotation: usize| inertia.column(translation).dot(&rotations.column(rotation));
+    Ok([coupling(1, 2) / m_y, -coupling(0, 2) / m_x, -coupling(1, 0) / m_y])
+}

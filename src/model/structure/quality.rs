@@ -1,0 +1,448 @@
+//! How good a reduction is: the reduced structure beside the full model.
+//!
+//! The full model's modes below the cut-off come from the same solver, on all rows, with the same proof that none is missing;
+//! its static flexibility from unit loads on the interface. Its mobility is the sum over those modes plus what all others
+//! leave, `R_0 + omega^2 R_1` with `R_0 = B' K^-1 B - sum phi phi' / omega_s^2` and
+//! `R_1 = B' K^-1 M K^-1 B - sum phi phi' / omega_s^4`: it errs by `(omega / omega_c)^4` in the rest, so curves stop at
+//! [`MOBILITY_SHARE`] of the cut-off. The reduced structure's mobility is the sum over all its modes.
+
+use std::f64::consts::TAU;
+
+use nalgebra::DMatrix;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::error::{Step, StructureError};
+use super::fixed_interface::{Inner, Wanted, solve_inner};
+use super::model::FeModel;
+use super::motions::RigidMotions;
+use super::observe::{Observer, StepRecord};
+use super::own::RIGID_BODY_HZ;
+use super::partition::{inner_rows, sparse_times};
+use super::plausibility::{Shown, remarks};
+use super::points::DOF_NAMES;
+use super::reduction::{Reduction, ReductionFacts, ReductionSettings, reduce_in_parts};
+use super::symmetric::congruence;
+use decore_math::linalg::{
+    SymmetricPencil, cholesky, multiply_transposed, solve_lower_transposed, symmetric_eigen, symmetric_eigenvalues,
+};
+
+/// Curves of mobility end at this share of the cut-off.
+pub const MOBILITY_SHARE: f64 = 0.6;
+/// Frequencies of a curve.
+const CURVE_POINTS: usize = 400;
+/// Most curves of one kind.
+const MOST_CURVES: usize = 16;
+const ADVICE: &str = "check signs and units of mass and stiffness";
+
+/// What a report compares.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QualitySettings {
+    /// The reduction.
+    pub reduction: ReductionSettings,
+    /// Modes of the machine are compared up to this frequency in Hz.
+    pub cutoff_hz: f64,
+    /// Damping ratio of all modes in the curves of mobility.
+    pub damping_ratio: f64,
+}
+
+/// One mode of the full model beside its counterpart.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ModePair {
+    /// Frequency of the full model in Hz.
+    pub full_hz: f64,
+    /// Frequency of the reduced structure in Hz.
+    pub reduced_hz: f64,
+    /// `reduced / full - 1`; none for rigid-body motions.
+    pub relative_error: Option<f64>,
+    /// Modal assurance criterion of the two shapes over all rows, weighted by mass: 1 for the same shape.
+    pub mac: f64,
+    /// Share of the total mass that moves along x, y, z with the mode, full model; none where the directions of the rows are
+    /// not known.
+    pub effective_mass_full: Option<[f64; 3]>,
+    /// The same of the reduced structure.
+    pub effective_mass_reduced: Option<[f64; 3]>,
+}
+
+/// Static stiffness of an interface DOF, all others free.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct StaticStiffness {
+    /// Point and direction, `R5.z`.
+    pub dof: String,
+    /// Full model, N/m or N m/rad.
+    pub full: f64,
+    /// Reduced structure.
+    pub reduced: f64,
+    /// `reduced / full - 1`.
+    pub relative_error: f64,
+}
+
+/// Velocity at one DOF per force at another, over frequency.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct MobilityCurve {
+    /// Where the velocity is taken.
+    pub response: String,
+    /// Where the force acts.
+    pub force: String,
+    /// Magnitude in m/(s N), full model.
+    pub full: Vec<f64>,
+    /// The same of the reduced structure.
+    pub reduced: Vec<f64>,
+    /// Largest distance of the complex curves, relative to the full one's largest magnitude.
+    pub largest_relative_difference: f64,
+}
+
+/// Condition numbers: of sparse matrices in the 1-norm (estimated), of reduced ones in the 2-norm.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Conditions {
+    /// Stiffness of all rows (with the shift where it is singular).
+    pub full_stiffness: Option<f64>,
+    /// Stiffness of the inner rows.
+    pub inner_stiffness: Option<f64>,
+    /// Reduced stiffness; none for a structure that floats.
+    pub reduced_stiffness: Option<f64>,
+    /// Reduced mass.
+    pub reduced_mass: Option<f64>,
+}
+
+/// The report.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct QualityReport {
+    /// What was met on the way.
+    pub facts: ReductionFacts,
+    /// Modes below the cut-off in rising order.
+    pub modes: Vec<ModePair>,
+    /// Total mass along x, y, z in kg, where the directions of the rows are known.
+    pub total_mass_kg: Option<[f64; 3]>,
+    /// Centre of mass in m, where every node with mass has a known place.
+    pub centre_of_mass_m: Option<[f64; 3]>,
+    /// Nodes with mass whose place is not known, and all nodes with mass, where there is no centre of mass and the directions of the
+    /// rows are known; the first is 0 where there is no mass along x or y.
+    pub nodes_without_place: Option<[usize; 2]>,
+    /// What looks wrong: units, labels, matrices exchanged, directions without mass.
+    pub remarks: Vec<String>,
+    /// What was done to the matrices (multipliers eliminated, held rows left out), and that the machine floats.
+    pub notes: Vec<String>,
+    /// Static stiffness of every interface DOF; empty for a structure that floats.
+    pub static_stiffness: Vec<StaticStiffness>,
+    /// Frequencies of the curves in Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Drive-point and cross mobilities of translations.
+    pub mobility: Vec<MobilityCurve>,
+    /// Condition numbers.
+    pub conditions: Conditions,
+    /// Time and memory of the steps; the only part that is not the same in every run.
+    pub steps: Vec<StepRecord>,
+}
+
+impl QualityReport {
+    /// Largest relative error of a frequency below a limit in Hz.
+    pub fn largest_frequency_error(&self, below_hz: f64) -> f64 {
+        let errors = self.modes.iter().filter(|mode| mode.full_hz < below_hz).filter_map(|mode| mode.relative_error);
+        errors.map(f64::abs).fold(0.0, f64::max)
+    }
+}
+
+/// Modes over some rows: squared circular frequencies and mass-normalised shapes at the interface and at all rows.
+struct Shapes {
+    omega_squared: Vec<f64>,
+    interface: DMatrix<f64>,
+    all: DMatrix<f64>,
+}
+
+/// Compares a reduction with its model.
+///
+/// # Errors
+/// As for [`super::reduce`].
+pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityReport, StructureError> {
+    let mut observer = Observer::active();
+    let reduction = reduce_in_parts(model, &settings.reduction, &mut observer)?;
+    let limit = (TAU * settings.cutoff_hz).powi(2);
+    let (kept, _) = inner_rows(model, &[]);
+    let pencil = observer
+        .step("full model: order and symbolic factorisation", || {
+            SymmetricPencil::new(model.stiffness(), model.mass(), &kept)
+        })
+        .step("order of the full model", "see whether it fits into memory")?;
+    let loads = unit_loads(&pencil, &reduction.rows);
+    let mut full_steps = Observer::active();
+    let wanted = Wanted { limit, suspect: false };
+    let full = solve_inner(&pencil, &-loads, wanted, &mut full_steps)?;
+    let (shapes, residual) = full_model(&pencil, &full, &reduction)?;
+    let reduced = reduced_modes(&reduction)?;
+    let names = dof_names(&reduction);
+    let mut steps = observer.records().to_vec();
+    steps.extend(
+        full_steps
+            .records()
+            .iter()
+            .map(|step| StepRecord { name: format!("full model: {}", step.name), ..step.clone() }),
+    );
+    let rigid = reduction.rigid.as_ref();
+    let compared = Compared { full: &shapes, residual: &residual, reduced: &reduced };
+    let modes = pair_modes(model, rigid, compared)?;
+    let shown = Shown {
+        rigid: shapes.omega_squared.iter().filter(|value| hz(**value) == 0.0).count(),
+        lowest_hz: shapes.omega_squared.iter().map(|value| hz(*value)).find(|hz| *hz > 0.0),
+        // With a shift it tells of the rigid-body motions.
+        condition: full.condition.filter(|_| full.shift == 0.0).map(|condition| condition.scaled),
+        none_below_hz: shapes.omega_squared.is_empty().then_some(settings.cutoff_hz),
+    };
+    let centre = rigid.map(|rigid| rigid.centre_m);
+    let frequency_hz = curve_frequencies(settings.cutoff_hz);
+    let mobility = mobilities(&names, compared, &frequency_hz, settings.damping_ratio);
+    Ok(QualityReport {
+        modes,
+        total_mass_kg: rigid.map(|rigid| rigid.mass_kg),
+        centre_of_mass_m: centre.and_then(Result::ok),
+        nodes_without_place: centre.and_then(Result::err).map(|(unknown, all)| [unknown, all]),
+        remarks: remarks(model, rigid, shown),
+        notes: model.changes().iter().cloned().chain(floating(shown.rigid)).collect(),
+        static_stiffness: static_stiffness(&names, &residual, reduction.structure.static_flexibility()),
+        frequency_hz,
+        mobility,
+        conditions: conditions(&reduction, &full)?,
+        steps,
+        facts: reduction.facts,
+    })
+}
+
+/// That nothing holds the machine.
+fn floating(rigid: usize) -> Option<String> {
+    (rigid > 0).then(|| {
+        format!(
+            "the machine floats: {rigid} rigid-body {} at 0 Hz; a machine on mounts needs their stiffness in the matrices",
+            if rigid == 1 { "motion" } else { "motions" }
+        )
+    })
+}
+
+fn unit_loads(pencil: &SymmetricPencil, rows: &[usize]) -> DMatrix<f64> {
+    let mut loads = DMatrix::zeros(pencil.order(), rows.len());
+    for (position, &row) in pencil.rows().iter().enumerate() {
+        if let Some(column) = rows.iter().position(|other| *other == row as usize) {
+            loads[(position, column)] = 1.0;
+        }
+    }
+    loads
+}
+
+/// `B' K^-1 B`, and what it and `B' K^-1 M K^-1 B` keep when the modes are taken out.
+struct Residual {
+    flexibility: Option<DMatrix<f64>>,
+    static_part: DMatrix<f64>,
+    dynamic_part: DMatrix<f64>,
+}
+
+/// The modes that are compared.
+#[derive(Clone, Copy)]
+struct Compared<'a> {
+    /// Of the full model, below the cut-off.
+    full: &'a Shapes,
+    /// What all other modes of the full model add.
+    residual: &'a Residual,
+    /// Of the reduced structure.
+    reduced: &'a Shapes,
+}
+
+fn full_model(
+    pencil: &SymmetricPencil,
+    full: &Inner,
+    reduction: &Reduction,
+) -> Result<(Shapes, Residual), StructureError> {
+    const STEP: &str = "static flexibility of the full model";
+    let place = |row: &usize| pencil.rows().iter().position(|other| *other as usize == *row);
+    let places: Vec<usize> = reduction.rows.iter().filter_map(place).collect();
+    let interface = full.psi.select_rows(&places);
+    let flexibility = full.constraint.select_rows(&places);
+    let inertia = pencil.mass_times(&full.constraint).step(STEP, ADVICE)?;
+    let mut dynamic_part = multiply_transposed(&full.constraint, &inertia).step(STEP, ADVICE)?;
+    let mut static_part = flexibility.clone();
+    let free = (TAU * RIGID_BODY_HZ).powi(2);
+    for (phi, &omega_squared) in interface.column_iter().zip(&full.omega_squared) {
+        if omega_squared > free {
+            static_part -= phi * phi.transpose() / omega_squared;
+            dynamic_part -= phi * phi.transpose() / omega_squared.powi(2);
+        }
+    }
+    let mut all = DMatrix::zeros(reduction.facts.order, full.psi.ncols());
+    for (position, &row) in pencil.rows().iter().enumerate() {
+        all.row_mut(row as usize).copy_from(&full.psi.row(position));
+    }
+    let stands = full.omega_squared.first().is_none_or(|lowest| *lowest > free);
+    let flexibility = stands.then_some(flexibility);
+    Ok((
+        Shapes { omega_squared: full.omega_squared.clone(), interface, all },
+        Residual { flexibility, static_part, dynamic_part },
+    ))
+}
+
+/// All modes of the reduced structure that have a finite frequency.
+fn reduced_modes(reduction: &Reduction) -> Result<Shapes, StructureError> {
+    const STEP: &str = "modes of the reduced structure";
+    let shift = TAU * TAU;
+    let (m_zz, k_zz) = (reduction.structure.m_zz(), reduction.structure.k_zz());
+    let l = cholesky(k_zz + m_zz * shift).step(STEP, ADVICE)?;
+    let c = congruence(&l, m_zz.clone())?;
+    let eigen = symmetric_eigen(&c).step(STEP, ADVICE)?;
+    let largest = eigen.values.last().copied().unwrap_or(0.0);
+    let kept: Vec<usize> = (0..eigen.values.len()).rev().filter(|i| eigen.values[*i] > 1e-14 * largest).collect();
+    let mut z = eigen.vectors.select_columns(&kept);
+    for (mut column, &index) in z.column_iter_mut().zip(&kept) {
+        column.unscale_mut(eigen.values[index].sqrt());
+    }
+    solve_lower_transposed(&l, &mut z).step(STEP, ADVICE)?;
+    let omega_squared = kept.iter().map(|&index| (eigen.values[index].recip() - shift).max(0.0)).collect();
+    let interface = reduction.structure.transfer() * &z;
+    Ok(Shapes { omega_squared, interface, all: reduction.recover(&z)? })
+}
+
+fn hz(omega_squared: f64) -> f64 {
+    let hz = omega_squared.max(0.0).sqrt() / TAU;
+    if hz < RIGID_BODY_HZ { 0.0 } else { hz }
+}
+
+/// Modes in rising order. Within a cluster of equal frequencies shapes may mix: the MAC of a mode is summed over the reduced
+/// modes within 1e-4 of its frequency.
+fn pair_modes(
+    model: &FeModel,
+    rigid: Option<&RigidMotions>,
+    Compared { full, reduced, .. }: Compared<'_>,
+) -> Result<Vec<ModePair>, StructureError> {
+    const STEP: &str = "comparison of modes";
+    let inertia = sparse_times(model.mass(), &full.all);
+    let coupling = multiply_transposed(&inertia, &reduced.all).step(STEP, ADVICE)?;
+    let share = |shapes: &Shapes, mode: usize| -> Option<[f64; 3]> {
+        let (rigid, total) = (&rigid?.translations, rigid?.mass_kg);
+        let product = sparse_times(model.mass(), &shapes.all.columns(mode, 1).into_owned());
+        Some([0, 1, 2].map(|axis| {
+            if total[axis] > 0.0 { product.column(0).dot(&rigid.column(axis)).powi(2) / total[axis] } else { 0.0 }
+        }))
+    };
+    let count = full.omega_squared.len().min(reduced.omega_squared.len());
+    let pair = |mode: usize| {
+        let (full_hz, reduced_hz) = (hz(full.omega_squared[mode]), hz(reduced.omega_squared[mode]));
+        let near = |other: &usize| (hz(reduced.omega_squared[*other]) - reduced_hz).abs() <= 1e-4 * reduced_hz;
+        let mac: f64 = (0..reduced.omega_squared.len()).filter(near).map(|other| coupling[(mode, other)].powi(2)).sum();
+        ModePair {
+            full_hz,
+            reduced_hz,
+            relative_error: (full_hz > 0.0).then(|| reduced_hz / full_hz - 1.0),
+            mac: mac.min(1.0),
+            effective_mass_full: share(full, mode),
+            effective_mass_reduced: share(reduced, mode),
+        }
+    };
+    Ok((0..count).map(pair).collect())
+}
+
+/// Names of the rows of the interface displacement, with their directions; the first name of a row that several points share.
+fn dof_names(reduction: &Reduction) -> Vec<(String, usize)> {
+    let mut names: Vec<Option<(String, usize)>> = vec![None; reduction.rows.len()];
+    for (dof, row) in reduction.structure.interface().dofs() {
+        let name = format!("{}.{}", dof.point, DOF_NAMES.get(dof.dof).copied().unwrap_or_default());
+        if let Some(slot) = names.get_mut(row) {
+            slot.get_or_insert((name, dof.dof));
+        }
+    }
+    names.into_iter().flatten().collect()
+}
+
+fn static_stiffness(
+    names: &[(String, usize)],
+    full: &Residual,
+    reduced: Option<&DMatrix<f64>>,
+) -> Vec<StaticStiffness> {
+    let Some((full, reduced)) = full.flexibility.as_ref().zip(reduced) else { return Vec::new() };
+    let of_dof = |(row, (name, _)): (usize, &(String, usize))| {
+        let (full, reduced) = (full[(row, row)].recip(), reduced[(row, row)].recip());
+        StaticStiffness { dof: name.clone(), full, reduced, relative_error: reduced / full - 1.0 }
+    };
+    names.iter().enumerate().map(of_dof).collect()
+}
+
+fn curve_frequencies(cutoff_hz: f64) -> Vec<f64> {
+    let (low, high) = (libm::log(MOBILITY_SHARE * cutoff_hz / 600.0), libm::log(MOBILITY_SHARE * cutoff_hz));
+    (0..CURVE_POINTS).map(|i| libm::exp(low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64)).collect()
+}
+
+/// A complex value of the full model and of the reduced structure.
+type FullAndReduced = ([f64; 2], [f64; 2]);
+
+fn mobilities(
+    names: &[(String, usize)],
+    Compared { full, residual, reduced }: Compared<'_>,
+    frequency_hz: &[f64],
+    damping_ratio: f64,
+) -> Vec<MobilityCurve> {
+    let translations: Vec<usize> = (0..names.len()).filter(|row| names[*row].1 < 3).collect();
+    let drive = translations.iter().map(|row| (*row, *row));
+    let same_direction = |i: &usize, j: &usize| j < i && names[*i].1 == names[*j].1;
+    let cross = translations
+        .iter()
+        .flat_map(|i| translations.iter().filter(move |j| same_direction(i, j)).map(move |j| (*i, *j)));
+    let pairs = drive.take(MOST_CURVES).chain(cross.take(MOST_CURVES));
+    let curve = |(i, j): (usize, usize)| {
+        let at = |hz: &f64| {
+            let omega = TAU * hz;
+            let rest = residual.static_part[(i, j)] + omega * omega * residual.dynamic_part[(i, j)];
+            (
+                receptance(full, i, j, &Excitation { omega, damping_ratio, rest }),
+                receptance(reduced, i, j, &Excitation { omega, damping_ratio, rest: 0.0 }),
+            )
+        };
+        let values: Vec<FullAndReduced> = frequency_hz.iter().map(at).collect();
+        let magnitudes = |pick: fn(&FullAndReduced) -> [f64; 2]| -> Vec<f64> {
+            values.iter().map(pick).zip(frequency_hz).map(|([re, im], hz)| TAU * hz * libm::hypot(re, im)).collect()
+        };
+        let (full, reduced) = (magnitudes(|pair| pair.0), magnitudes(|pair| pair.1));
+        let largest = full.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let distance =
+            values.iter().zip(frequency_hz).map(|((a, b), hz)| TAU * hz * libm::hypot(a[0] - b[0], a[1] - b[1]));
+        MobilityCurve {
+            response: names[i].0.clone(),
+            force: names[j].0.clone(),
+            largest_relative_difference: distance.fold(0.0, f64::max) / largest,
+            full,
+            reduced,
+        }
+    };
+    pairs.map(curve).collect()
+}
+
+/// A harmonic force on modes that are damped alike.
+struct Excitation {
+    omega: f64,
+    damping_ratio: f64,
+    /// Receptance of what the modes leave out.
+    rest: f64,
+}
+
+/// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega) + rest`, real and imaginary part.
+fn receptance(shapes: &Shapes, i: usize, j: usize, at: &Excitation) -> [f64; 2] {
+    let Excitation { omega, damping_ratio: xi, rest } = *at;
+    let mut sum = [rest, 0.0];
+    for (mode, &omega_squared) in shapes.omega_squared.iter().enumerate() {
+        let own = TAU * hz(omega_squared);
+        let (re, im) = (own * own - omega * omega, 2.0 * xi * own * omega);
+        let scale = shapes.interface[(i, mode)] * shapes.interface[(j, mode)] / (re * re + im * im);
+        sum[0] += scale * re;
+        sum[1] -= scale * im;
+    }
+    sum
+}
+
+fn conditions(reduction: &Reduction, full: &Inner) -> Result<Conditions, StructureError> {
+    let condition = |matrix: &DMatrix<f64>| -> Result<Option<f64>, StructureError> {
+        let values = symmetric_eigenvalues(matrix).step("condition numbers", ADVICE)?;
+        let (low, high) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
+        Ok((low > 0.0).then(|| high / low))
+    };
+    let stands = reduction.structure.static_flexibility().is_some();
+    Ok(Conditions {
+        full_stiffness: full.condition.map(|condition| condition.plain),
+        inner_stiffness: reduction.facts.inner_condition,
+        reduced_stiffness: if stands { condition(reduction.structure.k_zz())? } else { None },
+        reduced_mass: condition(reduction.structure.m_zz())?,
+    })
+}

@@ -1,0 +1,54 @@
+//! The coupled system: structure, hammers and castings joined by sparse blocks.
+//!
+//! - `points`: rows of the points of the parts, by id
+//! - `layout`: where each quantity lives in the state vector
+//! - `elements`: springs and one-sided contacts as sparse rows
+//! - `block`: how the coordinates of a part move, one block per part
+//! - `assemble`: from a scene and the machine's modes to a model (the only part that knows more of scenes than ids and links)
+//! - `model`: constants of the coupled system
+//! - `products`: products of short vectors
+//! - `modal`: modes of a flexible part, integrated, and masses tied to its points
+//! - `kernel`: motion of points from integrals of the forces on them
+//! - `pairs`: numbers of some modes in registers
+//! - `octave`: groups of modes by how fast they are, and the free motion of slower ones between their own rebases
+//! - `impulse_response`, `base`: impulse-response condensation of the modes to their points, and the modes at a rebase
+//! - `moments`, `dissipation`: repeated integrals of the forces from node to node, and what condensed modes dissipate by them
+//! - `placed`: the structure's modes as scenes at one place share them
+//! - `discrete`: contacts, supplies and gates
+//! - `coupled`: the model with its discrete state
+//! - `motion`: motion of points and elements, forces and energies at a state
+//! - `rates`: the right-hand side, of one row or of one in each lane
+//! - `lanes`: rows of one shape side by side
+//! - `integration`: the system as the integrator sees it
+
+mod assemble;
+mod block;
+mod coupled;
+mod discrete;
+mod dissipation;
+mod elements;
+mod force_integrals;
+mod impulse_response;
+mod integration;
+mod kernel;
+mod lanes;
+mod layout;
+mod modal;
+mod modal_state;
+mod model;
+mod motion;
+mod placed;
+mod points;
+mod products;
+mod rates;
+mod rebase_group;
+mod register_pair;
+
+pub use assemble::build;
+pub(crate) use assemble::build_placed;
+pub use coupled::Coupled;
+pub(crate) use lanes::{CoupledLanes, Shape};
+pub(crate) use layout::CastingQuadrature;
+pub use layout::HammerQuadrature;
+pub use model::CoupledModel;
+pub use placed::{InterfaceModes, PlacedModes};

@@ -1,0 +1,56 @@
+//! Why there is no model.
+
+use decore_math::linalg::LinalgError;
+
+/// Why a table has no model, or a model no prediction.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RegressionError {
+    /// Fewer rows than a model takes; rows at one place are one.
+    #[error("{found} different rows are too few: at least {least} are needed")]
+    TooFew {
+        /// Rows that there are.
+        found: usize,
+        /// Rows that are needed.
+        least: usize,
+    },
+    /// All values are the same but for rounding.
+    #[error("it is constant ({value}): there is nothing to model")]
+    Constant {
+        /// The value.
+        value: f64,
+    },
+    /// A value or a coordinate is NaN or infinite.
+    #[error("row {row} has a value that is {value}, where a finite number is needed")]
+    NotFinite {
+        /// Place in the table, from 0.
+        row: usize,
+        /// The value.
+        value: f64,
+    },
+    /// Lists whose lengths do not belong together.
+    #[error("{found} {what}, where {expected} are expected")]
+    Size {
+        /// What is counted.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// A parameter of a model that is out of its range.
+    #[error("the parameter {name} is {value}, where {expected} is needed")]
+    Parameter {
+        /// Its name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A term of a polynomial stands on rows alone that are left out together: without them it is open.
+    #[error("a term of it stands on a single row or place, which cannot be left out to tell Q2")]
+    Alone,
+    /// A factorisation failed.
+    #[error("the correlations of the rows: {0}")]
+    Linalg(#[from] LinalgError),
+}

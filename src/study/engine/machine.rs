@@ -1,0 +1,316 @@
+//! The machine of a study: its structure reduced once, its modes per placement of the hammers.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use crate::{InterfaceDemand, PointTable, StructureSettings, StructureSource};
+use decore_model::scene::{Housings, Location, PartId, PointId, STANDARD, Scene};
+use decore_model::structure::{
+    Damping, DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
+    ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError, cache_path, reduce,
+    reduce_files,
+};
+use decore_model::system::{InterfaceModes, PlacedModes};
+
+/// Direction of every strike in the machine's coordinates: vertical, downwards.
+const STRIKE_DIRECTION: [f64; 3] = [0.0, 0.0, -1.0];
+/// Index of the vertical translation among the six DOFs of a point.
+const VERTICAL: usize = 2;
+/// DOFs of a point.
+const POINT_DOFS: usize = 6;
+/// Placements whose modes are kept; a design with more (a continuous rail position) solves each row's own.
+const CACHED_PLACEMENTS: usize = 128;
+
+/// Weighted points in a form that can be compared: names, and the bits of every weight.
+type PointsKey = Vec<(String, u64)>;
+/// Housings of a scene with the bits of their numbers, and its points on the structure.
+type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<(PointId, PointsKey)>);
+
+/// The reduced machine of a study, shared by all rows.
+#[derive(Debug)]
+pub struct Machine {
+    reduced: ReducedStructure,
+    options: ModalOptions,
+    /// Where modes are selected per scene.
+    selection: Option<SelectionSettings>,
+    housings: Housings,
+    /// The reduction from which numerical twins take all modes.
+    whole: AllModes,
+    /// The modes that rows run on: all of them, or what the study's tolerance selects.
+    cache: Mutex<HashMap<PlacementKey, Arc<PlacedModes>>>,
+    notes: Vec<String>,
+}
+
+/// The reduction from which numerical twins take all modes.
+#[derive(Debug)]
+enum AllModes {
+    /// The one that rows run on.
+    Same,
+    /// One of the built-in station with more fixed-interface modes, made when it is first asked for.
+    Station(Box<ReductionSettings>, Box<OnceLock<Result<ReducedStructure, String>>>),
+}
+
+/// What a scene puts on the machine.
+struct Placement {
+    /// The bodies that the structure carries.
+    bodies: Vec<RigidMass>,
+    /// The points at which the scene touches the structure, in the order of the rows of mode shapes.
+    points: Vec<PointId>,
+    /// Their nodes and directions.
+    rows: Vec<DirectedPoints>,
+}
+
+/// A structure before its reduction: what a study is checked against.
+#[derive(Debug)]
+pub enum SourceModel {
+    /// A finite element model.
+    Model(Box<FeModel>),
+    /// The files of a finite element model, of which only the points have been read: a reduction may be at hand.
+    Files(Box<ModelFiles>, InterfacePoints, bool),
+    /// Modal table with its points.
+    ModalTable(ModalTable, InterfacePoints),
+}
+
+impl SourceModel {
+    /// Reads the structure that the settings name.
+    ///
+    /// # Errors
+    /// What is wrong with its files.
+    pub fn read(settings: &StructureSettings) -> Result<Self, StructureError> {
+        Ok(match &settings.source {
+            StructureSource::Station => Self::Model(Box::new(FeModel::station()?)),
+            StructureSource::Matrices(source) => {
+                let points = InterfacePoints::read(&source.files.points)?;
+                Self::Files(Box::new(source.files.clone()), points, source.cache)
+            }
+            StructureSource::ModalTable { table, points } => {
+                Self::ModalTable(ModalTable::read(table)?, InterfacePoints::read(points)?)
+            }
+        })
+    }
+
+    /// Names and positions of its interface points.
+    pub fn points(&self) -> PointTable {
+        let points = match self {
+            Self::Model(model) => model.points(),
+            Self::Files(_, points, _) | Self::ModalTable(_, points) => points,
+        };
+        points.iter().map(|point| (point.name.clone(), point.position_m)).collect()
+    }
+}
+
+impl Machine {
+    /// Reduces a structure to the interface points that a study can use, see [`reduction_settings`].
+    ///
+    /// # Errors
+    /// What [`reduce`] finds wrong with the structure.
+    pub fn new(
+        model: SourceModel,
+        settings: &StructureSettings,
+        demand: &InterfaceDemand,
+    ) -> Result<Self, StructureError> {
+        let settings_of = || reduction_settings(settings, demand);
+        let whole = match &settings.source {
+            StructureSource::Station if settings.fixed_interface_cutoff_hz < STANDARD.station_basis_hz => {
+                let fixed_interface_cutoff_hz = STANDARD.station_basis_hz;
+                let settings = ReductionSettings { fixed_interface_cutoff_hz, ..settings_of() };
+                AllModes::Station(Box::new(settings), Box::default())
+            }
+            _ => AllModes::Same,
+        };
+        let mut notes = Vec::new();
+        let reduced = match model {
+            SourceModel::Model(model) => reduce(&model, &settings_of())?,
+            SourceModel::Files(files, _, cache) => {
+                let settings = settings_of();
+                let (reduced, outcome) = reduce_files(&files, &settings, cache)?;
+                notes.extend(outcome.note(&cache_path(&files, &settings)));
+                reduced
+            }
+            SourceModel::ModalTable(table, points) => ReducedStructure::from_modal_table(&table, points)?,
+        };
+        notes.extend(reduced.remarks().iter().map(|remark| format!("the machine looks wrong: {remark}")));
+        let damping = settings.damping_ratio.clone();
+        let selection = settings.mode_tolerance;
+        Ok(Self {
+            reduced,
+            options: ModalOptions { cutoff_hz: settings.cutoff_hz, damping },
+            selection: selection.map(|tolerance| SelectionSettings { tolerance, band_hz: settings.mode_band_hz }),
+            housings: settings.housings,
+            whole,
+            cache: Mutex::default(),
+            notes,
+        })
+    }
+
+    /// What a user should know of it, in lines: a kept reduction that could not be used, what looks wrong about its matrices.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Modes of the machine with the housings of a scene on their mounts, and their shapes at the scene's interface points;
+    /// where the study sets a tolerance, those that the scene needs and the residual modes of the others.
+    ///
+    /// # Errors
+    /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
+    pub fn modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, StructureError> {
+        let placement = self.placement(scene);
+        let key = key(&placement);
+        // A panic elsewhere leaves the map whole: entries are inserted in one go.
+        let cached = self.cache.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(placed) = cached {
+            return Ok(placed);
+        }
+        // A pure function of the scene: the cache only saves time.
+        let chosen = match self.selection {
+            Some(settings) => self.select_at(&placement, settings)?.1,
+            None => placement.all(&self.reduced.modes_at(&placement.bodies, &self.options, &placement.rows)?),
+        };
+        let placed = Arc::new(chosen.into());
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        if cache.len() < CACHED_PLACEMENTS {
+            cache.insert(key, Arc::clone(&placed));
+        }
+        Ok(placed)
+    }
+
+    /// All modes of the machine with the housings of a scene on their mounts, whatever the study selects; of the built-in station all
+    /// that the basis of the preset `standard` has. Where the study lists a damping ratio per mode, its modes below the cut-off: there
+    /// is no damping for others.
+    ///
+    /// # Errors
+    /// As for [`Machine::modes`], in words.
+    pub fn all_modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, String> {
+        let reduced = match &self.whole {
+            AllModes::Same => &self.reduced,
+            AllModes::Station(settings, whole) => {
+                let reduce = || FeModel::station().and_then(|model| reduce(&model, settings));
+                whole.get_or_init(|| reduce().map_err(|error| error.to_string())).as_ref().map_err(String::clone)?
+            }
+        };
+        let cutoff_hz = match (&self.options.damping, self.selection) {
+            (Damping::PerMode(_), None) => self.options.cutoff_hz,
+            _ => f64::MAX,
+        };
+        let options = ModalOptions { cutoff_hz, damping: self.options.damping.clone() };
+        let placement = self.placement(scene);
+        let modes = reduced.modes_at(&placement.bodies, &options, &placement.rows);
+        Ok(Arc::new(placement.all(&modes.map_err(|error| error.to_string())?).into()))
+    }
+
+    /// What was selected for a scene; `None` where the study sets no tolerance.
+    ///
+    /// # Errors
+    /// As for [`Machine::modes`].
+    pub fn selection(&self, scene: &Scene) -> Result<Option<ModeSelection>, StructureError> {
+        let select = |settings| Ok(self.select_at(&self.placement(scene), settings)?.0);
+        self.selection.map(select).transpose()
+    }
+
+    /// Selects the modes that matter to a scene's mounts (first), fixtures and watched points: what was selected, and the modes to run on.
+    ///
+    /// # Errors
+    /// As for [`Machine::modes`]; settings out of range.
+    pub fn select(
+        &self,
+        scene: &Scene,
+        settings: SelectionSettings,
+    ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
+        self.select_at(&self.placement(scene), settings)
+    }
+
+    fn select_at(
+        &self,
+        placement: &Placement,
+        settings: SelectionSettings,
+    ) -> Result<(ModeSelection, InterfaceModes), StructureError> {
+        let Placement { bodies, rows, .. } = placement;
+        let modes = self.reduced.modes_to_select(bodies, &self.options.damping, rows, settings)?;
+        let selection = modes.select(settings)?;
+        let chosen = placement.selected(&modes, &selection);
+        Ok((selection, chosen))
+    }
+
+    fn placement(&self, scene: &Scene) -> Placement {
+        let bodies = match self.housings {
+            Housings::Add => housings(scene),
+            Housings::Included => Vec::new(),
+        };
+        let points = scene.points().into_values().filter(|point| point.part == PartId::Machine);
+        let (points, rows) = points
+            .filter_map(|point| match point.location {
+                Location::Nodes(nodes) => Some((point.id, (nodes, STRIKE_DIRECTION))),
+                _ => None,
+            })
+            .unzip();
+        Placement { bodies, points, rows }
+    }
+}
+
+impl Placement {
+    /// All modes.
+    fn all(&self, modes: &ModesAt) -> InterfaceModes {
+        let shapes = modes.rows.row_iter().map(|row| row.iter().copied().collect());
+        InterfaceModes {
+            omega_rad_s: modes.omega_rad_s.clone(),
+            damping_ratio: modes.damping_ratio.clone(),
+            shapes: self.points.iter().copied().zip(shapes).collect(),
+        }
+    }
+
+    /// The kept modes, then what stands for the others.
+    fn selected(&self, modes: &ModesAt, selection: &ModeSelection) -> InterfaceModes {
+        let residual = &selection.residual;
+        let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {
+            selection.kept.iter().map(|&mode| of[mode]).chain(residual.iter().copied()).collect()
+        };
+        let rows = selection.rows.row_iter().zip(residual.rows.row_iter());
+        let shapes = rows.map(|(kept, residual)| kept.iter().chain(residual.iter()).copied().collect());
+        InterfaceModes {
+            omega_rad_s: with_residual(&modes.omega_rad_s, &residual.omega_rad_s),
+            damping_ratio: with_residual(&modes.damping_ratio, &residual.damping_ratio),
+            shapes: self.points.iter().copied().zip(shapes).collect(),
+        }
+    }
+}
+
+/// What a study's reduction keeps: all six DOFs of every candidate mount, which a housing that is added needs, or where housings are
+/// part of the machine its vertical alone; the vertical of every other point.
+pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand) -> ReductionSettings {
+    let dofs = match settings.housings {
+        Housings::Add => 0..POINT_DOFS,
+        Housings::Included => VERTICAL..VERTICAL + 1,
+    };
+    let mounts = demand.mounts.iter().flat_map(|mount| dofs.clone().map(|dof| (mount.clone(), dof)));
+    let verticals = demand.verticals.iter().map(|point| (point.clone(), VERTICAL));
+    let interface = mounts.chain(verticals).collect();
+    ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz }
+}
+
+/// The housings of a scene; one without mass is none.
+fn housings(scene: &Scene) -> Vec<RigidMass> {
+    let massive = scene.hammers.iter().filter(|hammer| hammer.parameters.housing.mass_kg > 0.0);
+    massive
+        .map(|hammer| {
+            let housing = &hammer.parameters.housing;
+            RigidMass {
+                points: hammer.mount.points.clone(),
+                mass_kg: housing.mass_kg,
+                inertia_kg_m2: housing.inertia_kg_m2,
+                centre_of_mass_m: housing.centre_of_mass_m,
+            }
+        })
+        .collect()
+}
+
+fn key(placement: &Placement) -> PlacementKey {
+    let bits = |points: &[(String, f64)]| -> PointsKey {
+        points.iter().map(|(name, weight)| (name.clone(), weight.to_bits())).collect()
+    };
+    let entry = |housing: &RigidMass| {
+        let ([j0, j1, j2], [c0, c1, c2]) = (housing.inertia_kg_m2, housing.centre_of_mass_m);
+        (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
+    };
+    let points = placement.points.iter().copied().zip(placement.rows.iter().map(|(points, _)| bits(points)));
+    (placement.bodies.iter().map(entry).collect(), points.collect())
+}
