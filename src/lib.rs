@@ -9,7 +9,7 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use decore::engine::{Engine, Rows, SweepEvent, SweepSettings};
+//! use decore::engine::{Engine, RowRunner, SweepEvent, SweepSettings};
 //!
 //! # let folder = tempfile::tempdir()?;
 //! let settings = ["duration_s=0.15".to_owned()];

@@ -125,6 +125,7 @@ def main(root, program):
         ("refinement", ["refine", "table.toml", "--failures", "--until-unsure", "0.2", "--most-rows", "60"], [0]),
         ("best", ["best", "a", "--rows", "24", "--checks", "10", *GOAL], [0]),
         ("structure", ["structure", "sweep.toml", "--effects"], [0]),
+        ("mobility", ["structure", "sweep.toml", "--measured", "measured.csv"], [0]),
         ("accuracy", ["accuracy", "sweep.toml", "--repeats", "1", "--quick", "--set", "duration_s=0.04"], [0]),
         ("written", ["design", "sweep.toml", "--output", "design.csv"], [0]),
         ("surrogate", ["surrogate", "a", "--output", "models.parquet"], [0]),
@@ -154,6 +155,10 @@ def main(root, program):
         fraction = SWEEP.replace('"latin_hypercube"\nrows = 30\nseed = 7', '"fractional_factorial"\nresolution = 3')
         fraction = fraction.replace("[hammer.left]", gate)
         (folder / "fraction.toml").write_text(fraction)
+        # A resonance at 200 Hz, measured at the mount.
+        receptance = [1 / (200**2 - f**2 + 8j * f) for f in range(100, 301)]
+        response = [f"R5.z,R5.z,{f},{r.real},{r.imag}" for f, r in zip(range(100, 301), receptance)]
+        (folder / "measured.csv").write_text("\n".join(["response,force,frequency_hz,receptance_re,receptance_im", *response]))
         (folder / "table.toml").write_text(SWEEP.replace('"latin_hypercube"\nrows = 30', '"table"\nfile = "rows.csv"'))
         design = [program, "design", "sweep.toml", "--set", "design.rows=12", "--output", "rows.csv"]
         subprocess.run(design, cwd=folder, check=True, capture_output=True)

@@ -23,7 +23,7 @@ pub fn hammer_schema() -> Value {
 /// A default that TOML cannot hold.
 pub fn hammer_file() -> Result<String, toml::ser::Error> {
     let head = "# The built-in hammer, written out: the published hammer, and assumed or calibrated values where the publication is \
-                silent.\n# FactorSource of the published values: Mariadass et al., Appl. Mech. 2023, 4, 1206-1226, Table 2.\n\
+                silent.\n# Source of the published values: Mariadass et al., Appl. Mech. 2023, 4, 1206-1226, Table 2.\n\
                 # A hammer file may give any part of this; what it leaves out keeps these values. SI units, named in each key.\n";
     document::<HammerParameters>(head)
 }
