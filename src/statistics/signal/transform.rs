@@ -1,7 +1,7 @@
 //! The discrete Fourier transform, from those of rustfft's algorithms that signals need.
 //!
-//! Its planner chooses among all it has, and as they are generic all would be compiled here: as much code as a seventh of `decore-core`, to
-//! transform lengths with factors of 7 to 31 or some large primes faster than Bluestein's algorithm does.
+//! Its planner chooses among all it has. They are generic, so all would be compiled here, only to transform lengths with factors
+//! of 7 to 31 or some large primes faster than Bluestein's algorithm does.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
