@@ -12,7 +12,7 @@ use decore_model::structure::{
 };
 use decore_study::StructureSettings;
 
-/// What was asked for.
+/// Options of the comparison.
 pub(super) struct Asked<'a> {
     pub measured: &'a Path,
     pub damping_to: Option<&'a Path>,

@@ -101,7 +101,7 @@ enum Command {
     Predict(surrogate::PredictArguments),
     /// Run a table of rows, and add those that teach or promise the most, batch by batch.
     Refine(refine::RefineArguments),
-    /// Answer the study's goal: which values to choose, what they give, and how sure that is; proven by runs.
+    /// Find the best values for the study's goal, and prove them by runs.
     Best(best::BestArguments),
     /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
     Compare(compare::CompareArguments),

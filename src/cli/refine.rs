@@ -230,7 +230,7 @@ fn check_budget(most_rows: u64, rows: u64, file: &Path) -> Result<(), Failure> {
 fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<(), Failure> {
     match (arguments.json, progress.reached) {
         (true, _) => print_json(progress),
-        (false, true) => print_line(&format_args!("what was asked for is reached: {progress}")),
+        (false, true) => print_line(&format_args!("the goal is reached: {progress}")),
         (false, false) if progress.exhausted => {
             print_line(&format_args!("all places that may be run are rows already, or next to one: {progress}"))
         }

@@ -15,7 +15,7 @@ pub struct Topic {
 pub const TOPICS: [Topic; 19] = [
     Topic {
         name: "best",
-        about: "the answer: which values to choose, what they give, how sure that is",
+        about: "the best values for your goal, and how sure they are",
         text: include_str!("best.md"),
     },
     Topic {

@@ -292,7 +292,7 @@ fn a_constant_column_needs_no_model_and_it_is_said_where_no_row_is_within_the_li
         assert!(broken.contains("no row is within all limits") && !broken.contains("best row "), "{broken}");
     }
     let known = text(study.refine(&["--learn", "solver_retries", "--most-rows", "14"]), FAILED);
-    assert!(known.starts_with("what was asked for is reached"), "{known}");
+    assert!(known.starts_with("the goal is reached"), "{known}");
     let bound = text(study.refine(&["--boundary", "solver_retries<=1", "--most-rows", "14"]), FAILED);
     assert!(bound.contains("within the limit 100.0 % of the places that meet the constraints"), "{bound}");
     let none = errors(&expect_code(study.refine(&["--maximise", "solver_retries", "--most-rows", "14"]), 2));

@@ -1,4 +1,4 @@
-//! From what is expected to the answer.
+//! Turns the expected decision into the answer.
 
 use super::checks::Checks;
 use super::error::BestError;
@@ -29,7 +29,7 @@ const NEAR: f64 = 0.05;
 /// Q2 below which a model is not relied on, unless scatter is why.
 const LEAST_Q2: f64 = 0.5;
 
-/// What an answer is made from besides the models.
+/// Inputs of an answer, apart from the models.
 pub(super) struct Asked<'a> {
     pub study: &'a CheckedStudy,
     pub checked: Option<Checks>,

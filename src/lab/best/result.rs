@@ -1,4 +1,4 @@
-//! The answer: which values to choose, what they give, and how sure that is.
+//! The answer: recommended values, expected outputs and their confidence.
 
 use schemars::JsonSchema;
 use serde::Serialize;
