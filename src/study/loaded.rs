@@ -12,7 +12,6 @@ use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys};
 use super::file::{DesignEntry, StudyFile};
 use super::goal::Goal;
-use super::hash::hash;
 use super::plan::design::DesignPlan;
 use super::plan::factor::{FactorInfo, FactorSource, to_toml};
 use super::plan::reader::Surroundings;
@@ -20,7 +19,7 @@ use super::resolve::issue::Issue;
 use super::resolve::library::Library;
 use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
-use super::resolve::structure::{MachineTable, StructureSettings};
+use super::resolve::structure::{CastingModel, MachineTable, StructureSettings, StructureSource};
 use super::schema::study_schema;
 use decore_files::Limit;
 use decore_model::scene::{NumericalTwin, OutputSettings, Scene, StructureEntry};
@@ -47,6 +46,8 @@ pub struct Study {
     structure: StructureSettings,
     /// The further machines by name.
     structures: Vec<(String, StructureSettings)>,
+    /// Models of the elastic castings by the castings' indices.
+    elastic_castings: BTreeMap<usize, (String, CastingModel)>,
     goal: Option<Goal>,
     hash: String,
 }
@@ -140,6 +141,12 @@ impl Study {
             file.structures.iter().map(|(name, entry)| Ok((name.clone(), read(entry, &["structures", name])?)));
         let structures: Vec<(String, StructureSettings)> =
             further.collect::<Result<_, _>>().map_err(StudyError::several)?;
+        let mut elastic_castings = BTreeMap::new();
+        for (index, (name, casting)) in file.casting.iter().enumerate() {
+            let Some(entry) = &casting.structure else { continue };
+            let model = CastingModel::read(entry, &typed, &["casting", name, "structure"]).map_err(StudyError::several)?;
+            elastic_castings.insert(index, (name.clone(), model));
+        }
         for key in SHARED_KEYS {
             tree.remove(key);
         }
@@ -150,12 +157,13 @@ impl Study {
             machines: structures.iter().map(|(name, _)| name.clone()).collect(),
             library,
         };
-        let mut study = Self { typed, plan, scenes, file, structure, structures, goal, hash: String::new() };
+        let hash = String::new();
+        let mut study = Self { typed, plan, scenes, file, structure, structures, elastic_castings, goal, hash };
         study.read_hammers()?;
         // A tree of finite numbers and texts, which JSON can always hold.
         let values = serde_json::to_string(&study.file.of_rows()).unwrap_or_default();
         let overrides = study.typed.overrides.iter().filter(|one| one.reaches_values());
-        study.hash = hash(&values, overrides, (&study.plan.files, &study.scenes.library));
+        study.hash = super::hash::hash(&values, overrides, (&study.plan.files, &study.scenes.library));
         Ok(study)
     }
 
@@ -186,7 +194,9 @@ impl Study {
         let hammers = hammers.map(|name| self.typed.directory.join(name));
         let rows = self.plan.files.iter().map(|file| self.typed.directory.join(&file.name));
         let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
-        let machines = machines.flat_map(|settings| settings.source.files()).map(|(_, path)| path.to_path_buf());
+        let castings = self.elastic_castings.values().map(|(_, casting)| &casting.source);
+        let sources = machines.map(|settings| &settings.source).chain(castings);
+        let machines = sources.flat_map(StructureSource::files).map(|(_, path)| path.to_path_buf());
         self.typed.file.iter().cloned().chain(hammers).chain(rows).chain(machines).collect()
     }
 
@@ -199,6 +209,11 @@ impl Study {
     /// Texts of the hammer files, by the name that the study gives them.
     pub fn hammer_files(&self) -> BTreeMap<String, String> {
         self.scenes.library.texts().map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
+    }
+
+    /// Names and models of the elastic castings, by the castings' indices.
+    pub fn elastic_castings(&self) -> &BTreeMap<usize, (String, CastingModel)> {
+        &self.elastic_castings
     }
 
     /// The text of the study file.

@@ -4,6 +4,7 @@
 //! points of flexible ones ([`crate::system::Layout`]). Its elongation (or penetration) is `r u - offset`, its force `f` acts
 //! as `-r' f`. One matrix serves motion and force, so reciprocity holds by construction; an element more is a row more.
 
+use nalgebra::{DMatrix, DVector};
 use sprs::{CsMat, TriMat};
 
 use crate::contact::ContactLaw;
@@ -40,6 +41,50 @@ pub struct Elements {
     rows: CsMat<f64>,
     springs: Vec<Spring>,
     contacts: Vec<Contact>,
+    /// Springs in series with the residual flexibility of elastic parts; `None` without any.
+    series: Option<Series>,
+}
+
+/// Springs in series with the residual flexibility R of the elastic parts that they hold. R has no mass.
+///
+/// With `d` the elongations without R and `F_c` the forces of contacts, the springs' forces are `F = S d + B d' - S R_sc F_c`,
+/// `S = (I + K R)^-1 K`, and to first order in the time constant `R c` `B = (I + K R)^-1 C (I + R K)^-1`. `d' S d / 2` is the energy of springs
+/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in the place of `r_c`.
+#[derive(Debug, Clone)]
+pub(super) struct Series {
+    /// S, springs x springs.
+    pub stiffness: DMatrix<f64>,
+    /// B.
+    pub damping: DMatrix<f64>,
+    /// `S R_sc`, springs x contacts.
+    pub contacts: DMatrix<f64>,
+}
+
+/// A contact whose law cannot take the residual flexibility of its casting.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FlexibilityError {
+    /// A law that includes less than the casting's own flexibility.
+    #[error(
+        "the contact of {owner:?} has a stiffness of {stiffness_n_per_m:.3e} N/m, but the casting alone yields by {residual_m_per_n:.3e} m/N \
+         under it: the stiffness cannot include the casting; set `contact_includes_casting = false`, or a larger `point_radius_m`"
+    )]
+    TooStiff {
+        /// Owner of the contact.
+        owner: Owner,
+        /// Its stiffness.
+        stiffness_n_per_m: f64,
+        /// Residual flexibility of the casting at the point.
+        residual_m_per_n: f64,
+    },
+    /// A law with a power of the penetration.
+    #[error(
+        "the contact of {owner:?} has a law with a power of the penetration, to which the flexibility of the casting cannot be added: \
+         set `contact_includes_casting = true`, or the law to \"kelvin_voigt\""
+    )]
+    Law {
+        /// Owner of the contact.
+        owner: Owner,
+    },
 }
 
 /// Element: index of a spring or of a contact.
@@ -49,6 +94,38 @@ pub enum ElementId {
     Spring(usize),
     /// A contact.
     Contact(usize),
+}
+
+impl Contact {
+    /// The law in series with a residual flexibility R: as it is where it includes R, else `k / (1 + k R)` and `c / (1 + k R)^2`.
+    fn in_series(&self, residual_m_per_n: f64, includes: bool) -> Result<ContactLaw, FlexibilityError> {
+        let owner = self.owner;
+        if residual_m_per_n == 0.0 {
+            return Ok(self.law);
+        }
+        let softened = |stiffness: f64, damping: f64| {
+            let factor = 1.0 / (1.0 + stiffness * residual_m_per_n);
+            (stiffness * factor, damping * factor * factor)
+        };
+        match self.law {
+            ContactLaw::KelvinVoigt { stiffness_n_per_m, .. }
+            | ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, .. }
+                if includes && stiffness_n_per_m * residual_m_per_n >= 1.0 =>
+            {
+                Err(FlexibilityError::TooStiff { owner, stiffness_n_per_m, residual_m_per_n })
+            }
+            law if includes => Ok(law),
+            ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m } => {
+                let (stiffness_n_per_m, damping_n_s_per_m) = softened(stiffness_n_per_m, damping_n_s_per_m);
+                Ok(ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m })
+            }
+            ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => {
+                let (stiffness_n_per_m, damping_n_s_per_m) = softened(stiffness_n_per_m, damping_n_s_per_m);
+                Ok(ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m })
+            }
+            ContactLaw::HuntCrossley { .. } | ContactLaw::Hertz { .. } => Err(FlexibilityError::Law { owner }),
+        }
+    }
 }
 
 impl Elements {
@@ -63,7 +140,7 @@ impl Elements {
                     rows[0].push(row);
                     springs.push(Spring { stiffness_n_per_m, damping_n_s_per_m, owner });
                 }
-                LinkLaw::Contact { law, gap_m, preload_n } => {
+                LinkLaw::Contact { law, gap_m, preload_n, .. } => {
                     rows[1].push(row);
                     let offset_m = gap_m - law.static_penetration(preload_n, 0.0);
                     contacts.push(Contact { owner, law, offset_m, rest_force_n: preload_n });
@@ -76,7 +153,71 @@ impl Elements {
                 matrix.add_triplet(index, column, coefficient);
             }
         }
-        Self { rows: matrix.to_csr(), springs, contacts }
+        Self { rows: matrix.to_csr(), springs, contacts, series: None }
+    }
+
+    /// Puts the elements in series with the residual flexibility of elastic parts. Each part has the column of its first point, and R
+    /// over its points. `links` are the links from which the elements were made.
+    pub(super) fn with_residuals(
+        mut self,
+        links: &[Link],
+        residuals: &[(usize, &DMatrix<f64>)],
+    ) -> Result<Self, FlexibilityError> {
+        if residuals.is_empty() {
+            return Ok(self);
+        }
+        let (springs, all) = (self.springs.len(), self.springs.len() + self.contacts.len());
+        let mut flexibility = DMatrix::zeros(all, all);
+        for (first, residual) in residuals {
+            let mut shares = DMatrix::zeros(all, residual.nrows());
+            for element in 0..all {
+                let of_part = self.row(element).filter(|(column, _)| (*first..first + residual.nrows()).contains(column));
+                of_part.for_each(|(column, coefficient)| shares[(element, column - first)] = coefficient);
+            }
+            flexibility += &shares * *residual * shares.transpose();
+        }
+        let diagonal = |of: &dyn Fn(&Spring) -> f64| {
+            DMatrix::from_diagonal(&DVector::from_iterator(springs, self.springs.iter().map(of)))
+        };
+        let stiffness = diagonal(&|spring| spring.stiffness_n_per_m);
+        let damping = diagonal(&|spring| spring.damping_n_s_per_m);
+        let between = flexibility.view((0, 0), (springs, springs)).into_owned();
+        let identity = DMatrix::identity(springs, springs);
+        // `I + K R` has no eigenvalue below 1.
+        let inverse = (&identity + &stiffness * between).try_inverse().unwrap_or(identity);
+        let stiffness = &inverse * stiffness;
+        let damping = &inverse * damping * inverse.transpose();
+        let contacts = &stiffness * flexibility.view((0, springs), (springs, self.contacts.len()));
+        let laws = links.iter().filter_map(|link| match link.law {
+            LinkLaw::Contact { includes_flexibility, .. } => Some(includes_flexibility),
+            LinkLaw::Spring { .. } => None,
+        });
+        for ((at, contact), includes) in self.contacts.iter_mut().enumerate().zip(laws) {
+            let residual_m_per_n = flexibility[(springs + at, springs + at)];
+            contact.law = contact.in_series(residual_m_per_n, includes)?;
+        }
+        self.rows = self.coupled_rows(&contacts);
+        self.series = Some(Series { stiffness, damping, contacts });
+        Ok(self)
+    }
+
+    /// Rows of the elements, contacts with the shares of the springs that their forces reach.
+    fn coupled_rows(&self, contacts: &DMatrix<f64>) -> CsMat<f64> {
+        let springs = self.springs.len();
+        let mut matrix = TriMat::new(self.rows.shape());
+        for element in 0..self.rows.rows() {
+            self.row(element).for_each(|(column, coefficient)| matrix.add_triplet(element, column, coefficient));
+            let Some(contact) = element.checked_sub(springs) else { continue };
+            for (spring, share) in contacts.column(contact).iter().enumerate().filter(|(_, share)| **share != 0.0) {
+                self.row(spring).for_each(|(column, coefficient)| matrix.add_triplet(element, column, -share * coefficient));
+            }
+        }
+        matrix.to_csr()
+    }
+
+    /// Springs in series with the residual flexibility of elastic parts.
+    pub(super) fn series(&self) -> Option<&Series> {
+        self.series.as_ref()
     }
 
     /// The linear springs.

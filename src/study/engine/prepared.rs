@@ -10,10 +10,10 @@ use std::sync::atomic::AtomicBool;
 use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
-use super::machine::{Machine, SourceModel};
+use super::machine::{ElasticCastings, Machine, SourceModel};
 use super::sample::is_drawn;
 use super::signals::KeptSignals;
-use crate::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
+use crate::{CastingModel, CheckedStudy, InterfaceDemand, InvalidRow, PointTable, StructureSource, Study};
 use decore_dataset::{Columns, DatasetError, DatasetInfo, RETRIES};
 use decore_model::metrics::{MeanRecorder, MeanSettings, Signal, SignalRecorder};
 use decore_model::run::{
@@ -21,7 +21,7 @@ use decore_model::run::{
     run_jobs, run_one_by_one,
 };
 use decore_model::scene::{NumericalTwin, Scene};
-use decore_model::structure::StructureError;
+use decore_model::structure::{ElasticBody, FeModel, StructureError};
 use decore_model::system::PlacedModes;
 use decore_statistics::design::Level;
 
@@ -91,14 +91,15 @@ impl Engine {
         let model = SourceModel::read(study.structure())?;
         let demand = InterfaceDemand::of(&study);
         let checked = CheckedStudy::new(study, model.points())?;
-        let machine = Machine::new(model, checked.study().structure(), &demand)?;
+        let castings = elastic_castings(checked.study(), &mut inputs)?;
+        let machine = Machine::new(model, checked.study().structure(), (&demand, &castings))?;
         let mut further = Vec::new();
         for (name, settings) in checked.study().structures() {
             let table = format!("structures.{name}");
             inputs.extend(input_hashes(&table, &settings.source)?);
             let model = SourceModel::read(settings)?;
             same_points(&table, &demand, [checked.points(), &model.points()])?;
-            further.push(Machine::new(model, settings, &demand)?);
+            further.push(Machine::new(model, settings, (&demand, &castings))?);
         }
         let signals = KeptSignals::of(&checked)?;
         check_goal(&checked)?;
@@ -338,6 +339,18 @@ impl JobSource for Jobs<'_> {
     fn panicked(&mut self, row: u64, payload: Box<dyn Any + Send>) {
         self.rows.ended(row, RowOutcome::panicked(payload.as_ref()));
     }
+}
+
+/// Reads the elastic castings of a study and computes their modes; adds the checksums of their files.
+fn elastic_castings(study: &Study, inputs: &mut BTreeMap<String, String>) -> Result<ElasticCastings, EngineError> {
+    let mut castings = BTreeMap::new();
+    for (index, (name, CastingModel { source, settings })) in study.elastic_castings() {
+        inputs.extend(input_hashes(&format!("casting.{name}.structure"), source)?);
+        let StructureSource::Matrices(matrices) = source else { continue };
+        let model = FeModel::read_body(&matrices.files)?;
+        castings.insert(*index, ElasticBody::new(model, settings.clone())?);
+    }
+    Ok(Arc::new(castings))
 }
 
 /// Strikes follow from where points are: the machines of a study have those that it uses at the same places.
