@@ -347,7 +347,7 @@ fn elastic_castings(study: &Study, inputs: &mut BTreeMap<String, String>) -> Res
     for (index, (name, CastingModel { source, settings })) in study.elastic_castings() {
         inputs.extend(input_hashes(&format!("casting.{name}.structure"), source)?);
         let StructureSource::Matrices(matrices) = source else { continue };
-        let model = FeModel::read_body(&matrices.files)?;
+        let model = FeModel::read(&matrices.files)?;
         castings.insert(*index, ElasticBody::new(model, settings.clone())?);
     }
     Ok(Arc::new(castings))

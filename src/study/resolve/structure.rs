@@ -56,7 +56,7 @@ impl StructureSource {
                 let all = [
                     ("stiffness_file", Some(files.stiffness.path.as_path())),
                     ("mass_file", Some(&files.mass.path)),
-                    ("points_file", Some(&files.points)),
+                    ("points_file", Some(files.points.as_path()).filter(|path| !path.as_os_str().is_empty())),
                     ("damping_file", damping),
                     ("dof_file", files.dofs.as_deref()),
                     ("nodes_file", files.nodes.as_deref()),
@@ -96,7 +96,8 @@ impl CastingModel {
         let table = MachineTable { entry: &matrices, typed, at };
         let mut reader = Reader { table, problems: Vec::new() };
         reader.require_files();
-        let source = reader.matrices();
+        let mut source = reader.matrices();
+        source.files.points = PathBuf::new();
         let numbers = entry.over(CastingStructure::default());
         reader.check_numbers(&numbers, &numbers.damping_ratio);
         let CastingStructure { cutoff_hz, damping_ratio: damping, point_radius_m, .. } = numbers;

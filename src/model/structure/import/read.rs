@@ -21,18 +21,6 @@ impl FeModel {
     /// File, line and reason: not readable, cut short, not of the format, entries out of range; what [`FeModel::new`] finds
     /// wrong with the matrices.
     pub fn read(files: &ModelFiles) -> Result<Self, StructureError> {
-        Self::read_with(files, InterfacePoints::read(&files.points)?)
-    }
-
-    /// Reads a finite element model without interface points, as [`FeModel::read`] does; `files.points` is not read.
-    ///
-    /// # Errors
-    /// As for [`FeModel::read`].
-    pub fn read_body(files: &ModelFiles) -> Result<Self, StructureError> {
-        Self::read_with(files, InterfacePoints::default())
-    }
-
-    fn read_with(files: &ModelFiles, points: InterfacePoints) -> Result<Self, StructureError> {
         let name = |path: &Path| path.display().to_string();
         let list = match &files.dofs {
             Some(path) => Some((dofs::parse_rows(&name(path), &read_bytes(path)?)?, name(path))),
@@ -74,6 +62,10 @@ impl FeModel {
             damping: names.get(2).cloned().unwrap_or_default(),
             labels: files.dofs.as_deref().map(name).unwrap_or_default(),
             points: name(&files.points),
+        };
+        let points = match files.points.as_os_str().is_empty() {
+            true => InterfacePoints::default(),
+            false => InterfacePoints::read(&files.points)?,
         };
         let model = Self::validated(matrices, points, &sources)?.with_doubts(doubt);
         Ok(units::to_si(model, files.units).with_positions(nodes.positions, files.units.metres()))

@@ -95,7 +95,7 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     let mut model = CoupledModel {
         layout,
         scales: scales::scales(&layout, described.iter().map(|(_, part)| part), &parts),
-        supports: supports(&elements, &layout),
+        supports: supports(&elements, &layout, &parts),
         sums: sums(&elements, &layout),
         hammers: (0..scene.hammers.len()).map(|h| hammer::slot(scene, h, (&points, &elements))).collect(),
         elements,
@@ -229,17 +229,18 @@ fn check(scene: &Scene, placed: &PlacedModes, part: PartId) -> Result<(), BuildE
 }
 
 /// Components of the state that each contact's penetration and rate depend on.
-fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
+fn supports(elements: &Elements, layout: &Layout, parts: &[CoupledPart]) -> Vec<Vec<usize>> {
     let support = |contact: usize| {
         let mut components = Vec::new();
+        let mut flexible = BTreeSet::new();
         for (column, _) in elements.row(elements.contact_row(contact)) {
             if column < layout.bodies {
                 components.extend([layout.position(column), layout.velocity(column)]);
             } else {
-                components.extend(layout.flexible_displacements());
-                components.extend(layout.flexible_velocities());
+                flexible.extend(parts.iter().position(|part| part.columns.contains(&column)));
             }
         }
+        components.extend(flexible.into_iter().flat_map(|part: usize| parts[part].states.clone()).flatten());
         components
     };
     (0..elements.contacts().len()).map(support).collect()
