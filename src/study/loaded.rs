@@ -144,7 +144,8 @@ impl Study {
         let mut elastic_castings = BTreeMap::new();
         for (index, (name, casting)) in file.casting.iter().enumerate() {
             let Some(entry) = &casting.structure else { continue };
-            let model = CastingModel::read(entry, &typed, &["casting", name, "structure"]).map_err(StudyError::several)?;
+            let model =
+                CastingModel::read(entry, &typed, &["casting", name, "structure"]).map_err(StudyError::several)?;
             elastic_castings.insert(index, (name.clone(), model));
         }
         for key in SHARED_KEYS {

@@ -111,7 +111,11 @@ impl PointId {
     pub fn is_watched(self) -> bool {
         matches!(
             self,
-            Self::Watched { .. } | Self::Measured { .. } | Self::Centre { .. } | Self::Core { .. } | Self::Rotation { .. }
+            Self::Watched { .. }
+                | Self::Measured { .. }
+                | Self::Centre { .. }
+                | Self::Core { .. }
+                | Self::Rotation { .. }
         )
     }
 }
@@ -368,7 +372,9 @@ impl Scene {
             }
             PointId::Body { hammer, body } => (PartId::Hammer(hammer), Location::Body(body)),
             PointId::Mount { hammer } => (PartId::Machine, Location::Nodes(self.hammers[hammer].mount.points.clone())),
-            PointId::Strike { hammer } => at(self.hammers[hammer].casting, self.hammers[hammer].strike_point_m, Side::Top),
+            PointId::Strike { hammer } => {
+                at(self.hammers[hammer].casting, self.hammers[hammer].strike_point_m, Side::Top)
+            }
             PointId::Support(id) => node(&fixture(id).point),
             PointId::Held(id) => at(id.casting, fixture(id).at_m, Side::Bottom),
             PointId::Measured { casting } => {
@@ -420,7 +426,11 @@ impl Scene {
             // The guide stands on its mount: only the other body's mass counts.
             let moving = bodies.iter().filter(|body| **body != body::GUIDE);
             let law = parameters.law(1.0 / moving.map(|body| 1.0 / model.mass()[*body]).sum::<f64>());
-            link(name, bodies.map(of_body), LinkLaw::Contact { law, gap_m, preload_n: 0.0, includes_flexibility: false })
+            link(
+                name,
+                bodies.map(of_body),
+                LinkLaw::Contact { law, gap_m, preload_n: 0.0, includes_flexibility: false },
+            )
         }));
         // The tip of the resting chisel stands `standoff` off the casting.
         let gap_m = model.rest().position[body::CHISEL] + unit.standoff_m;

@@ -17,22 +17,25 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, Matrix3, SymmetricEigen, Vector3};
 
 use super::error::{Step, StructureError};
-use super::fixed_interface::{Wanted, solve_inner};
+use super::fixed_interface::{Wanted, count, modes};
 use super::model::FeModel;
 use super::motions::RigidMotions;
-use super::observe::Observer;
-use super::own::RIGID_BODY_HZ;
 use super::partition::{inner_rows, sparse_times};
 use super::reduced::{Damping, damping_ratios};
 use super::suspects;
-use decore_math::linalg::{PencilFactor, SymmetricPencil, multiply, multiply_transposed};
+use decore_math::linalg::{Below, PencilFactor, SymmetricPencil, multiply, multiply_transposed};
 
 /// Direction of all motions: z, up.
 const VERTICAL: usize = 2;
 /// Shift relative to the squared cut-off with which the stiffness of a floating body is factorised.
-const SHIFT_OF_LIMIT: f64 = 1e-4;
-/// Refinements of the residual flexibility. Each gains the four digits of [`SHIFT_OF_LIMIT`].
-const REFINEMENTS: usize = 4;
+const SHIFT_OF_LIMIT: f64 = 1e-2;
+/// Refinements of the residual flexibility. Each gains the two digits of [`SHIFT_OF_LIMIT`].
+const REFINEMENTS: usize = 6;
+/// Squared frequency relative to the cut-off's below which a motion is rigid: 0.3 % of the cut-off. Rounding in the matrices of a stiff body
+/// reaches far above 0.
+const RIGID_OF_LIMIT: f64 = 1e-5;
+/// Largest force relative to the stiffness that rigid motions of a floating body cause.
+const FLOATS: f64 = 1e-6;
 /// Share of the largest mean square of vertical motion from which on a rigid motion has such.
 const MOVES: f64 = 1e-10;
 /// Share of the largest pivot below which the nodes of an area lie on a line.
@@ -107,9 +110,11 @@ pub struct ElasticBody {
     factor: PencilFactor,
     omega_rad_s: Vec<f64>,
     damping_ratio: Vec<f64>,
-    /// Mode shapes, and the mass matrix times these.
+    /// Mode shapes that are kept.
     shapes: DMatrix<f64>,
-    inertia: DMatrix<f64>,
+    /// All modes below the cut-off with all rigid motions, and the mass matrix times these.
+    below: DMatrix<f64>,
+    below_inertia: DMatrix<f64>,
 }
 
 impl ElasticBody {
@@ -132,21 +137,31 @@ impl ElasticBody {
         let limit = (TAU * settings.cutoff_hz).powi(2);
         let (kept, _) = inner_rows(&model, &[]);
         let pencil = SymmetricPencil::new(model.stiffness(), model.mass(), &kept).step(STEP, ADVICE)?;
-        let wanted = Wanted { limit, suspect: suspects::mixed_units(&model, Some(motions.mass_kg)) };
-        let inner = solve_inner(&pencil, &DMatrix::zeros(pencil.order(), 0), wanted, &mut Observer::none())?;
-        let is_free = |omega_squared: &f64| *omega_squared <= (TAU * RIGID_BODY_HZ).powi(2);
-        let free = inner.omega_squared.iter().take_while(|value| is_free(value)).count();
-        let elastic = inner.omega_squared[free..].iter().map(|value| value.sqrt());
-        let rows = pencil.rows().to_vec();
-        let heaving = heaving(&nodes, &rows, &inner.psi.columns(0, free).into_owned());
-        let omega_rad_s: Vec<f64> = vec![0.0; heaving.ncols()].into_iter().chain(elastic).collect();
-        let ratios = damping_ratios(&settings.damping, omega_rad_s.len() - heaving.ncols())?;
-        let mut shapes = DMatrix::zeros(rows.len(), omega_rad_s.len());
-        shapes.columns_mut(0, heaving.ncols()).copy_from(&heaving);
-        shapes.columns_mut(heaving.ncols(), ratios.len()).copy_from(&inner.psi.columns_range(free..));
+        let count = count(&pencil, limit)?;
+        Wanted { limit, suspect: suspects::mixed_units(&model, Some(motions.mass_kg)) }
+            .require(count, pencil.order())?;
         let shift = SHIFT_OF_LIMIT * limit;
         let factor = pencil.cholesky(shift).step(STEP, ADVICE)?;
-        let inertia = pencil.mass_times(&shapes).step(STEP, ADVICE)?;
+        let modes = modes(&pencil, &factor, shift, Below { limit, count })?;
+        if let Some(&omega_squared) = modes.values.first().filter(|value| **value < -RIGID_OF_LIMIT * limit) {
+            return Err(StructureError::Indefinite { omega_squared });
+        }
+        let free = modes.values.iter().take_while(|value| **value <= RIGID_OF_LIMIT * limit).count();
+        let elastic = modes.values[free..].iter().map(|value| value.sqrt());
+        let rows = pencil.rows().to_vec();
+        let found = modes.vectors.columns(0, free).into_owned();
+        let rigid = rigid_motions(&model, centre, &rows).filter(|rigid| rigid.ncols() == free).unwrap_or(found);
+        let heaving = heaving(&nodes, &rows, &rigid);
+        let omega_rad_s: Vec<f64> = vec![0.0; heaving.ncols()].into_iter().chain(elastic).collect();
+        let ratios = damping_ratios(&settings.damping, omega_rad_s.len() - heaving.ncols())?;
+        let columns = |parts: [DMatrix<f64>; 2]| {
+            let all: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
+            DMatrix::from_columns(&all)
+        };
+        let elastic = modes.vectors.columns_range(free..).into_owned();
+        let below = columns([rigid, elastic.clone()]);
+        let shapes = columns([heaving.clone(), elastic]);
+        let below_inertia = pencil.mass_times(&below).step(STEP, ADVICE)?;
         drop(pencil);
         Ok(Self {
             mass_kg,
@@ -157,7 +172,8 @@ impl ElasticBody {
             damping_ratio: vec![0.0; heaving.ncols()].into_iter().chain(ratios).collect(),
             omega_rad_s,
             shapes,
-            inertia,
+            below,
+            below_inertia,
             settings,
             model,
         })
@@ -189,7 +205,7 @@ impl ElasticBody {
             }
         }
         let rows = multiply_transposed(&forces, &self.shapes).step(STEP, ADVICE)?;
-        let residual = self.residual(&forces, &rows)?;
+        let residual = self.residual(&forces)?;
         Ok(BodyModes {
             omega_rad_s: self.omega_rad_s.clone(),
             damping_ratio: self.damping_ratio.clone(),
@@ -198,21 +214,22 @@ impl ElasticBody {
         })
     }
 
-    /// `sum phi phi' / omega^2` over the modes that are not kept, at forces whose products with the kept modes are `rows`.
+    /// `sum phi phi' / omega^2` over the modes above the cut-off.
     ///
     /// With `y = sum phi phi' f / (omega^2 + shift)` over these modes, `y + shift (K + shift M)^-1 M y + ...` is the sum that is wanted.
-    fn residual(&self, forces: &DMatrix<f64>, rows: &DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
-        let along = multiply(&self.inertia, &rows.transpose()).step(STEP, ADVICE)?;
-        let above = forces - along;
+    fn residual(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
+        let product = |a: &DMatrix<f64>, b: &DMatrix<f64>| multiply(a, b).step(STEP, ADVICE);
+        let along = multiply_transposed(&self.below, forces).step(STEP, ADVICE)?;
+        let above = forces - product(&self.below_inertia, &along)?;
         let mut solution: DMatrix<f64> = DMatrix::zeros(forces.nrows(), forces.ncols());
         for _ in 0..REFINEMENTS {
             let mut next = &above + self.shift * self.mass_times(&solution);
             self.factor.solve(&mut next).step(STEP, ADVICE)?;
-            // What rounding left along the kept modes.
-            let leak = multiply_transposed(&self.inertia, &next).step(STEP, ADVICE)?;
-            solution = next - multiply(&self.shapes, &leak).step(STEP, ADVICE)?;
+            // What rounding left along the modes below the cut-off.
+            let leak = multiply_transposed(&self.below_inertia, &next).step(STEP, ADVICE)?;
+            solution = next - product(&self.below, &leak)?;
         }
-        let residual = multiply_transposed(forces, &solution).step(STEP, ADVICE)?;
+        let residual = multiply_transposed(&above, &solution).step(STEP, ADVICE)?;
         Ok((&residual + residual.transpose()) * 0.5)
     }
 
@@ -222,6 +239,14 @@ impl ElasticBody {
         self.rows.iter().enumerate().for_each(|(at, row)| all.row_mut(*row as usize).copy_from(&x.row(at)));
         let product = sparse_times(self.model.mass(), &all);
         DMatrix::from_fn(x.nrows(), x.ncols(), |at, column| product[(self.rows[at] as usize, column)])
+    }
+
+    /// Weight of a row of the model in the motion of a point.
+    ///
+    /// # Errors
+    /// As for [`ElasticBody::at`].
+    pub fn weight(&self, point: BodyPoint, row: usize) -> Result<f64, StructureError> {
+        Ok(self.weights(point)?.iter().filter(|(known, _)| *known == row).map(|(_, weight)| weight).sum())
     }
 
     /// Rows of the model and their weights whose sum is the motion of a point.
@@ -274,7 +299,8 @@ impl ElasticBody {
             return Err(self.no_nodes(format!("x = {x:.4} m, y = {y:.4} m, z = {z:.4} m")));
         }
         let moments = weighed.iter().fold(Matrix3::zeros(), |sum, (_, w, p)| sum + p * p.transpose() * *w);
-        let factors = moments.pseudo_inverse(ON_A_LINE * moments.amax()).unwrap_or_default() * Vector3::new(1.0, 0.0, 0.0);
+        let factors =
+            moments.pseudo_inverse(ON_A_LINE * moments.amax()).unwrap_or_default() * Vector3::new(1.0, 0.0, 0.0);
         let weights: Vec<(usize, f64)> = weighed.iter().map(|(row, w, p)| (*row, w * factors.dot(p))).collect();
         let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
         Ok(weights.into_iter().map(|(row, weight)| (row, weight / sum)).collect())
@@ -285,6 +311,40 @@ impl ElasticBody {
         let expected = format!("a node within point_radius_m = {radius} of {place} from its centre of mass");
         StructureError::argument("casting", expected, "none: move the point, or set a larger radius")
     }
+}
+
+/// The six rigid motions by labels and coordinates, mass-normalised; `None` where the stiffness resists them. They are exact where an
+/// eigensolver finds them to the rounding of the stiffness only.
+fn rigid_motions(model: &FeModel, centre: [f64; 3], rows: &[u32]) -> Option<DMatrix<f64>> {
+    let mut motions = DMatrix::zeros(model.order(), 6);
+    for (row, label) in model.labels().iter().enumerate() {
+        let place = model.positions_m().get(&label.node)?;
+        let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - centre[axis]);
+        let rotations = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        match label.dof {
+            axis @ 0..3 => {
+                motions[(row, axis)] = 1.0;
+                rotations.iter().enumerate().for_each(|(about, motion)| motions[(row, 3 + about)] = motion[axis]);
+            }
+            dof @ 3..6 => motions[(row, dof)] = 1.0,
+            _ => {}
+        }
+    }
+    let stiffest = model.stiffness().data().iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let mut motions = DMatrix::from_fn(rows.len(), 6, |at, column| motions[(rows[at] as usize, column)]);
+    let full = |motions: &DMatrix<f64>| {
+        let mut all = DMatrix::zeros(model.order(), 6);
+        rows.iter().enumerate().for_each(|(at, row)| all.row_mut(*row as usize).copy_from(&motions.row(at)));
+        all
+    };
+    let all = full(&motions);
+    if sparse_times(model.stiffness(), &all).amax() > FLOATS * stiffest * all.amax() {
+        return None;
+    }
+    let moments = all.transpose() * sparse_times(model.mass(), &all);
+    let inverse = moments.cholesky()?.l().try_inverse()?;
+    motions *= inverse.transpose();
+    Some(motions)
 }
 
 /// The rigid motions that move nodes vertically, orthonormal as those that they are made of. Vertical forces do not excite the others.

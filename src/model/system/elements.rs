@@ -171,7 +171,8 @@ impl Elements {
         for (first, residual) in residuals {
             let mut shares = DMatrix::zeros(all, residual.nrows());
             for element in 0..all {
-                let of_part = self.row(element).filter(|(column, _)| (*first..first + residual.nrows()).contains(column));
+                let of_part =
+                    self.row(element).filter(|(column, _)| (*first..first + residual.nrows()).contains(column));
                 of_part.for_each(|(column, coefficient)| shares[(element, column - first)] = coefficient);
             }
             flexibility += &shares * *residual * shares.transpose();
@@ -209,7 +210,8 @@ impl Elements {
             self.row(element).for_each(|(column, coefficient)| matrix.add_triplet(element, column, coefficient));
             let Some(contact) = element.checked_sub(springs) else { continue };
             for (spring, share) in contacts.column(contact).iter().enumerate().filter(|(_, share)| **share != 0.0) {
-                self.row(spring).for_each(|(column, coefficient)| matrix.add_triplet(element, column, -share * coefficient));
+                self.row(spring)
+                    .for_each(|(column, coefficient)| matrix.add_triplet(element, column, -share * coefficient));
             }
         }
         matrix.to_csr()

@@ -44,8 +44,8 @@ mod rates;
 mod rebase_group;
 mod register_pair;
 
-pub use assemble::build;
-pub(crate) use assemble::build_placed;
+pub use assemble::{build, build_placed};
+
 pub use coupled::Coupled;
 pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;

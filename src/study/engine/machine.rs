@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use crate::{InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use decore_model::scene::{Housings, Location, PartId, PointId, STANDARD, Scene};
 use decore_model::structure::{
-    BodyModes, BodyPoint, Damping, DirectedPoints, ElasticBody, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
-    ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError, cache_path, reduce,
-    reduce_files,
+    BodyModes, BodyPoint, Damping, DirectedPoints, ElasticBody, FeModel, InterfacePoints, ModalOptions, ModalTable,
+    ModeSelection, ModelFiles, ModesAt, ReducedStructure, ReductionSettings, RigidMass, SelectionSettings,
+    StructureError, cache_path, reduce, reduce_files,
 };
 use decore_model::system::{InterfaceModes, PlacedModes};
 
@@ -223,7 +223,8 @@ impl Machine {
             let Some(casting) = scene.castings.get(*index) else { continue };
             let (given, found) = (casting.mass_kg, body.mass_kg());
             if (given - found).abs() > SAME_MASS * found {
-                let (name, expected) = (format!("casting.{}.mass_kg", casting.name), format!("the mass of its matrices, {found:.4} kg"));
+                let (name, expected) =
+                    (format!("casting.{}.mass_kg", casting.name), format!("the mass of its matrices, {found:.4} kg"));
                 return Err(StructureError::Argument { name, expected, found: given.to_string() });
             }
         }
@@ -238,7 +239,8 @@ impl Machine {
             let (ids, points): (Vec<PointId>, Vec<BodyPoint>) = driven.iter().chain(watched).copied().unzip();
             let BodyModes { omega_rad_s, damping_ratio, rows, residual } = body.at(&points)?;
             let shapes = rows.row_iter().map(|row| row.iter().copied().collect());
-            let interface = InterfaceModes { omega_rad_s, damping_ratio, shapes: ids.into_iter().zip(shapes).collect() };
+            let interface =
+                InterfaceModes { omega_rad_s, damping_ratio, shapes: ids.into_iter().zip(shapes).collect() };
             let residual = residual.view((0, 0), (driven.len(), driven.len())).into_owned();
             modes = modes.with_casting(*casting, PlacedModes::from(interface).with_residual(residual));
         }

@@ -112,7 +112,9 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     let fixtures =
         known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
     let fixtures = fixtures.collect();
-    let core = |(core, entry): (&String, &CorePointEntry)| entry.over(CorePoint { name: core.clone(), ..CorePoint::default() });
+    let core = |(core, entry): (&String, &CorePointEntry)| {
+        entry.over(CorePoint { name: core.clone(), ..CorePoint::default() })
+    };
     let elastic = |structure: &CastingStructureEntry| Elastic {
         contact_includes_casting: structure.contact_includes_casting.unwrap_or(true),
     };

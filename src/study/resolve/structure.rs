@@ -79,7 +79,8 @@ pub struct CastingModel {
 impl CastingModel {
     /// Fills in defaults and resolves paths against the study's directory. `at`: place of the table in the study.
     pub(crate) fn read(entry: &CastingStructureEntry, typed: &Typed, at: &[&str]) -> Result<Self, Vec<Problem>> {
-        let CastingStructureEntry { stiffness_file, mass_file, dof_file, nodes_file, format, units, .. } = entry.clone();
+        let CastingStructureEntry { stiffness_file, mass_file, dof_file, nodes_file, format, units, .. } =
+            entry.clone();
         let matrices = StructureEntry {
             source: Some(SourceName::Matrices),
             stiffness_file: Some(stiffness_file),

@@ -117,9 +117,7 @@ fn parts(
     placed: &PlacedModes,
 ) -> Result<(Layout, Vec<CoupledPart>), BuildError> {
     let block = |(id, part): &(PartId, Part)| match (part, placed.of(*id)) {
-        (Part::Rigid(freedoms), _) => {
-            Block::Rigid(Rigid { mass: freedoms.iter().map(|(_, mass)| *mass).collect() })
-        }
+        (Part::Rigid(freedoms), _) => Block::Rigid(Rigid { mass: freedoms.iter().map(|(_, mass)| *mass).collect() }),
         (Part::Elastic, Some(casting)) if *id != PartId::Machine => Block::Modal(Arc::clone(&casting.excited().modes)),
         (Part::Elastic, _) => machine(scene, placed),
     };

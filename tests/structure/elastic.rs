@@ -1,0 +1,206 @@
+//! Elastic castings: free modes and residual flexibility of a block of bricks against dense solutions, and motion of areas.
+
+use std::f64::consts::TAU;
+
+use decore_math::linalg::symmetric_eigen;
+use decore_model::structure::{
+    BodyPoint, Damping, DofLabel, ElasticBody, ElasticSettings, FeModel, InterfacePoint, InterfacePoints,
+    ModelMatrices, PointPlace, Side,
+};
+use nalgebra::{DMatrix, DVector, SMatrix};
+use sprs::{CsMat, TriMat};
+
+/// Edges of the block in m, and its bricks along them.
+const EDGES: [f64; 3] = [0.16, 0.06, 0.04];
+const BRICKS: [usize; 3] = [8, 3, 2];
+/// Where the block's corner stands: coordinates need not begin at the centre of mass.
+const CORNER: [f64; 3] = [1.0, -2.0, 0.5];
+const DENSITY: f64 = 2700.0;
+const POISSON: f64 = 0.3;
+
+type Corner = [f64; 3];
+
+fn corners() -> Vec<Corner> {
+    (0..8).map(|n| [n >> 2, n >> 1, n].map(|bit| f64::from(bit & 1) * 2.0 - 1.0)).collect()
+}
+
+/// Stiffness and mass of a brick with eight nodes, integrated at two points per direction.
+fn brick(half: [f64; 3], young: f64) -> (SMatrix<f64, 24, 24>, SMatrix<f64, 8, 8>) {
+    let factor = young / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
+    let elasticity = SMatrix::<f64, 6, 6>::from_fn(|i, j| match (i < 3, j < 3, i == j) {
+        (true, true, true) => factor * (1.0 - POISSON),
+        (true, true, false) => factor * POISSON,
+        (false, false, true) => factor * (0.5 - POISSON),
+        _ => 0.0,
+    });
+    let volume: f64 = half.iter().product();
+    let (mut stiffness, mut mass) = (SMatrix::zeros(), SMatrix::zeros());
+    for point in corners() {
+        let at = point.map(|value| value / 3.0_f64.sqrt());
+        let mut strain = SMatrix::<f64, 6, 24>::zeros();
+        let mut values = SMatrix::<f64, 8, 1>::zeros();
+        for (node, corner) in corners().into_iter().enumerate() {
+            let terms = [0, 1, 2].map(|axis| 1.0 + corner[axis] * at[axis]);
+            values[node] = terms.iter().product::<f64>() / 8.0;
+            let slope = |axis: usize| corner[axis] / half[axis] * terms[(axis + 1) % 3] * terms[(axis + 2) % 3] / 8.0;
+            let (x, y, z) = (slope(0), slope(1), slope(2));
+            for (row, column, value) in
+                [(0, 0, x), (1, 1, y), (2, 2, z), (3, 0, y), (3, 1, x), (4, 1, z), (4, 2, y), (5, 0, z), (5, 2, x)]
+            {
+                strain[(row, 3 * node + column)] = value;
+            }
+        }
+        stiffness += strain.transpose() * elasticity * strain * volume;
+        mass += values * values.transpose() * DENSITY * volume;
+    }
+    (stiffness, mass)
+}
+
+/// The block with `young` in Pa.
+fn block(young: f64) -> FeModel {
+    let counts = BRICKS.map(|bricks| bricks + 1);
+    let size = [0, 1, 2].map(|axis| EDGES[axis] / BRICKS[axis] as f64);
+    let number = |[i, j, k]: [usize; 3]| (i * counts[1] + j) * counts[2] + k;
+    let nodes = counts.iter().product::<usize>();
+    let (stiffness, mass) = brick(size.map(|edge| 0.5 * edge), young);
+    let [mut k, mut m] = [(); 2].map(|()| TriMat::new((3 * nodes, 3 * nodes)));
+    let each =
+        |n: [usize; 3]| (0..n[0]).flat_map(move |i| (0..n[1]).flat_map(move |j| (0..n[2]).map(move |k| [i, j, k])));
+    for [i, j, l] in each(BRICKS) {
+        let of: Vec<usize> = (0..8_usize).map(|n| number([i + (n >> 2), j + (n >> 1 & 1), l + (n & 1)])).collect();
+        for (a, b) in (0..24).flat_map(|a| (0..24).map(move |b| (a, b))) {
+            let (row, column) = (3 * of[a / 3] + a % 3, 3 * of[b / 3] + b % 3);
+            k.add_triplet(row, column, stiffness[(a, b)]);
+            if a % 3 == b % 3 {
+                m.add_triplet(row, column, mass[(a / 3, b / 3)]);
+            }
+        }
+    }
+    let point = |at: [usize; 3]| InterfacePoint {
+        name: format!("{at:?}"),
+        role: String::new(),
+        place: PointPlace::Node { node: number(at) as i64 + 1, rotation_node: None },
+        position_m: [0, 1, 2].map(|axis| CORNER[axis] + size[axis] * at[axis] as f64),
+    };
+    let labels = (0..3 * nodes).map(|row| DofLabel { node: (row / 3) as i64 + 1, dof: row % 3 }).collect();
+    let matrices = ModelMatrices { mass: m.to_csr(), stiffness: k.to_csr(), damping: None, labels };
+    let points = InterfacePoints::new(each(counts).map(point).collect()).unwrap();
+    FeModel::new(matrices, points).unwrap()
+}
+
+fn settings(cutoff_hz: f64) -> ElasticSettings {
+    ElasticSettings { cutoff_hz, damping: Damping::Ratio(0.005), point_radius_m: 0.025 }
+}
+
+fn dense(matrix: &CsMat<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(matrix.rows(), matrix.cols());
+    matrix.iter().for_each(|(value, (row, column))| out[(row, column)] += *value);
+    out
+}
+
+/// All eigenpairs by a dense solver: mass-normalised.
+fn all_modes(model: &FeModel) -> (Vec<f64>, DMatrix<f64>) {
+    let mass = dense(model.mass());
+    let factor = mass.clone().cholesky().unwrap().l();
+    let half = factor.solve_lower_triangular(&dense(model.stiffness())).unwrap();
+    let reduced = factor.solve_lower_triangular(&half.transpose()).unwrap();
+    let symmetric = (&reduced + reduced.transpose()) * 0.5;
+    let eigen = symmetric_eigen(&symmetric).unwrap();
+    (eigen.values, factor.transpose().solve_upper_triangular(&eigen.vectors).unwrap())
+}
+
+const POINTS: [BodyPoint; 5] = [
+    BodyPoint::Surface([0.01, 0.005], Side::Top),
+    BodyPoint::Surface([-0.07, -0.02], Side::Bottom),
+    BodyPoint::Surface([0.07, 0.02], Side::Bottom),
+    BodyPoint::Centre,
+    BodyPoint::Rotation(1),
+];
+
+/// Frequencies and mode shapes below the cut-off, and the residual flexibility of all modes above it, against the dense solution. The
+/// sum of kept and residual flexibility does not depend on the cut-off: it is the static solution.
+#[test]
+fn modes_and_residual_are_those_of_the_dense_solution() {
+    let model = block(70e9);
+    let (values, vectors) = all_modes(&model);
+    let body = ElasticBody::new(model.clone(), settings(25_000.0)).unwrap();
+    let found = body.at(&POINTS).unwrap();
+    let elastic: Vec<f64> = found.omega_rad_s.iter().copied().filter(|omega| *omega > 0.0).collect();
+    let below = values.iter().filter(|value| **value < (TAU * 25_000.0).powi(2)).count();
+    assert_eq!((found.omega_rad_s.len() - elastic.len(), elastic.len()), (3, below - 6));
+    assert!(elastic.len() >= 5, "{}", elastic.len());
+    for (omega, value) in elastic.iter().zip(&values[6..]) {
+        assert!((omega / value.sqrt() - 1.0).abs() < 1e-8, "{omega} and {}", value.sqrt());
+    }
+    // Flexibility of the modes above, with the weights of each point from its motion under unit displacements.
+    let vertical: Vec<usize> = (0..model.order()).filter(|row| row % 3 == 2).collect();
+    let weights = DMatrix::from_fn(model.order(), POINTS.len(), |row, point| {
+        if vertical.contains(&row) { body.weight(POINTS[point], row).unwrap() } else { 0.0 }
+    });
+    let rows = weights.transpose() * &vectors;
+    let above = rows.columns_range(below..).into_owned();
+    let scale = DVector::from_iterator(above.ncols(), values[below..].iter().map(|value| value.recip()));
+    let expected = &above * DMatrix::from_diagonal(&scale) * above.transpose();
+    let error = (&found.residual - &expected).amax() / expected.amax();
+    println!("residual flexibility {:.3e} m/N, off by {error:.1e}", expected[(0, 0)]);
+    assert!(error < 1e-8, "{error:e}");
+    // Kept and residual flexibility add up to the static one whatever is kept.
+    let total = |cutoff_hz: f64| {
+        let modes = ElasticBody::new(model.clone(), settings(cutoff_hz)).unwrap().at(&POINTS).unwrap();
+        let kept = modes.omega_rad_s.iter().map(|omega| if *omega > 0.0 { omega.powi(-2) } else { 0.0 });
+        let kept = DMatrix::from_diagonal(&DVector::from_iterator(modes.omega_rad_s.len(), kept));
+        &modes.rows * kept * modes.rows.transpose() + modes.residual
+    };
+    let [few, many] = [3000.0, 40_000.0].map(total);
+    assert!((&few - &many).amax() / many.amax() < 1e-8);
+    assert!((&few - few.transpose()).amax() == 0.0);
+}
+
+/// Areas move by rigid motions as their places do, and mean motions of the mass too.
+#[test]
+fn areas_follow_rigid_motions() {
+    let body = ElasticBody::new(block(70e9), settings(1000.0)).unwrap();
+    let mass = DENSITY * EDGES.iter().product::<f64>();
+    assert!((body.mass_kg() / mass - 1.0).abs() < 1e-12);
+    let found = body.at(&POINTS).unwrap();
+    // A point (x, y) moves by `z + y tx - x ty` with what the mean motions of the mass show.
+    let more =
+        body.at(&[POINTS[0], POINTS[1], BodyPoint::Centre, BodyPoint::Rotation(0), BodyPoint::Rotation(1)]).unwrap();
+    for mode in 0..3 {
+        assert_eq!(found.omega_rad_s[mode], 0.0);
+        let [heave, tx, ty] = [2, 3, 4].map(|row| more.rows[(row, mode)]);
+        for (row, [x, y]) in [(0, [0.01, 0.005]), (1, [-0.07, -0.02])] {
+            let expected = heave + y * tx - x * ty;
+            assert!((more.rows[(row, mode)] - expected).abs() < 1e-9 * more.rows.amax(), "mode {mode}, point {row}");
+        }
+    }
+}
+
+/// A block 1e8 times stiffer has its rigid motions alone below the cut-off, and a residual flexibility 1e8 times smaller than all of its
+/// flexibility.
+#[test]
+fn a_stiff_block_is_rigid() {
+    let flexibility =
+        |young: f64, cutoff_hz: f64| ElasticBody::new(block(young), settings(cutoff_hz)).unwrap().at(&POINTS);
+    let [soft, stiff] = [flexibility(70e9, 100.0).unwrap(), flexibility(70e17, 10_000.0).unwrap()];
+    assert_eq!((soft.omega_rad_s.len(), stiff.omega_rad_s.len()), (3, 3));
+    let share = &stiff.residual * 1e8 - &soft.residual;
+    assert!(share.amax() < 1e-6 * soft.residual.amax());
+}
+
+/// Points beside the body, lists of damping that are too short, and models without coordinates are errors with a way out.
+#[test]
+fn what_a_body_cannot_do() {
+    let body = ElasticBody::new(block(70e9), settings(10_000.0)).unwrap();
+    let beside = body.at(&[BodyPoint::Surface([0.3, 0.0], Side::Top)]).unwrap_err().to_string();
+    assert!(beside.contains("x = 0.3000 m") && beside.contains("larger radius"), "{beside}");
+    let few = ElasticSettings { damping: Damping::PerMode(vec![0.01]), ..settings(10_000.0) };
+    let few = ElasticBody::new(block(70e9), few).unwrap_err().to_string();
+    assert!(few.contains("damping ratios"), "{few}");
+    let nowhere = {
+        let model = block(70e9);
+        let bare = FeModel::new(model.matrices().clone(), InterfacePoints::default()).unwrap();
+        ElasticBody::new(bare, settings(10_000.0)).unwrap_err().to_string()
+    };
+    assert!(nowhere.contains("nodes_file"), "{nowhere}");
+}
