@@ -10,11 +10,11 @@ class Densities {
     this.context = this.canvas.getContext('2d');
     this.image = this.context.createImageData(this.canvas.width, this.canvas.height);
     this.pixels = new Uint32Array(this.image.data.buffer);
-    this.colour = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0];
+    this.rgb = rgb;
   }
   /** Fills an image with whole numbers as densities, lines from the top: denser is darker, on a logarithmic scale. */
   fill(density, column = 0, row = 0) {
-    const { width, height, across, pixels, colour } = this, scale = 215 / Math.log1p(largest(density) || 1);
+    const { width, height, across, pixels, rgb } = this, colour = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0], scale = 215 / Math.log1p(largest(density) || 1);
     for (let y = 0, from = 0; y < height; y++) {
       for (let x = 0, to = ((row * height + y) * across + column) * width; x < width; x++, from++, to++) {
         const count = density[from];
@@ -27,8 +27,6 @@ class Densities {
   /** Where an image is on the canvas. */
   place(column, row) { return [column * this.width, row * this.height, this.width, this.height]; }
 }
-
-const GREY_RGB = [190, 198, 208], BLUE_RGB = [31, 95, 168];
 
 /** Number of rows on each pair of levels, [STRIDE] by [STRIDE]: of two columns the levels of the same rows. */
 function pairs(a, b) {
@@ -76,6 +74,9 @@ function isLone(painter, columns) {
   return columns.length < 2;
 }
 
+/** About so many marks of a column's axis with their texts. */
+function marksOf(column, count) { return column.log ? logTicks(column.low, column.high, count) : zip(ticks(column.low, column.high, count)); }
+
 /** Parallel coordinates of the shown columns. */
 class Parallel {
   constructor(state) {
@@ -87,6 +88,7 @@ class Parallel {
       left: () => { this.row = -1; this.figure.redrawOver(); },
     });
     this.row = -1;
+    dressed.add(() => { this.ground = null; });
   }
   /** Other columns are shown. */
   renew() {
@@ -103,8 +105,8 @@ class Parallel {
     return sheet.show();
   }
   x(k, width) { const n = this.state.shown.length; return n > 1 ? 55 + k * (width - 110) / (n - 1) : width / 2; }
-  y(column, v) { const [low, high] = column.domain; return this.bottom - (v - low) / (high - low) * (this.bottom - this.top); }
-  value(column, y) { const [low, high] = column.domain; return low + (this.bottom - y) / (this.bottom - this.top) * (high - low); }
+  y(column, v) { return this.bottom - scaled(column)(v) * (this.bottom - this.top); }
+  value(column, y) { return valueAt(column, (this.bottom - y) / (this.bottom - this.top)); }
   paint(painter, width, height) {
     const { shown, table, selection } = this.state;
     [this.top, this.bottom] = [62, height - 14];
@@ -112,7 +114,7 @@ class Parallel {
     const narrowed = selection.narrowed;
     if (table.rows <= SINGLE_ROWS) {
       if (narrowed) this.lines(painter, width, Array(table.rows).keys(), GREY, 0.35);
-      this.lines(painter, width, selection.picked, BLUE, Math.max(0.15, Math.min(0.8, 60 / selection.picked.length)));
+      this.lines(painter, width, selection.picked, null, Math.max(0.3, Math.min(0.8, 60 / selection.picked.length)));
     } else {
       const place = (image) => painter.image(image, 55, this.top, width - 110, this.bottom - this.top);
       if (narrowed) place(this.prepare());
@@ -128,7 +130,7 @@ class Parallel {
     shown.forEach((column, k) => this.axis(painter, column, this.x(k, width), { room: isEnd(k) ? Math.min(110, between) : between, left: k > 0 && isEnd(k) }));
   }
   lines(painter, width, rows, color, alpha) {
-    for (const i of rows) for (const run of this.runs(width, i)) painter.line(run, { color, alpha });
+    for (const i of rows) for (const run of this.runs(width, i)) painter.line(run, { color: color ?? this.state.color(i), alpha });
   }
   /** The pieces of a row's line: it breaks where a value is missing. */
   runs(width, row) {
@@ -146,7 +148,7 @@ class Parallel {
     const fits = Math.max(6, Math.floor((room - 8) / 7.1));
     const lines = wrapped(titled(column.label, column.unit), fits, 4);
     lines.forEach((line, i) => painter.text(line, x, this.top - 10 - 13 * (lines.length - 1 - i), { align: 'center', size: 11, weight: 600 }));
-    const marks = column.names ? column.names.map((name, i) => [i, wrapped(name, 14, 1)[0]]) : zip(ticks(column.low, column.high, 6));
+    const marks = column.names ? column.names.map((name, i) => [i, wrapped(name, 14, 1)[0]]) : marksOf(column, 6);
     for (const [value, text] of column.count ? marks : []) {
       painter.line([x - 3, this.y(column, value), x + 3, this.y(column, value)], { color: INK });
       painter.text(text, left ? x - 5 : x + 5, this.y(column, value), { size: 10, halo: true, align: left ? 'right' : 'left' });
@@ -201,6 +203,7 @@ class Matrix {
       title: 'Scatter matrix', height: (width) => (this.columns.length > 1 ? Math.min(width, 1000) * 0.8 + 40 : LONE),
       paint: (...on) => this.paint(...on), still: (...on) => this.frames(...on), hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
     });
+    dressed.add(() => { this.ground = null; });
   }
   /** Shows other columns. */
   renew(columns) {
@@ -257,9 +260,9 @@ class Matrix {
     const foot = wrapped(titled(column.label, column.unit), Math.max(8, Math.floor(below.width / 5.9)), 2);
     const bottom = below.top + below.height;
     foot.forEach((line, i) => painter.text(line, below.left + below.width / 2, bottom + 27 + 13 * i, { align: 'center', weight: 600 }));
-    const ends = column.names ? named(column.names, below.width / column.names.length).map(([code, name]) => [code, wrapped(name, 8, 1)[0]]) : zip(ticks(column.low, column.high, 3));
+    const ends = column.names ? named(column.names, below.width / column.names.length).map(([code, name]) => [code, wrapped(name, 8, 1)[0]]) : marksOf(column, 3);
     for (const [value, text] of column.count ? ends : []) {
-      const part = (value - column.domain[0]) / (column.domain[1] - column.domain[0]);
+      const part = scaled(column)(value);
       painter.text(text, below.left + part * below.width, bottom + 10, { align: 'center', size: 9, color: SOFT });
       if (k) painter.text(text, left.left - 4, left.top + (1 - part) * left.height, { align: 'right', size: 9, color: SOFT });
     }
@@ -274,13 +277,14 @@ class Matrix {
   panel(painter, [a, b], box) {
     const { table, selection } = this.state, at = (rows) => this.dots(a, b, box, rows);
     if (selection.narrowed) painter.dots(at(null), table.rows < 100 ? 2.2 : 1.6, { color: GREY, alpha: 0.5 });
-    painter.dots(at(selection.picked), table.rows < 100 ? 2.6 : 1.9, { color: BLUE, alpha: Math.max(0.25, Math.min(0.85, 200 / selection.picked.length)) });
+    const alpha = Math.max(0.25, Math.min(0.85, 200 / selection.picked.length));
+    for (const [color, rows] of this.state.byColor()) painter.dots(at(rows), table.rows < 100 ? 2.6 : 1.9, { color, alpha });
   }
   dots(a, b, box, rows) {
     const at = [], count = rows ? rows.length : a.values.length;
-    const part = ({ domain, values }, i) => (values[i] - domain[0]) / (domain[1] - domain[0]);
+    const [across, up] = [scaled(a), scaled(b)];
     for (let k = 0; k < count; k++) {
-      const i = rows ? rows[k] : k, [x, y] = [part(a, i), part(b, i)];
+      const i = rows ? rows[k] : k, [x, y] = [across(a.values[i]), up(b.values[i])];
       if (x === x && y === y) at.push(box.left + x * box.width, box.top + (1 - y) * box.height);
     }
     return at;
@@ -326,10 +330,10 @@ class Matrix {
     if (!found) return;
     const { a, b, box } = found, moved = Math.abs(x1 - x0) > 4 && Math.abs(y1 - y0) > 4;
     if (!moved && !ended) return;
-    const vx = (x) => a.domain[0] + (Math.max(0, Math.min(1, (x - box.left) / box.width))) * (a.domain[1] - a.domain[0]);
-    const vy = (y) => b.domain[0] + (1 - Math.max(0, Math.min(1, (y - box.top) / box.height))) * (b.domain[1] - b.domain[0]);
-    const limits = moved ? [Selection.span(a, vx(x0), vx(x1)), Selection.span(b, vy(y0), vy(y1))] : [null, null];
-    this.state.selection.set([[a, limits[0]], [b, limits[1]]]);
+    const vx = (x) => valueAt(a, Math.max(0, Math.min(1, (x - box.left) / box.width)));
+    const vy = (y) => valueAt(b, 1 - Math.max(0, Math.min(1, (y - box.top) / box.height)));
+    const { selection } = this.state, area = selection.area(a, b);
+    if (moved || selection.limits.has(area)) selection.set([[area, moved ? [Selection.span(a, vx(x0), vx(x1)), Selection.span(b, vy(y0), vy(y1))] : null]]);
   }
 }
 
@@ -341,7 +345,7 @@ function distribution(state, column) {
     paint(painter, width, height) {
       const box = frame(width, height), all = distributions.of(column), some = histogram(column, state.selection);
       const most = Math.max(1, ...all), n = all.length;
-      const { py } = axes(painter, box, { low: column.domain[0], high: column.domain[1], names: column.names }, { low: 0, high: most, whole: true });
+      const { py } = axes(painter, box, { low: column.domain[0], high: column.domain[1], names: column.names, log: column.log }, { low: 0, high: most, whole: true });
       const bar = (count, k, fill) => { if (count) painter.rect(box.left + box.width * k / n, py(count), Math.max(0.7, box.width / n - 1), py(0) - py(count), { fill }); };
       all.forEach((count, k) => bar(count, k, GREY));
       some.forEach((count, k) => bar(count, k, BLUE));
@@ -353,13 +357,13 @@ function distribution(state, column) {
       const box = frame(this.width, this.tall), all = distributions.of(column), some = histogram(column, state.selection);
       const k = Math.floor((x - box.left) / box.width * all.length);
       if (!(k in all)) return '';
-      const step = (column.domain[1] - column.domain[0]) / all.length, from = column.domain[0] + k * step;
-      const what = column.names ? column.names[k] : `${short(from)} to ${withUnit(short(from + step), column.unit)}`;
+      const [from, to] = [k, k + 1].map((end) => valueAt(column, end / all.length));
+      const what = column.names ? column.names[k] : `${short(from)} to ${withUnit(short(to), column.unit)}`;
       return `${what}\n${some[k]} of ${all[k]} rows\n${column.text}`;
     },
     drag(x0, _y0, x1, _y1, ended) {
-      const box = frame(this.width, this.tall), [low, high] = column.domain;
-      const value = (x) => low + Math.max(0, Math.min(1, (x - box.left) / box.width)) * (high - low);
+      const box = frame(this.width, this.tall);
+      const value = (x) => valueAt(column, Math.max(0, Math.min(1, (x - box.left) / box.width)));
       const click = Math.abs(x1 - x0) < 4;
       if (click && !ended) return;
       const one = click && column.names ? [value(x0) - 1e-6, value(x0) + 1e-6] : [value(x0), value(x1)];

@@ -5,8 +5,6 @@ const DASHES = [[], [6, 3], [2, 2], [8, 2, 2, 2], [1, 3], [10, 4], [4, 4]];
 /** How blows are marked, by kind: colour, shape of the mark. */
 const MARKS = { first_impact: ['#b23a48', 'square'], stroke_impact: ['#b23a48', 'square'], settling: ['#c9a227', 'down'], periodic: ['#2a7f62', 'down'], blank: ['#55606e', 'cross'] };
 
-const words = (name) => name.replaceAll('_', ' ');
-
 /** The part of the time that plots show, the time under the pointer, and that of the mechanism. */
 class View {
   constructor(end, shortest) { Object.assign(this, { end, shortest, from: 0, to: end, now: 0, pointed: null, listeners: [], followers: [] }); }

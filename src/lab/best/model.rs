@@ -218,6 +218,11 @@ impl Models {
         (&self.model.surrogate.outputs[self.of[place]], &self.model.outputs[self.of[place]])
     }
 
+    /// Place of a value's model among the outputs.
+    pub fn output_place(&self, place: usize) -> usize {
+        self.of[place]
+    }
+
     pub fn process(&self, place: usize) -> Option<&GaussianProcess> {
         self.output(place).1.process.as_ref().map(|of| &of.process)
     }
@@ -227,6 +232,13 @@ impl Models {
         let rows: Vec<Vec<String>> = (decisions.iter())
             .flat_map(|decision| space.nodes.iter().map(|node| space.cells(&space.levels(decision, node))))
             .collect();
+        Ok(places(space.study, &self.model.surrogate.factors, &rows)?)
+    }
+
+    /// Places of decisions with the uncertain factors of the first node.
+    pub fn places(&self, space: &Space<'_>, decisions: &[Decision]) -> Result<Points, BestError> {
+        let row = |decision: &Decision| space.cells(&space.levels(decision, &space.nodes[0]));
+        let rows: Vec<Vec<String>> = decisions.iter().map(row).collect();
         Ok(places(space.study, &self.model.surrogate.factors, &rows)?)
     }
 

@@ -1,6 +1,7 @@
 //! The values that can be chosen, and draws of the others.
 
 use super::error::BestError;
+use super::result::Setting;
 use decore_math::random::{hash, uniform};
 use decore_quantity::Value;
 use decore_statistics::design::{
@@ -176,6 +177,29 @@ impl<'a> Space<'a> {
         };
         let decision: Option<Decision> = self.decisions.iter().map(level).collect();
         Some(self.settable(&decision?))
+    }
+
+    /// The decision with these settings; `None` where one is missing or no value of its factor.
+    pub fn decision_at(&self, settings: &[Setting]) -> Option<Decision> {
+        let factors = self.study.study().factors();
+        let of = |name: &str| settings.iter().find(|setting| setting.factor == name);
+        let cells = factors.iter().map(|factor| of(&factor.name).map_or_else(String::new, |one| one.value.to_string()));
+        self.decision_of(&cells.collect::<Vec<String>>())
+    }
+
+    /// Decisions with one factor at equal steps over its whole range; of names, each of them.
+    pub fn along(&self, decision: &[Level], place: usize, steps: usize) -> Vec<Decision> {
+        let distribution = self.distribution(place);
+        let levels: Vec<Level> = match distribution {
+            Distribution::Categories { count } => (0..*count).map(Level::Category).collect(),
+            _ => (0..=steps).map(|step| distribution.quantile(step as f64 / steps as f64)).collect(),
+        };
+        let with = |level: Level| {
+            let mut moved = decision.to_vec();
+            moved[place] = level;
+            moved
+        };
+        levels.into_iter().map(with).collect()
     }
 
     /// Where a decision lies: shares of the ranges; of names their numbers.
