@@ -76,5 +76,5 @@ function exploreSection() {
   const explorer = new Explorer({ model, values }), places = [placeOf(explorer, [])];
   const effects = factors.map((factor) => ({ factor: factor.subject, decision: true, goal: influence(factor, first), limits: [] }));
   const node = section('What a model of the rows predicts', note('Expected values over two factors, the others as set by the sliders. Points are rows.'));
-  exploreInto(node, explorer, { places, effects, plan: null });
+  exploreInto(node, explorer, { places, effects });
 }

@@ -76,7 +76,7 @@ function exploreInto(node, explorer, { places, effects, plan }) {
   }, (at) => { yours.set(at); beside = 0; renew(); });
   const drawing = plan && planFigure(plan, explorer.factors, () => yours);
   const controls = sliders(explorer, () => yours, () => { beside = 0; renew(); });
-  const table = comparison(explorer, outputs, () => [places[0], right()], () => ['Proposal A', names[beside]]);
+  const table = comparison(explorer, outputs, () => [places[0], right()], () => [plan === undefined ? 'Placement A' : 'Proposal A', names[beside]]);
   const pickers = el('div', { class: 'controls' });
   const numbers = explorer.factors.map((factor, place) => [place, words(factor.name)]).filter(([place]) => !explorer.factors[place].nominal);
   const renew = () => {

@@ -36,7 +36,7 @@ function drawCasting(painter, { name, centre_m: centre, size_m: size, fixtures }
   if (size) {
     painter.rect(px(centre[0] - size[0] / 2), py(centre[1] + size[1] / 2), size[0] * scale, size[1] * scale, { fill: BLUE, alpha: 0.12 });
     painter.rect(px(centre[0] - size[0] / 2), py(centre[1] + size[1] / 2), size[0] * scale, size[1] * scale, { stroke: BLUE });
-    painter.text(`casting ${name}`, px(centre[0] - size[0] / 2) + 6, py(centre[1] + size[1] / 2) + 11, { color: BLUE });
+    painter.text(`casting ${name}`, px(centre[0] - size[0] / 2) + 6, py(centre[1]), { color: BLUE });
   }
   for (const { name: fixture, at } of fixtures) {
     const [x, y] = [px(at[0]), py(at[1])], right = at[0] > centre[0];
