@@ -20,6 +20,12 @@ function* pictureOf(explorer, { place, axes, output, model }, drag, kept) {
     const [reached, good, bad] = yield* fields.reached(value, error);
     limits.push({ value, reached, good: good ?? reached, bad: bad ?? reached });
   }
+  const success = drag ? kept.get('success') : yield* fields.success();
+  if (!drag) kept.set('success', success);
+  if (success) {
+    const { lines } = fields, field = Float64Array.from({ length: lines * lines }, (_, cell) => between(success, ERROR_LINES, Math.floor(cell / lines) / (lines - 1), cell % lines / (lines - 1)));
+    limits.push({ value: { text: 'rows that succeed', unit: '', smaller: false, limit: explorer.confidence }, reached: field, good: field, bad: field });
+  }
   return { lines: fields.lines, colour: yield* other.expected(output), limits };
 }
 
@@ -104,7 +110,7 @@ function contourFigure(state, explorer, chosen, pick) {
       const at = this.placeAt(x, y);
       if (!at || !picture) return '';
       const { axes: [a, b], output } = chosen(), [u, v] = [at[a], at[b]];
-      const limits = picture.limits.map(({ value, reached }) => `${words(value.text)}: ${withUnit(short(between(reached, picture.lines, u, v)), value.unit)} in ${short(100 * explorer.confidence)} % of runs, limit ${short(value.limit)}`);
+      const limits = picture.limits.map(({ value, reached }) => value.text === 'rows that succeed' ? `rows that succeed: ${short(100 * between(reached, picture.lines, u, v))} %` : `${words(value.text)}: ${withUnit(short(between(reached, picture.lines, u, v)), value.unit)} in ${short(100 * explorer.confidence)} % of runs, limit ${short(value.limit)}`);
       const colour = `${labelOf({ name: output.output, unit: output.unit, group: 'run' })}: ${withUnit(short(between(picture.colour, picture.lines, u, v)), output.unit)}`;
       return [...[a, b].map((place) => `${words(explorer.factors[place].name)}: ${explorer.factors[place].text(at[place])}`), colour, ...limits].join('\n');
     },

@@ -92,14 +92,21 @@ class Fields {
     const means = yield* this.means(output), { length } = this.draws;
     return Float64Array.from({ length: means.length / length }, (_, cell) => { let sum = 0; for (let d = 0; d < length; d++) sum += means[cell * length + d]; return sum / length; });
   }
-  /** Standard deviations of the model's error, on a coarse grid at few draws: they vary slowly. */
-  *error(output) {
+  /** Standard deviations of the model's error. */
+  error(output) { return this.coarse((place) => this.explorer.model.predict(output, place).model); }
+  /** Probability that rows have all values; null where all rows have them. */
+  *success() {
+    const { explorer } = this;
+    return explorer.model.outputs.some(({ success }) => success?.process) ? yield* this.coarse((place) => explorer.model.success(place)) : null;
+  }
+  /** A figure of places on a coarse grid, as the average of few draws: for what varies slowly. */
+  *coarse(figure) {
     const few = this.explorer.draws(this.place, this.axes, 3), found = new Float64Array(ERROR_LINES * ERROR_LINES);
     for (let i = 0; i < ERROR_LINES; i++) {
       for (let j = 0; j < ERROR_LINES; j++) {
         yield;
         const at = few.map((drawn) => { const one = Float64Array.from(drawn); this.axes.forEach((axis, k) => { one[axis] = this.at(k ? j : i, axis, ERROR_LINES); }); return one; });
-        found[i * ERROR_LINES + j] = average(at.map((one) => this.explorer.model.predict(output, one)), 'model');
+        found[i * ERROR_LINES + j] = at.reduce((sum, one) => sum + figure(one), 0) / at.length;
       }
     }
     return found;

@@ -144,6 +144,18 @@ impl Expected {
         held(&limits, &self.success, caution)
     }
 
+    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 where they hold all.
+    pub fn lack(&self, wanted: &[Wanted], bounds: &[f64]) -> f64 {
+        let of = |((wanted, at), bound): ((&Wanted, &Vec<Predicted>), &f64)| {
+            let over = match wanted.side {
+                Side::Least => expected(at) - bound,
+                Side::Most => bound - expected(at),
+            };
+            over / bound.abs().max(f64::MIN_POSITIVE)
+        };
+        wanted.iter().zip(&self.at).skip(1).zip(bounds).map(of).fold(0.0, f64::max)
+    }
+
     /// The value that a share of runs hold, of a limit by its place among all values.
     pub fn quantile(&self, place: usize, side: Side, share: (f64, f64)) -> f64 {
         quantile(&self.at[place], side, share)

@@ -168,7 +168,11 @@ impl<'a> Space<'a> {
             let cell = cells.get(own)?;
             match factor.distribution()? {
                 Distribution::Categories { .. } => {
-                    let same = |value: &Value| value.to_string() == *cell || value.number() == cell.parse().ok();
+                    let number = cell.parse::<f64>().ok();
+                    // A text is no number: `None` on both sides would be the same.
+                    let same = |value: &Value| {
+                        value.to_string() == *cell || number.is_some_and(|number| value.number() == Some(number))
+                    };
                     factor.values.iter().position(same).map(Level::Category)
                 }
                 Distribution::Integer { .. } | Distribution::LogInteger { .. } => cell.parse().ok().map(Level::Integer),
