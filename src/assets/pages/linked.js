@@ -82,7 +82,7 @@ class Parallel {
   constructor(state) {
     this.state = state;
     this.figure = new Figure({
-      title: 'Parallel coordinates', height: () => (state.shown.length > 1 ? 380 : LONE),
+      title: 'Parallel coordinates', least: () => 110 + 58 * state.shown.length, height: () => (state.shown.length > 1 ? 380 : LONE),
       paint: (...on) => this.paint(...on), still: (...on) => this.axes(...on), over: (...on) => this.paintOver(...on),
       hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
       left: () => { this.row = -1; this.figure.redrawOver(); },
@@ -200,7 +200,7 @@ class Matrix {
     this.state = state;
     this.columns = [];
     this.figure = new Figure({
-      title: 'Scatter matrix', height: (width) => (this.columns.length > 1 ? Math.min(width, 1000) * 0.8 + 40 : LONE),
+      title: 'Scatter matrix', least: () => 80 + 80 * this.columns.length, height: (width) => (this.columns.length > 1 ? Math.min(width, 1000) * 0.8 + 40 : LONE),
       paint: (...on) => this.paint(...on), still: (...on) => this.frames(...on), hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
     });
     dressed.add(() => { this.ground = null; });

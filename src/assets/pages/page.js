@@ -296,7 +296,7 @@ const near = new IntersectionObserver((entries) => {
  *
  * `paint(painter, width, height)` draws it; `height` is a number or a function of the width. `still(painter, width, height)` draws on
  * top what stays until [Figure#renew], `over(painter, width, height)` what follows the pointer. `hover(x, y)` returns the text beside the pointer; `drag(x0, y0, x1, y1, ended, event)` is told of a drag
- * and, with equal ends, of a click; `wheel(x, y, event)` of the wheel, and returns whether it was meant.
+ * and, with equal ends, of a click; `wheel(x, y, event)` of the wheel, and returns whether it was meant. `least()`: the width in pixels below which it is scrolled.
  */
 class Figure {
   constructor(options) {
@@ -311,7 +311,7 @@ class Figure {
     this.listen();
     figures.add(this);
     near.observe(this.node);
-    new ResizeObserver(() => { if (Math.round(this.node.clientWidth) !== this.width) this.redraw(); }).observe(this.node);
+    new ResizeObserver(() => { if (Math.round(this.node.clientWidth) !== this.room) this.redraw(); }).observe(this.node);
   }
   retitle(title) { this.title = title; this.heading.textContent = title; this.canvas.setAttribute('aria-label', title); }
   /** Draws now if it is in sight, else when it comes there; also what else stays. */
@@ -329,9 +329,12 @@ class Figure {
   }
   /** Draws in a width; `flat`: on one canvas, as paper needs it, where what lies over another canvas hides it. */
   draw(room = this.node.clientWidth, flat = false) {
-    const width = Math.round(room);
+    // Too narrow a figure is drawn wider and scrolled; on paper it cannot be.
+    const width = Math.max(Math.round(room), flat || !room ? 0 : this.least?.() ?? 0);
     if (!width) return;
-    this.width = width;
+    [this.width, this.room] = [width, Math.round(room)];
+    for (const layer of [this.canvas, this.middle, this.top]) if (layer) layer.style.width = width > this.room ? `${width}px` : '';
+    this.canvas.style.touchAction = width > this.room ? 'auto' : '';
     this.tall = Math.round(typeof this.height === 'function' ? this.height(width) : this.height);
     this.stale = false;
     const ground = this.size(this.canvas);
