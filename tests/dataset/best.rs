@@ -143,6 +143,7 @@ fn a_goal_that_is_the_same_everywhere_says_so() {
     let notes = answer["notes"].to_string();
     assert!(notes.contains("is 3.000 in all rows: every place is as good"), "{answer}");
     assert_eq!(answer["goal"]["mean"], 3.0);
+    assert!(sentence(&answer).contains(": 0 * strike_energy_j + 3 = 3 (3 to 3)"), "{answer}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 const VERDICTS = {
   proven: ['proven by runs', 'good'], refuted: ['not proven', 'bad'], unchecked: ['predicted, not yet run', 'open'],
-  unsure: ['the models are not sure', 'open'], infeasible: ['no place holds the limits', 'bad'],
+  unsure: ['the models are not sure', 'open'], infeasible: ['limits out of reach', 'bad'],
 };
 
 /** The two factors of numbers that matter most to the goal and the limits: decisions first. */
@@ -28,9 +28,9 @@ function answerTiles(answer) {
   const value = ({ value: of, unit }) => (typeof of === 'number' ? withUnit(brief(of), unit) : String(of));
   const limits = answer.limits.map((limit) => {
     const broken = limit.at_most ? limit.reached > limit.limit : limit.reached < limit.limit;
-    return tile(withUnit(brief(limit.reached), limit.unit), `${labelOf({ name: limit.text, unit: limit.unit, group: 'run' })} in ${brief(100 * answer.confidence)} % of runs, limit ${brief(limit.limit)}`, broken ? 'warn' : '');
+    return tile(withUnit(brief(limit.reached), limit.unit), `${nameOf(limit)} in ${brief(100 * answer.confidence)} % of runs, limit ${brief(limit.limit)}`, broken ? 'warn' : '');
   });
-  const { goal, proof } = answer, name = labelOf({ name: goal.text, unit: goal.unit, group: 'run' });
+  const { goal, proof } = answer, name = nameOf(goal);
   return el('div', { class: 'tiles' }, ...answer.settings.map((setting) => tile(value(setting), words(setting.factor), 'choose')),
     tile(withUnit(brief(goal.mean), goal.unit), `${name}, ${brief(goal.low)} to ${brief(goal.high)} in 95 % of runs`), ...limits,
     ...(proof ? [tile(`${proof.held} of ${proof.runs}`, 'checks held all limits')] : []));
@@ -39,7 +39,7 @@ function answerTiles(answer) {
 /** What else decore best prints, a line each. */
 function answerTable(answer) {
   const unit = (value, k) => withUnit(brief(value), k ? answer.limits[k - 1].unit : answer.goal.unit);
-  const named = (text) => labelOf({ name: text, unit: answer.limits.find((limit) => limit.text === text)?.unit ?? '', group: 'run' });
+  const named = (text) => nameOf({ text, unit: answer.limits.find((limit) => limit.text === text)?.unit ?? '' });
   const all = (settings) => settings.map((one) => `${words(one.factor)} ${typeof one.value === 'number' ? withUnit(brief(one.value), one.unit) : one.value}`).join(', ');
   const lines = [
     ...answer.alternatives.map((one, k) => [`Alternative ${k + 1}`, `${all(one.settings)}: ${[one.goal, ...one.reached].map(unit).join(', ')}`]),

@@ -34,7 +34,7 @@ function comparison(explorer, outputs, chosen, headings) {
   const holder = el('tbody', {}), head = el('tr', {});
   const cell = (found, { unit }) => `${withUnit(brief(found.mean), unit)} (${brief(found.low)} to ${brief(found.high)})`;
   const line = (of, [a, b]) => {
-    const limit = of.value?.limit ?? null, name = labelOf({ name: of.name, unit: of.unit, group: 'run' });
+    const limit = of.value?.limit ?? null, name = nameOf({ text: of.name, unit: of.unit });
     const [p, q] = [a, b].map((place) => explorer.expected(of.output, translated(explorer, of.model, place), of.model));
     const mark = (place) => {
       if (limit === null) return '';
@@ -47,7 +47,7 @@ function comparison(explorer, outputs, chosen, headings) {
     const places = chosen(), limited = explorer.values.some(({ limit }) => limit !== null);
     const set = explorer.factors.map((factor, k) => el('tr', {}, el('th', { class: 'text', scope: 'row' }, words(factor.name)), ...places.map((place) => el('td', {}, explorer.free().some(([free]) => free === k) ? 'uncertain' : factor.text(place[k]))), el('td', {}, '')));
     const share = places.map((place) => explorer.held(place));
-    const held = limited ? [el('tr', {}, el('th', { class: 'text', scope: 'row' }, 'runs that hold all limits, at least'), ...share.map((one) => el('td', { class: one < explorer.confidence ? 'warn' : '' }, `${brief(100 * one)} %`)), el('td', {}, ''))] : [];
+    const held = limited ? [el('tr', {}, el('th', { class: 'text', scope: 'row' }, 'runs that hold all limits, at least'), ...share.map((one) => el('td', { class: one < explorer.confidence ? 'warn' : '' }, `${one < 5e-5 ? '0' : brief(100 * one)} %`)), el('td', {}, ''))] : [];
     head.replaceChildren(el('th', { class: 'text' }, ''), ...headings().map((text) => el('th', {}, text)), el('th', {}, 'change'));
     holder.replaceChildren(...set, ...held, ...outputs.map((of) => line(of, places)));
   };
@@ -92,8 +92,8 @@ function exploreInto(node, explorer, { places, effects, plan }) {
   const legend = explorer.values.some(({ limit }) => limit !== null) ? 'Orange line: the limit. Hatched: a limit is broken. Pale: the model is not sure. ' : '';
   const over = contours ? el('div', {}, contours.node, el('div', { class: 'controls' }, axisChoice('Across', a, (place) => { a = place; }), axisChoice('Up', b, (place) => { b = place; })),
     note(`${legend}Points: rows, the stronger the nearer their other factors are. Click to move B.`)) : '';
-  node.append(el('div', { class: `pair ${drawing && contours ? '' : 'one'}` }, drawing ? el('div', {}, drawing.node, note(`A: the proposal.${places.length > 1 ? ' Numbers: alternatives.' : ''} B: the placement of the sliders. Orange: where hammers can stand.`)) : '', over),
-    el('h3', {}, 'Two placements'), el('div', { class: 'pair narrow' }, el('div', {}, note('Set placement B; the model predicts what it gives.'), controls.node), el('div', {}, pickers, table.node)));
+  node.append(el('div', { class: `pair ${drawing && contours ? '' : 'one'}` }, drawing ? el('div', {}, drawing.node, note(`A: the proposal.${places.length > 1 ? ' Numbers: alternatives.' : ''} B: the placement of the sliders.${plan.tracks.length ? ' Orange: where hammers can stand.' : ''}`)) : '', over),
+    el('h3', {}, 'Two placements'), el('div', { class: 'pair narrow' }, el('div', {}, note('Set placement B; the model predicts what it gives. In brackets: 95 % of the runs, the error of the model included.'), controls.node), el('div', {}, pickers, table.node)));
   outputWatchers.push(() => contours?.rest());
   state.selection.watch(() => contours?.redraw());
   controls.show();

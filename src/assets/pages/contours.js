@@ -62,6 +62,21 @@ function paintPicture(picture, range, image) {
   }
 }
 
+/** The rows of the dataset, coloured alike: the stronger, the nearer their other factors are. `values`: the column of the output, if any. */
+function paintRows(painter, box, { state, explorer, place, axes: [a, b], range, values }) {
+  const columns = explorer.factors.map((factor) => state.table.columns.find((one) => one.group === 'factor' && one.subject === factor.name));
+  const averaged = explorer.free([a, b]).map(([factor]) => factor), value = ({ names, values: of }, i) => (names ? names[of[i]] : of[i]);
+  if (columns.some((column) => !column)) return;
+  for (const i of state.selection.picked) {
+    const at = explorer.factors.map((factor, k) => factor.scaled(value(columns[k], i))), [x, y] = [box.left + at[a] * box.width, box.top + (1 - at[b]) * box.height];
+    if (!(at[a] >= 0 && at[b] >= 0)) continue;
+    const far = at.reduce((most, one, k) => (k === a || k === b || averaged.includes(k) ? most : Math.max(most, Math.abs(one - place[k]))), 0), alpha = Math.max(0.15, 1 - 2.5 * far);
+    const part = values ? (values.values[i] - range[0]) / (range[1] - range[0] || 1) : NaN;
+    painter.dots([x, y], 3.4, { color: PAPER, alpha });
+    painter.dots([x, y], 2.5, { color: part === part ? ramp(part) : GREY, alpha });
+  }
+}
+
 /**
  * Contours of the model over two factors. `chosen()`: { place, axes, output, model, column, marks }, where `column` has the rows' values of
  * the output, and `marks` the placements [place, text, colour]; `pick(place)` is told of a click.
@@ -78,40 +93,26 @@ function contourFigure(state, explorer, chosen, pick) {
   const figure = new Figure({
     title: 'The model over two factors', height: (width) => Math.round(Math.min(430, Math.max(260, 0.72 * width))),
     paint(painter, width, height) {
-      const { axes: [a, b], output, column, marks } = chosen(), box = frame(width, height);
+      const { place, axes: [a, b], output, column, marks } = chosen(), box = frame(width, height);
       picture ??= stepped(pictureOf(explorer, chosen(), true, errors));
       const range = [Math.min(...picture.colour), Math.max(...picture.colour)], image = context.createImageData(PICTURE, PICTURE);
       paintPicture(picture, range, image);
       context.putImageData(image, 0, 0);
       axes(painter, box, axis(a), axis(b));
       painter.image(sheet, box.left, box.top, box.width, box.height);
-      const steps = ticks(range[0], range[1], 7);
-      for (const level of steps) for (const [x0, y0, x1, y1] of contour(picture.colour, picture.lines, level)) painter.line([box.left + x0 * box.width, box.top + (1 - y0) * box.height, box.left + x1 * box.width, box.top + (1 - y1) * box.height], { color: '#ffffff', alpha: 0.5 });
-      for (const { value, reached } of picture.limits) for (const [x0, y0, x1, y1] of contour(reached, picture.lines, value.limit)) painter.line([box.left + x0 * box.width, box.top + (1 - y0) * box.height, box.left + x1 * box.width, box.top + (1 - y1) * box.height], { color: ORANGE, width: 2.5 });
-      this.rows(painter, box, [a, b], range, column);
-      if (width >= 480) scaleBar(painter, box, range, titled(labelOf({ name: output.output, unit: output.unit, group: 'run' }), output.unit));
-      for (const [place, text, fill] of marks) marker(painter, ...inBox(box, place, [a, b]), text, { fill });
-    },
-    /** The rows of the dataset, coloured alike: the stronger, the nearer their other factors are. */
-    rows(painter, box, [a, b], range, values) {
-      const columns = explorer.factors.map((factor) => state.table.columns.find((one) => one.group === 'factor' && one.subject === factor.name));
-      const { place } = chosen(), averaged = explorer.free([a, b]).map(([factor]) => factor), value = (k, i) => (columns[k].names ? columns[k].names[columns[k].values[i]] : columns[k].values[i]);
-      if (columns.some((column) => !column)) return;
-      for (const i of state.selection.picked) {
-        const at = explorer.factors.map((factor, k) => factor.scaled(value(k, i))), [x, y] = [box.left + at[a] * box.width, box.top + (1 - at[b]) * box.height];
-        if (!(at[a] >= 0 && at[b] >= 0)) continue;
-        const far = at.reduce((most, one, k) => (k === a || k === b || averaged.includes(k) ? most : Math.max(most, Math.abs(one - place[k]))), 0), alpha = Math.max(0.15, 1 - 2.5 * far);
-        const part = values ? (values.values[i] - range[0]) / (range[1] - range[0] || 1) : NaN;
-        painter.dots([x, y], 3.4, { color: PAPER, alpha });
-        painter.dots([x, y], 2.5, { color: part === part ? ramp(part) : GREY, alpha });
-      }
+      const lines = (field, level, look) => { for (const [x0, y0, x1, y1] of contour(field, picture.lines, level)) painter.line([box.left + x0 * box.width, box.top + (1 - y0) * box.height, box.left + x1 * box.width, box.top + (1 - y1) * box.height], look); };
+      for (const level of ticks(range[0], range[1], 7)) lines(picture.colour, level, { color: '#ffffff', alpha: 0.5 });
+      for (const { value, reached } of picture.limits) lines(reached, value.limit, { color: ORANGE, width: 2.5 });
+      paintRows(painter, box, { state, explorer, place, axes: [a, b], range, values: column });
+      if (width >= 480) scaleBar(painter, box, range, titled(nameOf({ text: output.output, unit: output.unit }), output.unit));
+      for (const [at, text, fill] of marks) marker(painter, ...inBox(box, at, [a, b]), text, { fill });
     },
     hover(x, y) {
       const at = this.placeAt(x, y);
       if (!at || !picture) return '';
       const { axes: [a, b], output } = chosen(), [u, v] = [at[a], at[b]];
-      const limits = picture.limits.map(({ value, reached }) => value.text === 'rows that succeed' ? `rows that succeed: ${short(100 * between(reached, picture.lines, u, v))} %` : `${words(value.text)}: ${withUnit(short(between(reached, picture.lines, u, v)), value.unit)} in ${short(100 * explorer.confidence)} % of runs, limit ${short(value.limit)}`);
-      const colour = `${labelOf({ name: output.output, unit: output.unit, group: 'run' })}: ${withUnit(short(between(picture.colour, picture.lines, u, v)), output.unit)}`;
+      const limits = picture.limits.map(({ value, reached }) => value.text === 'rows that succeed' ? `rows that succeed: ${short(100 * between(reached, picture.lines, u, v))} %` : `${nameOf(value)}: ${withUnit(short(between(reached, picture.lines, u, v)), value.unit)} in ${brief(100 * explorer.confidence)} % of runs, limit ${brief(value.limit)}`);
+      const colour = `${nameOf({ text: output.output, unit: output.unit })}: ${withUnit(short(between(picture.colour, picture.lines, u, v)), output.unit)}`;
       return [...[a, b].map((place) => `${words(explorer.factors[place].name)}: ${explorer.factors[place].text(at[place])}`), colour, ...limits].join('\n');
     },
     placeAt(x, y) {

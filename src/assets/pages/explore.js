@@ -5,6 +5,9 @@ const DRAG_KERNELS = 0.7e6;
 /** Lines of a grid at rest, lines of the grid on which the model's error is told, and draws of the uncertain factors that a drag takes. */
 const REST_LINES = 25, ERROR_LINES = 7, DRAG_NODES = 6;
 
+/** A value of the goal or a limit in words, without its unit. */
+function nameOf({ text, unit }) { return labelOf({ name: text, unit, group: 'run' }); }
+
 /** Every so many of a list's entries, from the middle of each part. */
 function spread(list, most) {
   if (list.length <= most) return list;
@@ -32,10 +35,11 @@ class Explorer {
       return drawn;
     });
   }
-  /** What an output is at a place over the draws: mean, the ends of 95 % of the runs, model's error of the mean. */
+  /** What an output is at a place over the draws: mean, and the ends of 95 % of the runs, the model's error included. */
   expected(output, place, model = this.model) {
     const nodes = this.draws(place).map((drawn) => model.predict(output, drawn)), mean = average(nodes, 'mean');
-    return { nodes, mean, error: average(nodes, 'model'), low: quantileOf(nodes, false, 0.975, 0), high: quantileOf(nodes, true, 0.975, 0) };
+    const wide = nodes.map((node) => ({ ...node, scatter: Math.hypot(node.scatter, node.model) }));
+    return { mean, low: quantileOf(wide, false, 0.975, 0), high: quantileOf(wide, true, 0.975, 0) };
   }
   /** What a limited value reaches in the stated share of runs, with the model's error on the bad side. */
   reached(value, place, caution = this.caution) {
