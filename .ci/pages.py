@@ -283,7 +283,8 @@ class Browser:
         seen = "(node) => { const box = node.getBoundingClientRect(); return box.top >= 0 && box.bottom <= innerHeight; }"
         for what in (".lead", ".tile.choose", "canvas[aria-label='Plan of the machine, from above']"):
             assert page.locator(what).first.evaluate(seen), f"{path}: {what} is not in the first screen"
-        page.wait_for_function("performance.getEntriesByName('decore-rest').length > 0")
+        page.wait_for_timeout(2000 * FACTOR)
+        assert page.evaluate("performance.getEntriesByName('decore-rest').length"), "the picture at rest is not drawn"
         before, sliders = page.inner_text("#compared"), page.locator(".slider input[type=range]:enabled")
         page.evaluate("performance.clearMeasures()")
         for place in range(sliders.count()):

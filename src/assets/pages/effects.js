@@ -1,15 +1,5 @@
 // What factors do: failures, main effects, fronts.
 
-/** Colours of values from low to high, each lighter than the one before, legible on light and dark paper and without colour vision. */
-const RAMP = [[72, 36, 117], [56, 88, 140], [33, 144, 141], [84, 197, 104], [206, 222, 40]];
-
-function rampRgb(part) {
-  const at = Math.max(0, Math.min(0.9999, part)) * (RAMP.length - 1), k = Math.floor(at), t = at - k;
-  return RAMP[k].map((c, i) => Math.round(c + t * (RAMP[k + 1][i] - c)));
-}
-
-function ramp(part) { return `rgb(${rampRgb(part).join()})`; }
-
 const REASON_COLORS = ['#a3341c', '#d58a1f', '#6a4c93', '#4a7a4a', '#55606e'];
 
 /** Share of rows that are not done over a factor, stacked by reason. `reasons`: the codes shown, most frequent first. */

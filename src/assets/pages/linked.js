@@ -12,12 +12,15 @@ class Densities {
     this.pixels = new Uint32Array(this.image.data.buffer);
     this.rgb = rgb;
   }
-  /** Fills an image with whole numbers as densities, lines from the top: denser is darker, on a logarithmic scale. */
-  fill(density, column = 0, row = 0) {
-    const { width, height, across, pixels, rgb } = this, colour = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0], scale = 215 / Math.log1p(largest(density) || 1);
+  /**
+   * Fills an image with whole numbers as densities, lines from the top: denser is darker, on a logarithmic scale. `sums`: of the levels of
+   * what was counted, whose means give the colours; null: one colour.
+   */
+  fill([density, sums], column = 0, row = 0) {
+    const { width, height, across, pixels, rgb } = this, plain = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0], scale = 215 / Math.log1p(largest(density) || 1);
     for (let y = 0, from = 0; y < height; y++) {
       for (let x = 0, to = ((row * height + y) * across + column) * width; x < width; x++, from++, to++) {
-        const count = density[from];
+        const count = density[from], colour = sums && count ? LEVEL_COLORS[(sums[from] / count) | 0] : plain;
         pixels[to] = count ? colour | ((40 + (count < LOGS.length ? LOGS[count] : Math.log1p(count)) * scale) << 24) : 0;
       }
     }
@@ -28,11 +31,18 @@ class Densities {
   place(column, row) { return [column * this.width, row * this.height, this.width, this.height]; }
 }
 
-/** Number of rows on each pair of levels, [STRIDE] by [STRIDE]: of two columns the levels of the same rows. */
-function pairs(a, b) {
-  const counts = new Uint32Array(STRIDE * STRIDE);
-  for (let k = 0; k < a.length; k++) counts[a[k] * STRIDE + b[k]]++;
-  return counts;
+/** Colours of the levels of the chosen output, as the pixels of an image have them; grey for a level that is missing. */
+const LEVEL_COLORS = Uint32Array.from({ length: STRIDE }, (_, level) => {
+  const [r, g, b] = level < LEVELS ? rampRgb(level / (LEVELS - 1)) : GREY_RGB;
+  return (b << 16) | (g << 8) | r;
+});
+
+/** Number of rows on each pair of levels, [STRIDE] by [STRIDE]: of two columns the levels of the same rows; and the sums of a third's. */
+function pairs(a, b, c) {
+  const counts = new Uint32Array(STRIDE * STRIDE), sums = c && new Uint32Array(STRIDE * STRIDE);
+  if (!c) for (let k = 0; k < a.length; k++) counts[a[k] * STRIDE + b[k]]++;
+  else for (let k = 0; k < a.length; k++) { const at = a[k] * STRIDE + b[k]; counts[at]++; sums[at] += c[k]; }
+  return [counts, sums];
 }
 
 function largest(values) {
@@ -44,25 +54,30 @@ function largest(values) {
 /** Pixels between two axes of parallel coordinates, before they are stretched. */
 const GAP = 72;
 
-/** Densities of the lines between two axes, from levels: lines of pixels from the top. */
-function linesBetween(a, b) {
-  const counts = pairs(a, b), density = new Uint32Array(GAP * LEVELS);
+/** Densities of the lines between two axes and the sums of a third's levels, from levels: lines of pixels from the top. */
+function linesBetween(a, b, c) {
+  const [counts, sums] = pairs(a, b, c), density = new Uint32Array(GAP * LEVELS), summed = c && new Uint32Array(GAP * LEVELS);
   for (let from = 0; from < LEVELS; from++) {
     for (let to = 0; to < LEVELS; to++) {
       const count = counts[from * STRIDE + to];
       if (!count) continue;
-      const slope = (to - from) / (GAP - 1);
-      for (let x = 0, y = LEVELS - 0.5 - from; x < GAP; x++, y -= slope) density[(y | 0) * GAP + x] += count;
+      const slope = (to - from) / (GAP - 1), sum = c && sums[from * STRIDE + to];
+      if (!c) for (let x = 0, y = LEVELS - 0.5 - from; x < GAP; x++, y -= slope) density[(y | 0) * GAP + x] += count;
+      else for (let x = 0, y = LEVELS - 0.5 - from; x < GAP; x++, y -= slope) { const at = (y | 0) * GAP + x; density[at] += count; summed[at] += sum; }
     }
   }
-  return density;
+  return [density, summed];
 }
 
-/** Densities of points, from levels: lines of pixels from the top. */
-function pointsOn(a, b) {
-  const counts = pairs(a, b), density = new Uint32Array(LEVELS * LEVELS);
-  for (let x = 0; x < LEVELS; x++) for (let y = 0; y < LEVELS; y++) density[(LEVELS - 1 - y) * LEVELS + x] = counts[x * STRIDE + y];
-  return density;
+/** Densities of points and the sums of a third's levels, from levels: lines of pixels from the top. */
+function pointsOn(a, b, c) {
+  const turned = (counts) => {
+    if (!counts) return null;
+    const density = new Uint32Array(LEVELS * LEVELS);
+    for (let x = 0; x < LEVELS; x++) for (let y = 0; y < LEVELS; y++) density[(LEVELS - 1 - y) * LEVELS + x] = counts[x * STRIDE + y];
+    return density;
+  };
+  return pairs(a, b, c).map(turned);
 }
 
 /** Height in pixels of a view of columns together that has less than two of them. */
@@ -98,10 +113,10 @@ class Parallel {
   }
   /** The lines of all rows: what lies under those of the selected ones. */
   prepare() { return (this.ground ||= this.between(levels, GREY_RGB)); }
-  /** The lines of rows with these levels, on one canvas. */
+  /** The lines of rows with these levels, on one canvas; those of selected rows by the chosen output. */
   between(found, rgb) {
-    const { shown } = this.state, sheet = this.sheets.of(rgb);
-    for (let k = 0; k + 1 < shown.length; k++) sheet.fill(linesBetween(found.of(shown[k]), found.of(shown[k + 1])), k);
+    const { shown, output } = this.state, sheet = this.sheets.of(rgb), by = rgb === BLUE_RGB && output ? found.of(output) : null;
+    for (let k = 0; k + 1 < shown.length; k++) sheet.fill(linesBetween(found.of(shown[k]), found.of(shown[k + 1]), by), k);
     return sheet.show();
   }
   x(k, width) { const n = this.state.shown.length; return n > 1 ? 55 + k * (width - 110) / (n - 1) : width / 2; }
@@ -217,8 +232,8 @@ class Matrix {
   prepare() { return (this.ground ||= this.points(levels, GREY_RGB)); }
   /** The points of rows with these levels, on one canvas: that of columns j and i > j in column j and line i - 1. */
   points(found, rgb) {
-    const { columns } = this, sheet = this.sheets.of(rgb);
-    for (let i = 1; i < columns.length; i++) for (let j = 0; j < i; j++) sheet.fill(pointsOn(found.of(columns[j]), found.of(columns[i])), j, i - 1);
+    const { columns } = this, { output } = this.state, sheet = this.sheets.of(rgb), by = rgb === BLUE_RGB && output ? found.of(output) : null;
+    for (let i = 1; i < columns.length; i++) for (let j = 0; j < i; j++) sheet.fill(pointsOn(found.of(columns[j]), found.of(columns[i]), by), j, i - 1);
     return sheet.show();
   }
   cell(i, j) {

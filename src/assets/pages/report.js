@@ -133,8 +133,7 @@ function linkedViews() {
       boxes.append(el('label', { title: `${column.name}: ${column.text}` }, box, titled(column.label, column.unit)));
     }
   }
-  const colours = table.rows > SINGLE_ROWS ? 'Of so many rows densities are drawn.' : 'Colours: the chosen output, from low (dark) to high (light).';
-  section('Rows together', note(`Drag along an axis or over a panel to select rows; click there to let them go. All plots and the list of rows follow. ${colours}`),
+  section('Rows together', note('Drag along an axis or over a panel to select rows; click there to let them go. All plots and the list of rows follow. Colours: the chosen output, from low (dark) to high (light).'),
     el('details', { class: 'choices' }, el('summary', {}, `Columns (${table.columns.length})`), boxes), parallel.figure.node);
   section('Distributions', note('Grey: all rows. Blue: the selected ones.'), grid);
   section('Pairs of columns', note('Below the diagonal rows over two columns, above it the correlation of the selected ones.'), matrix.figure.node);

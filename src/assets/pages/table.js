@@ -5,6 +5,16 @@ const LEVELS = 128, NONE = LEVELS, STRIDE = LEVELS + 1;
 /** Logarithms of one more than a whole number, for densities. */
 const LOGS = Float32Array.from({ length: 4096 }, (_, i) => Math.log1p(i));
 
+/** Colours of values from low to high, each lighter than the one before, legible on light and dark paper and without colour vision. */
+const RAMP = [[72, 36, 117], [56, 88, 140], [33, 144, 141], [84, 197, 104], [206, 222, 40]];
+
+function rampRgb(part) {
+  const at = Math.max(0, Math.min(0.9999, part)) * (RAMP.length - 1), k = Math.floor(at), t = at - k;
+  return RAMP[k].map((c, i) => Math.round(c + t * (RAMP[k + 1][i] - c)));
+}
+
+function ramp(part) { return `rgb(${rampRgb(part).join()})`; }
+
 /** What is computed when it is first asked for; `make(key)` makes it. */
 class Kept extends Map {
   constructor(make) { super(); this.make = make; }
@@ -242,7 +252,8 @@ function grouped(column, most) {
   }
   const parts = Math.max(2, Math.min(most, Math.floor(Math.sqrt(column.count / 2))));
   const axis = { log: column.log, domain: [low, high] }, part = scaled(axis), last = parts - 1;
-  all((v) => Math.min(last, Math.floor(part(v) * parts)));
+  const scale = parts / (high - low);
+  all(column.log ? (v) => Math.min(last, Math.floor(part(v) * parts)) : (v) => Math.min(last, Math.floor((v - low) * scale)));
   return { count: parts, centres: Array.from({ length: parts }, (_, i) => valueAt(axis, (i + 0.5) / parts)), width: (high - low) / parts, of };
 }
 
