@@ -15,8 +15,8 @@ const NODES: usize = 40;
 const MORE_NODES: usize = 80;
 /// Steps that a range is divided into at least, where values are rounded to what can be set.
 const STEPS: f64 = 100.0;
-/// Tail beyond which a distribution without ends is not used.
-const TAIL: f64 = 5e-4;
+/// Share of a distribution without ends that is cut off on either side.
+const CUT_OFF: f64 = 5e-4;
 
 /// Levels of the decision factors, in the design's order.
 pub(super) type Decision = Vec<Level>;
@@ -191,19 +191,18 @@ impl<'a> Space<'a> {
         self.decision_of(&cells.collect::<Vec<String>>())
     }
 
-    /// Decisions with one factor at equal steps over its whole range; of names, each of them.
-    pub fn along(&self, decision: &[Level], place: usize, steps: usize) -> Vec<Decision> {
+    /// Decisions with one factor at these shares of its distribution; of names, at each of them.
+    pub fn varied(&self, decision: &[Level], place: usize, shares: impl Iterator<Item = f64>) -> Vec<Decision> {
         let distribution = self.distribution(place);
-        let levels: Vec<Level> = match distribution {
-            Distribution::Categories { count } => (0..*count).map(Level::Category).collect(),
-            _ => (0..=steps).map(|step| distribution.quantile(step as f64 / steps as f64)).collect(),
-        };
         let with = |level: Level| {
             let mut moved = decision.to_vec();
             moved[place] = level;
             moved
         };
-        levels.into_iter().map(with).collect()
+        match distribution {
+            Distribution::Categories { count } => (0..*count).map(|number| with(Level::Category(number))).collect(),
+            _ => shares.map(|share| with(distribution.quantile(share))).collect(),
+        }
     }
 
     /// Where a decision lies: shares of the ranges; of names their numbers.
@@ -240,7 +239,7 @@ fn ends(distribution: &Distribution) -> [f64; 2] {
         _ => f64::NAN,
     };
     match distribution {
-        Distribution::Normal { .. } => [TAIL, 1.0 - TAIL].map(end),
+        Distribution::Normal { .. } => [CUT_OFF, 1.0 - CUT_OFF].map(end),
         _ => distribution.range().map_or([f64::NEG_INFINITY, f64::INFINITY], |(low, high)| [low, high]),
     }
 }

@@ -108,7 +108,7 @@ fn tracks(space: &Space<'_>, models: &Models, decision: &Decision) -> Vec<Track>
     for place in 0..decision.len() {
         let factor = space.info(place).name.clone();
         let Some(own) = models.model.surrogate.factors.iter().position(|one| one.name == factor) else { continue };
-        let along = space.along(decision, place, STEPS);
+        let along = space.varied(decision, place, (0..=STEPS).map(|step| step as f64 / STEPS as f64));
         let Ok(points) = models.places(space, &along) else { continue };
         let found =
             along.iter().enumerate().filter_map(|(row, one)| Some((points.row(row)[own], space.standing(one)?)));
