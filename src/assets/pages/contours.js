@@ -1,5 +1,7 @@
 // The model over two factors: colours by an output, limit lines with what is not known of them, and the rows.
 
+/** The share of rows that have all values is limited too, by the confidence. */
+const SUCCEED = 'rows that succeed';
 /** Pixels of the picture under the lines, along each side. */
 const PICTURE = 160;
 /** Pixels between the lines of hatching where a limit is broken. */
@@ -24,7 +26,7 @@ function* pictureOf(explorer, { place, axes, output, model }, drag, kept) {
   if (!drag) kept.set('success', success);
   if (success) {
     const { lines } = fields, field = Float64Array.from({ length: lines * lines }, (_, cell) => between(success, ERROR_LINES, Math.floor(cell / lines) / (lines - 1), cell % lines / (lines - 1)));
-    limits.push({ value: { text: 'rows that succeed', unit: '', smaller: false, limit: explorer.confidence }, reached: field, good: field, bad: field });
+    limits.push({ value: { text: SUCCEED, unit: '', smaller: false, limit: explorer.confidence }, reached: field, good: field, bad: field });
   }
   return { lines: fields.lines, colour: yield* other.expected(output), limits };
 }
@@ -111,9 +113,10 @@ function contourFigure(state, explorer, chosen, pick) {
       const at = this.placeAt(x, y);
       if (!at || !picture) return '';
       const { axes: [a, b], output } = chosen(), [u, v] = [at[a], at[b]];
-      const limits = picture.limits.map(({ value, reached }) => value.text === 'rows that succeed' ? `rows that succeed: ${short(100 * between(reached, picture.lines, u, v))} %` : `${nameOf(value)}: ${withUnit(short(between(reached, picture.lines, u, v)), value.unit)} in ${brief(100 * explorer.confidence)} % of runs, limit ${brief(value.limit)}`);
+      const told = ({ value, reached }) => (value.text === SUCCEED ? `${SUCCEED}: ${short(100 * between(reached, picture.lines, u, v))} %`
+        : `${nameOf(value)}: ${withUnit(short(between(reached, picture.lines, u, v)), value.unit)} in ${brief(100 * explorer.confidence)} % of runs, limit ${brief(value.limit)}`);
       const colour = `${nameOf({ text: output.output, unit: output.unit })}: ${withUnit(short(between(picture.colour, picture.lines, u, v)), output.unit)}`;
-      return [...[a, b].map((place) => `${words(explorer.factors[place].name)}: ${explorer.factors[place].text(at[place])}`), colour, ...limits].join('\n');
+      return [...[a, b].map((place) => `${words(explorer.factors[place].name)}: ${explorer.factors[place].text(at[place])}`), colour, ...picture.limits.map(told)].join('\n');
     },
     placeAt(x, y) {
       const box = frame(this.width, this.tall), { axes: [a, b], place } = chosen(), [u, v] = [(x - box.left) / box.width, 1 - (y - box.top) / box.height];
