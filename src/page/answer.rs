@@ -142,9 +142,8 @@ fn plan(study: &CheckedStudy, standing: Vec<Vec<[f64; 2]>>, tracks: Vec<Track>) 
     let points = study.points();
     let flat = |[x, y, _]: [f64; 3]| [x, y];
     let mut rails: BTreeMap<&str, Vec<[f64; 2]>> = BTreeMap::new();
-    for rail in study.study().rails() {
-        let at = rail.points.iter().filter_map(|name| points.position(name).map(flat)).collect();
-        rails.insert(&rail.name, at);
+    for (name, on) in study.study().rails() {
+        rails.insert(name, on.iter().filter_map(|name| points.position(name).map(flat)).collect());
     }
     let castings = scene.castings.iter().map(|casting| Casting {
         name: casting.name.clone(),

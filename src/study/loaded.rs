@@ -18,7 +18,7 @@ use super::plan::factor::{FactorInfo, FactorSource, to_toml};
 use super::plan::reader::Surroundings;
 use super::resolve::issue::Issue;
 use super::resolve::library::Library;
-use super::resolve::placement::{PointTable, Rail};
+use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
 use super::resolve::structure::{MachineTable, StructureSettings};
 use super::schema::study_schema;
@@ -319,9 +319,9 @@ impl Study {
         self.file.casting.keys().map(String::as_str).collect()
     }
 
-    /// Rails of the machine on which hammers can stand.
-    pub fn rails(&self) -> &[Rail] {
-        &self.scenes.rails
+    /// Rails of the machine on which hammers can stand: their names and interface points, in order.
+    pub fn rails(&self) -> impl Iterator<Item = (&str, &[String])> {
+        self.scenes.rails.iter().map(|rail| (rail.name.as_str(), rail.points.as_slice()))
     }
 
     /// Settings of the machine.
