@@ -67,7 +67,8 @@ impl Study {
         let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let document = document(&path.display().to_string(), &text)?;
         let file = Some(path.to_path_buf());
-        Self::build(Typed { document, file, directory, hammers: BTreeMap::new(), overrides: Vec::new() })
+        let (hammers, overrides) = (BTreeMap::new(), Vec::new());
+        Self::build(Typed { document, file, directory, row_directory: None, hammers, overrides })
     }
 
     /// Reads a study from a text. `directory`: where relative file names start; `name`: the file's name in messages.
@@ -89,7 +90,7 @@ impl Study {
         hammers: BTreeMap<String, String>,
     ) -> Result<Self, StudyError> {
         let (document, directory) = (document(name, text)?, directory.to_path_buf());
-        Self::build(Typed { document, file: None, directory, hammers, overrides: Vec::new() })
+        Self::build(Typed { document, file: None, directory, row_directory: None, hammers, overrides: Vec::new() })
     }
 
     /// The study with further values set, each `path=value`, over the file's and the factors' values.
@@ -193,7 +194,7 @@ impl Study {
         let is_opened = |name: &&str| !self.typed.hammers.contains_key(*name);
         let hammers = self.scenes.library.texts().map(|(name, _)| name).filter(is_opened);
         let hammers = hammers.map(|name| self.typed.directory.join(name));
-        let rows = self.plan.files.iter().map(|file| self.typed.directory.join(&file.name));
+        let rows = self.plan.files.iter().map(|file| self.typed.row_directory().join(&file.name));
         let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
         let castings = self.elastic_castings.values().map(|(_, casting)| &casting.source);
         let sources = machines.map(|settings| &settings.source).chain(castings);
@@ -204,7 +205,7 @@ impl Study {
     /// The file with the rows of a design that is a table, as paths are opened; `None` for any other design.
     pub fn row_file(&self) -> Option<PathBuf> {
         let file = self.plan.files.first().filter(|_| matches!(self.plan.design.kind(), Kind::Table(_)))?;
-        Some(self.typed.directory.join(&file.name))
+        Some(self.typed.row_directory().join(&file.name))
     }
 
     /// Texts of the hammer files, by the name that the study gives them.
@@ -271,7 +272,7 @@ impl Study {
     }
 
     /// Returns this study with the rows of a CSV file as its design: same factors, constraints and seed, and settings over anything
-    /// but the design. `file` is opened from where the study's files start.
+    /// but the design. The text of the study names the file without its folder: it is the same wherever the file lies.
     ///
     /// # Errors
     /// [`StudyError::Invalid`]: the file is no table of rows of the factors.
@@ -284,13 +285,15 @@ impl Study {
             factor.1.as_table_mut().map(|factor| factor.remove("levels"));
         }
         kept.insert("kind".to_owned(), "table".into());
-        kept.insert("file".to_owned(), file.to_string_lossy().into_owned().into());
+        let name = file.file_name().unwrap_or(file.as_os_str());
+        kept.insert("file".to_owned(), name.to_string_lossy().into_owned().into());
         tree.insert("design".to_owned(), kept.into());
         let text = toml::to_string(&tree).unwrap_or_default();
         let document = document(&self.typed.document.name, &text)?;
         let beside_design = |one: &&Override| one.path.first().is_none_or(|first| first != "design");
         let overrides = self.typed.overrides.iter().filter(beside_design).cloned().collect();
-        Self::build(Typed { document, overrides, ..self.typed.clone() })
+        let row_directory = Some(file.parent().unwrap_or(Path::new("")).to_path_buf());
+        Self::build(Typed { document, overrides, row_directory, ..self.typed.clone() })
     }
 
     /// Twins of each row.
@@ -330,6 +333,11 @@ impl Study {
     /// Names of the castings, in order.
     pub fn casting_names(&self) -> Vec<&str> {
         self.file.casting.keys().map(String::as_str).collect()
+    }
+
+    /// Rails of the machine on which hammers can stand: their names and interface points, in order.
+    pub fn rails(&self) -> impl Iterator<Item = (&str, &[String])> {
+        self.scenes.rails.iter().map(|rail| (rail.name.as_str(), rail.points.as_slice()))
     }
 
     /// Settings of the machine.

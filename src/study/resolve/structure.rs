@@ -150,7 +150,8 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
     })?;
     let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let (machine, file) = (file.structure, Some(path.to_path_buf()));
-    let typed = Typed { document, file, directory, hammers: BTreeMap::new(), overrides: Vec::new() };
+    let (hammers, overrides) = (BTreeMap::new(), Vec::new());
+    let typed = Typed { document, file, directory, row_directory: None, hammers, overrides };
     let table = MachineTable { entry: &machine, typed: &typed, at: &["structure"] };
     StructureSettings::read(table, Fidelity::default()).map(Some).map_err(StudyError::several)
 }
