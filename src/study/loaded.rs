@@ -19,9 +19,10 @@ use super::resolve::issue::Issue;
 use super::resolve::library::Library;
 use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
-use super::resolve::structure::{CastingModel, MachineTable, StructureSettings, StructureSource};
+use super::resolve::structure::{CastingModel, MachineTable, StructureSettings};
 use super::schema::study_schema;
 use decore_files::Limit;
+use decore_model::metrics::CastingNames;
 use decore_model::scene::{NumericalTwin, OutputSettings, Scene, StructureEntry};
 use decore_quantity::Value;
 use decore_statistics::design::Kind;
@@ -196,9 +197,9 @@ impl Study {
         let hammers = hammers.map(|name| self.typed.directory.join(name));
         let rows = self.plan.files.iter().map(|file| self.typed.row_directory().join(&file.name));
         let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
-        let castings = self.elastic_castings.values().map(|(_, casting)| &casting.source);
-        let sources = machines.map(|settings| &settings.source).chain(castings);
-        let machines = sources.flat_map(StructureSource::files).map(|(_, path)| path.to_path_buf());
+        let castings = self.elastic_castings.values().flat_map(|(_, casting)| casting.listed());
+        let machines = machines.flat_map(|settings| settings.source.files()).chain(castings);
+        let machines = machines.map(|(_, path)| path.to_path_buf());
         self.typed.file.iter().cloned().chain(hammers).chain(rows).chain(machines).collect()
     }
 
@@ -314,10 +315,16 @@ impl Study {
         &self.file.outputs
     }
 
-    /// Names of the castings, in order, each with those of its fixtures.
-    pub fn fixture_names(&self) -> Vec<(&str, Vec<&str>)> {
+    /// Names of the castings, in order, with their fixtures and core points.
+    pub fn castings(&self) -> Vec<CastingNames<'_>> {
         let castings = self.file.casting.iter();
-        castings.map(|(name, casting)| (name.as_str(), casting.fixture.keys().map(String::as_str).collect())).collect()
+        castings
+            .map(|(name, casting)| CastingNames {
+                name,
+                fixtures: casting.fixture.keys().map(String::as_str).collect(),
+                cores: casting.core.keys().map(String::as_str).collect(),
+            })
+            .collect()
     }
 
     /// The constraints, as written.

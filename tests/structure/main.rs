@@ -12,3 +12,5 @@ mod quality;
 mod reduction;
 mod road;
 mod selection;
+#[path = "../common/solid.rs"]
+mod solid;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use crate::{InterfaceDemand, PointTable, StructureSettings, StructureSource};
+use crate::{CastingModel, InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use decore_model::scene::{Housings, Location, PartId, PointId, STANDARD, Scene};
 use decore_model::structure::{
     BodyModes, BodyPoint, Damping, DirectedPoints, ElasticBody, FeModel, InterfacePoints, ModalOptions, ModalTable,
@@ -55,7 +55,14 @@ enum AllModes {
 }
 
 /// Elastic castings of a study, by their indices.
-pub(super) type ElasticCastings = Arc<BTreeMap<usize, ElasticBody>>;
+pub type ElasticCastings = Arc<BTreeMap<usize, ElasticCasting>>;
+
+/// An elastic casting of a study.
+#[derive(Debug)]
+pub struct ElasticCasting {
+    name: String,
+    body: ElasticBody,
+}
 
 /// What a scene puts on the machine.
 struct Placement {
@@ -112,6 +119,28 @@ impl SourceModel {
             Self::Files(_, points, _) | Self::ModalTable(_, points) => points,
         };
         points.iter().map(|point| (point.name.clone(), point.position_m)).collect()
+    }
+}
+
+impl ElasticCasting {
+    /// Reads the model of a casting and computes its modes.
+    ///
+    /// # Errors
+    /// Faults of its files; see [`ElasticBody::new`].
+    pub(super) fn read(name: &str, model: &CastingModel) -> Result<Self, StructureError> {
+        let fe_model = FeModel::read(&model.files)?;
+        let body = ElasticBody::new(fe_model, model.settings.clone()).map_err(|error| named(error, name))?;
+        Ok(Self { name: name.to_owned(), body })
+    }
+}
+
+/// An error about a casting, with the casting's name.
+fn named(error: StructureError, casting: &str) -> StructureError {
+    match error {
+        StructureError::Argument { name, expected, found } if name == "casting" => {
+            StructureError::Argument { name: format!("casting.{casting}.structure"), expected, found }
+        }
+        other => other,
     }
 }
 
@@ -219,7 +248,7 @@ impl Machine {
 
     /// Checks the masses of elastic castings against their matrices.
     fn require_masses(&self, scene: &Scene) -> Result<(), StructureError> {
-        for (index, body) in self.castings.iter() {
+        for (index, ElasticCasting { body, .. }) in self.castings.iter() {
             let Some(casting) = scene.castings.get(*index) else { continue };
             let (given, found) = (casting.mass_kg, body.mass_kg());
             if (given - found).abs() > SAME_MASS * found {
@@ -235,9 +264,10 @@ impl Machine {
     fn with_castings(&self, modes: PlacedModes, placement: &Placement) -> Result<PlacedModes, StructureError> {
         let mut modes = modes;
         for (casting, CastingPoints { driven, watched }) in &placement.castings {
-            let Some(body) = self.castings.get(casting) else { continue };
+            let Some(elastic) = self.castings.get(casting) else { continue };
             let (ids, points): (Vec<PointId>, Vec<BodyPoint>) = driven.iter().chain(watched).copied().unzip();
-            let BodyModes { omega_rad_s, damping_ratio, rows, residual } = body.at(&points)?;
+            let BodyModes { omega_rad_s, damping_ratio, rows, residual } =
+                elastic.body.at(&points).map_err(|error| named(error, &elastic.name))?;
             let shapes = rows.row_iter().map(|row| row.iter().copied().collect());
             let interface =
                 InterfaceModes { omega_rad_s, damping_ratio, shapes: ids.into_iter().zip(shapes).collect() };

@@ -10,10 +10,10 @@ use std::sync::atomic::AtomicBool;
 use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
-use super::machine::{ElasticCastings, Machine, SourceModel};
+use super::machine::{ElasticCasting, ElasticCastings, Machine, SourceModel};
 use super::sample::is_drawn;
 use super::signals::KeptSignals;
-use crate::{CastingModel, CheckedStudy, InterfaceDemand, InvalidRow, PointTable, StructureSource, Study};
+use crate::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
 use decore_dataset::{Columns, DatasetError, DatasetInfo, RETRIES};
 use decore_model::metrics::{MeanRecorder, MeanSettings, Signal, SignalRecorder};
 use decore_model::run::{
@@ -21,7 +21,7 @@ use decore_model::run::{
     run_jobs, run_one_by_one,
 };
 use decore_model::scene::{NumericalTwin, Scene};
-use decore_model::structure::{ElasticBody, FeModel, StructureError};
+use decore_model::structure::StructureError;
 use decore_model::system::PlacedModes;
 use decore_statistics::design::Level;
 
@@ -87,7 +87,7 @@ impl Engine {
     /// # Errors
     /// Faults of the study, of a machine's files or reduction; machines whose points are not at the same places.
     pub fn new(study: Study) -> Result<Self, EngineError> {
-        let mut inputs = input_hashes("structure", &study.structure().source)?;
+        let mut inputs = input_hashes("structure", &study.structure().source.files())?;
         let model = SourceModel::read(study.structure())?;
         let demand = InterfaceDemand::of(&study);
         let checked = CheckedStudy::new(study, model.points())?;
@@ -96,7 +96,7 @@ impl Engine {
         let mut further = Vec::new();
         for (name, settings) in checked.study().structures() {
             let table = format!("structures.{name}");
-            inputs.extend(input_hashes(&table, &settings.source)?);
+            inputs.extend(input_hashes(&table, &settings.source.files())?);
             let model = SourceModel::read(settings)?;
             same_points(&table, &demand, [checked.points(), &model.points()])?;
             further.push(Machine::new(model, settings, (&demand, &castings))?);
@@ -344,11 +344,10 @@ impl JobSource for Jobs<'_> {
 /// Reads the elastic castings of a study and computes their modes; adds the checksums of their files.
 fn elastic_castings(study: &Study, inputs: &mut BTreeMap<String, String>) -> Result<ElasticCastings, EngineError> {
     let mut castings = BTreeMap::new();
-    for (index, (name, CastingModel { source, settings })) in study.elastic_castings() {
-        inputs.extend(input_hashes(&format!("casting.{name}.structure"), source)?);
-        let StructureSource::Matrices(matrices) = source else { continue };
-        let model = FeModel::read(&matrices.files)?;
-        castings.insert(*index, ElasticBody::new(model, settings.clone())?);
+    for (index, (name, model)) in study.elastic_castings() {
+        let files = model.listed();
+        inputs.extend(input_hashes(&format!("casting.{name}.structure"), &files)?);
+        castings.insert(*index, ElasticCasting::read(name, model)?);
     }
     Ok(Arc::new(castings))
 }

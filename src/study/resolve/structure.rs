@@ -50,28 +50,29 @@ impl StructureSource {
         match self {
             Self::Station => Vec::new(),
             Self::ModalTable { table, points } => vec![("modal_file", table), ("points_file", points)],
-            Self::Matrices(source) => {
-                let files = &source.files;
-                let damping = files.damping.as_ref().map(|matrix| matrix.path.as_path());
-                let all = [
-                    ("stiffness_file", Some(files.stiffness.path.as_path())),
-                    ("mass_file", Some(&files.mass.path)),
-                    ("points_file", Some(files.points.as_path()).filter(|path| !path.as_os_str().is_empty())),
-                    ("damping_file", damping),
-                    ("dof_file", files.dofs.as_deref()),
-                    ("nodes_file", files.nodes.as_deref()),
-                ];
-                all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
-            }
+            Self::Matrices(source) => files_of(&source.files),
         }
     }
+}
+
+/// Every file of a finite element model, with its key in the study.
+fn files_of(files: &ModelFiles) -> Vec<(&'static str, &Path)> {
+    let all = [
+        ("stiffness_file", Some(files.stiffness.path.as_path())),
+        ("mass_file", Some(&files.mass.path)),
+        ("points_file", Some(files.points.as_path()).filter(|path| !path.as_os_str().is_empty())),
+        ("damping_file", files.damping.as_ref().map(|matrix| matrix.path.as_path())),
+        ("dof_file", files.dofs.as_deref()),
+        ("nodes_file", files.nodes.as_deref()),
+    ];
+    all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
 }
 
 /// Finite element model of an elastic casting: its files, and what is kept of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CastingModel {
     /// Files of the matrices, without interface points.
-    pub source: StructureSource,
+    pub files: ModelFiles,
     /// Cut-off, damping, size of points.
     pub settings: ElasticSettings,
 }
@@ -97,14 +98,17 @@ impl CastingModel {
         let table = MachineTable { entry: &matrices, typed, at };
         let mut reader = Reader { table, problems: Vec::new() };
         reader.require_files();
-        let mut source = reader.matrices();
-        source.files.points = PathBuf::new();
+        let files = ModelFiles { points: PathBuf::new(), ..reader.matrices().files };
         let numbers = entry.over(CastingStructure::default());
         reader.check_numbers(&numbers, &numbers.damping_ratio);
         let CastingStructure { cutoff_hz, damping_ratio: damping, point_radius_m, .. } = numbers;
         let settings = ElasticSettings { cutoff_hz, damping, point_radius_m };
-        let model = Self { source: StructureSource::Matrices(Box::new(source)), settings };
-        if reader.problems.is_empty() { Ok(model) } else { Err(reader.problems) }
+        if reader.problems.is_empty() { Ok(Self { files, settings }) } else { Err(reader.problems) }
+    }
+
+    /// Every file that it reads, with its key in the study.
+    pub fn listed(&self) -> Vec<(&'static str, &Path)> {
+        files_of(&self.files)
     }
 }
 
