@@ -7,7 +7,7 @@ use decore_model::contact::kelvin_voigt;
 use decore_model::hammer::body;
 use decore_model::run::{RowJob, RowStatus};
 use decore_model::scene::{FixtureId, HammerLink, PointId, Scene};
-use decore_model::system::{Coupled, InterfaceModes, PlacedModes, build_placed};
+use decore_model::system::{Coupled, InterfaceModes, PlacedModes, Residual, build_placed};
 use decore_model::workpiece::Elastic;
 use nalgebra::DMatrix;
 
@@ -37,7 +37,9 @@ fn casting(
     ];
     let damping_ratio = vec![ratio; omega_rad_s.len()];
     let interface = InterfaceModes { omega_rad_s, damping_ratio, shapes: shapes.into() };
-    PlacedModes::from(interface).with_residual(DMatrix::from_fn(2, 2, |i, j| residual[i][j]))
+    let flexibility = DMatrix::from_fn(2, 2, |i, j| residual[i][j]);
+    let local = flexibility.diagonal().iter().copied().collect();
+    PlacedModes::from(interface).with_residual(Residual { flexibility, local })
 }
 
 fn elastic(scene: &mut Scene, contact_includes_casting: bool) {

@@ -14,7 +14,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
 
 use super::error::{Step, StructureError};
 use super::fixed_interface::{Wanted, count, modes};
@@ -40,6 +40,9 @@ const FLOATS: f64 = 1e-6;
 const MOVES: f64 = 1e-10;
 /// Share of the largest pivot below which the nodes of an area lie on a line.
 const ON_A_LINE: f64 = 1e-9;
+
+/// Modes above this frequency in Hz count as local: they yield around a point, and the body as a whole does not bend.
+pub const LOCAL_HZ: f64 = 10_000.0;
 
 const STEP: &str = "modes of the casting";
 const ADVICE: &str = "check units and signs of the casting's matrices";
@@ -86,8 +89,10 @@ pub struct BodyModes {
     pub damping_ratio: Vec<f64>,
     /// Vertical mode shapes at the points, mass-normalised: points x modes.
     pub rows: DMatrix<f64>,
-    /// Residual flexibility R of the points in m/N; symmetric.
+    /// Residual flexibility R of the points in m/N: of all modes above the cut-off; symmetric.
     pub residual: DMatrix<f64>,
+    /// Local flexibility of each point in m/N: of all modes above [`LOCAL_HZ`], whatever the cut-off is.
+    pub local: Vec<f64>,
 }
 
 /// A node with its place from the centre of mass and the row of its vertical displacement.
@@ -112,7 +117,10 @@ pub struct ElasticBody {
     damping_ratio: Vec<f64>,
     /// Mode shapes that are kept.
     shapes: DMatrix<f64>,
-    /// All modes below the cut-off with all rigid motions, and the mass matrix times these.
+    /// Circular frequencies of all elastic modes that are known, in rad/s: up to the cut-off or [`LOCAL_HZ`], whichever is higher. As many as
+    /// are kept come first.
+    elastic_rad_s: Vec<f64>,
+    /// All rigid motions and these modes, and the mass matrix times these.
     below: DMatrix<f64>,
     below_inertia: DMatrix<f64>,
 }
@@ -134,7 +142,7 @@ impl ElasticBody {
         })?;
         let mass_kg = motions.mass_kg[VERTICAL];
         let nodes = vertical_nodes(&model, centre);
-        let limit = (TAU * settings.cutoff_hz).powi(2);
+        let limit = (TAU * settings.cutoff_hz.max(LOCAL_HZ)).powi(2);
         let (kept, _) = inner_rows(&model, &[]);
         let pencil = SymmetricPencil::new(model.stiffness(), model.mass(), &kept).step(STEP, ADVICE)?;
         let count = count(&pencil, limit)?;
@@ -147,20 +155,22 @@ impl ElasticBody {
             return Err(StructureError::Indefinite { omega_squared });
         }
         let free = modes.values.iter().take_while(|value| **value <= RIGID_OF_LIMIT * limit).count();
-        let elastic = modes.values[free..].iter().map(|value| value.sqrt());
+        let below_cutoff = modes.values.iter().filter(|value| **value < (TAU * settings.cutoff_hz).powi(2)).count();
+        let elastic: Vec<f64> = modes.values[free..].iter().map(|value| value.sqrt()).collect();
+        let kept = below_cutoff - free;
         let rows = pencil.rows().to_vec();
         let found = modes.vectors.columns(0, free).into_owned();
         let rigid = rigid_motions(&model, centre, &rows).filter(|rigid| rigid.ncols() == free).unwrap_or(found);
         let heaving = heaving(&nodes, &rows, &rigid);
-        let omega_rad_s: Vec<f64> = vec![0.0; heaving.ncols()].into_iter().chain(elastic).collect();
-        let ratios = damping_ratios(&settings.damping, omega_rad_s.len() - heaving.ncols())?;
+        let omega_rad_s: Vec<f64> =
+            vec![0.0; heaving.ncols()].into_iter().chain(elastic[..kept].iter().copied()).collect();
+        let ratios = damping_ratios(&settings.damping, kept)?;
         let columns = |parts: [DMatrix<f64>; 2]| {
             let all: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
             DMatrix::from_columns(&all)
         };
-        let elastic = modes.vectors.columns_range(free..).into_owned();
-        let below = columns([rigid, elastic.clone()]);
-        let shapes = columns([heaving.clone(), elastic]);
+        let shapes = columns([heaving.clone(), modes.vectors.columns(free, kept).into_owned()]);
+        let below = columns([rigid, modes.vectors.columns_range(free..).into_owned()]);
         let below_inertia = pencil.mass_times(&below).step(STEP, ADVICE)?;
         drop(pencil);
         Ok(Self {
@@ -172,6 +182,7 @@ impl ElasticBody {
             damping_ratio: vec![0.0; heaving.ncols()].into_iter().chain(ratios).collect(),
             omega_rad_s,
             shapes,
+            elastic_rad_s: elastic,
             below,
             below_inertia,
             settings,
@@ -205,19 +216,32 @@ impl ElasticBody {
             }
         }
         let rows = multiply_transposed(&forces, &self.shapes).step(STEP, ADVICE)?;
-        let residual = self.residual(&forces)?;
+        let highest = self.highest(&forces)?;
+        let known = multiply_transposed(&forces, &self.below).step(STEP, ADVICE)?;
+        let first = known.ncols() - self.elastic_rad_s.len();
+        // What the known modes from a place on add to the flexibility of those that are not known.
+        let and_modes = |from: usize| {
+            let shares = known.columns_range(first + from..).into_owned();
+            let scale = self.elastic_rad_s[from..].iter().map(|omega| omega.powi(-2));
+            let scale = DMatrix::from_diagonal(&DVector::from_iterator(self.elastic_rad_s.len() - from, scale));
+            let all = &highest + &shares * scale * shares.transpose();
+            (&all + all.transpose()) * 0.5
+        };
+        let kept = self.omega_rad_s.iter().filter(|omega| **omega > 0.0).count();
+        let global = self.elastic_rad_s.iter().filter(|omega| **omega < TAU * LOCAL_HZ).count();
         Ok(BodyModes {
             omega_rad_s: self.omega_rad_s.clone(),
             damping_ratio: self.damping_ratio.clone(),
             rows,
-            residual,
+            residual: and_modes(kept),
+            local: and_modes(global).diagonal().iter().copied().collect(),
         })
     }
 
-    /// `sum phi phi' / omega^2` over the modes above the cut-off.
+    /// `sum phi phi' / omega^2` over the modes that are not known.
     ///
     /// With `y = sum phi phi' f / (omega^2 + shift)` over these modes, `y + shift (K + shift M)^-1 M y + ...` is the sum that is wanted.
-    fn residual(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
+    fn highest(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
         let product = |a: &DMatrix<f64>, b: &DMatrix<f64>| multiply(a, b).step(STEP, ADVICE);
         let along = multiply_transposed(&self.below, forces).step(STEP, ADVICE)?;
         let above = forces - product(&self.below_inertia, &along)?;
@@ -229,8 +253,7 @@ impl ElasticBody {
             let leak = multiply_transposed(&self.below_inertia, &next).step(STEP, ADVICE)?;
             solution = next - product(&self.below, &leak)?;
         }
-        let residual = multiply_transposed(&above, &solution).step(STEP, ADVICE)?;
-        Ok((&residual + residual.transpose()) * 0.5)
+        multiply_transposed(&above, &solution).step(STEP, ADVICE)
     }
 
     /// The mass matrix times vectors in the order of the factor.

@@ -9,6 +9,7 @@ use sprs::{CsMat, TriMat};
 
 use crate::contact::ContactLaw;
 use crate::scene::{Link, LinkLaw, Owner};
+use crate::system::placed::Residual;
 use crate::system::points::{PointRow, Points};
 
 /// A linear spring and damper; its row in the matrix has the same index. Its force is measured from rest.
@@ -65,7 +66,7 @@ pub(super) struct Series {
 pub enum FlexibilityError {
     /// A law that includes less than the casting's own flexibility.
     #[error(
-        "the contact of {owner:?} has a stiffness of {stiffness_n_per_m:.3e} N/m, but the casting alone yields by {residual_m_per_n:.3e} m/N \
+        "the contact of {owner:?} has a stiffness of {stiffness_n_per_m:.3e} N/m, but the casting alone yields by {local_m_per_n:.3e} m/N \
          under it: the stiffness cannot include the casting; set `contact_includes_casting = false`, or a larger `point_radius_m`"
     )]
     TooStiff {
@@ -73,13 +74,13 @@ pub enum FlexibilityError {
         owner: Owner,
         /// Its stiffness.
         stiffness_n_per_m: f64,
-        /// Residual flexibility of the casting at the point.
-        residual_m_per_n: f64,
+        /// Local flexibility of the casting at the point.
+        local_m_per_n: f64,
     },
     /// A law with a power of the penetration.
     #[error(
         "the contact of {owner:?} has a law with a power of the penetration, to which the flexibility of the casting cannot be added: \
-         set `contact_includes_casting = true`, or the law to \"kelvin_voigt\""
+         set `contact_includes_casting = true` and `cutoff_hz = 10000.0`, or the law to \"kelvin_voigt\""
     )]
     Law {
         /// Owner of the contact.
@@ -97,32 +98,28 @@ pub enum ElementId {
 }
 
 impl Contact {
-    /// The law in series with a residual flexibility R: as it is where it includes R, else `k / (1 + k R)` and `c / (1 + k R)^2`.
-    fn in_series(&self, residual_m_per_n: f64, includes: bool) -> Result<ContactLaw, FlexibilityError> {
+    /// The law in series with a residual flexibility R, of which the stiffness includes a part: with `r = R - included`
+    /// `k / (1 + k r)` and `c / (1 + k r)^2`.
+    fn in_series(&self, residual_m_per_n: f64, included_m_per_n: f64) -> Result<ContactLaw, FlexibilityError> {
         let owner = self.owner;
-        if residual_m_per_n == 0.0 {
-            return Ok(self.law);
-        }
-        let softened = |stiffness: f64, damping: f64| {
-            let factor = 1.0 / (1.0 + stiffness * residual_m_per_n);
-            (stiffness * factor, damping * factor * factor)
+        let more = residual_m_per_n - included_m_per_n;
+        let series = |stiffness_n_per_m: f64, damping_n_s_per_m: f64| {
+            if stiffness_n_per_m * included_m_per_n >= 1.0 {
+                return Err(FlexibilityError::TooStiff { owner, stiffness_n_per_m, local_m_per_n: included_m_per_n });
+            }
+            let factor = 1.0 / (1.0 + stiffness_n_per_m * more);
+            Ok((stiffness_n_per_m * factor, damping_n_s_per_m * factor * factor))
         };
         match self.law {
-            ContactLaw::KelvinVoigt { stiffness_n_per_m, .. }
-            | ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, .. }
-                if includes && stiffness_n_per_m * residual_m_per_n >= 1.0 =>
-            {
-                Err(FlexibilityError::TooStiff { owner, stiffness_n_per_m, residual_m_per_n })
-            }
-            law if includes => Ok(law),
             ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m } => {
-                let (stiffness_n_per_m, damping_n_s_per_m) = softened(stiffness_n_per_m, damping_n_s_per_m);
+                let (stiffness_n_per_m, damping_n_s_per_m) = series(stiffness_n_per_m, damping_n_s_per_m)?;
                 Ok(ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m })
             }
             ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => {
-                let (stiffness_n_per_m, damping_n_s_per_m) = softened(stiffness_n_per_m, damping_n_s_per_m);
+                let (stiffness_n_per_m, damping_n_s_per_m) = series(stiffness_n_per_m, damping_n_s_per_m)?;
                 Ok(ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m })
             }
+            law if more == 0.0 => Ok(law),
             ContactLaw::HuntCrossley { .. } | ContactLaw::Hertz { .. } => Err(FlexibilityError::Law { owner }),
         }
     }
@@ -161,22 +158,13 @@ impl Elements {
     pub(super) fn with_residuals(
         mut self,
         links: &[Link],
-        residuals: &[(usize, &DMatrix<f64>)],
+        residuals: &[(usize, &Residual)],
     ) -> Result<Self, FlexibilityError> {
         if residuals.is_empty() {
             return Ok(self);
         }
-        let (springs, all) = (self.springs.len(), self.springs.len() + self.contacts.len());
-        let mut flexibility = DMatrix::zeros(all, all);
-        for (first, residual) in residuals {
-            let mut shares = DMatrix::zeros(all, residual.nrows());
-            for element in 0..all {
-                let of_part =
-                    self.row(element).filter(|(column, _)| (*first..first + residual.nrows()).contains(column));
-                of_part.for_each(|(column, coefficient)| shares[(element, column - first)] = coefficient);
-            }
-            flexibility += &shares * *residual * shares.transpose();
-        }
+        let springs = self.springs.len();
+        let (flexibility, local) = self.flexibility(residuals);
         let diagonal = |of: &dyn Fn(&Spring) -> f64| {
             DMatrix::from_diagonal(&DVector::from_iterator(springs, self.springs.iter().map(of)))
         };
@@ -194,12 +182,29 @@ impl Elements {
             LinkLaw::Spring { .. } => None,
         });
         for ((at, contact), includes) in self.contacts.iter_mut().enumerate().zip(laws) {
-            let residual_m_per_n = flexibility[(springs + at, springs + at)];
-            contact.law = contact.in_series(residual_m_per_n, includes)?;
+            let included = if includes { local[springs + at] } else { 0.0 };
+            contact.law = contact.in_series(flexibility[(springs + at, springs + at)], included)?;
         }
         self.rows = self.coupled_rows(&contacts);
         self.series = Some(Series { stiffness, damping, contacts });
         Ok(self)
+    }
+
+    /// Residual flexibility of the elastic parts along the elements' rows, elements x elements, and the local one along each.
+    fn flexibility(&self, residuals: &[(usize, &Residual)]) -> (DMatrix<f64>, DVector<f64>) {
+        let all = self.springs.len() + self.contacts.len();
+        let (mut flexibility, mut local) = (DMatrix::zeros(all, all), DVector::zeros(all));
+        for (first, residual) in residuals {
+            let columns = *first..first + residual.local.len();
+            let mut shares = DMatrix::zeros(all, columns.len());
+            for element in 0..all {
+                let of_part = self.row(element).filter(|(column, _)| columns.contains(column));
+                of_part.for_each(|(column, coefficient)| shares[(element, column - first)] = coefficient);
+            }
+            flexibility += &shares * &residual.flexibility * shares.transpose();
+            local += shares.component_mul(&shares) * DVector::from_column_slice(&residual.local);
+        }
+        (flexibility, local)
     }
 
     /// Rows of the elements, contacts with the shares of the springs that their forces reach.

@@ -51,4 +51,4 @@ pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;
 pub use layout::HammerQuadrature;
 pub use model::CoupledModel;
-pub use placed::{InterfaceModes, PlacedModes};
+pub use placed::{InterfaceModes, PlacedModes, Residual};

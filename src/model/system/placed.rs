@@ -70,12 +70,21 @@ pub(super) struct Watched {
     pub shapes: DMatrix<f64>,
 }
 
+/// Flexibility of the modes of an elastic part that are left out, between the points that links join, in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Residual {
+    /// Flexibility in m/N; symmetric.
+    pub flexibility: DMatrix<f64>,
+    /// Local flexibility of each point in m/N, whatever is left out: what a contact's stiffness may include.
+    pub local: Vec<f64>,
+}
+
 /// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
 #[derive(Debug)]
 pub struct PlacedModes {
     interface: InterfaceModes,
-    /// Residual flexibility of the points that links join, m/N; `None` for none.
-    residual: Option<DMatrix<f64>>,
+    /// Residual flexibility of the points that links join; `None` for none.
+    residual: Option<Residual>,
     /// Modes of the elastic castings, by the castings' indices.
     castings: BTreeMap<usize, Self>,
     excited: OnceLock<Excited>,
@@ -103,8 +112,8 @@ impl Deref for PlacedModes {
 }
 
 impl PlacedModes {
-    /// Adds the residual flexibility in m/N of the modes left out, between the points that links join in their order; it has no mass.
-    pub fn with_residual(self, residual: DMatrix<f64>) -> Self {
+    /// Adds the residual flexibility of the modes left out; it has no mass.
+    pub fn with_residual(self, residual: Residual) -> Self {
         Self { residual: Some(residual), ..self }
     }
 
@@ -122,8 +131,8 @@ impl PlacedModes {
         }
     }
 
-    /// The residual flexibility of the points that links join, m/N.
-    pub(super) fn residual(&self) -> Option<&DMatrix<f64>> {
+    /// The residual flexibility of the points that links join.
+    pub(super) fn residual(&self) -> Option<&Residual> {
         self.residual.as_ref()
     }
 

@@ -10,7 +10,7 @@ use decore_model::structure::{
     ModeSelection, ModelFiles, ModesAt, ReducedStructure, ReductionSettings, RigidMass, SelectionSettings,
     StructureError, cache_path, reduce, reduce_files,
 };
-use decore_model::system::{InterfaceModes, PlacedModes};
+use decore_model::system::{InterfaceModes, PlacedModes, Residual};
 
 /// Direction of every strike in the machine's coordinates: vertical, downwards.
 const STRIKE_DIRECTION: [f64; 3] = [0.0, 0.0, -1.0];
@@ -266,12 +266,13 @@ impl Machine {
         for (casting, CastingPoints { driven, watched }) in &placement.castings {
             let Some(elastic) = self.castings.get(casting) else { continue };
             let (ids, points): (Vec<PointId>, Vec<BodyPoint>) = driven.iter().chain(watched).copied().unzip();
-            let BodyModes { omega_rad_s, damping_ratio, rows, residual } =
+            let BodyModes { omega_rad_s, damping_ratio, rows, residual, local } =
                 elastic.body.at(&points).map_err(|error| named(error, &elastic.name))?;
             let shapes = rows.row_iter().map(|row| row.iter().copied().collect());
             let interface =
                 InterfaceModes { omega_rad_s, damping_ratio, shapes: ids.into_iter().zip(shapes).collect() };
-            let residual = residual.view((0, 0), (driven.len(), driven.len())).into_owned();
+            let flexibility = residual.view((0, 0), (driven.len(), driven.len())).into_owned();
+            let residual = Residual { flexibility, local: local[..driven.len()].to_vec() };
             modes = modes.with_casting(*casting, PlacedModes::from(interface).with_residual(residual));
         }
         Ok(modes)
