@@ -3,7 +3,7 @@ row the table of the signals that it was drawn from; at last what `decore predic
 
 Each page must draw every plot without an error on the console, at 1280, 800 and 390 pixels, on light and dark paper and for print, and save
 each as SVG. The first begins with the answer: the place to choose is in sight, sliders answer within 50 ms and change the prediction,
-predictions are those of decore to 1e-9, limits of a panel and of a column do not touch each other, and the answer is the first page of
+predictions equal decore's to 1e-9, limits of a panel and of a column do not touch each other, and the answer is the first page of
 A4, whole and alone. On it,
 hovering shows a row and dragging selects rows; limits are set, changed and let go and rows are sorted by the keyboard alone. As a page of
 a sweep that is under way, with many factors, it shows the rows to come and the rows left out, and stays legible. Names of 10 kB
@@ -278,7 +278,7 @@ class Browser:
         return drawn, brush, anywhere
 
     def decides(self, path: pathlib.Path, predicted: pathlib.Path) -> tuple[float, float]:
-        """The answer of a page: what is in sight, sliders, predictions, paper. The slowest answer in ms, and how far predictions are off."""
+        """Checks the answer of a page: first screen, sliders, predictions, print. Returns the slowest reaction in ms and the error of predictions."""
         page = self.open(path, 1280)
         seen = "(node) => { const box = node.getBoundingClientRect(); return box.top >= 0 && box.bottom <= innerHeight; }"
         for what in (".lead", ".tile.choose", "canvas[aria-label='Plan of the machine, from above']"):
@@ -307,7 +307,7 @@ class Browser:
         return times[int(0.9 * (len(times) - 1))], off
 
     def alike(self, page, predicted: pathlib.Path) -> float:
-        """Largest difference between the page's predictions and those of a table, over the spread of an output."""
+        """Returns the largest difference between the page's predictions and a table's, over the spread of an output."""
         table = pyarrow.parquet.read_table(predicted)
         rows = {name.removeprefix("factor_"): table[name].to_pylist() for name in table.column_names if name.startswith("factor_")}
         worst = 0.0

@@ -87,7 +87,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
 /// The study of the dataset, whose goal the page answers.
 ///
 /// # Errors
-/// Why it cannot be read again, in words; empty where it has no goal.
+/// A message if the study cannot be read again; empty if it has no goal.
 fn study_of(arguments: &ReportArguments) -> Result<CheckedStudy, String> {
     let words = |error: &dyn std::fmt::Display| format!("The goal of the study is not answered: {error}");
     let stored = Stored::open(&arguments.dataset).map_err(|error| words(&error))?;

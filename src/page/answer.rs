@@ -47,7 +47,7 @@ struct Plan {
     rails: Vec<Named<Vec<[f64; 2]>>>,
     castings: Vec<Casting>,
     hammers: Vec<String>,
-    /// Where the hammers stand at the proposal and the alternatives.
+    /// Places of the hammers at the proposal, then at the alternatives.
     standing: Vec<Vec<[f64; 2]>>,
     tracks: Vec<Track>,
 }

@@ -18,26 +18,15 @@ use decore_study::engine::{RowRunner, StubRows, SweepSettings, checked, sweep};
 use decore_study::{CheckedStudy, Study};
 use tempfile::TempDir;
 
+use crate::growth::MACHINE;
+
 /// Seeds that are tried; `DECORE_SEEDS` gives another number.
 const SEEDS: u64 = 6;
 const SCATTER: f64 = 0.05;
 const LIMIT: f64 = 3.2;
 
-const STUDY: &str = r#"
-duration_s = 0.1
-[hammer.left]
-rail = "rail"
-rail_position_m = 0.0
-[casting.part]
-mass_kg = 3.0
-size_m = [0.30, 0.28]
-inertia_kg_m2 = [0.0135, 0.026]
-[casting.part.fixture.front]
-point = "T1"
-[casting.part.fixture.middle]
-point = "T6"
-[casting.part.fixture.back]
-point = "T7"
+/// Question and design of the study; its machine is [`MACHINE`].
+const QUESTION: &str = r#"
 [goal]
 maximise = "strike_energy_j"
 limits = ["delivered_work_j <= 3.2"]
@@ -114,7 +103,8 @@ fn best(limit: f64) -> f64 {
 
 /// The answer of a seed: what `decore best` does, with made-up rows.
 fn answer(folder: &Path, seed: u64, limit: f64) -> Answer {
-    let text = STUDY.replace("rows = 40", &format!("rows = 40\nseed = {seed}"));
+    let text =
+        format!("duration_s = 0.1\n{MACHINE}{QUESTION}").replace("rows = 40", &format!("rows = 40\nseed = {seed}"));
     let study = Study::parse(&text.replace("<= 3.2", &format!("<= {limit}")), folder, "made up");
     let study = checked(study.expect("a study")).expect("checked");
     let (base, added, file) = (folder.join("base"), folder.join("added"), folder.join("added.csv"));

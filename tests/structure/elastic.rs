@@ -45,7 +45,7 @@ fn modes_and_residual_are_those_of_the_dense_solution() {
     let model = block(70e9);
     let (values, vectors) = all_modes(&model);
     let body = ElasticBody::new(model.clone(), settings(25_000.0)).unwrap();
-    let found = body.at(&POINTS).unwrap();
+    let found = body.at(&POINTS, POINTS.len()).unwrap();
     let elastic: Vec<f64> = found.omega_rad_s.iter().copied().filter(|omega| *omega > 0.0).collect();
     let below = values.iter().filter(|value| **value < (TAU * 25_000.0).powi(2)).count();
     assert_eq!((found.omega_rad_s.len() - elastic.len(), elastic.len()), (3, below - 6));
@@ -67,7 +67,7 @@ fn modes_and_residual_are_those_of_the_dense_solution() {
     assert!(error < 1e-8, "{error:e}");
     // Kept and residual flexibility add up to the static one whatever is kept.
     let total = |cutoff_hz: f64| {
-        let modes = ElasticBody::new(model.clone(), settings(cutoff_hz)).unwrap().at(&POINTS).unwrap();
+        let modes = ElasticBody::new(model.clone(), settings(cutoff_hz)).unwrap().at(&POINTS, POINTS.len()).unwrap();
         let kept = modes.omega_rad_s.iter().map(|omega| if *omega > 0.0 { omega.powi(-2) } else { 0.0 });
         let kept = DMatrix::from_diagonal(&DVector::from_iterator(modes.omega_rad_s.len(), kept));
         &modes.rows * kept * modes.rows.transpose() + modes.residual
@@ -83,10 +83,10 @@ fn areas_follow_rigid_motions() {
     let body = ElasticBody::new(block(70e9), settings(1000.0)).unwrap();
     let mass = DENSITY * EDGES.iter().product::<f64>();
     assert!((body.mass_kg() / mass - 1.0).abs() < 1e-12);
-    let found = body.at(&POINTS).unwrap();
+    let found = body.at(&POINTS, POINTS.len()).unwrap();
     // A point (x, y) moves by `z + y tx - x ty` with what the mean motions of the mass show.
     let more =
-        body.at(&[POINTS[0], POINTS[1], BodyPoint::Centre, BodyPoint::Rotation(0), BodyPoint::Rotation(1)]).unwrap();
+        body.at(&[POINTS[0], POINTS[1], BodyPoint::Centre, BodyPoint::Rotation(0), BodyPoint::Rotation(1)], 0).unwrap();
     for mode in 0..3 {
         assert_eq!(found.omega_rad_s[mode], 0.0);
         let [heave, tx, ty] = [2, 3, 4].map(|row| more.rows[(row, mode)]);
@@ -101,8 +101,9 @@ fn areas_follow_rigid_motions() {
 /// flexibility.
 #[test]
 fn a_stiff_block_is_rigid() {
-    let flexibility =
-        |young: f64, cutoff_hz: f64| ElasticBody::new(block(young), settings(cutoff_hz)).unwrap().at(&POINTS);
+    let flexibility = |young: f64, cutoff_hz: f64| {
+        ElasticBody::new(block(young), settings(cutoff_hz)).unwrap().at(&POINTS, POINTS.len())
+    };
     let [soft, stiff] = [flexibility(70e9, 100.0).unwrap(), flexibility(70e17, 10_000.0).unwrap()];
     assert_eq!((soft.omega_rad_s.len(), stiff.omega_rad_s.len()), (3, 3));
     let share = &stiff.residual * 1e8 - &soft.residual;
@@ -113,11 +114,20 @@ fn a_stiff_block_is_rigid() {
 #[test]
 fn what_a_body_cannot_do() {
     let body = ElasticBody::new(block(70e9), settings(10_000.0)).unwrap();
-    let beside = body.at(&[BodyPoint::Surface([0.3, 0.0], Side::Top)]).unwrap_err().to_string();
+    let beside = body.at(&[BodyPoint::Surface([0.3, 0.0], Side::Top)], 1).unwrap_err().to_string();
     assert!(beside.contains("x = 0.3000 m") && beside.contains("larger radius"), "{beside}");
     let few = ElasticSettings { damping: Damping::PerMode(vec![0.01]), ..settings(10_000.0) };
     let few = ElasticBody::new(block(70e9), few).unwrap_err().to_string();
     assert!(few.contains("damping ratios"), "{few}");
+    // Held at a corner it still turns about it.
+    let mut matrices = block(70e9).matrices().clone();
+    (0..3).for_each(|row| *matrices.stiffness.get_mut(row, row).unwrap() += 1e12);
+    let held = FeModel::new(matrices, block(70e9).points().clone()).unwrap();
+    let held = ElasticBody::new(held, settings(10_000.0)).unwrap_err().to_string();
+    assert!(held.contains("without supports") && held.contains("3 below"), "{held}");
+    // A cut-off below all elastic modes leaves the rigid motions.
+    let rigid = ElasticBody::new(block(70e9), settings(5.0)).unwrap().at(&POINTS, 3).unwrap();
+    assert_eq!((rigid.omega_rad_s, rigid.residual.shape()), (vec![0.0; 3], (3, 3)));
     let nowhere = {
         let model = block(70e9);
         let bare = FeModel::new(model.matrices().clone(), InterfacePoints::default()).unwrap();

@@ -31,7 +31,7 @@ fn beside(folder: &Path, ending: &str) -> PathBuf {
 /// Reads the table of added rows, in their order.
 ///
 /// # Errors
-/// What is wrong with the file, in words.
+/// File not found, a line with missing cells, or an unknown purpose, as a message.
 pub fn read_added(file: &Path, study: &Study) -> Result<Vec<Added>, String> {
     let text = read_text(file, Limit::ROWS).map_err(|source| format!("failed to read {}: {source}", file.display()))?;
     if text.lines().count() <= 1 {

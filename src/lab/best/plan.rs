@@ -67,10 +67,10 @@ pub fn next(study: &CheckedStudy, there: There<'_>, settings: &BestSettings) -> 
     Ok(Step::Done(Box::new(answer(pool, &Asked { checked, settings, there, study })?)))
 }
 
-/// The rows that were run to prove the last proposal; `None`: there are none, or they are those of another question.
+/// Returns the checks of the last proposal; `None` without checks, or if they belong to another question.
 ///
 /// # Errors
-/// Those of reading.
+/// Damaged or missing files of the dataset.
 pub(super) fn checks(goal: &Goal, there: There<'_>, models: &Models) -> Result<Option<Checks>, BestError> {
     let last = there.rows.last().filter(|row| row.question == question(goal)).map(|row| row.purpose);
     match (there.added, last) {
@@ -79,7 +79,7 @@ pub(super) fn checks(goal: &Goal, there: There<'_>, models: &Models) -> Result<O
     }
 }
 
-/// The answer from the rows that there are, none run to prove it.
+/// Returns the answer that the models of the existing rows expect, without checks.
 ///
 /// # Errors
 /// As [`next`].

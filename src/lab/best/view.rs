@@ -1,4 +1,4 @@
-//! What a page shows of an answer: the models behind it, the draws of the uncertain factors, and where the hammers stand.
+//! An answer as a page shows it: its models, the draws of the uncertain factors, and the places of the hammers.
 
 use serde::Serialize;
 
@@ -33,7 +33,7 @@ pub struct AnswerView {
     pub nodes: Vec<Vec<f64>>,
     /// Standard deviations by which the model is taken to err where limits must hold.
     pub caution: f64,
-    /// Where the hammers stand at the proposal and the alternatives, in this order; empty where a scene cannot be made.
+    /// Places of the hammers at the proposal, then at the alternatives; empty if a scene cannot be made.
     pub standing: Vec<Vec<[f64; 2]>>,
     /// Factors that move hammers.
     pub tracks: Vec<Track>,
@@ -54,7 +54,7 @@ pub struct ShownValue {
     pub limit: Option<f64>,
 }
 
-/// Where hammers stand over the range of a decision factor, the others as proposed.
+/// Places of the hammers over the range of a decision factor, all others as proposed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Track {
     /// Name of the factor.

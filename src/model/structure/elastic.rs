@@ -12,6 +12,7 @@
 //! A point is an area: all nodes within a radius, with weights that fall smoothly to 0 at its edge and reproduce rigid motions exactly.
 //! The flexibility of a single node is a property of the mesh.
 
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
@@ -34,6 +35,8 @@ const REFINEMENTS: usize = 6;
 /// Squared frequency relative to the cut-off's below which a motion is rigid: 0.3 % of the cut-off. Rounding in the matrices of a stiff body
 /// reaches far above 0.
 const RIGID_OF_LIMIT: f64 = 1e-5;
+/// Rigid motions of a free body.
+const RIGID_MOTIONS: usize = 6;
 /// Largest force relative to the stiffness that rigid motions of a floating body cause.
 const FLOATS: f64 = 1e-6;
 /// Share of the largest mean square of vertical motion from which on a rigid motion has such.
@@ -89,9 +92,9 @@ pub struct BodyModes {
     pub damping_ratio: Vec<f64>,
     /// Vertical mode shapes at the points, mass-normalised: points x modes.
     pub rows: DMatrix<f64>,
-    /// Residual flexibility R of the points in m/N: of all modes above the cut-off; symmetric.
+    /// Residual flexibility R of the driven points in m/N: of all modes above the cut-off; symmetric.
     pub residual: DMatrix<f64>,
-    /// Local flexibility of each point in m/N: of all modes above [`LOCAL_HZ`], whatever the cut-off is.
+    /// Local flexibility of each driven point in m/N: of all modes above [`LOCAL_HZ`], whatever the cut-off is.
     pub local: Vec<f64>,
 }
 
@@ -155,12 +158,16 @@ impl ElasticBody {
             return Err(StructureError::Indefinite { omega_squared });
         }
         let free = modes.values.iter().take_while(|value| **value <= RIGID_OF_LIMIT * limit).count();
-        let below_cutoff = modes.values.iter().filter(|value| **value < (TAU * settings.cutoff_hz).powi(2)).count();
+        if free != RIGID_MOTIONS {
+            let expected = "a model without supports and without loose parts: 6 motions without stiffness";
+            let found = format!("{free} below {:.0} Hz", (RIGID_OF_LIMIT * limit).sqrt() / TAU);
+            return Err(StructureError::argument("casting", expected, found));
+        }
         let elastic: Vec<f64> = modes.values[free..].iter().map(|value| value.sqrt()).collect();
-        let kept = below_cutoff - free;
+        let kept = elastic.iter().filter(|omega| **omega < TAU * settings.cutoff_hz).count();
         let rows = pencil.rows().to_vec();
         let found = modes.vectors.columns(0, free).into_owned();
-        let rigid = rigid_motions(&model, centre, &rows).filter(|rigid| rigid.ncols() == free).unwrap_or(found);
+        let rigid = rigid_motions(&model, centre, &rows).unwrap_or(found);
         let heaving = heaving(&nodes, &rows, &rigid);
         let omega_rad_s: Vec<f64> =
             vec![0.0; heaving.ncols()].into_iter().chain(elastic[..kept].iter().copied()).collect();
@@ -195,19 +202,13 @@ impl ElasticBody {
         self.mass_kg
     }
 
-    /// Natural frequencies in Hz; 0 for rigid motions, which come first.
-    pub fn frequencies_hz(&self) -> impl Iterator<Item = f64> {
-        self.omega_rad_s.iter().map(|omega| omega / TAU)
-    }
-
-    /// Motion at points.
+    /// Motion at points. Forces act on the first `driven` of them: only these have a residual flexibility.
     ///
     /// # Errors
     /// A point without nodes around it.
-    pub fn at(&self, points: &[BodyPoint]) -> Result<BodyModes, StructureError> {
+    pub fn at(&self, points: &[BodyPoint], driven: usize) -> Result<BodyModes, StructureError> {
         let mut forces = DMatrix::zeros(self.rows.len(), points.len());
-        let place: std::collections::HashMap<usize, usize> =
-            self.rows.iter().enumerate().map(|(at, row)| (*row as usize, at)).collect();
+        let place: HashMap<usize, usize> = self.rows.iter().enumerate().map(|(at, row)| (*row as usize, at)).collect();
         for (index, point) in points.iter().enumerate() {
             for (row, weight) in self.weights(*point)? {
                 if let Some(&at) = place.get(&row) {
@@ -216,6 +217,7 @@ impl ElasticBody {
             }
         }
         let rows = multiply_transposed(&forces, &self.shapes).step(STEP, ADVICE)?;
+        let forces = forces.columns(0, driven.min(points.len())).into_owned();
         let highest = self.highest(&forces)?;
         let known = multiply_transposed(&forces, &self.below).step(STEP, ADVICE)?;
         let first = known.ncols() - self.elastic_rad_s.len();
@@ -372,7 +374,7 @@ fn rigid_motions(model: &FeModel, centre: [f64; 3], rows: &[u32]) -> Option<DMat
 
 /// The rigid motions that move nodes vertically, orthonormal as those that they are made of. Vertical forces do not excite the others.
 fn heaving(nodes: &[Node], rows: &[u32], rigid: &DMatrix<f64>) -> DMatrix<f64> {
-    let vertical: std::collections::HashSet<usize> = nodes.iter().map(|node| node.row).collect();
+    let vertical: HashSet<usize> = nodes.iter().map(|node| node.row).collect();
     let picked: Vec<usize> = (0..rows.len()).filter(|at| vertical.contains(&(rows[*at] as usize))).collect();
     let picked = rigid.select_rows(&picked);
     let eigen = SymmetricEigen::new(picked.transpose() * &picked);

@@ -267,12 +267,11 @@ impl Machine {
             let Some(elastic) = self.castings.get(casting) else { continue };
             let (ids, points): (Vec<PointId>, Vec<BodyPoint>) = driven.iter().chain(watched).copied().unzip();
             let BodyModes { omega_rad_s, damping_ratio, rows, residual, local } =
-                elastic.body.at(&points).map_err(|error| named(error, &elastic.name))?;
+                elastic.body.at(&points, driven.len()).map_err(|error| named(error, &elastic.name))?;
             let shapes = rows.row_iter().map(|row| row.iter().copied().collect());
             let interface =
                 InterfaceModes { omega_rad_s, damping_ratio, shapes: ids.into_iter().zip(shapes).collect() };
-            let flexibility = residual.view((0, 0), (driven.len(), driven.len())).into_owned();
-            let residual = Residual { flexibility, local: local[..driven.len()].to_vec() };
+            let residual = Residual { flexibility: residual, local };
             modes = modes.with_casting(*casting, PlacedModes::from(interface).with_residual(residual));
         }
         Ok(modes)
