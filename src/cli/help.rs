@@ -5,7 +5,9 @@ use clap::{Args, Command};
 use super::exit::{Exit, Failure};
 use super::text::{fit, print_line};
 use crate::guide::TOPICS;
-use decore_dataset::{ColumnDescription, ColumnGroup, Columns, DatasetInfo, FactorColumn, SignalColumn, TableName};
+use decore_dataset::{
+    ColumnDescription, ColumnGroup, Columns, CoreColumn, DatasetInfo, FactorColumn, SignalColumn, TableName,
+};
 use decore_quantity::Kind;
 use decore_quantity::words::{did_you_mean, nearest};
 use decore_study::{hammer_schema, study_schema};
@@ -108,6 +110,8 @@ fn columns() -> Result<String, Failure> {
         factors: vec![factor],
         hammers: named("HAMMER"),
         castings: named("CASTING"),
+        cores: vec![CoreColumn { casting: "CASTING".to_owned(), name: "NAME".to_owned() }],
+        core_spectra: true,
         twins: 1,
         numerical_twins: true,
         signals: vec![signal],
@@ -133,6 +137,7 @@ fn title(group: ColumnGroup) -> &'static str {
         ColumnGroup::Aggregate => "## Outputs over all hammers and castings",
         ColumnGroup::Hammer => "## Outputs per hammer (HAMMER_..., as left_...)",
         ColumnGroup::Casting => "## Outputs per casting (CASTING_..., as part_...)",
+        ColumnGroup::Core => "## Outputs per core point (CASTING_core_NAME_..., as part_core_left_...)",
         ColumnGroup::Run => "## Outputs per run",
         ColumnGroup::Solver => "## The solver's work",
         ColumnGroup::Blow | ColumnGroup::Signal | ColumnGroup::Other => "## Further columns",
@@ -147,7 +152,7 @@ fn list(columns: &[ColumnDescription]) -> String {
             unit => format!(" ({unit})"),
         };
         let (name, text) = match column.group {
-            ColumnGroup::Hammer | ColumnGroup::Casting => (
+            ColumnGroup::Hammer | ColumnGroup::Casting | ColumnGroup::Core => (
                 &column.quantity,
                 column.description.split_once("`: ").map_or(column.description.as_str(), |(_, text)| text),
             ),
@@ -155,5 +160,9 @@ fn list(columns: &[ColumnDescription]) -> String {
         };
         format!("- `{name}`{unit}: {text}\n")
     };
-    columns.iter().map(line).collect()
+    // A spectrum has a column for each of its frequencies.
+    columns
+        .chunk_by(|one, next| one.group == ColumnGroup::Core && one.quantity == next.quantity)
+        .map(|of| line(&of[0]))
+        .collect()
 }

@@ -18,8 +18,8 @@ use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
 use decore_dataset::write_signals;
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Blow, CastingMetrics, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder,
-    Warning,
+    Blow, CastingMetrics, CoreMetrics, CoreTotals, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, ScatterOf,
+    Signal, SignalRecorder, Warning,
 };
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_model::scene::Scene;
@@ -251,6 +251,14 @@ fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
         let _ = writeln!(text, "\ncasting {name}");
         section(text, CastingMetrics::QUANTITIES, casting, TwinFigures { scatter, errors });
     }
+    for (name, core) in study.core_names().iter().zip(&metrics.cores) {
+        let _ = writeln!(text, "\ncore point {name}");
+        section(text, CoreMetrics::QUANTITIES, core, TwinFigures::default());
+    }
+    if let Some(totals) = &metrics.core_totals {
+        let _ = writeln!(text, "\nall core points");
+        section(text, CoreTotals::QUANTITIES, totals, TwinFigures::default());
+    }
     let twins = scatter.map_or(String::new(), |scatter| format!(" (+- over the row and {} twins)", scatter.twins_done));
     let beside = TwinFigures {
         scatter: scatter.map(|scatter| &scatter.totals),
@@ -264,7 +272,7 @@ fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
 }
 
 /// Figures that twins give beside the outputs of one hammer, one casting or the run.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct TwinFigures<'a> {
     scatter: Option<&'a ScatterOf>,
     /// Numerical errors.

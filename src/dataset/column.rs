@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::info::{DatasetInfo, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Aggregates, Blow, CastingMetrics, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf,
+    Aggregates, Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, HammerMetrics, NumericalErrors,
+    RunMetrics, RunTotals, Scatter, ScatterOf,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::{Cell, Kind, Value};
@@ -23,6 +24,8 @@ pub enum ColumnGroup {
     Hammer,
     /// An output of one casting.
     Casting,
+    /// An output of one core point.
+    Core,
     /// An output over all hammers or castings.
     Aggregate,
     /// An output of the run as a whole.
@@ -147,6 +150,9 @@ impl<'a> Source<'a> {
 /// Reads a value of a `T`, as [`Quantity::value`] does.
 pub type Read<T> = for<'a> fn(&'a T) -> Cell<'a>;
 
+/// Reads a spectrum of a core point.
+pub type ReadSpectrum = fn(&CoreSpectrum) -> &[f64];
+
 /// Where a column has its value from. Plain data: which columns are all that a struct has can be seen from it.
 #[derive(Clone, Copy)]
 pub enum Get {
@@ -160,6 +166,11 @@ pub enum Get {
     Hammer(usize, Read<HammerMetrics>),
     /// Index of the casting.
     Casting(usize, Read<CastingMetrics>),
+    /// Index of the core point.
+    Core(usize, Read<CoreMetrics>),
+    /// Index of the core point, its spectrum, and the oscillator's place in it.
+    CoreSpectrum(usize, ReadSpectrum, usize),
+    CoreTotals(Read<CoreTotals>),
     Totals(Read<RunTotals>),
     Twins(Read<Scatter>),
     /// Of what, and the quantity's name.
@@ -208,6 +219,12 @@ impl Column {
             Get::Aggregates(read) => source.aggregates.as_ref().and_then(read),
             Get::Hammer(index, read) => source.metrics()?.hammers.get(index).and_then(read),
             Get::Casting(index, read) => source.metrics()?.castings.get(index).and_then(read),
+            Get::Core(index, read) => source.metrics()?.cores.get(index).and_then(read),
+            Get::CoreSpectrum(index, read, place) => {
+                let spectrum = source.metrics()?.cores.get(index)?.spectrum.as_ref()?;
+                read(spectrum).get(place).copied().map(Value::Real)
+            }
+            Get::CoreTotals(read) => source.metrics()?.core_totals.as_ref().and_then(read),
             Get::Totals(read) => read(&source.metrics()?.totals),
             Get::Twins(read) => source.scatter().and_then(read),
             Get::Numerical(read) => source.numerical().and_then(read),

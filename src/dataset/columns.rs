@@ -8,13 +8,15 @@ use serde::Serialize;
 
 use super::cells::Segment;
 use super::column::{
-    Column, ColumnDescription, ColumnGroup, Get, Read, ScatterGroup, Source, numerical_error_name, scatter_name,
+    Column, ColumnDescription, ColumnGroup, Get, Read, ReadSpectrum, ScatterGroup, Source, numerical_error_name,
+    scatter_name,
 };
 use super::error::DatasetError;
-use super::info::{DatasetInfo, RowRecord};
+use super::info::{CoreColumn, DatasetInfo, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Aggregates, Blow, CastingMetrics, HammerMetrics, Instant, NumericalErrors, RunTotals, Scatter,
+    Aggregates, Blow, CastingMetrics, CoreMetrics, CoreTotals, HammerMetrics, Instant, NumericalErrors, RunTotals,
+    Scatter, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::words::identifier;
@@ -260,6 +262,7 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
         columns.extend(casting.columns(CastingMetrics::QUANTITIES, |read| Get::Casting(index, read)));
         columns.extend(beside(info, &casting, CastingMetrics::QUANTITIES, ScatterGroup::Casting(index)));
     }
+    columns.extend(core_columns(info));
     columns.extend(run.columns(RunTotals::QUANTITIES, Get::Totals));
     columns.extend(beside(info, &run, RunTotals::QUANTITIES, ScatterGroup::Totals));
     if info.twins > 0 {
@@ -273,6 +276,41 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
     columns.extend(counted.columns(Counters::QUANTITIES, Get::Counters));
     columns
 }
+
+/// Columns `<casting>_core_<name>_<quantity>` of core points, and those over all of them.
+fn core_columns(info: &DatasetInfo) -> Vec<Column> {
+    let mut columns = Vec::new();
+    for (index, CoreColumn { casting, name }) in info.cores.iter().enumerate() {
+        let subject = format!("{casting}.{name}");
+        let prefix = identifier(&format!("{casting}_core_{name}_"), "casting");
+        let about = About { group: ColumnGroup::Core, subject: Some(("Core point", &subject)), prefix };
+        if !info.core_spectra {
+            let peak = [CoreMetrics::peak_velocity_m_s];
+            columns.extend(about.columns(&peak, |read| Get::Core(index, read)));
+            continue;
+        }
+        columns.extend(about.columns(CoreMetrics::QUANTITIES, |read| Get::Core(index, read)));
+        for (name, of, read) in SPECTRA {
+            columns.extend(spectrum_frequencies_hz().into_iter().enumerate().map(|(place, frequency_hz)| {
+                let quantity = format!("{name}_{frequency_hz:.0}hz_m_s");
+                let text = format!("Largest pseudo-velocity of the oscillator at {frequency_hz:.1} Hz {of}.");
+                let described = about.describe(&quantity, Kind::Real, "m/s", &text);
+                let described = ColumnDescription { quantity: format!("{name}_spectrum"), ..described };
+                Column::new(described, Get::CoreSpectrum(index, read, place))
+            }));
+        }
+    }
+    if info.core_spectra && !info.cores.is_empty() {
+        columns.extend(About::all(ColumnGroup::Aggregate).columns(CoreTotals::QUANTITIES, Get::CoreTotals));
+    }
+    columns
+}
+
+/// Spectra that are kept: name, of what, where.
+const SPECTRA: [(&str, &str, ReadSpectrum); 2] = [
+    ("first_impact_pseudo_velocity", "within the first impact's window", |of| &of.first_impact_pseudo_velocity_m_s),
+    ("pseudo_velocity", "in the run", |of| &of.pseudo_velocity_m_s),
+];
 
 /// The index of the row, by which rows of all tables belong together.
 fn row_column() -> Vec<Column> {

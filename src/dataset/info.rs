@@ -23,6 +23,15 @@ pub struct FactorColumn {
     pub description: String,
 }
 
+/// A core point, of which there are columns.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CoreColumn {
+    /// Name of its casting as in the study.
+    pub casting: String,
+    /// Name as in the study.
+    pub name: String,
+}
+
 /// One column of the table of signals.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SignalColumn {
@@ -106,6 +115,12 @@ pub struct DatasetInfo {
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
     pub castings: Vec<String>,
+    /// Core points of the castings, casting by casting.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cores: Vec<CoreColumn>,
+    /// Whether spectra of the core points are kept.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub core_spectra: bool,
     /// Columns of the table of signals behind row and time; empty: there is no such table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub signals: Vec<SignalColumn>,
@@ -147,6 +162,8 @@ impl DatasetInfo {
             numerical_twins: false,
             hammers: Vec::new(),
             castings: Vec::new(),
+            cores: Vec::new(),
+            core_spectra: false,
             signals: Vec::new(),
         }
     }

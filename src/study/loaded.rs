@@ -327,6 +327,14 @@ impl Study {
             .collect()
     }
 
+    /// Names of the core points, CASTING.NAME, casting by casting.
+    pub fn core_names(&self) -> Vec<String> {
+        let of = |casting: CastingNames<'_>| {
+            casting.cores.iter().map(|core| format!("{}.{core}", casting.name)).collect::<Vec<_>>()
+        };
+        self.castings().into_iter().flat_map(of).collect()
+    }
+
     /// The constraints, as written.
     pub fn constraints(&self) -> Vec<&str> {
         self.plan.constraints.iter().map(|constraint| constraint.text.as_str()).collect()

@@ -46,6 +46,8 @@ pub fn info() -> DatasetInfo {
         numerical_twins: false,
         hammers: vec!["left".to_owned(), "right-hand".to_owned()],
         castings: vec!["1st".to_owned()],
+        cores: Vec::new(),
+        core_spectra: false,
         design_quality: serde_json::Value::Null,
         row_groups: Some(Vec::new()),
         signals: Vec::new(),

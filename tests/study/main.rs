@@ -1,5 +1,6 @@
 //! Designs, and studies from the file to the scene of a row.
 
+mod core;
 mod design_errors;
 mod design_fractions;
 mod design_kinds;

@@ -249,6 +249,16 @@ impl<'a> Step<'a> {
         Polynomial { constant: sum(&self.y0, 0), coefficients }
     }
 
+    /// Rate of a sum of components with coefficients in 1/s, by powers of the fraction of the step from 0 on.
+    pub fn rate(&self, terms: &[(usize, f64)]) -> [f64; 4] {
+        let mut powers = [0.0; 4];
+        for (j, weights) in self.dense.slopes().iter().enumerate().take(self.dense.rates()) {
+            let rate = terms.iter().map(|(index, c)| c * self.rates.at(j * self.n + index)).sum::<f64>();
+            powers.iter_mut().zip(weights).for_each(|(power, weight)| *power += weight * rate);
+        }
+        powers
+    }
+
     /// Writes components of the state at fraction `theta` into `y`, the way through memory worked out once.
     #[inline(always)]
     fn write(&self, theta: f64, components: impl Iterator<Item = usize>, y: &mut [f64]) {

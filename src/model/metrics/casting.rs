@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::core::CoreMetrics;
 use super::instant::Instant;
 use super::outputs::CastingMetrics;
 use super::peak::{Probe, peak, reach};
@@ -10,7 +11,7 @@ use crate::scene::{PartId, PointId, Scene};
 use crate::system::{CastingQuadrature, Coupled, CoupledModel, HammerQuadrature};
 
 /// The largest absolute velocity of one point.
-struct PointPeak {
+pub(super) struct PointPeak {
     /// Components of the state and their coefficients.
     support: Vec<usize>,
     coefficients: Vec<f64>,
@@ -22,7 +23,7 @@ struct PointPeak {
 
 impl PointPeak {
     /// `velocities`: first component of the casting's own.
-    fn new(velocities: usize, row: &[(usize, f64)]) -> Self {
+    pub fn new(velocities: usize, row: &[(usize, f64)]) -> Self {
         Self {
             shares: row.iter().map(|(component, c)| (component - velocities, c.abs())).collect(),
             support: row.iter().map(|(component, _)| *component).collect(),
@@ -38,6 +39,11 @@ impl PointPeak {
         if self.shares.iter().map(|(own, c)| c * reaches[*own]).sum::<f64>() <= self.largest_m_s {
             return;
         }
+        self.follow(step, scratch);
+    }
+
+    /// Updates the peak; a step that cannot exceed it is left at once.
+    pub fn follow(&mut self, step: &Step<'_>, scratch: &mut [f64]) {
         let (support, coefficients) = (&self.support, &self.coefficients);
         let terms = || support.iter().copied().zip(coefficients.iter().copied());
         if reach(step, terms(), 0.0) <= self.largest_m_s {
@@ -48,6 +54,11 @@ impl PointPeak {
         if value > self.largest_m_s {
             (self.largest_m_s, self.time_s) = (value, step.time(theta));
         }
+    }
+
+    /// The peak in m/s, which begins anew.
+    pub fn take(&mut self) -> f64 {
+        std::mem::take(&mut self.largest_m_s)
     }
 }
 
@@ -92,6 +103,15 @@ impl CastingTrack {
             *reached = reach(step, std::iter::once((component, 1.0)), 0.0);
         }
         self.peaks.iter_mut().for_each(|point| point.update(step, &self.reaches, scratch));
+    }
+
+    /// Outputs of its core points.
+    pub fn cores(&self) -> impl Iterator<Item = CoreMetrics> {
+        let cores = self.points.iter().filter(|(id, ..)| matches!(id, PointId::Core { .. }));
+        cores.map(|(_, _, place)| CoreMetrics {
+            peak_velocity_m_s: self.peaks[*place].largest_m_s,
+            ..CoreMetrics::default()
+        })
     }
 
     /// The outputs at the end of the run; of points that are equally fast the first counts.

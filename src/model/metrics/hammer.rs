@@ -101,6 +101,16 @@ impl HammerTrack {
         self.contacts.ends(t);
     }
 
+    /// Number of blows that have begun.
+    pub fn blow_count(&self) -> usize {
+        self.blows
+    }
+
+    /// The blow whose window is open, and the end of that window in s.
+    pub fn present_blow(&self) -> Option<(&Blow, f64)> {
+        self.window.as_ref().map(|window| (&window.recorded.blow, window.end_s))
+    }
+
     /// Reasons to doubt the run.
     pub fn warnings(&self, system: &Coupled) -> impl Iterator<Item = Warning> {
         self.contacts.warnings(system)

@@ -17,6 +17,7 @@ mod audit;
 mod blow;
 mod casting;
 mod contacts;
+mod core;
 mod hammer;
 mod instant;
 mod numerical;
@@ -35,6 +36,7 @@ mod warning;
 
 pub use aggregates::Aggregates;
 pub use blow::{Blow, BlowKind};
+pub use core::{CoreMetrics, CoreSpectrum, CoreTotals, spectrum_frequencies_hz};
 pub use outputs::{
     CastingMetrics, ERRING, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf, duration_for,
 };

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::blow::Blow;
+use super::core::{CoreMetrics, CoreTotals};
 use super::percussion::Percussion;
 use decore_quantity::quantities;
 
@@ -229,6 +230,12 @@ pub struct RunMetrics {
     pub hammers: Vec<HammerMetrics>,
     /// One entry per casting.
     pub castings: Vec<CastingMetrics>,
+    /// One entry per core point, casting by casting.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cores: Vec<CoreMetrics>,
+    /// Over all core points; `None` unless the study asks for their spectra.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub core_totals: Option<CoreTotals>,
     /// Every blow whose window lies within the simulation, by time of start, then hammer.
     pub blows: Vec<Blow>,
     /// Of the run as a whole.

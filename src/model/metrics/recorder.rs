@@ -2,6 +2,7 @@
 
 use super::audit::{chamber_residual, energy_residual};
 use super::casting::CastingTrack;
+use super::core::{CoreTotals, CoreTracks};
 use super::hammer::{Finished, HammerTrack};
 use super::instant::Instant;
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
@@ -14,6 +15,9 @@ use crate::system::{Coupled, CoupledModel};
 pub struct Recorder {
     hammers: Vec<HammerTrack>,
     castings: Vec<CastingTrack>,
+    /// `None` where no spectra of core points are asked for.
+    cores: Option<CoreTracks>,
+    core_names: Vec<String>,
     scratch: Vec<f64>,
 }
 
@@ -24,6 +28,8 @@ impl Recorder {
         Self {
             hammers: (0..layout.hammers).map(|h| HammerTrack::new(h, model, scene)).collect(),
             castings: (0..layout.castings).map(|c| CastingTrack::new(model, scene, c)).collect(),
+            cores: CoreTracks::new(model, scene),
+            core_names: scene.core_names(),
             scratch: vec![0.0; layout.dimension()],
         }
     }
@@ -38,6 +44,10 @@ impl Recorder {
             finished.into_iter().map(|hammer| (hammer.metrics, hammer.blows)).unzip();
         let mut blows: Vec<_> = blows.into_iter().flatten().collect();
         blows.sort_by(|a, b| a.start_time_s.total_cmp(&b.start_time_s).then(a.hammer.cmp(&b.hammer)));
+        let mut cores: Vec<_> = self.castings.iter().flat_map(CastingTrack::cores).collect();
+        if let Some(tracks) = self.cores {
+            tracks.finish(t, &blows, &mut cores);
+        }
         let castings = self.castings.into_iter().enumerate();
         let castings = castings.map(|(casting, track)| CastingMetrics {
             strike_energy_j: sum(blows.iter().filter(|blow| blow.casting == casting).map(|blow| blow.strike_energy_j)),
@@ -53,7 +63,8 @@ impl Recorder {
             chamber_residual: chamber_residual(system, end),
             warnings,
         };
-        RunMetrics { hammers, castings, blows, totals, scatter: None, numerical: None, signals: Vec::new() }
+        let core_totals = CoreTotals::of(&cores, &self.core_names);
+        RunMetrics { hammers, castings, cores, core_totals, blows, totals, ..RunMetrics::default() }
     }
 }
 
@@ -76,7 +87,12 @@ fn sum(values: impl Iterator<Item = f64>) -> f64 {
 impl Observer<Coupled> for Recorder {
     fn step(&mut self, system: &Coupled, step: &Step<'_>) {
         for track in &mut self.hammers {
+            let before = track.blow_count();
             track.step(system, step, &mut self.scratch);
+            open_cores(&mut self.cores, track, before);
+        }
+        if let Some(cores) = &mut self.cores {
+            cores.step(step, &mut self.scratch);
         }
         for track in &mut self.castings {
             track.step(step, &mut self.scratch);
@@ -87,6 +103,7 @@ impl Observer<Coupled> for Recorder {
         let contact = &system.model().elements().contacts()[guard];
         let Owner::Hammer { hammer, link } = contact.owner else { return };
         let track = &mut self.hammers[hammer];
+        let before = track.blow_count();
         match (link, system.is_closed(guard)) {
             (HammerLink::ChiselCasting, true) => track.contact(system, Instant { t, y }),
             (HammerLink::ChiselCasting, false) => track.release(t),
@@ -96,5 +113,15 @@ impl Observer<Coupled> for Recorder {
             }
             _ => {}
         }
+        open_cores(&mut self.cores, track, before);
+    }
+}
+
+/// Opens the windows of core points for the blow that a hammer has begun, if it has had `before` blows until then.
+fn open_cores(cores: &mut Option<CoreTracks>, track: &HammerTrack, before: usize) {
+    if let Some((cores, (blow, end_s))) =
+        cores.as_mut().zip(track.present_blow()).filter(|_| track.blow_count() > before)
+    {
+        cores.open(blow, end_s);
     }
 }

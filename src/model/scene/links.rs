@@ -346,6 +346,15 @@ impl Scene {
         strikes.chain(held).chain(measured).chain(cores).collect()
     }
 
+    /// Names of all core points, CASTING.NAME, casting by casting.
+    pub fn core_names(&self) -> Vec<String> {
+        let names = |casting: &Casting| {
+            let cores = casting.cores.iter().map(|core| format!("{}.{}", casting.name, core.name));
+            cores.collect::<Vec<String>>()
+        };
+        self.castings.iter().flat_map(names).collect()
+    }
+
     /// All fixtures, casting by casting.
     pub fn fixtures(&self) -> impl Iterator<Item = (FixtureId, &Fixture)> {
         let of_casting = |(casting, held): (usize, &'_ Casting)| {

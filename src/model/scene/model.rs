@@ -159,6 +159,9 @@ parameters! { file
             /// Rows whose signals are kept. Default: all rows.
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub signal_rows: Vec<u64>,
+            /// Whether shock spectra and doses are computed at the core points of the castings. Default false.
+            #[serde(skip_serializing_if = "std::ops::Not::not")]
+            pub core_spectra: bool,
         }
         /// Interval of the signals that are kept, over which they are averaged: a filter without phase whose gain at the frequency f is
         /// |sinc(f interval)|, 0.64 at half the sampling rate.
@@ -183,6 +186,25 @@ parameters! { file
         pub longest_period_blows: usize = 4, "1", [1 ..], "definition";
         /// Share of the earlier rate of blows below which a percussion has stalled in the last third of its time.
         pub stall_rate_share: f64 = 0.5, "1", [> 0, <= 1], "definition";
+        /// Quality factor Q of the oscillators of shock spectra; their damping ratio is 1 / (2 Q).
+        pub core_quality_factor: f64 = 10.0, "1", [>= 1] usual [5, 50], "custom of shock spectra";
+        /// Pseudo-velocity at a core point from which on a blow is counted.
+        pub core_threshold_m_s: f64 = 1.3, "m/s", [> 0] usual [0.1, 20], "mild shock by Gaberson's grades";
+        /// Pseudo-velocity of which a cycle adds 1 to the dose.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub core_dose_reference_m_s: Option<f64>, "m/s", [> 0] usual [0.1, 20], "default: no dose is computed";
+        /// Exponent of a cycle's pseudo-velocity in the dose.
+        pub core_dose_exponent: f64 = 5.0, "1", [> 0, <= 50] usual [2, 12], "assumed; a property of the binder";
+        /// Pseudo-velocity below which a cycle adds nothing to the dose.
+        pub core_dose_threshold_m_s: f64 = 0.1, "m/s", [> 0] usual [0.01, 5], "assumed";
+        /// Dose at which a core is out, see `time_to_dose_s`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub core_wanted_dose: Option<f64>, "1", [> 0], "default: no time is computed";
+        /// Pseudo-velocity that breaks a core with a probability of 63 %, see `break_probability`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub core_strength_m_s: Option<f64>, "m/s", [> 0] usual [0.1, 20], "default: no probability is computed";
+        /// Exponent of that law (Weibull's modulus).
+        pub core_strength_exponent: f64 = 5.0, "1", [> 0, <= 50] usual [2, 20], "assumed; a property of the binder";
         /// Twins of each row: further runs, each a run of its own with inputs that are the same for every purpose, whose outputs
         /// show by how much a row's scatter. The same for all rows.
         pub twins: usize = 0, "1", [0 ..= 1000], "none unless asked for";

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::signals::KeptSignals;
-use crate::{CheckedStudy, FactorInfo};
-use decore_dataset::{Columns, DatasetInfo, FactorColumn, RowRecord, rows_per_part};
+use crate::{CheckedStudy, FactorInfo, Study};
+use decore_dataset::{Columns, CoreColumn, DatasetInfo, FactorColumn, RowRecord, rows_per_part};
+use decore_model::metrics::CastingNames;
 use decore_model::run::RowOutcome;
 use decore_model::scene::NumericalTwin;
 use decore_quantity::Kind;
@@ -42,11 +43,22 @@ pub fn dataset_info(
         numerical_twins: study.numerical_twin() != NumericalTwin::None,
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
+        cores: cores(study),
+        core_spectra: study.outputs().core_spectra,
         signals: signals.map_or_else(Vec::new, |kept| kept.columns.clone()),
     };
     // Two columns of one name are refused where a dataset is made.
     info.columns_hash = Columns::new(&info).map(|columns| columns.hash()).unwrap_or_default();
     info
+}
+
+/// Core points of all castings.
+fn cores(study: &Study) -> Vec<CoreColumn> {
+    let of = |casting: &CastingNames<'_>| {
+        let column = |core: &&str| CoreColumn { casting: casting.name.to_owned(), name: (*core).to_owned() };
+        casting.cores.iter().map(column).collect::<Vec<_>>()
+    };
+    study.castings().iter().flat_map(of).collect()
 }
 
 /// A row as the tables take it.
