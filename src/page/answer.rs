@@ -11,16 +11,17 @@ use decore_lab::best::{
     Added, Answer, AnswerView, Purpose, ShownValue, There, Track, added_file, added_folder, answer_view, read_added,
 };
 use decore_lab::surrogate::{Model, SurrogateSettings, fit_with};
-use decore_model::metrics::{Aggregates, RunTotals};
+use decore_model::metrics::{Aggregates, CoreTotals, RunTotals};
 use decore_study::CheckedStudy;
 use decore_study::engine::checked;
 
 /// Outputs by which placements are compared beside the goal and the limits: work, frequency, velocities, forces and air.
-const COMPARED: [&str; 8] = [
+const COMPARED: [&str; 9] = [
     RunTotals::strike_energy_j.name,
     RunTotals::delivered_work_j.name,
     Aggregates::total_first_impact_work_j.name,
     Aggregates::mean_hit_frequency_hz.name,
+    CoreTotals::least_core_pseudo_velocity_98hz_10khz_m_s.name,
     Aggregates::max_casting_point_velocity_m_s.name,
     Aggregates::max_arm_rms_steady_m_s.name,
     Aggregates::max_first_impact_peak_force_n.name,

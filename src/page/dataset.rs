@@ -12,7 +12,7 @@ use super::rows::{KeptRows, columns, is_number};
 use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetInfo, DatasetReader, TableName};
 use decore_lab::report::{ReportSettings, summarise};
 use decore_lab::sensitivity::Sensitivity;
-use decore_model::metrics::{Aggregates, RunTotals};
+use decore_model::metrics::{Aggregates, CoreTotals, RunTotals};
 use decore_model::run::RowOutcome;
 use decore_quantity::{Cell, Kind, Value};
 use decore_study::{CheckedStudy, DesignOutline};
@@ -26,12 +26,13 @@ const MOST_NAMES: usize = 200;
 /// What stands for the texts beyond [`MOST_NAMES`].
 const OTHERS: &str = "others";
 /// Outputs that are shown first, in this order, and whether small values are the good ones.
-const MAIN: [(&str, bool); 9] = [
+const MAIN: [(&str, bool); 10] = [
     (RunTotals::strike_energy_j.name, false),
     (RunTotals::delivered_work_j.name, false),
     (Aggregates::total_first_impact_energy_j.name, false),
     (Aggregates::mean_periodic_energy_j.name, false),
     (Aggregates::mean_hit_frequency_hz.name, false),
+    (CoreTotals::least_core_pseudo_velocity_98hz_10khz_m_s.name, false),
     (Aggregates::max_casting_point_velocity_m_s.name, true),
     (Aggregates::max_arm_rms_steady_m_s.name, true),
     (Aggregates::total_air_used_nl.name, true),

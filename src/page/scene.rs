@@ -9,7 +9,7 @@ use super::error::PageError;
 use super::samples::{Samples, Scale};
 use decore_dataset::DatasetInfo;
 use decore_model::hammer::HammerParameters;
-use decore_model::metrics::{Blow, CastingMetrics, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf};
+use decore_model::metrics::{Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz};
 use decore_model::run::RowOutcome;
 use decore_model::scene::{HammerUnit, Scene};
 use decore_quantity::{Quantity, Value};
@@ -99,7 +99,16 @@ struct Meta<'a> {
     blows: Vec<Struck>,
     outputs: Vec<Output>,
     spectra: Vec<Spectra<'a>>,
+    shocks: Shocks,
     measured: Vec<Curve<'a>>,
+}
+
+/// Shock spectra of the core points.
+#[derive(Serialize)]
+struct Shocks {
+    frequencies_hz: Vec<f64>,
+    /// Name of each point, its largest pseudo-velocities in m/s within the first impact's window and in the run.
+    cores: Vec<(String, CoreSpectrum)>,
 }
 
 /// A measured curve of the data block: what it measures, its parts.
@@ -269,9 +278,17 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
         blows: blows.iter().map(struck).collect(),
         outputs: outputs(view),
         spectra,
+        shocks: shocks(view),
         measured,
     };
     Ok(page(&title, Scripts::Scene, &meta, &data.deflated()?)?)
+}
+
+fn shocks(view: &SceneView<'_>) -> Shocks {
+    let cores = view.outcome.metrics.iter().flat_map(|metrics| &metrics.cores);
+    let named = view.scene.core_names().into_iter().zip(cores);
+    let cores = named.filter_map(|(name, core)| Some((name, core.spectrum.clone()?))).collect();
+    Shocks { frequencies_hz: spectrum_frequencies_hz().to_vec(), cores }
 }
 
 /// The measured curves whose signals are there.
@@ -358,6 +375,10 @@ fn outputs(view: &SceneView<'_>) -> Vec<Output> {
     for (name, casting) in view.info.castings.iter().zip(&metrics.castings) {
         list(&mut outputs, &format!("casting {name}"), CastingMetrics::QUANTITIES, casting);
     }
+    for (name, core) in view.scene.core_names().iter().zip(&metrics.cores) {
+        list(&mut outputs, &format!("core point {name}"), CoreMetrics::QUANTITIES, core);
+    }
+    metrics.core_totals.iter().for_each(|totals| list(&mut outputs, "all core points", CoreTotals::QUANTITIES, totals));
     outputs
 }
 

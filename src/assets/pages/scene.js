@@ -158,6 +158,17 @@ function spectraSection(meta, bytes) {
   section('Spectra', note('Amplitudes of velocities up to 1 kHz, phase by phase: single-sided, rectangular window, lines one over the duration apart, the mean left out. Beside a measurement, of both over the longest time that both have of the phase.'), ...parts);
 }
 
+/** Shock spectra of the core points: of the run in full lines, of the first impact in broken ones. */
+function shockSection({ frequencies_hz: hz, cores }) {
+  if (!cores.length) return;
+  const curves = cores.flatMap(([name, of], k) => [
+    { name, values: of.pseudo_velocity_m_s, color: CURVES[k % CURVES.length], dash: [] },
+    { name: `${name}, first impact`, values: of.first_impact_pseudo_velocity_m_s, color: CURVES[k % CURVES.length], dash: [4, 3] },
+  ]);
+  section('Shock at the core points', note('Largest pseudo-velocity of oscillators on each core point, a third of an octave apart. Grades by Gaberson: from 1.3 m/s mild, from 2.5 moderate, from 7.6 very severe.'),
+    shockPlot('Shock spectra', hz, curves, [[1.3, 'mild'], [2.5, 'moderate'], [7.6, 'very severe']]).node);
+}
+
 function outputsSection(meta) {
   if (!meta.outputs.length) return;
   const groups = [...new Set(meta.outputs.map((one) => one.of))];
@@ -188,6 +199,7 @@ async function scenePage() {
   section('Over time', note(`${every} Drag to zoom, with Shift to move, click to set the time; Ctrl and the wheel zoom, Shift and the wheel move; arrows, +, − and 0 do the same.`), ...hammers.plots.map((figure) => figure.node));
   blowTable(meta, player);
   spectraSection(meta, bytes);
+  shockSection(meta.shocks);
   outputsSection(meta);
   provenance(meta);
   keyboard(view, player);

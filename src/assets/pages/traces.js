@@ -177,3 +177,33 @@ function spectrumPlot(title, curves, unit, scale) {
     },
   });
 }
+
+/** Spectra over logarithmic axes, with lines at grades [value, text]. */
+function shockPlot(title, hz, curves, grades) {
+  const legend = (width) => legendRows(curves, width - 80), unit = 'pseudo-velocity (m/s)';
+  const all = [...curves.flatMap(({ values }) => values.filter((v) => v > 0)), ...grades.map(([v]) => v)];
+  const low = Math.min(...all) / 1.2, high = Math.max(...all) * 1.2;
+  const frame = (width, height) => {
+    const top = 8 + 17 * legend(width).rows;
+    return { left: 60, top, width: width - 88, height: height - top - 42 };
+  };
+  return new Figure({
+    title, height: (width) => 280 + 17 * legend(width).rows,
+    paint(painter, width, height) {
+      const box = frame(width, height), { px, py } = axes(painter, box, { low: hz[0], high: hz.at(-1), log: true, title: 'natural frequency (Hz)' }, { low, high, log: true, title: unit });
+      for (const [value, text] of grades) {
+        painter.line([box.left, py(value), box.left + box.width, py(value)], { color: SOFT, dash: [2, 3] });
+        painter.text(text, box.left + 4, py(value) - 7, { color: SOFT, size: 10 });
+      }
+      for (const { values, color, dash } of curves) {
+        if (values.every((v) => v > 0)) painter.line(values.flatMap((v, k) => [px(hz[k]), py(v)]), { color, width: 1.4, dash });
+      }
+      for (const placed of legend(width).placed) legendEntry(painter, box, placed);
+    },
+    hover(x) {
+      const box = frame(this.width, this.tall), place = (x - box.left) / box.width, k = Math.round(place * (hz.length - 1));
+      if (k < 0 || k >= hz.length) return '';
+      return [`${hz[k].toFixed(0)} Hz`, ...curves.map(({ name, values }) => `${name}: ${short(values[k])} m/s`)].join('\n');
+    },
+  });
+}

@@ -10,7 +10,7 @@ use super::numbers::number;
 use super::numerical::{NumericalTwins, numerical_twins};
 use super::precision::{Precision, Precisions, RowTime};
 use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
-use decore_model::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals, Warning};
+use decore_model::metrics::{Aggregates, CastingMetrics, CoreTotals, HammerMetrics, RunTotals, Warning};
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_quantity::{Cell, Value};
 
@@ -19,7 +19,7 @@ use decore_quantity::{Cell, Value};
 pub const DEFAULT_RANKING: &str = RunTotals::strike_energy_j.name;
 
 /// Figures shown beside the ranking for the best rows.
-const BESIDE: [&str; 9] = [
+const BESIDE: [&str; 10] = [
     DEFAULT_RANKING,
     RunTotals::delivered_work_j.name,
     Aggregates::total_fixture_damper_loss_j.name,
@@ -27,6 +27,7 @@ const BESIDE: [&str; 9] = [
     Aggregates::mean_periodic_energy_j.name,
     Aggregates::mean_hit_frequency_hz.name,
     Aggregates::least_percussion.name,
+    CoreTotals::least_core_pseudo_velocity_98hz_10khz_m_s.name,
     Aggregates::max_casting_point_velocity_m_s.name,
     Aggregates::total_air_used_nl.name,
 ];
@@ -44,9 +45,10 @@ const SUBJECT_RANGES: [(&str, &str); 10] = [
     (CastingMetrics::peak_point_velocity_m_s.name, "peak velocity of a casting's points"),
 ];
 /// Outputs of whole rows whose ranges over the rows are shown, with their titles.
-const ROW_RANGES: [(&str, &str); 6] = [
+const ROW_RANGES: [(&str, &str); 7] = [
     (RunTotals::strike_energy_j.name, "energy given by the strikes of a row"),
     (RunTotals::delivered_work_j.name, "work delivered in a row"),
+    (CoreTotals::least_core_pseudo_velocity_98hz_10khz_m_s.name, "shock at the core point that gets least"),
     (Aggregates::total_fixture_damper_loss_j.name, "part of it lost in fixture dampers"),
     (Aggregates::total_periodic_power_w.name, "impact power of a row"),
     (Aggregates::total_air_used_nl.name, "air used in a row"),

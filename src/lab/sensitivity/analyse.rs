@@ -10,7 +10,7 @@ use super::result::{Index, IndexName, Intervals, Method, OutputSensitivity, Sens
 use super::table::{FactorColumn, OutputColumn, Table, differ};
 use super::units::{NOT_RUN, Units, UsableUnits};
 use decore_dataset::{DatasetReader, TableName};
-use decore_model::metrics::{Aggregates, RunTotals};
+use decore_model::metrics::{Aggregates, CoreTotals, RunTotals};
 use decore_statistics::analysis::{
     AnalysisError, Bootstrap, Effects, Estimate, Estimator, FactorValues, MOST_SHAPLEY_FACTORS, SaltelliBlocks,
     SobolIndices, Trajectories, given, morris, shapley, sobol,
@@ -19,10 +19,11 @@ use decore_statistics::design::{Kind, Morris, Saltelli};
 use decore_study::DesignOutline;
 
 /// Outputs that are analysed unless others are asked for.
-pub const DEFAULT_OUTPUTS: [&str; 5] = [
+pub const DEFAULT_OUTPUTS: [&str; 6] = [
     RunTotals::strike_energy_j.name,
     Aggregates::total_first_impact_work_j.name,
     Aggregates::mean_hit_frequency_hz.name,
+    CoreTotals::least_core_pseudo_velocity_98hz_10khz_m_s.name,
     Aggregates::max_casting_point_velocity_m_s.name,
     Aggregates::total_air_used_nl.name,
 ];
