@@ -6,7 +6,7 @@ use super::exit::{Exit, Failure};
 use super::text::{fit, print_line};
 use crate::guide::TOPICS;
 use decore_dataset::{
-    ColumnDescription, ColumnGroup, Columns, CoreColumn, DatasetInfo, FactorColumn, SignalColumn, TableName,
+    ColumnDescription, ColumnGroup, Columns, DatasetInfo, FactorColumn, PartColumn, SignalColumn, TableName,
 };
 use decore_quantity::Kind;
 use decore_quantity::words::{did_you_mean, nearest};
@@ -110,7 +110,8 @@ fn columns() -> Result<String, Failure> {
         factors: vec![factor],
         hammers: named("HAMMER"),
         castings: named("CASTING"),
-        cores: vec![CoreColumn { casting: "CASTING".to_owned(), name: "NAME".to_owned() }],
+        cores: vec![PartColumn { casting: "CASTING".to_owned(), name: "NAME".to_owned() }],
+        pads: vec![PartColumn { casting: "CASTING".to_owned(), name: "NAME".to_owned() }],
         core_spectra: true,
         twins: 1,
         numerical_twins: true,
@@ -137,6 +138,7 @@ fn title(group: ColumnGroup) -> &'static str {
         ColumnGroup::Aggregate => "## Outputs over all hammers and castings",
         ColumnGroup::Hammer => "## Outputs per hammer (HAMMER_..., as left_...)",
         ColumnGroup::Casting => "## Outputs per casting (CASTING_..., as part_...)",
+        ColumnGroup::Fixture => "## Outputs per one-sided fixture (CASTING_fixture_NAME_..., as part_fixture_left_...)",
         ColumnGroup::Core => "## Outputs per core point (CASTING_core_NAME_..., as part_core_left_...)",
         ColumnGroup::Run => "## Outputs per run",
         ColumnGroup::Solver => "## The solver's work",
@@ -152,7 +154,7 @@ fn list(columns: &[ColumnDescription]) -> String {
             unit => format!(" ({unit})"),
         };
         let (name, text) = match column.group {
-            ColumnGroup::Hammer | ColumnGroup::Casting | ColumnGroup::Core => (
+            ColumnGroup::Hammer | ColumnGroup::Casting | ColumnGroup::Fixture | ColumnGroup::Core => (
                 &column.quantity,
                 column.description.split_once("`: ").map_or(column.description.as_str(), |(_, text)| text),
             ),

@@ -7,7 +7,7 @@ use super::info::{DatasetInfo, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
     Aggregates, Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, HammerMetrics, NumericalErrors,
-    RunMetrics, RunTotals, Scatter, ScatterOf,
+    PadMetrics, RunMetrics, RunTotals, Scatter, ScatterOf,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::{Cell, Kind, Value};
@@ -24,6 +24,8 @@ pub enum ColumnGroup {
     Hammer,
     /// An output of one casting.
     Casting,
+    /// An output of one one-sided fixture.
+    Fixture,
     /// An output of one core point.
     Core,
     /// An output over all hammers or castings.
@@ -166,6 +168,8 @@ pub enum Get {
     Hammer(usize, Read<HammerMetrics>),
     /// Index of the casting.
     Casting(usize, Read<CastingMetrics>),
+    /// Index of the one-sided fixture.
+    Pad(usize, Read<PadMetrics>),
     /// Index of the core point.
     Core(usize, Read<CoreMetrics>),
     /// Index of the core point, its spectrum, and the oscillator's place in it.
@@ -219,6 +223,7 @@ impl Column {
             Get::Aggregates(read) => source.aggregates.as_ref().and_then(read),
             Get::Hammer(index, read) => source.metrics()?.hammers.get(index).and_then(read),
             Get::Casting(index, read) => source.metrics()?.castings.get(index).and_then(read),
+            Get::Pad(index, read) => source.metrics()?.pads.get(index).and_then(read),
             Get::Core(index, read) => source.metrics()?.cores.get(index).and_then(read),
             Get::CoreSpectrum(index, read, place) => {
                 let spectrum = source.metrics()?.cores.get(index)?.spectrum.as_ref()?;

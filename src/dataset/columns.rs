@@ -12,11 +12,11 @@ use super::column::{
     scatter_name,
 };
 use super::error::DatasetError;
-use super::info::{CoreColumn, DatasetInfo, RowRecord};
+use super::info::{DatasetInfo, PartColumn, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Aggregates, Blow, CastingMetrics, CoreMetrics, CoreTotals, HammerMetrics, Instant, NumericalErrors, RunTotals,
-    Scatter, spectrum_frequencies_hz,
+    Aggregates, Blow, CastingMetrics, CoreMetrics, CoreTotals, HammerMetrics, Instant, NumericalErrors, PadMetrics,
+    RunTotals, Scatter, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::words::identifier;
@@ -262,6 +262,7 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
         columns.extend(casting.columns(CastingMetrics::QUANTITIES, |read| Get::Casting(index, read)));
         columns.extend(beside(info, &casting, CastingMetrics::QUANTITIES, ScatterGroup::Casting(index)));
     }
+    columns.extend(pad_columns(info));
     columns.extend(core_columns(info));
     columns.extend(run.columns(RunTotals::QUANTITIES, Get::Totals));
     columns.extend(beside(info, &run, RunTotals::QUANTITIES, ScatterGroup::Totals));
@@ -277,10 +278,21 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
     columns
 }
 
+/// Columns `<casting>_fixture_<name>_<quantity>` of one-sided fixtures.
+fn pad_columns(info: &DatasetInfo) -> Vec<Column> {
+    let columns = info.pads.iter().enumerate().flat_map(|(index, PartColumn { casting, name })| {
+        let subject = format!("{casting}.{name}");
+        let prefix = identifier(&format!("{casting}_fixture_{name}_"), "casting");
+        let about = About { group: ColumnGroup::Fixture, subject: Some(("Fixture", &subject)), prefix };
+        about.columns(PadMetrics::QUANTITIES, |read| Get::Pad(index, read)).collect::<Vec<_>>()
+    });
+    columns.collect()
+}
+
 /// Columns `<casting>_core_<name>_<quantity>` of core points, and those over all of them.
 fn core_columns(info: &DatasetInfo) -> Vec<Column> {
     let mut columns = Vec::new();
-    for (index, CoreColumn { casting, name }) in info.cores.iter().enumerate() {
+    for (index, PartColumn { casting, name }) in info.cores.iter().enumerate() {
         let subject = format!("{casting}.{name}");
         let prefix = identifier(&format!("{casting}_core_{name}_"), "casting");
         let about = About { group: ColumnGroup::Core, subject: Some(("Core point", &subject)), prefix };

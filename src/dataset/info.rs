@@ -23,9 +23,9 @@ pub struct FactorColumn {
     pub description: String,
 }
 
-/// A core point, of which there are columns.
+/// A core point or a one-sided fixture, of which there are columns.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CoreColumn {
+pub struct PartColumn {
     /// Name of its casting as in the study.
     pub casting: String,
     /// Name as in the study.
@@ -117,7 +117,10 @@ pub struct DatasetInfo {
     pub castings: Vec<String>,
     /// Core points of the castings, casting by casting.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub cores: Vec<CoreColumn>,
+    pub cores: Vec<PartColumn>,
+    /// One-sided fixtures, casting by casting.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pads: Vec<PartColumn>,
     /// Whether spectra of the core points are kept.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub core_spectra: bool,
@@ -163,6 +166,7 @@ impl DatasetInfo {
             hammers: Vec::new(),
             castings: Vec::new(),
             cores: Vec::new(),
+            pads: Vec::new(),
             core_spectra: false,
             signals: Vec::new(),
         }

@@ -89,7 +89,7 @@ pub use columns::{Columns, TableName};
 pub use difference::differences;
 pub use error::DatasetError;
 pub use growth::{Growth, grow};
-pub use info::{CoreColumn, DatasetInfo, FactorColumn, RETRIES, RowRecord, SignalColumn, rows_per_part};
+pub use info::{DatasetInfo, FactorColumn, PartColumn, RETRIES, RowRecord, SignalColumn, rows_per_part};
 pub use key::ValuesKey;
 pub use lock::{DatasetDir, Lock, host_name};
 pub use manifest::{MANIFEST_NAME, Manifest, Rerun, RowSpan};

@@ -78,7 +78,7 @@ pub(super) fn columns<'a>(all: &'a [ColumnDescription], rows: u64, main: &[&str]
             let casting = CastingMetrics::QUANTITIES.iter().any(|one| main(one.name, one.main));
             if hammer || casting { 3 } else { 4 }
         }
-        ColumnGroup::Core => 4,
+        ColumnGroup::Core | ColumnGroup::Fixture => 4,
         _ => 5,
     };
     let mut by_rank: BTreeMap<(usize, usize), &ColumnDescription> = BTreeMap::new();

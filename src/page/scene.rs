@@ -9,7 +9,10 @@ use super::error::PageError;
 use super::samples::{Samples, Scale};
 use decore_dataset::DatasetInfo;
 use decore_model::hammer::HammerParameters;
-use decore_model::metrics::{Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, HammerMetrics, HammerSignals, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz};
+use decore_model::metrics::{
+    Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, HammerMetrics, HammerSignals, PadMetrics, Phase,
+    RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
+};
 use decore_model::run::RowOutcome;
 use decore_model::scene::{HammerUnit, Scene};
 use decore_quantity::{Quantity, Value};
@@ -374,6 +377,11 @@ fn outputs(view: &SceneView<'_>) -> Vec<Output> {
     }
     for (name, casting) in view.info.castings.iter().zip(&metrics.castings) {
         list(&mut outputs, &format!("casting {name}"), CastingMetrics::QUANTITIES, casting);
+    }
+    let pads = view.scene.fixtures().filter(|(_, fixture)| fixture.one_sided);
+    for ((id, fixture), pad) in pads.zip(&metrics.pads) {
+        let of = format!("fixture {} of casting {}", fixture.name, view.scene.castings[id.casting].name);
+        list(&mut outputs, &of, PadMetrics::QUANTITIES, pad);
     }
     for (name, core) in view.scene.core_names().iter().zip(&metrics.cores) {
         list(&mut outputs, &format!("core point {name}"), CoreMetrics::QUANTITIES, core);

@@ -327,6 +327,16 @@ impl Study {
             .collect()
     }
 
+    /// The one-sided fixtures, casting by casting: names of casting and fixture.
+    pub fn pads(&self) -> Vec<(&str, &str)> {
+        let mut pads = Vec::new();
+        for (casting, entry) in &self.file.casting {
+            let own = entry.fixture.iter().filter(|(_, fixture)| fixture.one_sided == Some(true));
+            pads.extend(own.map(|(name, _)| (casting.as_str(), name.as_str())));
+        }
+        pads
+    }
+
     /// Names of the core points, CASTING.NAME, casting by casting.
     pub fn core_names(&self) -> Vec<String> {
         let of = |casting: CastingNames<'_>| {

@@ -47,6 +47,7 @@ pub fn info() -> DatasetInfo {
         hammers: vec!["left".to_owned(), "right-hand".to_owned()],
         castings: vec!["1st".to_owned()],
         cores: Vec::new(),
+        pads: Vec::new(),
         core_spectra: false,
         design_quality: serde_json::Value::Null,
         row_groups: Some(Vec::new()),

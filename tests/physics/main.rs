@@ -21,6 +21,7 @@ mod lanes;
 mod ledger;
 mod metrics;
 mod numerical_twin;
+mod one_sided;
 mod outputs;
 mod presets;
 mod val_reference;

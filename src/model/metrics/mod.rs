@@ -22,6 +22,7 @@ mod hammer;
 mod instant;
 mod numerical;
 mod outputs;
+mod pad;
 mod peak;
 mod percussion;
 mod phase;
@@ -40,6 +41,7 @@ pub use core::{CoreMetrics, CoreSpectrum, CoreTotals, spectrum_frequencies_hz};
 pub use outputs::{
     CastingMetrics, ERRING, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf, duration_for,
 };
+pub use pad::PadMetrics;
 pub use percussion::Percussion;
 pub use phase::{Phase, PhaseKind};
 pub use promise::{Promise, Span};

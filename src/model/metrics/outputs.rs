@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::blow::Blow;
 use super::core::{CoreMetrics, CoreTotals};
+use super::pad::PadMetrics;
 use super::percussion::Percussion;
 use decore_quantity::quantities;
 
@@ -236,6 +237,12 @@ pub struct RunMetrics {
     /// Over all core points; `None` unless the study asks for their spectra.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub core_totals: Option<CoreTotals>,
+    /// One entry per one-sided fixture, casting by casting.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pads: Vec<PadMetrics>,
+    /// Longest time in s for which each casting was off all its fixtures. Decides whether the row is valid; no output.
+    #[serde(skip)]
+    pub flights_s: Vec<f64>,
     /// Every blow whose window lies within the simulation, by time of start, then hammer.
     pub blows: Vec<Blow>,
     /// Of the run as a whole.

@@ -6,6 +6,7 @@ use super::core::{CoreTotals, CoreTracks};
 use super::hammer::{Finished, HammerTrack};
 use super::instant::Instant;
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
+use super::pad::PadTracks;
 use super::warning::Warning;
 use crate::integrate::{Observer, Step};
 use crate::scene::{HammerLink, Owner, Scene};
@@ -18,6 +19,7 @@ pub struct Recorder {
     /// `None` where no spectra of core points are asked for.
     cores: Option<CoreTracks>,
     core_names: Vec<String>,
+    pads: PadTracks,
     scratch: Vec<f64>,
 }
 
@@ -30,6 +32,7 @@ impl Recorder {
             castings: (0..layout.castings).map(|c| CastingTrack::new(model, scene, c)).collect(),
             cores: CoreTracks::new(model, scene),
             core_names: scene.core_names(),
+            pads: PadTracks::new(model, scene),
             scratch: vec![0.0; layout.dimension()],
         }
     }
@@ -63,8 +66,9 @@ impl Recorder {
             chamber_residual: chamber_residual(system, end),
             warnings,
         };
+        let (pads, flights_s) = self.pads.finish(t);
         let core_totals = CoreTotals::of(&cores, &self.core_names);
-        RunMetrics { hammers, castings, cores, core_totals, blows, totals, ..RunMetrics::default() }
+        RunMetrics { hammers, castings, cores, core_totals, pads, flights_s, blows, totals, ..RunMetrics::default() }
     }
 }
 
@@ -94,6 +98,7 @@ impl Observer<Coupled> for Recorder {
         if let Some(cores) = &mut self.cores {
             cores.step(step, &mut self.scratch);
         }
+        self.pads.step(system, step, &mut self.scratch);
         for track in &mut self.castings {
             track.step(step, &mut self.scratch);
         }
@@ -101,7 +106,10 @@ impl Observer<Coupled> for Recorder {
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
         let contact = &system.model().elements().contacts()[guard];
-        let Owner::Hammer { hammer, link } = contact.owner else { return };
+        let (hammer, link) = match contact.owner {
+            Owner::Hammer { hammer, link } => (hammer, link),
+            Owner::Fixture(fixture) => return self.pads.event(system, (fixture, guard), t),
+        };
         let track = &mut self.hammers[hammer];
         let before = track.blow_count();
         match (link, system.is_closed(guard)) {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::outcome::{RowOutcome, RowStatus};
 use crate::integrate::{End, Observer, Settings, Span, Stopped};
-use crate::metrics::{Recorder, RunTotals};
+use crate::metrics::{Recorder, RunMetrics, RunTotals};
 use crate::scene::{Scene, SolverSettings};
 use crate::system::{Coupled, CoupledModel, InterfaceModes, PlacedModes, build_placed};
 
@@ -20,6 +20,9 @@ pub(super) const LEAST_TOLERANCE: f64 = 1e-12;
 /// Residual of energies or of chambers above which the audit of a row fails. At the default tolerance energies close to 1e-5 and
 /// chambers to 1e-10; the latter to a few 1e-4 where an annulus at ambient pressure relaxes within a step for a minute.
 pub const RESIDUAL_LIMIT: f64 = 1e-3;
+
+/// Longest time in s for which a casting may be off all its fixtures. In free flight it rises by 5 cm in it, and comes down elsewhere.
+pub const LONGEST_FLIGHT_S: f64 = 0.2;
 
 /// Simulates a scene on the modes of its structure.
 ///
@@ -91,7 +94,7 @@ pub(super) fn outcome(scene: &Scene, system: &Coupled, recorder: Recorder, end: 
     let End { stopped, t, y, counters } = end;
     let metrics = (stopped == Stopped::AtEnd).then(|| recorder.finish(system, t, &y));
     let (status, reason) = match &metrics {
-        Some(metrics) => audited(&metrics.totals, scene),
+        Some(metrics) => thrown(metrics, scene).unwrap_or_else(|| audited(&metrics.totals, scene)),
         None => describe(&stopped, scene),
     };
     let layout = system.model().layout();
@@ -106,6 +109,17 @@ pub(super) fn outcome(scene: &Scene, system: &Coupled, recorder: Recorder, end: 
         wall_time_s: 0.0,
         numerical_twin_wall_time_s: None,
     }
+}
+
+/// Status of a run in which a casting left its fixtures.
+fn thrown(metrics: &RunMetrics, scene: &Scene) -> Option<(RowStatus, String)> {
+    let mut flights = scene.castings.iter().zip(&metrics.flights_s);
+    let (casting, flight_s) = flights.find(|(_, flight_s)| **flight_s > LONGEST_FLIGHT_S)?;
+    let reason = format!(
+        "casting `{}` was thrown off its fixtures for {flight_s:.2} s: press it down with a clamp (`clamp_force_n`), or strike less hard",
+        casting.name
+    );
+    Some((RowStatus::Invalid, reason))
 }
 
 /// Status of a run that reached its end, by its audits.

@@ -115,6 +115,7 @@ impl Scene {
         for fixture in &casting.fixtures {
             let prefix = format!("{prefix}.fixture.{}", fixture.name);
             checks.group(&prefix, fixture);
+            check_kind(checks, &prefix, (casting, fixture));
             if let Some(message) = self.too_stiff(casting, fixture) {
                 checks.push(SceneProblemKind::Value, format!("{prefix}.stiffness_n_per_m"), message);
             }
@@ -164,6 +165,20 @@ impl Scene {
         checks.rule(whole, "solver.modes".to_string(), "must be \"integrated\" for a method with a fixed step");
         checks.group("outputs", &self.outputs);
     }
+}
+
+/// Checks that a fixture is a spring, a pad or a clamp.
+fn check_kind(checks: &mut Checks, prefix: &str, (casting, fixture): (&Casting, &Fixture)) {
+    let (clamps, pads) = (fixture.clamp_force_n > 0.0, fixture.one_sided);
+    let path = |key: &str| format!("{prefix}.{key}");
+    let stiff = clamps || fixture.stiffness_n_per_m > 0.0;
+    checks.rule(stiff, path("stiffness_n_per_m"), "must be above 0; only a clamp (`clamp_force_n`) may have 0");
+    checks.rule(!(clamps && pads), path("clamp_force_n"), "needs `one_sided = false`: a pad carries, a clamp presses");
+    let message =
+        "needs a fixture with `one_sided = true` onto which it presses: other fixtures hold the casting without it";
+    checks.rule(!clamps || casting.lies(), path("clamp_force_n"), message);
+    let message = "needs a rigid casting: the flexibility between several contacts of an elastic one is not modelled";
+    checks.rule(!pads || casting.elastic.is_none(), path("one_sided"), message);
 }
 
 /// Whether the strike point lies outside the casting's extent.

@@ -7,7 +7,8 @@ use super::elastic::CastingStructureEntry;
 use crate::parameter::parameters;
 
 parameters! {
-    /// Spring and damper between a point of a casting and a node of the structure.
+    /// Spring and damper between a point of a casting and a node of the structure; one-sided, a pad on which the casting lies; with a
+    /// force, a clamp.
     #[derive(Serialize)]
     pub struct Fixture from FixtureEntry {
         own {
@@ -23,9 +24,14 @@ parameters! {
         /// Where it holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
         /// Stiffness `k_T`.
-        pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0] usual [1e5, 1e11], "the paper's rig";
+        pub stiffness_n_per_m: f64 = 3e7, "N/m", [>= 0] usual [1e5, 1e11], "the paper's rig";
         /// Damping `c_T`.
         pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0] usual [0, 1e6], "the paper's rig";
+        /// Whether it only pushes, as a pad does: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
+        /// casting's weight and of the clamps. The casting lifts off where F reaches 0.
+        pub one_sided: bool = false, "", [choice], "false";
+        /// Force of a clamp, which presses the casting onto its one-sided fixtures. A stiffness of 0 keeps it constant, as a cylinder does.
+        pub clamp_force_n: f64 = 0.0, "N", [>= 0] usual [0, 1e5], "no clamp";
     }
 }
 
@@ -90,6 +96,11 @@ parameters! {
 }
 
 impl Casting {
+    /// Whether some of its fixtures only push.
+    pub fn lies(&self) -> bool {
+        self.fixtures.iter().any(|fixture| fixture.one_sided)
+    }
+
     /// Distance in m of a point (x, y from the centre) from the nearest edge, negative outside; `None` without an extent.
     pub fn margin_m(&self, point_m: [f64; 2]) -> Option<f64> {
         let size = self.size_m?;

@@ -74,8 +74,8 @@ impl Casting {
         }
     }
 
-    /// Sum of `b b'` over (heave, tx, ty), rotations scaled by the largest offset. Stiffnesses are positive: they do not decide
-    /// what is held, and beside one of 1e25 N/m rounding would hide what the others hold.
+    /// Sum of `b b'` over (heave, tx, ty), rotations scaled by the largest offset. The size of stiffnesses does not decide what is held,
+    /// and beside one of 1e25 N/m rounding would hide what the others hold.
     fn hold(&self) -> [[f64; 3]; 3] {
         let length = self
             .fixtures
@@ -83,7 +83,7 @@ impl Casting {
             .flat_map(|fixture| fixture.at_m)
             .fold(OFFSET_TOLERANCE_M, |longest, offset| longest.max(offset.abs()));
         let mut matrix = [[0.0; 3]; 3];
-        for fixture in &self.fixtures {
+        for fixture in self.fixtures.iter().filter(|fixture| fixture.stiffness_n_per_m > 0.0) {
             let row = [1.0, fixture.at_m[1] / length, -fixture.at_m[0] / length];
             for (i, line) in matrix.iter_mut().enumerate() {
                 for (j, entry) in line.iter_mut().enumerate() {

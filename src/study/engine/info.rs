@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::signals::KeptSignals;
 use crate::{CheckedStudy, FactorInfo, Study};
-use decore_dataset::{Columns, CoreColumn, DatasetInfo, FactorColumn, RowRecord, rows_per_part};
+use decore_dataset::{Columns, DatasetInfo, FactorColumn, PartColumn, RowRecord, rows_per_part};
 use decore_model::metrics::CastingNames;
 use decore_model::run::RowOutcome;
 use decore_model::scene::NumericalTwin;
@@ -44,6 +44,7 @@ pub fn dataset_info(
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
         cores: cores(study),
+        pads: study.pads().into_iter().map(|(casting, name)| part(casting, name)).collect(),
         core_spectra: study.outputs().core_spectra,
         signals: signals.map_or_else(Vec::new, |kept| kept.columns.clone()),
     };
@@ -53,12 +54,13 @@ pub fn dataset_info(
 }
 
 /// Core points of all castings.
-fn cores(study: &Study) -> Vec<CoreColumn> {
-    let of = |casting: &CastingNames<'_>| {
-        let column = |core: &&str| CoreColumn { casting: casting.name.to_owned(), name: (*core).to_owned() };
-        casting.cores.iter().map(column).collect::<Vec<_>>()
-    };
+fn cores(study: &Study) -> Vec<PartColumn> {
+    let of = |casting: &CastingNames<'_>| casting.cores.iter().map(|core| part(casting.name, core)).collect::<Vec<_>>();
     study.castings().iter().flat_map(of).collect()
+}
+
+fn part(casting: &str, name: &str) -> PartColumn {
+    PartColumn { casting: casting.to_owned(), name: name.to_owned() }
 }
 
 /// A row as the tables take it.

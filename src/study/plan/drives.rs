@@ -12,7 +12,8 @@ use decore_quantity::words::nearest;
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
 
 /// The keys of `outputs` that all rows share: they decide which tables and columns there are.
-const SHARED_OUTPUTS: [&str; 6] = ["twins", "numerical_twin", "points", "signals", "signal_rows", "signal_interval_s"];
+const SHARED_OUTPUTS: [&str; 7] =
+    ["twins", "numerical_twin", "points", "signals", "signal_rows", "signal_interval_s", "core_spectra"];
 
 /// A parameter as the factor names it.
 struct Named<'a> {
@@ -97,7 +98,7 @@ impl<'a> FactorReader<'a> {
         }
         let names: Vec<&str> = segments.iter().map(String::as_str).collect();
         let shared = matches!(names.as_slice(), ["outputs", key, ..] if SHARED_OUTPUTS.contains(key))
-            || matches!(names.as_slice(), ["casting", _, "structure", ..]);
+            || matches!(names.as_slice(), ["casting", _, "structure", ..] | ["casting", _, "fixture", _, "one_sided"]);
         if shared || !segments.first().is_some_and(|first| DRIVABLE.contains(&first.as_str())) {
             let problem = self.problem_at(at, format!("`{text}` is shared by all rows, so no factor can drive it"));
             problem.expected = Some(format!("a path that starts with one of {}", DRIVABLE.join(", ")));

@@ -1,8 +1,12 @@
 //! The static equilibrium from which a run starts.
 //!
-//! Coordinates of the machine and the castings are measured from it: they start at 0. A fixture's force is measured from its share of the
-//! weight and also starts at 0. Each hammer starts at its own state of rest: it hangs on its mount, its chisel off the casting.
+//! Coordinates of the machine and the castings are measured from it: they start at 0. Forces of fixtures are measured from their forces at
+//! rest. Those of one-sided fixtures have to be known, as they decide when a casting lifts off: they are solved for here. Each hammer starts at its own state of rest: it hangs on its mount, its chisel off the casting.
 
+use nalgebra::{DMatrix, DVector};
+
+use super::BuildError;
+use crate::scene::{Link, LinkLaw, Owner, Part, PartId, Scene};
 use crate::system::model::CoupledModel;
 
 /// Returns the state at rest.
@@ -19,4 +23,95 @@ pub(super) fn rest(model: &CoupledModel) -> Vec<f64> {
         y[layout.pressures(h)].copy_from_slice(&rest.pressure);
     }
     y
+}
+
+/// A fixture that carries a casting.
+struct Carrier<'l> {
+    link: &'l mut Link,
+    /// Motion of its point by the freedoms of the casting.
+    row: DVector<f64>,
+    stiffness_n_per_m: f64,
+    /// Whether it only pushes.
+    one_sided: bool,
+    /// Whether it takes part: a one-sided fixture from which the casting stands off does not.
+    acts: bool,
+}
+
+/// Gives the contacts under a casting their shares of its weight and of the forces of its clamps; those from which it then stands off get
+/// a gap. The machine is rigid here.
+///
+/// Solves `K u = W` with `K = sum k b b'` over the fixtures that carry, `b` the row of the held point, until none pulls and none that was
+/// left out is pressed: `F = k b u`.
+///
+/// # Errors
+/// [`BuildError::NoRest`] if the casting tips off its fixtures.
+pub(super) fn share_loads(scene: &Scene, parts: &[(PartId, Part)], links: &mut [Link]) -> Result<(), BuildError> {
+    for (id, part) in parts {
+        let (PartId::Casting(index), Part::Rigid(freedoms)) = (*id, part) else { continue };
+        let casting = &scene.castings[index];
+        if !casting.lies() {
+            continue;
+        }
+        let mut load = DVector::zeros(freedoms.len());
+        load[0] = casting.mass_kg * scene.environment.gravity_m_s2;
+        let mut carriers = Vec::new();
+        for link in links.iter_mut() {
+            let Owner::Fixture(fixture) = link.owner else { continue };
+            if fixture.casting != index {
+                continue;
+            }
+            let mut row = DVector::zeros(freedoms.len());
+            part.row(&link.ends[0].location).into_iter().for_each(|(freedom, lever)| row[freedom] = lever);
+            match casting.fixtures[fixture.fixture].clamp_force_n {
+                0.0 => carriers.push(carrier(link, row)),
+                force_n => load.axpy(force_n, &row, 1.0),
+            }
+        }
+        let u = settle(&mut carriers, &load).ok_or_else(|| BuildError::NoRest { casting: casting.name.clone() })?;
+        for carrier in carriers {
+            let depth_m = carrier.row.dot(&u);
+            if let LinkLaw::Contact { gap_m, preload_n, .. } = &mut carrier.link.law {
+                (*gap_m, *preload_n) =
+                    if carrier.acts { (0.0, carrier.stiffness_n_per_m * depth_m) } else { (-depth_m, 0.0) };
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Returns the link of a fixture as a carrier, which starts with all fixtures acting.
+fn carrier(link: &mut Link, row: DVector<f64>) -> Carrier<'_> {
+    let (stiffness_n_per_m, one_sided) = match link.law {
+        LinkLaw::Spring { stiffness_n_per_m, .. } => (stiffness_n_per_m, false),
+        LinkLaw::Contact { law, .. } => (law.closed_force(1.0, 0.0), true),
+    };
+    Carrier { link, row, stiffness_n_per_m, one_sided, acts: true }
+}
+
+/// Finds the fixtures that carry a load and returns how far they let the casting down; `None` if it tips off them.
+fn settle(carriers: &mut [Carrier<'_>], load: &DVector<f64>) -> Option<DVector<f64>> {
+    // In each round one fixture changes sides; a handful settles in fewer rounds than there are fixtures.
+    for _ in 0..=4 * carriers.len() {
+        let mut stiffness = DMatrix::zeros(load.len(), load.len());
+        for carrier in carriers.iter().filter(|carrier| carrier.acts) {
+            stiffness.ger(carrier.stiffness_n_per_m, &carrier.row, &carrier.row, 1.0);
+        }
+        let u = stiffness.cholesky()?.solve(load);
+        let wrong = |carrier: &Carrier<'_>| {
+            let depth_m = carrier.row.dot(&u);
+            if !carrier.one_sided {
+                0.0
+            } else if carrier.acts {
+                -depth_m
+            } else {
+                depth_m
+            }
+        };
+        let worst = carriers.iter_mut().max_by(|a, b| wrong(a).total_cmp(&wrong(b)))?;
+        if wrong(worst) <= 0.0 {
+            return Some(u);
+        }
+        worst.acts = !worst.acts;
+    }
+    None
 }

@@ -63,6 +63,15 @@ pub enum BuildError {
         /// Number expected.
         expected: usize,
     },
+    /// A casting tips off its one-sided fixtures.
+    #[error(
+        "casting `{casting}` cannot rest on its one-sided fixtures: its weight and its clamps tip it off them; place a fixture on the \
+         other side, or a clamp (`clamp_force_n`) between the fixtures"
+    )]
+    NoRest {
+        /// Name of the casting.
+        casting: String,
+    },
     /// The masses of the tied guides make no positive definite matrix.
     #[error("guide masses must be positive to be tied to their mounts")]
     GuideMass,
@@ -88,7 +97,8 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     }
     let (layout, parts) = parts(scene, &described, placed)?;
     let points = points(scene, (&described, &parts), placed);
-    let links = scene.links();
+    let mut links = scene.links();
+    equilibrium::share_loads(scene, &described, &mut links)?;
     let elements = Elements::new(&links, &points, parts.iter().map(|part| part.columns.len()).sum());
     let residuals = parts.iter().filter_map(|part| Some((part.columns.start, placed.of(part.id)?.residual()?)));
     let elements = elements.with_residuals(&links, &residuals.collect::<Vec<_>>())?;
