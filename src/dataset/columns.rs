@@ -320,7 +320,9 @@ fn core_columns(info: &DatasetInfo) -> Vec<Column> {
 
 /// Spectra that are kept: name, of what, where.
 const SPECTRA: [(&str, &str, ReadSpectrum); 2] = [
-    ("first_impact_pseudo_velocity", "within the first impact's window", |of| &of.first_impact_pseudo_velocity_m_s),
+    ("first_impact_pseudo_velocity", "within the windows of the first impacts", |of| {
+        &of.first_impact_pseudo_velocity_m_s
+    }),
     ("pseudo_velocity", "in the run", |of| &of.pseudo_velocity_m_s),
 ];
 

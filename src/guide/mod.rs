@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 20] = [
+pub const TOPICS: [Topic; 22] = [
     Topic {
         name: "best",
         about: "the best values for your goal, and how sure they are",
@@ -27,6 +27,16 @@ pub const TOPICS: [Topic; 20] = [
         name: "castings",
         about: "castings that bend: finite element models, points, core points, cut-off",
         text: include_str!("castings.md"),
+    },
+    Topic {
+        name: "cores",
+        about: "what reaches the sand cores: shock spectra, doses, when a core is out",
+        text: include_str!("cores.md"),
+    },
+    Topic {
+        name: "clamps",
+        about: "castings that lie on pads and are pressed down: lift-off, clamping force, materials of pads",
+        text: include_str!("clamps.md"),
     },
     Topic {
         name: "outputs",

@@ -287,6 +287,12 @@ impl ShockResponse {
         old
     }
 
+    /// Asks for more or less of the present window from now on.
+    pub fn watch(&mut self, watch: Watch) {
+        self.watch = watch;
+        self.set_levels();
+    }
+
     /// Largest pseudo-velocities since the start, m/s.
     pub fn spectrum_m_s(&self) -> &[f64; BAND] {
         &self.run

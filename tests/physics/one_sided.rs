@@ -21,7 +21,7 @@ const OWNER: Owner = Owner::Fixture(FixtureId { casting: 0, fixture: 0 });
 fn struck(impulse_n_s: f64, end_s: f64) -> Vec<f64> {
     let pad =
         Fixture { stiffness_n_per_m: STIFFNESS_N_PER_M, damping_n_s_per_m: 0.0, one_sided: true, ..Fixture::default() };
-    let clamp = Fixture { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, clamp_force_n: REST_N, ..Fixture::default() };
+    let clamp = Fixture { clamp_force_n: REST_N, ..Fixture::default() };
     let casting = Casting { name: "part".into(), mass_kg: MASS_KG, fixtures: vec![pad, clamp], ..Casting::default() };
     let modes = InterfaceModes {
         omega_rad_s: Vec::new(),
@@ -64,7 +64,7 @@ fn rig(clamp_n: Option<f64>) -> RunMetrics {
     let mut scene = engine.scene(0).unwrap().scene;
     if let Some(clamp_force_n) = clamp_n {
         let fixtures = &mut scene.castings[0].fixtures;
-        let clamp = Fixture { clamp_force_n, stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..fixtures[0].clone() };
+        let clamp = Fixture { clamp_force_n, ..fixtures[0].clone() };
         fixtures[0].one_sided = true;
         fixtures.push(clamp);
     }

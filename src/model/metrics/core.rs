@@ -17,9 +17,10 @@ quantities! {
     pub struct CoreMetrics {
         /// Largest absolute velocity of the core point along the strike.
         pub peak_velocity_m_s: f64 => "m/s",
-        /// Largest pseudo-velocity within the first impact's window, 98 Hz to 10 kHz.
+        /// Largest pseudo-velocity within the windows of the hammers' first impacts, 98 Hz to 10 kHz.
         pub first_impact_pseudo_velocity_98hz_10khz_m_s: Option<f64> => "m/s",
-        /// Mean of the periodic blows' largest pseudo-velocity, each within its window, 98 Hz to 10 kHz.
+        /// Mean of the periodic blows' largest pseudo-velocity, each within its window, 98 Hz to 10 kHz. Blows whose windows overlap count
+        /// once.
         pub periodic_pseudo_velocity_98hz_10khz_mean_m_s: Option<f64> => "m/s",
         /// Largest pseudo-velocity of the run, 98 Hz to 10 kHz.
         pub pseudo_velocity_98hz_10khz_m_s: Option<f64> => "m/s",
@@ -27,7 +28,8 @@ quantities! {
         pub pseudo_velocity_frequency_hz: Option<f64> => "Hz",
         /// Number of blows, first impacts included, with a pseudo-velocity of at least `outputs.core_threshold_m_s`.
         pub blows_above_threshold: Option<u64> => "1",
-        /// Sum over the blows of half the square of the point's largest velocity within the blow's window.
+        /// Sum over the blows of half the square of the point's largest velocity within the blow's window. Blows whose windows overlap count
+        /// once.
         pub blow_energy_per_mass_j_per_kg: Option<f64> => "J/kg",
         /// Dose of the run: the sum over an oscillator's cycles of (pseudo-velocity / `outputs.core_dose_reference_m_s`) to the power
         /// `outputs.core_dose_exponent`, the largest over 98 Hz to 10 kHz.
@@ -48,7 +50,7 @@ quantities! {
 /// Shock spectra of a core point, oscillator by oscillator.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CoreSpectrum {
-    /// Largest pseudo-velocities within the first impact's window, m/s; 0 without a first impact.
+    /// Largest pseudo-velocities within the windows of the hammers' first impacts, m/s; 0 without a first impact.
     pub first_impact_pseudo_velocity_m_s: Vec<f64>,
     /// Largest pseudo-velocities of the run, m/s.
     pub pseudo_velocity_m_s: Vec<f64>,
@@ -62,7 +64,8 @@ quantities! {
         pub least_core_pseudo_velocity_98hz_10khz_m_s: Option<f64> => "m/s",
         /// The core point that gets least: CASTING.NAME.
         pub least_core: String => "",
-        /// Least over the core points of the largest pseudo-velocity within the first impact's window, 98 Hz to 10 kHz.
+        /// Least over the core points of the largest pseudo-velocity within the windows of the hammers' first impacts, 98 Hz to
+        /// 10 kHz.
         pub least_core_first_impact_pseudo_velocity_98hz_10khz_m_s: Option<f64> => "m/s",
         /// Least dose over the core points.
         pub least_core_dose_98hz_10khz: Option<f64> => "1",
@@ -76,11 +79,12 @@ pub fn spectrum_frequencies_hz() -> [f64; BAND] {
     Oscillators::new(lowest_hz(), 1.0).frequencies_hz()
 }
 
-/// A blow's window as one core point saw it.
+/// Blows whose windows overlap, as the core points of their casting saw them.
 struct Seen {
-    hammer: usize,
-    number: usize,
-    kind: BlowKind,
+    /// Hammer and number of each blow.
+    blows: Vec<(usize, usize)>,
+    /// Whether one of them is a hammer's first impact.
+    has_first: bool,
     /// Of each point of the casting: largest pseudo-velocity and largest velocity, m/s.
     points: Vec<[f64; 2]>,
 }
@@ -141,17 +145,28 @@ impl CoreTracks {
         })
     }
 
-    /// A blow on a casting begins; its window ends at `end_s` or where the next blow on the casting begins.
+    /// A blow on a casting begins; its window ends at `end_s`. Blows whose windows overlap are seen together.
     pub fn open(&mut self, blow: &Blow, end_s: f64) {
-        let seen = Seen { hammer: blow.hammer, number: blow.number, kind: blow.kind, points: Vec::new() };
         let cores = &mut self.castings[blow.casting];
-        cores.close(blow.start_time_s);
-        let is_first = blow.kind == BlowKind::FirstImpact && cores.seen.is_empty();
+        let is_first = blow.kind == BlowKind::FirstImpact;
         let watch = if is_first { Watch::Spectrum } else { Watch::Largest };
-        for point in &mut cores.points {
-            point.response.open(watch);
+        match &mut cores.open {
+            Some((seen, end)) => {
+                seen.blows.push((blow.hammer, blow.number));
+                if is_first {
+                    seen.has_first = true;
+                    cores.points.iter_mut().for_each(|point| point.response.watch(watch));
+                }
+                *end = end_s.max(*end);
+            }
+            none => {
+                let seen = Seen { blows: vec![(blow.hammer, blow.number)], has_first: is_first, points: Vec::new() };
+                *none = Some((seen, end_s));
+                for point in &mut cores.points {
+                    point.response.open(watch);
+                }
+            }
         }
-        cores.open = Some((seen, end_s));
     }
 
     /// Follows a step in pieces that are short enough, cut where windows end.
@@ -261,15 +276,15 @@ impl CastingCores {
     /// Ends the window that is open.
     fn close(&mut self, now_s: f64) {
         let Some((mut seen, _)) = self.open.take() else { return };
-        let is_first = self.seen.is_empty();
         for point in &mut self.points {
             let window = point.response.open(Watch::Nothing);
             let largest = window.iter().fold(0.0_f64, |largest, one| largest.max(*one));
             seen.points.push([largest, point.largest.take()]);
-            if is_first && seen.kind == BlowKind::FirstImpact {
-                point.first_impact = Some(window);
+            if seen.has_first {
+                let before = point.first_impact.unwrap_or_default();
+                point.first_impact = Some(std::array::from_fn(|k| before[k].max(window[k])));
                 if let Some(wanted) = &mut point.wanted {
-                    wanted.since = Some((now_s, point.response.doses()));
+                    wanted.since.get_or_insert_with(|| (now_s, point.response.doses()));
                 }
             }
         }
@@ -327,18 +342,22 @@ impl Wanted {
 
 /// Adds the figures over blows to the outputs of the point at a place of its casting.
 fn by_blows(to: &mut CoreMetrics, seen: &[Seen], (place, blows): (usize, &[Blow]), threshold_m_s: f64) {
-    let kind = |of: &Seen| {
-        blows.iter().find(|blow| blow.hammer == of.hammer && blow.number == of.number).map(|blow| blow.kind)
+    let kind = |hammer: usize, number: usize| {
+        let mut of_run = blows.iter().filter(|blow| blow.hammer == hammer && blow.number == number);
+        of_run.next().map(|blow| blow.kind)
     };
     let (mut periodic, mut count, mut above, mut energy) = (0.0, 0_u64, 0, 0.0);
     for one in seen {
         let [pseudo_velocity, velocity] = one.points[place];
-        let kind = kind(one);
-        if kind == Some(BlowKind::Periodic) {
+        let kinds = || one.blows.iter().map(|(hammer, number)| kind(*hammer, *number));
+        if kinds().all(|kind| kind == Some(BlowKind::Periodic)) {
             (periodic, count) = (periodic + pseudo_velocity, count + 1);
         }
-        if kind != Some(BlowKind::Blank) {
-            above += u64::from(pseudo_velocity >= threshold_m_s);
+        let struck = kinds().filter(|kind| *kind != Some(BlowKind::Blank)).count() as u64;
+        if pseudo_velocity >= threshold_m_s {
+            above += struck;
+        }
+        if struck > 0 {
             energy += 0.5 * velocity * velocity;
         }
     }

@@ -407,8 +407,8 @@ impl Scene {
     }
 
     fn link_of_fixture(&self, id: FixtureId, fixture: &Fixture) -> Link {
-        let Fixture { stiffness_n_per_m, damping_n_s_per_m, one_sided, .. } = *fixture;
-        let law = if one_sided {
+        let [stiffness_n_per_m, damping_n_s_per_m] = fixture.spring();
+        let law = if fixture.one_sided {
             let law = ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m };
             // The equilibrium gives it its force at rest.
             LinkLaw::Contact { law, gap_m: 0.0, preload_n: 0.0, includes_flexibility: false }

@@ -139,7 +139,7 @@ impl Scene {
     /// The coupled system has no lower highest frequency than the casting on this fixture alone, on a machine at rest (Rayleigh):
     /// `f = sqrt(k / m) / (2 pi)`, and no explicit step is longer than a period.
     fn too_stiff(&self, casting: &Casting, fixture: &Fixture) -> Option<String> {
-        let (stiffness, mass_kg) = (fixture.stiffness_n_per_m, casting.mass_kg);
+        let (stiffness, mass_kg) = (fixture.spring()[0], casting.mass_kg);
         let frequency_hz = (stiffness / mass_kg).sqrt() / TAU;
         let span_s = self.duration_s.min(LONGEST_JUDGED_S);
         let most_steps = self.solver.max_steps.max(SolverSettings::default().max_steps);
@@ -171,8 +171,8 @@ impl Scene {
 fn check_kind(checks: &mut Checks, prefix: &str, (casting, fixture): (&Casting, &Fixture)) {
     let (clamps, pads) = (fixture.clamp_force_n > 0.0, fixture.one_sided);
     let path = |key: &str| format!("{prefix}.{key}");
-    let stiff = clamps || fixture.stiffness_n_per_m > 0.0;
-    checks.rule(stiff, path("stiffness_n_per_m"), "must be above 0; only a clamp (`clamp_force_n`) may have 0");
+    let message = "needs a `clamp_force_n` above 0";
+    checks.rule(clamps || fixture.clamp_stiffness_n_per_m == 0.0, path("clamp_stiffness_n_per_m"), message);
     checks.rule(!(clamps && pads), path("clamp_force_n"), "needs `one_sided = false`: a pad carries, a clamp presses");
     let message =
         "needs a fixture with `one_sided = true` onto which it presses: other fixtures hold the casting without it";

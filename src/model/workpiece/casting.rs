@@ -24,14 +24,16 @@ parameters! {
         /// Where it holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
         /// Stiffness `k_T`.
-        pub stiffness_n_per_m: f64 = 3e7, "N/m", [>= 0] usual [1e5, 1e11], "the paper's rig";
+        pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0] usual [1e5, 1e11], "the paper's rig";
         /// Damping `c_T`.
         pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0] usual [0, 1e6], "the paper's rig";
         /// Whether it only pushes, as a pad does: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
         /// casting's weight and of the clamps. The casting lifts off where F reaches 0.
         pub one_sided: bool = false, "", [choice], "false";
-        /// Force of a clamp, which presses the casting onto its one-sided fixtures. A stiffness of 0 keeps it constant, as a cylinder does.
+        /// Force of a clamp, which presses the casting onto its one-sided fixtures. `stiffness_n_per_m` and `damping_n_s_per_m` do not count.
         pub clamp_force_n: f64 = 0.0, "N", [>= 0] usual [0, 1e5], "no clamp";
+        /// Stiffness of a clamp with a spring; 0: its force is constant, as a cylinder's is.
+        pub clamp_stiffness_n_per_m: f64 = 0.0, "N/m", [>= 0] usual [0, 1e9], "constant force";
     }
 }
 
@@ -91,6 +93,17 @@ parameters! {
             /// Finite element model of an elastic casting. Default: the casting is rigid.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub structure: Option<CastingStructureEntry>,
+        }
+    }
+}
+
+impl Fixture {
+    /// Stiffness in N/m and damping in N s/m with which it acts.
+    pub fn spring(&self) -> [f64; 2] {
+        if self.clamp_force_n > 0.0 {
+            [self.clamp_stiffness_n_per_m, 0.0]
+        } else {
+            [self.stiffness_n_per_m, self.damping_n_s_per_m]
         }
     }
 }

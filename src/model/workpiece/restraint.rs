@@ -83,7 +83,7 @@ impl Casting {
             .flat_map(|fixture| fixture.at_m)
             .fold(OFFSET_TOLERANCE_M, |longest, offset| longest.max(offset.abs()));
         let mut matrix = [[0.0; 3]; 3];
-        for fixture in self.fixtures.iter().filter(|fixture| fixture.stiffness_n_per_m > 0.0) {
+        for fixture in self.fixtures.iter().filter(|fixture| fixture.spring()[0] > 0.0) {
             let row = [1.0, fixture.at_m[1] / length, -fixture.at_m[0] / length];
             for (i, line) in matrix.iter_mut().enumerate() {
                 for (j, entry) in line.iter_mut().enumerate() {
