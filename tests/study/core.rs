@@ -140,3 +140,16 @@ fn spectra_change_nothing_else() {
     }
     assert!(without.core_totals.is_none());
 }
+
+/// Two hammers that strike at the same instant: the window of one does not end that of the other.
+#[test]
+fn first_impacts_at_the_same_instant_are_seen_whole() {
+    let second = "[hammer.right]\nmount = \"R5\"\nsupply_bar = 5.0\nstrike_point_m = [0.01, 0.0]\n";
+    let both = metrics(&study("core_spectra = true", second));
+    let starts: Vec<f64> = both.hammers.iter().filter_map(|hammer| hammer.first_impact_time_s).collect();
+    assert!(starts.len() == 2 && (starts[0] - starts[1]).abs() < 1e-3, "{starts:?}");
+    for core in &both.cores {
+        let (first, all) = (core.first_impact_pseudo_velocity_98hz_10khz_m_s, core.pseudo_velocity_98hz_10khz_m_s);
+        assert!(first.unwrap() > 0.5 * all.unwrap(), "{first:?} {all:?}");
+    }
+}
