@@ -16,14 +16,14 @@ const TICK: Duration = Duration::from_millis(50);
 const GRACE: Duration = Duration::from_millis(350);
 
 /// Work that is told to stop by a flag.
-pub struct Work<T, F: FnOnce(&AtomicBool) -> T> {
+pub struct Work<T, F: FnOnce(&Arc<AtomicBool>) -> T> {
     /// What is done; a long one looks at the flag.
     pub run: F,
     /// Called with the interpreter at least every 50 ms.
     pub tick: Box<dyn FnMut(Python<'_>) -> PyResult<()>>,
 }
 
-impl<T: Send + 'static, F: FnOnce(&AtomicBool) -> T + Send + 'static> Work<T, F> {
+impl<T: Send + 'static, F: FnOnce(&Arc<AtomicBool>) -> T + Send + 'static> Work<T, F> {
     /// Work that nobody watches.
     pub fn new(run: F) -> Self {
         Self { run, tick: Box::new(|_| Ok(())) }
