@@ -36,6 +36,7 @@ fn open(py: Python<'_>, dataset: value::FilePath) -> PyResult<dataset::Dataset> 
 #[pymodule]
 fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
+    wait::imported();
     // Also for what rayon starts by itself, which bounds nothing.
     thread_count(0).map_err(|error| PyValueError::new_err(error.to_string()))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

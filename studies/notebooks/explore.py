@@ -10,7 +10,7 @@ import decore
 
 study = decore.Study("studies/placement.toml", {"duration_s": 0.5, "design.rows": 60})
 row = study.scene(3, signals=["hammer_casting_force_n"])
-row
+print(row)
 
 # %%
 if row.signals is None:
@@ -26,7 +26,7 @@ plt.savefig("out/explore_force.png")
 # %%
 dataset = study.run("out/explore", progress=True)
 runs = dataset.runs.to_pandas()
-runs[["factor_pressure", "factor_position", "delivered_work_j", "total_air_used_nl"]].describe()
+print(runs[["factor_pressure", "factor_position", "delivered_work_j", "total_air_used_nl"]].describe())
 
 # %%
 plt.figure(figsize=(6, 4))

@@ -9,8 +9,10 @@ import multiprocessing
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
 import optuna
 import scipy.optimize
+from optuna.storages.journal import JournalFileBackend
 
 import decore
 
@@ -22,8 +24,7 @@ FIXED = {"standoff": 0.08, "fixture_stiffness": 3e7}
 
 def load(log: Path) -> optuna.Study:
     """The search that all processes share, in a file."""
-    backend = optuna.storages.journal.JournalFileBackend(str(log))
-    storage = optuna.storages.JournalStorage(backend)
+    storage = optuna.storages.JournalStorage(JournalFileBackend(str(log)))
     return optuna.create_study(study_name="work", storage=storage, direction="maximize", load_if_exists=True)
 
 
@@ -70,9 +71,9 @@ def main() -> None:
     plt.savefig("out/optimise.png")
 
 
-def negative(x: list[float], work: decore.Function) -> float:
+def negative(x: np.ndarray[tuple[int], np.dtype[np.float64]], /, *given: decore.Function) -> float:
     """The work with its sign turned, as SciPy minimises."""
-    return -float(work(x))
+    return -float(given[0](x))
 
 
 # %%

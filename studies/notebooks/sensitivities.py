@@ -6,7 +6,7 @@
 # %%
 import matplotlib.pyplot as plt
 import numpy as np
-import SALib.analyze.sobol
+import SALib.analyze.sobol  # type: ignore[import-untyped]
 
 import decore
 

@@ -17,6 +17,8 @@ import tempfile
 import warnings
 
 import duckdb
+import nbclient
+import nbformat
 import numpy
 import pandas
 import scipy.optimize
@@ -203,6 +205,13 @@ def check_results(study, dataset, scratch):
     check("invalid value" in str(raised(ValueError, lambda: study.best(batch=0))), "what the command line refuses")
     shards = [study.run(scratch / f"shard-{part}", shard=f"{part}/2") for part in (1, 2)]
     check(decore.merge(shards, scratch / "merged").runs["delivered_work_j"] == dataset.runs["delivered_work_j"], "merged shards")
+    best = study.best(scratch / "best", rows=4, checks=2, batch=2)
+    check(best.verdict and "verdict" in best.to_dict() and best.text, f"the best values: {best!r}")
+    table = scratch / "refined.toml"
+    text = (STUDIES / "placement.toml").read_text().replace("hammers/", f"{STUDIES}/hammers/")
+    table.write_text(text.replace('kind = "latin_hypercube"\nrows = 240\nseed = 1', 'kind = "table"\nfile = "rows.csv"'))
+    refined = decore.Study(table, {"duration_s": 0.3}).refine(scratch / "refined", learn="delivered_work_j", most_rows=30, batch=3)
+    check(decore.open(scratch / "refined").rows_done == 30 and refined.text, f"refined: {refined!r}")
     raised(decore.SweepError, lambda: decore.Study(STUDIES / "placement.toml", SETTINGS | {"solver.max_steps": 10}).run(scratch / "fails", max_failed=0))
 
 
@@ -243,6 +252,27 @@ def check_processes(study, dataset, models):
     check(alone.fun == several.fun and (alone.x == several.x).all(), f"differential evolution: {alone.fun}, {several.fun}")
     direct = scipy.optimize.differential_evolution(work, work.bounds, popsize=4, maxiter=1, seed=1, polish=False, workers=-1, updating="deferred")
     check(direct.nfev == several.nfev, "a function by itself")
+
+
+def check_notebook(scratch):
+    """Progress is one line of a cell that is rewritten; objects have pictures and tables."""
+    cells = [
+        "import decore\nstudy = decore.Study('studies/placement.toml', {'duration_s': 0.3, 'design.rows': 120})",
+        "dataset = study.run('out/notebook', progress=True)",
+        "study.scene(3)",
+        "dataset",
+        "dataset.report()",
+        "dataset.runs",
+    ]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": scratch}}).execute()
+    outputs = [cell.outputs for cell in notebook.cells]
+    check(outputs[0] == [], f"nothing is told of a sound study: {outputs[0]}")
+    lines = [output["data"]["text/plain"] for output in outputs[1]]
+    check(len(lines) == 1 and lines[0].startswith("120 of 120 rows"), f"progress: {outputs[1]}")
+    html = [output[0]["data"]["text/html"] for output in outputs[2:]]
+    check("<svg" in html[0] and all("<table" in one or "<pre" in one for one in html), "HTML of objects")
+    nbformat.write(notebook, scratch / "notebook.ipynb")
 
 
 def predicted(models, study):
@@ -299,6 +329,7 @@ def main():
         check_commands()
         check_results(study, dataset, scratch)
         check_examples({"decore": decore, "study": study, "dataset": dataset, "models": models}, scratch)
+        check_notebook(scratch)
         check_processes(study, dataset, models)
 
 
