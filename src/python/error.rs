@@ -30,9 +30,17 @@ create_exception!(decore, PredictionWarning, PyUserWarning, "What of a predictio
 /// # Errors
 /// The warning, where Python is to raise warnings of its kind.
 pub fn warn(py: Python<'_>, kind: &Bound<'_, PyType>, text: &str) -> PyResult<()> {
+    warn_above(py, kind, text, 1)
+}
+
+/// As [`warn`], for functions of Python around it: `level` is 2 for one.
+///
+/// # Errors
+/// As [`warn`].
+pub fn warn_above(py: Python<'_>, kind: &Bound<'_, PyType>, text: &str, level: i32) -> PyResult<()> {
     // A text of a study holds no zero; one that does ends there.
     let text = CString::new(text.split('\0').next().unwrap_or_default())?;
-    PyErr::warn(py, kind, &text, 1)
+    PyErr::warn(py, kind, &text, level)
 }
 
 /// What a [`Problem`] has, in its order: for `pickle`.

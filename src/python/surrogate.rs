@@ -8,7 +8,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde_json::json;
 
-use super::error::{PredictionWarning, Raise, warn};
+use super::error::{PredictionWarning, Raise, warn, warn_above};
 use super::frame::columns;
 use super::table::Table;
 use super::value::{FilePath, value};
@@ -16,6 +16,8 @@ use super::wait::{Work, give_way};
 use decore_dataset::{table_batch, write_table};
 use decore_lab::surrogate::{Model, QueryRow, from_bytes, predict_rows, read, to_bytes, write};
 
+/// Models as another process gets them.
+type Bytes = Cow<'static, [u8]>;
 /// Stands for the file of pickled models in errors.
 const PICKLE: &str = "pickled models";
 
@@ -35,13 +37,13 @@ impl Surrogate {
         Self { model: Arc::new(model) }
     }
 
-    /// Warns of each model that predicts poorly.
+    /// Warns of each model that predicts poorly, where `Dataset.surrogate` was called.
     ///
     /// # Errors
     /// The warning, where Python is to raise warnings of its kind.
     pub fn warn(&self, py: Python<'_>) -> PyResult<()> {
         for warning in self.model.surrogate.warnings() {
-            warn(py, &py.get_type::<PredictionWarning>(), &warning)?;
+            warn_above(py, &py.get_type::<PredictionWarning>(), &warning, 2)?;
         }
         Ok(())
     }
@@ -148,7 +150,7 @@ impl Surrogate {
     }
 
     /// Other processes get the bytes of the models' file.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Cow<'static, [u8]>,))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bytes,))> {
         let bytes = to_bytes(&self.model, Path::new(PICKLE)).map_err(|error| error.raise(py))?;
         Ok((py.import("decore._decore")?.getattr("_models")?, (bytes.into(),)))
     }

@@ -220,6 +220,7 @@ def check_models(dataset):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         models = dataset.surrogate(["delivered_work_j"])
+    check(all(one.filename == __file__ for one in caught), f"warnings name the caller: {caught[0].filename}")
     words = [str(one.message) for one in caught if one.category is decore.PredictionWarning]
     check(any("Q2" in one for one in words) and words == models.warnings, f"a poor model warns: {words}")
     with warnings.catch_warnings():
