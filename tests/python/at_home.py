@@ -198,7 +198,7 @@ def check_results(study, dataset, scratch):
     check(dataset.analyse(["delivered_work_j"], bootstrap=0).table["factor"], "a table of indices")
     check(dataset.report().best[0].row in dataset.runs["row"], "attributes of attributes")
     check("no attribute `bst`" in str(raised(AttributeError, lambda: dataset.report().bst)), "an attribute that is not there")
-    check("<pre>" in dataset._repr_html_() and "pressure" in study._repr_html_(), "HTML of studies and datasets")
+    check("<pre" in dataset._repr_html_() and "pressure" in study._repr_html_(), "HTML of studies and datasets")
     check(study.design(scratch / "rows.csv").files[0].rows == 24, "a design file")
     again = study.run(scratch / "dataset", rows=[3, 5], threads=1)
     check(again.runs["delivered_work_j"] == dataset.runs["delivered_work_j"], "rows that were run again")

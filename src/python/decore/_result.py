@@ -78,8 +78,12 @@ class Result(Record):
         return screen(f"<decore.Result of {self._command}>\n{self}")
 
     def _repr_html_(self) -> str:
-        words = f"<pre>{escape(screen(str(self)))}</pre>"
-        return f"<b>decore {escape(self._command)}</b>{words}<details><summary>all values</summary>{_html(self._values)}</details>"
+        return f"<b>decore {escape(self._command)}</b>{words_html(str(self))}<details><summary>all values</summary>{_html(self._values)}</details>"
+
+
+def words_html(text: str) -> str:
+    """A text whose columns stay below each other; a long one scrolls."""
+    return f"<pre style='font-family:monospace;max-height:40em;overflow:auto'>{escape(text)}</pre>"
 
 
 def table_html(self: Table) -> str:

@@ -8,8 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from decore._decore import Dataset, Row, Study, Table
-from decore._result import screen, table_html
+from decore._decore import Dataset, Factor, Row, Study, Table
+from decore._result import table_html, words_html
 
 # Rows that took longer are not run again for their picture, in s.
 _MOST_DRAWN_S = 20.0
@@ -86,6 +86,12 @@ def _library(name: str, method: str) -> Any:
         raise ImportError(f"{method} needs {name}: `pip install {name}`") from error
 
 
+def _values(factor: Factor) -> str:
+    if factor.range is None or factor.values:
+        return factor.expression or ", ".join(map(str, factor.values))
+    return "{:g} to {:g}".format(*factor.range)
+
+
 def _row_html(self: Row) -> str:
     """The row's picture and its outputs. A row of the design is run again for the picture."""
     picture = ""
@@ -98,11 +104,11 @@ def _row_html(self: Row) -> str:
 
 
 def _dataset_html(self: Dataset) -> str:
-    return f"<b>{escape(repr(self))}</b><pre>{escape(screen(str(self.report())))}</pre>"
+    return f"<b>{escape(repr(self))}</b>{words_html(str(self.report()))}"
 
 
 def _study_html(self: Study) -> str:
-    factors = [(one.name, one.unit or "", str(one.range or one.values), ", ".join(one.paths)) for one in self.factors]
+    factors = [(one.name, one.unit or "", _values(one), ", ".join(one.paths)) for one in self.factors]
     rows = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in factors)
     head = "<tr><th>factor</th><th>unit</th><th>values</th><th>paths</th></tr>"
     return f"<b>{escape(repr(self))}</b><table>{head}{rows}</table>"
