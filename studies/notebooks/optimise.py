@@ -53,7 +53,8 @@ def main() -> None:
     found = load(LOG)
     print(f"Optuna: {found.best_value:.1f} J at {found.best_params}, {len(found.trials)} trials")
 
-    bounds = work.bounds
+    low, high = zip(*work.bounds)
+    bounds = scipy.optimize.Bounds(list(low), list(high))
     result = scipy.optimize.differential_evolution(
         negative, bounds, args=(work,), popsize=8, maxiter=4, rng=1, polish=False, workers=-1, updating="deferred"
     )
