@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exit::{Exit, Failure, write_file};
-use super::json::print_json;
+use super::json::print_result;
 use super::outputs::{Form, Output, StudyArguments};
 use super::progress::clock;
 use super::text::{check_row, eprint_line, print_line};
@@ -88,10 +88,7 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
         .map_err(|error| Failure::Argument(format!("{error} (is the scene one that `decore scene` can run?)")))?;
     let words = text(&result);
     // Shown before it is written: a disk that is full by now costs the files alone.
-    match arguments.json {
-        true => print_json(&AccuracyResult::of(&engine, arguments.row, &result))?,
-        false => print_line(&words)?,
-    }
+    print_result(arguments.json, &AccuracyResult::of(&engine, arguments.row, &result), || words.clone())?;
     write(&folder, &engine, &result, &words)?;
     let place = format!("Table, text and plot are in {}", folder.display());
     match arguments.json {

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
+use super::caller::Caller;
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::print_json;
+use super::json::print_result;
 use super::more_rows::{Goal, Source, Wanted};
 use super::outputs::{Form, Output, check_outputs};
 use super::run::stop_on_interrupt;
-use super::text::{fit, print_line, terminal_columns};
-use decore_dataset::{DatasetReader, write_table};
-use decore_lab::sensitivity::{Sensitivity, SensitivitySettings, columns};
+use decore_dataset::{DatasetReader, table_batch, write_table};
+use decore_lab::sensitivity::{SensitivitySettings, columns};
 use decore_statistics::analysis::{Bootstrap, Estimator};
 
 /// Replicates at most: more would only take time.
@@ -97,13 +97,15 @@ pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
     let exit = run_more(arguments, &settings, parquet)?;
     let reader = DatasetReader::open(&arguments.dataset)?;
     let found = decore_lab::sensitivity::analyse(&reader, &settings)?;
+    let (name, info) = ("sensitivity", &reader.manifest().study);
     if let Some(path) = &arguments.parquet {
-        write_table(path, &reader.manifest().study, "sensitivity", &columns(&found))?;
+        write_table(path, info, name, &columns(&found))?;
     }
-    match arguments.json {
-        true => print_json(&found)?,
-        false => print_line(&readable(&found))?,
+    if let Some(caller) = Caller::current() {
+        let table = table_batch(info, name, &columns(&found))?;
+        caller.keep(|result| result.table = Some((name, table)));
     }
+    print_result(arguments.json, &found, || found.to_string())?;
     Ok(exit)
 }
 
@@ -123,10 +125,4 @@ fn run_more(
     stop_on_interrupt();
     let analyse = || decore_lab::sensitivity::analyse(&DatasetReader::open(&arguments.dataset)?, settings);
     source.run(Wanted { repair: arguments.repair, goal, analyse: &analyse })
-}
-
-fn readable(found: &Sensitivity) -> String {
-    let text = found.to_string();
-    let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));
-    text.trim_end().to_owned()
 }

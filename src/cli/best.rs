@@ -6,11 +6,11 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_durable_file};
 use super::inputs::{default_folder, is_dataset};
-use super::json::print_json;
+use super::json::print_result;
 use super::outputs::{Form, Output, StudyArguments};
 use super::run::{run_rows, stop_on_interrupt};
 use super::stored::Stored;
-use super::text::{eprint_line, fit, plural, print_line, terminal_columns};
+use super::text::{eprint_line, plural};
 use decore_dataset::{DatasetReader, Lock, SweepState, settle};
 use decore_lab::best::{
     ADDED_COLUMNS, Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, added_file, added_folder,
@@ -93,13 +93,7 @@ pub(super) fn best(arguments: &BestArguments) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     }
     let Some(answer) = course.answer else { return Ok(Exit::Interrupted) };
-    match arguments.json {
-        true => print_json(&answer)?,
-        false => {
-            let text = answer.to_string();
-            print_line(&terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns)).trim_end())?;
-        }
-    }
+    print_result(arguments.json, &answer, || answer.to_string())?;
     let is_answered = matches!(answer.verdict, Verdict::Proven | Verdict::Unchecked);
     Ok(if is_answered { Exit::Done } else { Exit::RowsFailed })
 }

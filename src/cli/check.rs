@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::check_result::{Check, Confused, Invalid, Needed, Probe, Probed, StudyOutline, probe};
 use super::exit::{Exit, Failure, write_file};
-use super::json::print_json;
+use super::json::{print_json, wants_words};
 use super::outputs::{Form, Output, StudyArguments};
 use super::text::{eprint_line, plural, print_line, threads, wanted_error};
 use crate::plot::{MatrixFactor, scatter_matrix};
@@ -55,7 +55,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     let plan = StudyOutline::of(&engine)?;
     // The plan is there at once, the probe takes some seconds.
-    if !arguments.json {
+    if wants_words(arguments.json) {
         print_line(&plan_text(&plan))?;
     }
     if let Some(file) = &arguments.scatter {
@@ -66,11 +66,12 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let no_row_runs = count == looked_at;
     let rows = Probed { repeated: plan.repeated, threads: thread_count(arguments.threads)? };
     let probe = probe(&engine, rows, arguments.wanted_error);
-    if arguments.json {
-        print_json(&Check { plan, probe })?;
-    } else {
+    if wants_words(arguments.json) {
         probe.iter().try_for_each(|probe| print_line(&probe_text(probe)))?;
         invalid_line(&plan.invalid, plan.rows).iter().try_for_each(|line| print_line(line))?;
+    }
+    if arguments.json {
+        print_json(&Check { plan, probe })?;
     }
     Ok(if no_row_runs { Exit::RowsFailed } else { Exit::Done })
 }

@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::print_json;
-use super::text::{fit, plural, print_line, six_digits, terminal_columns};
+use super::json::print_result;
+use super::text::{plural, six_digits, terminal_columns};
 use decore_dataset::DatasetReader;
 use decore_lab::comparison::{
     Comparison, ComparisonSettings, Listed, OutputDifference, PairDifference, Side, compare as compare_datasets,
@@ -55,13 +55,7 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<Exit, Failure> {
     let settings =
         ComparisonSettings { outputs: arguments.outputs.clone(), relative: arguments.relative, most: arguments.most };
     let found = compare_datasets(&a?, &b?, &settings)?;
-    if arguments.json {
-        print_json(&found)?;
-    } else {
-        let text = readable(&found);
-        let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));
-        print_line(&text.trim_end())?;
-    }
+    print_result(arguments.json, &found, || readable(&found))?;
     Ok(if found.is_same() { Exit::Done } else { Exit::Differ })
 }
 

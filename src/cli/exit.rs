@@ -52,7 +52,7 @@ impl From<Exit> for ExitCode {
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Failure {
+pub(crate) enum Failure {
     #[error("{0}")]
     Study(#[from] StudyError),
     #[error("{error}{advice}", error = .0, advice = advice(.0))]

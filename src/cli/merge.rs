@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::caller::Caller;
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::print_json;
+use super::json::print_result;
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{eprint_line, print_line};
+use super::text::eprint_line;
 use decore_dataset::{DatasetReader, Existing};
 use decore_lab::report::{ReportSettings, summarise};
 
@@ -37,9 +38,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let merged = decore_dataset::merge(&arguments.shards, &arguments.output, existing)?;
     merged.notes.iter().for_each(|note| eprint_line(note));
     let summary = summarise(&DatasetReader::open(&arguments.output)?, &ReportSettings::default())?;
-    match arguments.json {
-        true => print_json(&summary)?,
-        false => print_line(&summary)?,
-    }
+    Caller::wrote(&arguments.output);
+    print_result(arguments.json, &summary, || summary.to_string())?;
     Ok(if merged.manifest.rows_failed() == 0 { Exit::Done } else { Exit::RowsFailed })
 }

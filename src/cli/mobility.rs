@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::exit::{Exit, Failure, write_file};
-use super::json::print_json;
+use super::json::print_result;
 use super::text::{plural, print_line};
 use decore_model::structure::{
     FeModel, MeasuredMode, MeasuredReport, MeasuredSettings, PointPlace, ReductionSettings, compare_measured,
@@ -37,13 +37,9 @@ pub(super) fn compare_with_measured(
     if let Some(path) = asked.damping_to {
         write_file(path, report.damping_table())?;
     }
-    if asked.json {
-        print_json(&report)?;
-    } else {
-        print_line(&readable(&report))?;
-        if let Some(path) = asked.damping_to {
-            print_line(&format_args!("\ndamping ratios {} (use it as `damping_ratio_file`)", path.display()))?;
-        }
+    print_result(asked.json, &report, || readable(&report))?;
+    if let Some(path) = asked.damping_to.filter(|_| !asked.json) {
+        print_line(&format_args!("\ndamping ratios {} (use it as `damping_ratio_file`)", path.display()))?;
     }
     Ok(Exit::Done)
 }

@@ -4,6 +4,9 @@ mod accuracy;
 mod address_space;
 mod analyse;
 mod best;
+// Only the Python package calls commands.
+#[cfg_attr(not(feature = "python"), allow(dead_code))]
+pub(crate) mod caller;
 mod check;
 mod check_result;
 mod cluster;
@@ -46,7 +49,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 pub use exit::Exit;
-use exit::Failure;
+pub(crate) use exit::Failure;
 pub use schemas::output_schemas;
 
 use decore_model::run::thread_count;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
-use super::json::print_json;
+use super::json::{print_json, wants_words};
 use super::outputs::{Form, Output, check_outputs};
 use super::text::{fit, print_line, terminal_columns};
 use crate::paper::{
@@ -38,7 +38,8 @@ pub(super) fn paper(arguments: &PaperArguments) -> Result<Exit, Failure> {
     }
     if arguments.json {
         print_json(&comparison)?;
-    } else {
+    }
+    if wants_words(arguments.json) {
         let columns = terminal_columns().unwrap_or(PLAIN_COLUMNS);
         print_line(&fit(&readable(&comparison), columns).trim_end())?;
         if let Some(path) = &arguments.html {

@@ -6,10 +6,10 @@ use clap::{ArgGroup, Args};
 
 use super::exit::{Exit, Failure, write_durable_file};
 use super::inputs::{default_folder, expect_ending};
-use super::json::print_json;
+use super::json::print_result;
 use super::outputs::{Form, Output, StudyArguments};
 use super::run::{check_number, run_rows, stop_on_interrupt};
-use super::text::{eprint_line, plural, print_line};
+use super::text::{eprint_line, plural};
 use decore_dataset::{DatasetReader, Lock, SweepState};
 use decore_lab::best;
 use decore_lab::refinement::{Aim, Goal, Limit, Progress, Proposal, RefinementSettings, Side, Target, propose};
@@ -202,10 +202,7 @@ impl Refined<'_> {
         };
         if rows.is_empty() {
             let answer = best::expected(engine.checked(), &reader)?;
-            match self.arguments.json {
-                true => print_json(&answer)?,
-                false => print_line(&answer.sentence)?,
-            }
+            print_result(self.arguments.json, &answer, || answer.sentence.clone())?;
             return Ok(Verdict::Enough);
         }
         append(self.file, engine.checked(), &rows)?;
@@ -228,17 +225,14 @@ fn check_budget(most_rows: u64, rows: u64, file: &Path) -> Result<(), Failure> {
 
 /// How it ended, with words for people or as JSON.
 fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<(), Failure> {
-    match (arguments.json, progress.reached) {
-        (true, _) => print_json(progress),
-        (false, true) => print_line(&format_args!("the goal is reached: {progress}")),
-        (false, false) if progress.exhausted => {
-            print_line(&format_args!("all places that may be run are rows already, or next to one: {progress}"))
+    let most = arguments.most_rows;
+    print_result(arguments.json, progress, || match progress.reached {
+        true => format!("the goal is reached: {progress}"),
+        false if progress.exhausted => {
+            format!("all places that may be run are rows already, or next to one: {progress}")
         }
-        (false, false) => {
-            let most = arguments.most_rows;
-            print_line(&format_args!("the next batch would go beyond --most-rows {most}: {progress}"))
-        }
-    }
+        false => format!("the next batch would go beyond --most-rows {most}: {progress}"),
+    })
 }
 
 /// The file of rows of the study's design.

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::caller::Caller;
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_dataset;
-use super::json::print_json;
+use super::json::{print_json, wants_words};
 use super::outputs::{Form, Output, check_outputs};
 use super::stored::Stored;
 use super::text::{fit, print_line, terminal_columns, wanted_error};
@@ -72,9 +73,11 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     let summary = summarise(&reader, &settings)?;
     if arguments.json {
         print_json(&summary)?;
+    }
+    if !wants_words(arguments.json) {
         return Ok(Exit::Done);
     }
-    let paper = Paper { columns: terminal_columns(), blocks: shows_blocks() };
+    let paper = Paper { columns: terminal_columns(), blocks: Caller::current().is_some() || shows_blocks() };
     let charts = Charts::of(&reader, &summary)?.text(paper);
     let summary = match paper.columns {
         None => summary.to_string(),

@@ -7,9 +7,10 @@ use std::time::Duration;
 
 use clap::Args;
 
+use super::caller::Caller;
 use super::exit::{Exit, Failure};
 use super::inputs::default_folder;
-use super::json::print_json;
+use super::json::print_result;
 use super::outputs::{Form, Output, StudyArguments};
 use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
@@ -103,7 +104,6 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     let report = ReportSettings { rank_by: arguments.rank_by.clone(), ..ReportSettings::default() };
     check_number(&rows.info(), report.ranking())?;
     let again = chosen(arguments, rows.checked().row_count() as u64)?;
-    let display = Display { folder: &folder, again: again.is_some(), progress: OnceLock::new() };
     let settings = SweepSettings {
         threads: arguments.threads,
         rows: arguments.shard.map(|shard| shard.rows(rows.checked().row_count() as u64)),
@@ -111,12 +111,9 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         again: again.as_ref(),
         max_failed: arguments.max_failed,
         summary: arguments.summary.as_deref(),
-        stop: Some(&STOP),
-        listener: &|event| display.show(event),
+        ..SweepSettings::default()
     };
-    // A process runs one sweep: what is set once is its folder.
-    let _ = FOLDER.set(folder.clone());
-    let status = sweep(rows.as_ref(), &folder, &settings)?;
+    let status = shown(rows.as_ref(), &folder, settings)?;
     if !status.message.is_empty() {
         let (message, done) = (&status.message, status.rows_done);
         let advice = match status.state {
@@ -128,10 +125,8 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     }
     let reader = DatasetReader::open(&folder)?;
     let summary = summarise(&reader, &report)?;
-    match arguments.json {
-        true => print_json(&summary)?,
-        false => print_line(&summary.to_string().trim_end())?,
-    }
+    print_result(arguments.json, &summary, || summary.to_string())?;
+    Caller::wrote(&folder);
     // The rows of a shard are a share of the study's: the answer comes from the merged dataset.
     let is_whole = arguments.shard.is_none() && status.state == SweepState::Complete;
     if arguments.stub_row_ms.is_none() && !arguments.json && is_whole {
@@ -170,12 +165,21 @@ pub(super) fn run_rows(
     folder: &Path,
     again: Option<&RerunSelection>,
 ) -> Result<SweepStatus, Failure> {
-    let display = Display { folder, again: again.is_some(), progress: OnceLock::new() };
-    let listener = |event: SweepEvent<'_>| display.show(event);
-    let settings = SweepSettings { again, stop: Some(&STOP), listener: &listener, ..SweepSettings::default() };
-    // A process runs the sweeps of one dataset.
+    shown(rows, folder, SweepSettings { again, ..SweepSettings::default() })
+}
+
+/// Runs a sweep, shown to whoever called the command and stopped by them.
+fn shown(rows: &dyn RowRunner, folder: &Path, settings: SweepSettings<'_>) -> Result<SweepStatus, Failure> {
+    let display = Display { folder, again: settings.again.is_some(), progress: OnceLock::new() };
+    let caller = Caller::current();
+    let listener = |event: SweepEvent<'_>| match &caller {
+        Some(caller) => (caller.listener)(event),
+        None => display.show(event),
+    };
+    let stop = caller.as_ref().map_or(&STOP, |caller| &caller.stop);
+    // The command line runs the sweeps of one dataset.
     let _ = FOLDER.set(folder.to_owned());
-    Ok(sweep(rows, folder, &settings)?)
+    Ok(sweep(rows, folder, &SweepSettings { stop: Some(stop), listener: &listener, ..settings })?)
 }
 
 /// The rows that are asked for, which must be the study's.
@@ -288,6 +292,9 @@ fn tell_of_damage(damaged: &[DatasetError], notes: &[String]) {
 
 /// The first interrupt lets the running rows finish, the second ends the program; what is on disk is whole either way.
 pub(super) fn stop_on_interrupt() {
+    if Caller::current().is_some() {
+        return;
+    }
     let handler = || {
         if STOP.swap(true, Ordering::SeqCst) {
             eprint_line(&"stopped at once: rows that ended are kept, those that ran are not; the same command goes on");

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::is_dataset;
-use super::json::print_json;
+use super::json::{print_json, wants_words};
 use super::measured::{Calculated, ChannelBeside, MeasuredArguments, channels_text};
 use super::outputs::{Form, Output, StudyArguments, check_outputs};
 use super::scene_plot::{Picture, scene_plot};
@@ -93,14 +93,15 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
     check_row(&engine, arguments.row)?;
     let (outcome, channels) = simulate(&engine, arguments)?;
     let comparison = stored.map(|stored| stored.compare(&engine, arguments.row, &outcome)).transpose()?;
-    if arguments.json {
-        print_json(&SceneResult::of(&engine, arguments.row, &outcome, comparison).beside(channels))?;
-    } else {
+    if wants_words(arguments.json) {
         print_line(&readable(&engine, arguments.row, &outcome).trim_end())?;
-        comparison.map_or(Ok(()), |comparison| print_line(&comparison.text()))?;
+        comparison.as_ref().map_or(Ok(()), |comparison| print_line(&comparison.text()))?;
         if !channels.is_empty() {
             print_line(&channels_text(&channels).trim_end())?;
         }
+    }
+    if arguments.json {
+        print_json(&SceneResult::of(&engine, arguments.row, &outcome, comparison).beside(channels))?;
     }
     Ok(if outcome.status == RowStatus::Done { Exit::Done } else { Exit::RowsFailed })
 }

@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::print_json;
+use super::json::print_result;
 use super::progress::clock;
-use super::text::{print_line, shell_word};
+use super::text::shell_word;
 use decore_dataset::{DatasetReader, SweepState, SweepStatus};
 
 #[derive(Debug, Args)]
@@ -46,24 +46,23 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
         };
         found.push(DatasetStatus { dataset: folder.clone(), status, damage });
     }
-    if arguments.json {
-        print_json(&found)?;
-        return Ok(Exit::Done);
-    }
-    for DatasetStatus { dataset: folder, status, damage } in &found {
-        print_line(&text(folder, status))?;
-        damage.iter().try_for_each(|line| print_line(&format_args!("  DAMAGED: {line}")))?;
-        print_line(&format_args!(
-            "  the contents of the parts were not read: `decore verify {}` does",
-            shell_word(folder)
-        ))?;
+    print_result(arguments.json, &found, || words(&found))?;
+    Ok(Exit::Done)
+}
+
+fn words(found: &[DatasetStatus]) -> String {
+    let mut lines = Vec::new();
+    for DatasetStatus { dataset: folder, status, damage } in found {
+        lines.push(text(folder, status));
+        lines.extend(damage.iter().map(|line| format!("  DAMAGED: {line}")));
+        lines.push(format!("  the contents of the parts were not read: `decore verify {}` does", shell_word(folder)));
     }
     if found.len() > 1 {
         let sum = |count: fn(&SweepStatus) -> u64| found.iter().map(|one| count(&one.status)).sum::<u64>();
         let (done, rows, failed) = (sum(|s| s.rows_done), sum(|s| s.rows), sum(|s| s.rows_failed));
-        print_line(&format_args!("together: {done} of {rows} rows, {failed} failed"))?;
+        lines.push(format!("together: {done} of {rows} rows, {failed} failed"));
     }
-    Ok(Exit::Done)
+    lines.join("\n")
 }
 
 fn text(folder: &Path, status: &SweepStatus) -> String {

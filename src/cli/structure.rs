@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_study;
-use super::json::print_json;
+use super::json::{print_json, wants_words};
 use super::mobility::{Asked, compare_with_measured};
 use super::outputs::{Form, Output, StudyArguments, check_outputs};
 use super::text::{plural, print_line};
@@ -112,15 +112,18 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
         let title = format!("Reduction of {}", arguments.file.display());
         write_file(path, quality_page(&report, &title)?)?;
     }
+    // The report is there at once, the selections take a while.
+    let words = wants_words(arguments.json);
+    if words {
+        print_line(&readable(&report).trim_end())?;
+    }
+    let selections = if has_scene { selections(arguments)? } else { None };
+    if words {
+        selections.iter().try_for_each(|selections| print_line(&selections_text(selections)))?;
+    }
     if arguments.json {
-        let selections = if has_scene { selections(arguments)? } else { None };
         print_json(&StructureResult { report, selections })?;
     } else {
-        print_line(&readable(&report).trim_end())?;
-        // The report is there at once, the selections take a while.
-        if let Some(selections) = if has_scene { selections(arguments)? } else { None } {
-            print_line(&selections_text(&selections))?;
-        }
         if let Some(path) = &arguments.html {
             print_line(&format_args!("\npage           {}", path.display()))?;
         }

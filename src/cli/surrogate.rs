@@ -6,9 +6,9 @@ use clap::Args;
 
 use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_dataset;
-use super::json::print_json;
+use super::json::print_result;
 use super::outputs::{Form, Output, check_outputs};
-use super::text::{eprint_line, fit, print_line, terminal_columns};
+use super::text::eprint_line;
 use super::written::Written;
 use decore_dataset::{DatasetReader, write_table};
 use decore_lab::surrogate::{PREDICTOR, SurrogateSettings};
@@ -70,13 +70,7 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
         decore_lab::surrogate::write(&model, path)?;
         write_file(predictor, PREDICTOR)?;
     }
-    if arguments.json {
-        print_json(&model.surrogate)?;
-    } else {
-        let text = model.surrogate.to_string();
-        let text = terminal_columns().map_or_else(|| text.clone(), |columns| fit(&text, columns));
-        print_line(&text.trim_end())?;
-    }
+    print_result(arguments.json, &model.surrogate, || model.surrogate.to_string())?;
     model.surrogate.warnings().iter().for_each(|warning| eprint_line(&format_args!("warning: {warning}")));
     Ok(Exit::Done)
 }

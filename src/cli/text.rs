@@ -7,6 +7,7 @@ use std::path::Path;
 
 use console::Term;
 
+use super::caller::Caller;
 use super::exit::Failure;
 use decore_model::run::MOST_THREADS;
 use decore_study::engine::{Engine, RowRunner};
@@ -19,7 +20,12 @@ const LONGEST_LINE: usize = 2000;
 /// # Errors
 /// [`Failure::Print`]: a full disk and the like. A reader that has gone is none.
 pub(super) fn print_line(line: &dyn Display) -> Result<(), Failure> {
-    printed(writeln!(io::stdout(), "{}", printable(&line.to_string())))
+    let text = line.to_string();
+    if let Some(caller) = Caller::current() {
+        caller.keep(|result| result.text += &(text + "\n"));
+        return Ok(());
+    }
+    printed(writeln!(io::stdout(), "{}", printable(&text)))
 }
 
 /// What came of a text for standard output. A reader that has gone (`decore scene ... | head -1`) has enough: the command goes
@@ -38,6 +44,9 @@ pub(super) fn printed(written: io::Result<()>) -> Result<(), Failure> {
 /// Writes a line to standard error, its lines cut at a length.
 pub(super) fn eprint_line(line: &dyn Display) {
     let text = line.to_string();
+    if let Some(caller) = Caller::current() {
+        return caller.keep(|result| result.notes.push(text));
+    }
     let lines: Vec<Cow<str>> = text.split('\n').map(cut).collect();
     let _ = writeln!(io::stderr(), "{}", printable(&lines.join("\n")));
 }
@@ -99,7 +108,8 @@ pub(super) fn check_row(engine: &Engine, row: usize) -> Result<(), Failure> {
 
 /// Columns of the terminal that reads; `None` for a file or a pipe.
 pub(super) fn terminal_columns() -> Option<usize> {
-    Term::stdout().size_checked().map(|(_, columns)| usize::from(columns))
+    let own = Caller::current().is_none().then(Term::stdout);
+    own?.size_checked().map(|(_, columns)| usize::from(columns))
 }
 
 /// A text whose lines end where a terminal does: longer ones go on below, two blanks further in. Words stay whole.

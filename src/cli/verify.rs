@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inputs::expect_dataset;
-use super::json::print_json;
+use super::json::{print_json, wants_words};
 use super::text::print_line;
 use decore_dataset::{Verification, verify as verify_dataset};
 
@@ -57,7 +57,7 @@ pub(super) fn verify(arguments: &VerifyArguments) -> Result<Exit, Failure> {
         expect_dataset(folder)?;
         let found = Verified::of(folder, verify_dataset(folder)?);
         // Reading one takes a while: each is told when it was read.
-        if !arguments.json {
+        if wants_words(arguments.json) {
             print_line(&text(&found))?;
         }
         all.push(found);

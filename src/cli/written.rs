@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exit::Failure;
-use super::json::print_json;
-use super::text::{eprint_line, print_line};
+use super::json::print_result;
+use super::text::eprint_line;
 
 /// What a command wrote, and what it says besides.
 #[derive(Debug, Default, Serialize, JsonSchema)]
@@ -93,11 +93,7 @@ impl Written {
     /// # Errors
     /// As [`say`].
     pub fn print(&self, json: bool, words: &dyn Display) -> Result<(), Failure> {
-        if json {
-            print_json(self)?
-        } else {
-            print_line(words)?
-        }
+        print_result(json, self, || words.to_string())?;
         self.warnings.iter().for_each(|warning| eprint_line(&format_args!("warning: {warning}")));
         Ok(())
     }

@@ -1,23 +1,23 @@
 //! A dataset, opened.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use serde_json::json;
 
 use super::error::Raise;
 use super::surrogate::Surrogate;
 use super::table::Table;
 use super::wait::Work;
-use decore_dataset::{DatasetReader, TableName, table_batch};
-use decore_lab::sensitivity::{SensitivitySettings, analyse, columns};
+use decore_dataset::{DatasetReader, TableName};
 use decore_lab::surrogate::{SurrogateSettings, fit};
-use decore_quantity::words::{did_you_mean, nearest};
-use decore_statistics::analysis::{Bootstrap, Estimator};
 
 /// A dataset as it was when it was opened.
+///
+/// >>> dataset.rows_done, len(dataset.runs), dataset.runs.units["delivered_work_j"]
+/// (24, 24, 'J')
 #[pyclass(module = "decore", frozen)]
 pub struct Dataset {
     reader: Arc<DatasetReader>,
@@ -109,34 +109,8 @@ impl Dataset {
         self.reader.manifest().rows_failed()
     }
 
-    /// Which factor matters to which output: as `decore analyse`.
-    #[pyo3(signature = (outputs=Vec::new(), *, estimator=None, given=false, bootstrap=1000, seed=0))]
-    fn analyse(
-        &self,
-        py: Python<'_>,
-        outputs: Vec<String>,
-        estimator: Option<&str>,
-        given: bool,
-        bootstrap: usize,
-        seed: u64,
-    ) -> PyResult<Analysis> {
-        let estimator = estimator.map(named).transpose()?;
-        if (1..Bootstrap::LEAST_REPLICATES).contains(&bootstrap) {
-            let least = Bootstrap::LEAST_REPLICATES;
-            return Err(PyValueError::new_err(format!("bootstrap is {bootstrap}, expected 0 or at least {least}")));
-        }
-        let bootstrap = Bootstrap { replicates: bootstrap, seed, level: Bootstrap::LEVEL };
-        let settings = SensitivitySettings { outputs, estimator, given, bootstrap };
-        let reader = Arc::clone(&self.reader);
-        let found = Work::new(move |_| analyse(&reader, &settings)).wait(py)?.map_err(|error| error.raise(py))?;
-        let batch = table_batch(&self.reader.manifest().study, "sensitivity", &columns(&found));
-        let table = Py::new(py, Table::new("sensitivity", batch.map_err(|error| error.raise(py))?))?;
-        Ok(Analysis { table, json: json!(found).to_string(), text: found.to_string().trim_end().to_owned() })
-    }
-
-    /// Models of the outputs over the factors: as `decore surrogate`.
-    #[pyo3(signature = (outputs=Vec::new(), *, least_q2=SurrogateSettings::default().least_q2))]
-    fn surrogate(&self, py: Python<'_>, outputs: Vec<String>, least_q2: f64) -> PyResult<Surrogate> {
+    /// Fits the models of `surrogate`.
+    fn _fit(&self, py: Python<'_>, outputs: Vec<String>, least_q2: f64) -> PyResult<Surrogate> {
         if !(0.0..=1.0).contains(&least_q2) {
             return Err(PyValueError::new_err(format!("least_q2 is {least_q2}, expected a number from 0 to 1")));
         }
@@ -144,39 +118,24 @@ impl Dataset {
         let settings = SurrogateSettings { outputs, least_q2, ..SurrogateSettings::default() };
         let fitted = move |_: &_| fit(&reader, &settings).and_then(|model| model.check().map(|()| model));
         let model = Work::new(fitted).wait(py)?.map_err(|error| error.raise(py))?;
-        Ok(Surrogate::new(model))
+        let models = Surrogate::new(model);
+        models.warn(py)?;
+        Ok(models)
+    }
+
+    /// A dataset is its folder where a path is taken.
+    fn __fspath__(&self) -> OsString {
+        self.folder().into_os_string()
+    }
+
+    /// Other processes open the folder.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PathBuf,))> {
+        Ok((py.import("decore")?.getattr("open")?, (std::path::absolute(self.folder())?,)))
     }
 
     fn __repr__(&self) -> String {
         let manifest = self.reader.manifest();
         let (folder, rows) = (self.reader.folder().display(), manifest.range.len());
         format!("<decore.Dataset {folder}: {}, {} of {rows} rows>", manifest.study.study_name, manifest.rows_done)
-    }
-}
-
-fn named(name: &str) -> PyResult<Estimator> {
-    let names = || Estimator::ALL.into_iter().map(Estimator::name);
-    Estimator::ALL.into_iter().find(|one| one.name() == name).ok_or_else(|| {
-        let hint = did_you_mean(nearest(name, names()));
-        let known = names().collect::<Vec<_>>().join(", ");
-        PyValueError::new_err(format!("estimator is `{name}`, expected one of {known}{hint}"))
-    })
-}
-
-/// What was found of the factors of a dataset.
-#[pyclass(module = "decore", frozen, get_all)]
-pub struct Analysis {
-    /// A row per output and index.
-    table: Py<Table>,
-    /// As JSON (schemas/sensitivity.schema.json).
-    json: String,
-    /// In words, as `decore analyse` prints it.
-    text: String,
-}
-
-#[pymethods]
-impl Analysis {
-    fn __str__(&self) -> &str {
-        &self.text
     }
 }

@@ -3,11 +3,11 @@
 use std::ffi::CString;
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyException, PyUserWarning};
+use pyo3::exceptions::{PyException, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyType};
 
-use decore_lab::sensitivity::SensitivityError;
+use crate::cli::Failure;
 use decore_lab::surrogate::SurrogateError;
 use decore_study::FileLocation;
 use decore_study::engine::EngineError;
@@ -30,9 +30,17 @@ create_exception!(decore, PredictionWarning, PyUserWarning, "What of a predictio
 /// # Errors
 /// The warning, where Python is to raise warnings of its kind.
 pub fn warn(py: Python<'_>, kind: &Bound<'_, PyType>, text: &str) -> PyResult<()> {
+    warn_above(py, kind, text, 1)
+}
+
+/// As [`warn`], for functions of Python around it: `level` is 2 for one.
+///
+/// # Errors
+/// As [`warn`].
+pub fn warn_above(py: Python<'_>, kind: &Bound<'_, PyType>, text: &str, level: i32) -> PyResult<()> {
     // A text of a study holds no zero; one that does ends there.
     let text = CString::new(text.split('\0').next().unwrap_or_default())?;
-    PyErr::warn(py, kind, &text, 1)
+    PyErr::warn(py, kind, &text, level)
 }
 
 /// What a [`Problem`] has, in its order: for `pickle`.
@@ -148,11 +156,22 @@ impl Raise for EngineError {
     }
 }
 
-impl Raise for SensitivityError {
+impl Raise for Failure {
     fn raise(self, py: Python<'_>) -> PyErr {
         match self {
+            Self::Study(error) => error.raise(py),
+            Self::Engine(error) => error.raise(py),
             Self::Dataset(error) => error.raise(py),
-            other => DatasetError::new_err(other.to_string()),
+            Self::Surrogate(error) => error.raise(py),
+            Self::Structure(error) => MachineError::new_err(error.to_string()),
+            Self::Argument(message) => PyValueError::new_err(message),
+            Self::Threads(error) => PyValueError::new_err(error.to_string()),
+            Self::Write { .. } | Self::Page(_) | Self::Plot(_) | Self::Paper(_) | Self::Print(_) => {
+                Error::new_err(self.to_string())
+            }
+            Self::Sensitivity(_) | Self::Features(_) | Self::Refinement(_) | Self::Best(_) | Self::Comparison(_) => {
+                DatasetError::new_err(self.to_string())
+            }
         }
     }
 }

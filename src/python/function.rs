@@ -6,12 +6,14 @@ use std::sync::atomic::AtomicBool;
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::{PyImportError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyByteArray, PyTuple};
+use pyo3::types::{PyByteArray, PyList, PyTuple};
 
 use super::error::{Raise, StudyWarning, warn};
 use super::factor::ends;
+use super::frame::columns;
 use super::ready::{Asked, Ready, Shared};
-use super::value::repeated;
+use super::study::{Origin, Study};
+use super::value::{object, repeated, value};
 use super::wait::Work;
 use decore_dataset::Source;
 use decore_quantity::Value;
@@ -22,11 +24,23 @@ use decore_study::{CheckedStudy, FactorInfo};
 /// Share of a range by which rounding may leave it.
 const ROUNDING: f64 = 1e-9;
 
-/// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output, NaN where a point could
-/// not be simulated or a factor does not take its value (NaN, infinity, what lies between whole numbers or listed values). Without the axis of points for one point, without that of outputs for one output.
+/// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output.
+///
+/// Y is NaN where a point cannot be simulated or a factor does not take its value (NaN, infinity, a value between whole numbers or
+/// listed values). It has no axis of points for one point, and none of outputs if one output was asked for by its name alone.
+///
+/// X is an array; or a frame, a mapping or rows, whose names are obeyed: other orders give the same, unknown and missing columns raise
+/// `KeyError`.
+///
+/// >>> work = study.function("delivered_work_j")
+/// >>> work.factors
+/// ['position', 'pressure', 'standoff', 'fixture_stiffness']
+/// >>> (work(study.rows()) == dataset.runs["delivered_work_j"]).all()
+/// np.True_
 #[pyclass(module = "decore", frozen)]
 pub struct Function {
     ready: Shared,
+    origin: Origin,
     factors: Vec<String>,
     fixed: Vec<(String, Value)>,
     outputs: Vec<String>,
@@ -92,11 +106,11 @@ impl Function {
     ///
     /// # Errors
     /// As for [`Definition::check`].
-    pub fn new(py: Python<'_>, ready: &Shared, definition: Definition) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, (ready, origin): (&Shared, Origin), definition: Definition) -> PyResult<Self> {
         definition.check(py, ready.engine.checked())?;
         let Definition { factors, fixed, outputs, single, threads } = definition;
         let (outputs, places) = outputs.into_iter().unzip();
-        Ok(Self { ready: Arc::clone(ready), factors, fixed, outputs, places, single, threads })
+        Ok(Self { ready: Arc::clone(ready), origin, factors, fixed, outputs, places, single, threads })
     }
 }
 
@@ -149,11 +163,16 @@ impl Function {
         let numpy = py.import("numpy").map_err(|error| {
             PyImportError::new_err(format!("{error}: functions over arrays take numpy; install it beside decore"))
         })?;
-        let masked = numpy.getattr("ma")?;
-        let x = match masked.call_method1("isMaskedArray", (x,))?.is_truthy()? {
-            // What is masked is no number: numpy would hand on what lies below the mask.
-            true => masked.call_method1("filled", (x.call_method1("astype", ("float64",))?, f64::NAN))?,
-            false => x.clone(),
+        let x = match columns(x, &self.factors)? {
+            Some(columns) => {
+                let columns = columns.iter().map(|column| unmasked(&numpy, column));
+                let columns = PyList::new(py, columns.collect::<PyResult<Vec<_>>>()?)?;
+                match columns.is_empty() {
+                    true => numpy.call_method1("empty", ((1, 0),))?,
+                    false => numpy.call_method1("stack", (columns, -1))?,
+                }
+            }
+            None => unmasked(&numpy, x)?,
         };
         let array = numpy.call_method1("ascontiguousarray", (x, "float64"))?;
         let shape: Vec<usize> = array.getattr("shape")?.extract()?;
@@ -187,8 +206,44 @@ impl Function {
         }
     }
 
+    /// Other processes make the function from the study's file.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Handed,))> {
+        let fixed = self.fixed.iter().map(|(name, value)| Ok((name.clone(), object(py, value)?)));
+        let fixed = fixed.collect::<PyResult<_>>()?;
+        let (factors, outputs) = (self.factors.clone(), self.outputs.clone());
+        let handed = (self.origin.clone(), factors, fixed, outputs, self.single, self.threads);
+        Ok((py.import("decore._decore")?.getattr("_function")?, (handed,)))
+    }
+
     fn __repr__(&self) -> String {
         format!("<decore.Function ({}) -> ({})>", self.factors.join(", "), self.outputs.join(", "))
+    }
+}
+
+/// A function as another process gets it: origin of the study, factors, fixed values, outputs, single, threads.
+type Handed = (Origin, Vec<String>, Vec<(String, Py<PyAny>)>, Vec<String>, bool, usize);
+
+/// A function that comes from another process.
+///
+/// # Errors
+/// `StudyError` where the study's files are not what they were.
+#[pyfunction]
+#[pyo3(name = "_function")]
+pub fn unpickled(py: Python<'_>, handed: Handed) -> PyResult<Function> {
+    let (origin, factors, fixed, outputs, single, threads) = handed;
+    let ready = Study::ready_again(py, &origin)?;
+    let fixed = fixed.into_iter().map(|(name, own)| Ok((name, value(own.bind(py))?))).collect::<PyResult<_>>()?;
+    let place = |name: String| Study::place(&ready, &name).map(|place| (name, place));
+    let outputs = outputs.into_iter().map(place).collect::<Result<_, _>>().map_err(|error| error.raise(py))?;
+    Function::new(py, (&ready, origin), Definition { factors, fixed, outputs, single, threads })
+}
+
+/// Numbers of NumPy, those that are masked as NaN: numpy would hand on what lies below the mask.
+fn unmasked<'py>(numpy: &Bound<'py, PyModule>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let masked = numpy.getattr("ma")?;
+    match masked.call_method1("isMaskedArray", (x,))?.is_truthy()? {
+        true => masked.call_method1("filled", (x.call_method1("astype", ("float64",))?, f64::NAN)),
+        false => numpy.call_method1("asarray", (x, "float64")),
     }
 }
 

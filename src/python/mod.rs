@@ -4,9 +4,11 @@
 //! Nothing here holds the interpreter while it simulates, reads or writes. Values become Python's objects, and objects values, with it
 //! alone: there other threads get their turn every few milliseconds.
 
+mod command;
 mod dataset;
 mod error;
 mod factor;
+mod frame;
 mod function;
 mod ready;
 mod row;
@@ -23,6 +25,9 @@ use pyo3::prelude::*;
 use decore_model::run::thread_count;
 
 /// Opens the dataset in a folder.
+///
+/// >>> decore.open(dataset.folder).rows_done
+/// 24
 #[pyfunction]
 fn open(py: Python<'_>, dataset: value::FilePath) -> PyResult<dataset::Dataset> {
     dataset::Dataset::open(py, &dataset.0)
@@ -31,12 +36,17 @@ fn open(py: Python<'_>, dataset: value::FilePath) -> PyResult<dataset::Dataset> 
 #[pymodule]
 fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
+    wait::imported();
     // Also for what rayon starts by itself, which bounds nothing.
     thread_count(0).map_err(|error| PyValueError::new_err(error.to_string()))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(open, module)?)?;
     // What `pickle` calls is no name of the package.
     module.setattr("_problem", wrap_pyfunction!(error::problem, module)?)?;
+    module.setattr("_function", wrap_pyfunction!(function::unpickled, module)?)?;
+    module.setattr("_models", wrap_pyfunction!(surrogate::unpickled, module)?)?;
+    module.setattr("_commands", wrap_pyfunction!(command::commands, module)?)?;
+    module.setattr("_call", wrap_pyfunction!(command::call, module)?)?;
     module.setattr("_study", wrap_pyfunction!(study::unpickled, module)?)?;
     module.add_class::<study::Study>()?;
     module.add_class::<factor::Factor>()?;
@@ -44,7 +54,6 @@ fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<function::Function>()?;
     module.add_class::<sweep::Progress>()?;
     module.add_class::<dataset::Dataset>()?;
-    module.add_class::<dataset::Analysis>()?;
     module.add_class::<surrogate::Surrogate>()?;
     module.add_class::<table::Table>()?;
     module.add_class::<table::Column>()?;

@@ -1,12 +1,17 @@
 //! One simulated row.
 
 use pyo3::prelude::*;
+use pyo3::types::{PyIterator, PyList};
 
 use super::ready::Simulated;
+use super::study::Study;
 use super::table::Table;
 use decore_dataset::TableName;
 
-/// How a row ended, and its tables.
+/// How a row ended, and its tables. `row["column"]` is a value of the table of runs, `dict(row)` has all.
+///
+/// >>> study.scene(3).status
+/// 'done'
 #[pyclass(module = "decore", frozen, get_all)]
 pub struct Row {
     /// `done`, `audit_failed`, `invalid`, `diverged` or `budget_exhausted`.
@@ -21,6 +26,10 @@ pub struct Row {
     blows: Py<Table>,
     /// Its signals; none unless they were asked for and the row could be simulated.
     signals: Option<Py<Table>>,
+    /// Its study.
+    study: Py<Study>,
+    /// Its place in the design; none for values of factors.
+    index: Option<usize>,
 }
 
 impl Row {
@@ -28,9 +37,11 @@ impl Row {
     ///
     /// # Errors
     /// Those of making objects.
-    pub fn new(py: Python<'_>, simulated: Simulated) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, (study, index): (Py<Study>, Option<usize>), simulated: Simulated) -> PyResult<Self> {
         let Simulated { outcome, tables: [runs, blows, _], signals } = simulated;
         Ok(Self {
+            study,
+            index,
             status: outcome.status.name(),
             reason: outcome.reason,
             wall_time_s: outcome.wall_time_s,
@@ -47,6 +58,26 @@ impl Row {
     fn __getitem__(&self, py: Python<'_>, column: &str) -> PyResult<Py<PyAny>> {
         let values = self.runs.get().values(py, column)?;
         Ok(values.iter().next().map_or_else(|| py.None(), Bound::unbind))
+    }
+
+    /// Names of the columns of the table of runs: with `[]` what `dict(row)` takes.
+    ///
+    /// >>> dict(study.scene(3))["factor_pressure"] == study.scene(3)["factor_pressure"]
+    /// True
+    fn keys(&self) -> Vec<String> {
+        self.runs.get().names()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.keys())?.try_iter()
+    }
+
+    fn __len__(&self) -> usize {
+        self.keys().len()
+    }
+
+    fn __contains__(&self, column: &Bound<'_, PyAny>) -> bool {
+        self.runs.get().__contains__(column)
     }
 
     fn __repr__(&self) -> String {

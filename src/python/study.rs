@@ -1,32 +1,42 @@
 //! A study: its rows, simulated one by one, as a function, or as a sweep.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyInt, PyMapping, PyString};
+use pyo3::types::{PyDict, PyInt, PyMapping, PyString};
 
-use super::dataset::Dataset;
-use super::error::{Raise, StudyError, StudyWarning, SweepError, warn};
+use super::error::{Raise, StudyError, StudyWarning, warn};
 use super::factor::Factor;
+use super::frame::factor;
 use super::function::{Definition, Function};
 use super::ready::{Asked, Chosen, Ready, Shared, Wanted};
 use super::row::Row;
-use super::sweep::Sweep;
 use super::table::Table;
 use super::value::{FilePath, given, repeated, settings, truth};
 use super::wait::Work;
-use decore_dataset::{DatasetError, Existing, SweepState, TableName, table_batch};
+use decore_dataset::{DatasetError, TableName, table_batch};
 use decore_model::run::{DEFAULT_RETRIES, thread_count};
 use decore_statistics::design::Level;
 use decore_study::CheckedStudy;
 use decore_study::engine::{checked, design_table};
 
-/// What [`unpickled`] takes.
-type Handed = (PathBuf, Vec<String>, u32, String);
+/// Where a study comes from, which other processes read again: path, overrides, retries, hash.
+pub type Origin = (PathBuf, Vec<String>, u32, String);
+
+/// Studies made ready most recently, for functions that come from another process: it sends one with each piece of work.
+static READY: Mutex<Vec<(Origin, Shared)>> = Mutex::new(Vec::new());
+/// How many of them are kept.
+const MOST_READY: usize = 4;
 
 /// A study, held to its machine. The machine is reduced when the first row is run.
+///
+/// `path`: the study file. `overrides`: values over the file's, by their paths, like `--set`. `retries`: times a row that diverged is
+/// run again. Raises `StudyError` with all problems, and `MachineError` if the machine's files cannot be read.
+///
+/// >>> decore.Study("studies/placement.toml", {"design.rows": 24})
+/// <decore.Study Placement and pressure: 24 rows>
 #[pyclass(module = "decore", frozen)]
 pub struct Study {
     checked: CheckedStudy,
@@ -58,10 +68,37 @@ impl Study {
         Ok(self.ready.get_or_init(|| Arc::new(made)))
     }
 
+    fn origin(&self) -> Origin {
+        let study = self.checked.study();
+        (self.path.clone(), study.overrides(), self.retries, study.hash().to_owned())
+    }
+
+    /// The study of a function that comes from another process, ready to run.
+    ///
+    /// # Errors
+    /// As for [`unpickled`].
+    pub fn ready_again(py: Python<'_>, origin: &Origin) -> PyResult<Shared> {
+        let list = || READY.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = list().iter().find(|(one, _)| one == origin).map(|(_, ready)| Arc::clone(ready));
+        if let Some(ready) = known {
+            return Ok(ready);
+        }
+        let (path, overrides, retries, hash) = origin.clone();
+        let ready = Arc::clone(unpickled(py, path, overrides, retries, &hash)?.ready(py)?);
+        let mut known = list();
+        known.insert(0, (origin.clone(), Arc::clone(&ready)));
+        known.truncate(MOST_READY);
+        Ok(ready)
+    }
+
     /// The row that is meant: its index, or values by the names of the factors.
     fn asked(&self, py: Python<'_>, row: &Bound<'_, PyAny>) -> PyResult<Asked> {
-        if let Ok(values) = row.cast::<PyMapping>() {
-            let levels: Result<Vec<Level>, decore_study::StudyError> = self.checked.levels(&given(values)?);
+        if row.hasattr("keys")? {
+            // Mappings, and rows of frames with the columns of tables.
+            let values = py.get_type::<PyDict>().call1((row,))?;
+            let values = given(values.cast::<PyMapping>()?)?.into_iter().filter(|(name, _)| name != "row");
+            let values: Vec<_> = values.map(|(name, value)| (factor(&name).to_owned(), value)).collect();
+            let levels: Result<Vec<Level>, decore_study::StudyError> = self.checked.levels(&values);
             return levels.map(Asked::Point).map_err(|error| error.raise(py));
         }
         let index = row.extract::<i64>();
@@ -78,7 +115,7 @@ impl Study {
     }
 
     /// The place of a column of numbers in the table of runs.
-    fn place(ready: &Ready, name: &str) -> Result<usize, DatasetError> {
+    pub fn place(ready: &Ready, name: &str) -> Result<usize, DatasetError> {
         let (table, columns) = (TableName::Runs.folder(), ready.columns.describe(TableName::Runs));
         match columns.iter().position(|column| column.name == name) {
             Some(place) if columns.get(place).is_some_and(|column| !column.kind.is_text()) => Ok(place),
@@ -118,6 +155,24 @@ impl Study {
         self.checked.study().hash()
     }
 
+    /// The study's file.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.path.clone()
+    }
+
+    /// The values set over the study's, `path=value`.
+    #[getter]
+    fn overrides(&self) -> Vec<String> {
+        self.checked.study().overrides()
+    }
+
+    /// Times a row that diverged is run again.
+    #[getter]
+    fn retries(&self) -> u32 {
+        self.retries
+    }
+
     /// Names of the hammers.
     #[getter]
     fn hammers(&self) -> Vec<&str> {
@@ -141,6 +196,9 @@ impl Study {
     }
 
     /// The design: a row per run, a column per factor. Nothing is run.
+    ///
+    /// >>> study.rows().keys()[:2]
+    /// ['row', 'factor_position']
     fn rows(&self, py: Python<'_>) -> PyResult<Table> {
         let batch = py.detach(|| {
             let (info, columns) = design_table(&self.checked);
@@ -150,26 +208,42 @@ impl Study {
     }
 
     /// Simulates a row of the design, or one with these values of the factors.
-    #[pyo3(signature = (row, *, signals=None, signal_interval_s=1e-4))]
+    ///
+    /// `row`: index from 0, or the values of all factors by their names: a mapping, or the row of a pandas frame. `signals`: names of
+    /// signals to keep, or `True` for all. `signal_interval_s`: time between two of their values in s. A row that cannot be
+    /// simulated raises nothing: its `status` and `reason` show why.
+    ///
+    /// >>> row = study.scene(3, signals=["hammer_casting_force_n"])
+    /// >>> row.status, len(row.signals)
+    /// ('done', 3001)
+    #[pyo3(signature = (row=None, *, signals=None, signal_interval_s=1e-4))]
     fn scene(
-        &self,
-        py: Python<'_>,
-        row: &Bound<'_, PyAny>,
+        slf: &Bound<'_, Self>,
+        row: Option<&Bound<'_, PyAny>>,
         signals: Option<&Bound<'_, PyAny>>,
         signal_interval_s: f64,
     ) -> PyResult<Row> {
-        let asked = self.asked(py, row)?;
+        let (py, this) = (slf.py(), slf.get());
+        let asked = row.map_or(Ok(Asked::Row(0)), |row| this.asked(py, row))?;
+        let index = if let Asked::Row(index) = &asked { Some(*index) } else { None };
         let wanted = chosen(signals)?.map(|chosen| Wanted { chosen, interval_s: signal_interval_s });
         if !(signal_interval_s > 0.0 && signal_interval_s.is_finite()) {
             let message = format!("signal_interval_s is {signal_interval_s}, expected a positive number");
             return Err(PyValueError::new_err(message));
         }
-        let ready = Arc::clone(self.ready(py)?);
+        let ready = Arc::clone(this.ready(py)?);
         let found = Work::new(move |_| ready.simulate(&asked, wanted.as_ref())).wait(py)?;
-        Row::new(py, found.map_err(|error| error.raise(py))?)
+        Row::new(py, (slf.clone().unbind(), index), found.map_err(|error| error.raise(py))?)
     }
 
     /// Outputs as a function of factors, over arrays.
+    ///
+    /// `outputs`: columns of the table of runs; one name alone for results without an axis of outputs. `factors`: columns of X; all
+    /// that are not in `fixed` unless named. `fixed`: values of the other factors. `threads`: 0 for one per core.
+    ///
+    /// >>> work = study.function("delivered_work_j", factors=["pressure"], fixed={"position": 0.0, "standoff": 0.08, "fixture_stiffness": 3e7})
+    /// >>> work([[4.5], [5.5]]).shape
+    /// (2,)
     #[pyo3(signature = (outputs, *, factors=None, fixed=None, threads=0))]
     fn function(
         &self,
@@ -190,37 +264,13 @@ impl Study {
         let ready = self.ready(py)?;
         let place = |name: String| Self::place(ready, &name).map(|place| (name, place));
         let outputs = names.into_iter().map(place).collect::<Result<_, _>>().map_err(|error| error.raise(py))?;
-        Function::new(py, ready, Definition { factors, fixed, outputs, single, threads })
-    }
-
-    /// Runs the rows that the dataset in `output` does not hold yet; the same call again goes on.
-    #[pyo3(signature = (output, *, threads=0, progress=None, replace=false, max_failed=None))]
-    fn run(
-        &self,
-        py: Python<'_>,
-        output: FilePath,
-        threads: usize,
-        progress: Option<&Bound<'_, PyAny>>,
-        replace: bool,
-        max_failed: Option<u64>,
-    ) -> PyResult<Dataset> {
-        check_threads(threads)?;
-        let told = listener(py, progress)?;
-        let existing = if replace { Existing::Replace } else { Existing::Resume };
-        let (ready, folder) = (Arc::clone(self.ready(py)?), output.0.clone());
-        let sweep = Sweep { ready, folder, threads, existing, max_failed };
-        let status = sweep.run(py, told)?.map_err(|error| error.raise(py))?;
-        match status.state {
-            SweepState::TooManyFailed => Err(SweepError::new_err(status.message)),
-            _ => Dataset::open(py, &output.0),
-        }
+        let definition = Definition { factors, fixed, outputs, single, threads };
+        Function::new(py, (ready, self.origin()), definition)
     }
 
     /// Other processes read the study again, from its file.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Handed)> {
-        let study = self.checked.study();
-        let again = py.import("decore._decore")?.getattr("_study")?;
-        Ok((again, (self.path.clone(), study.overrides(), self.retries, study.hash().to_owned())))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Origin)> {
+        Ok((py.import("decore._decore")?.getattr("_study")?, self.origin()))
     }
 
     fn __repr__(&self) -> String {
@@ -248,7 +298,10 @@ fn check_threads(threads: usize) -> PyResult<()> {
 }
 
 /// What is told of progress: the package's own display, a callable, or nobody.
-fn listener(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Py<PyAny>>> {
+///
+/// # Errors
+/// What the object raised when it was asked whether it is true.
+pub fn listener(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Py<PyAny>>> {
     match progress {
         None => Ok(None),
         Some(one) if one.is_callable() => Ok(Some(one.clone().unbind())),

@@ -1,6 +1,5 @@
-//! A sweep that a Python program runs: told of by a callable, stopped by Ctrl-C.
+//! Rows that a Python program runs: told of by a callable, stopped by Ctrl-C.
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,11 +7,9 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
-use super::ready::Shared;
 use super::wait::Work;
-use decore_dataset::{Existing, SweepStatus};
 use decore_model::run::RowStatus;
-use decore_study::engine::{EngineError, SweepEvent, SweepSettings};
+use decore_study::engine::SweepEvent;
 
 /// Time between two calls of the callable.
 const TOLD_EVERY: Duration = Duration::from_millis(200);
@@ -62,7 +59,7 @@ impl Progress {
 
 /// What is counted while rows run, on any thread.
 #[derive(Default)]
-struct Counts {
+pub struct Counts {
     rows: AtomicU64,
     before: AtomicU64,
     done: AtomicU64,
@@ -70,7 +67,8 @@ struct Counts {
 }
 
 impl Counts {
-    fn hear(&self, event: SweepEvent<'_>) {
+    /// Counts what an event tells of.
+    pub fn hear(&self, event: SweepEvent<'_>) {
         match event {
             SweepEvent::Begins { rows, done, failed } => {
                 self.before.store(done, Ordering::Relaxed);
@@ -100,63 +98,41 @@ impl Counts {
     }
 }
 
-/// A sweep as it is asked for.
-pub struct Sweep {
-    /// The study.
-    pub ready: Shared,
-    /// The dataset's folder.
-    pub folder: PathBuf,
-    /// Threads; 0: all.
-    pub threads: usize,
-    /// What becomes of a dataset that is there.
-    pub existing: Existing,
-    /// Rows that may fail.
-    pub max_failed: Option<u64>,
-}
-
-impl Sweep {
-    /// Runs the rows that are missing and calls `told` about them five times a second.
-    ///
-    /// # Errors
-    /// What an interrupt or `told` raised; then rows that ended are kept, and rows that still run end by themselves, before a
-    /// sweep that comes later begins.
-    pub fn run(self, py: Python<'_>, told: Option<Py<PyAny>>) -> PyResult<Result<SweepStatus, EngineError>> {
-        let counts = Arc::new(Counts::default());
-        let (begin, own) = (Instant::now(), Arc::clone(&counts));
-        let work = move |stop: &AtomicBool| {
-            let (ends, ended) = sync_channel::<()>(0);
-            let earlier = ENDING.lock().unwrap_or_else(PoisonError::into_inner).begin(ended);
-            // A sweep drops its end of the channel when it ends.
-            for earlier in earlier {
-                let _ = earlier.recv();
-            }
-            let listener = |event: SweepEvent<'_>| own.hear(event);
-            let settings = SweepSettings {
-                threads: self.threads,
-                existing: self.existing,
-                max_failed: self.max_failed,
-                stop: Some(stop),
-                listener: &listener,
-                ..SweepSettings::default()
-            };
-            let status = self.ready.engine.run(&self.folder, &settings);
-            drop(ends);
-            status
-        };
-        let (seen, callable) = (Arc::clone(&counts), told.as_ref().map(|told| told.clone_ref(py)));
-        let mut last = None::<Instant>;
-        let tick = move |py: Python<'_>| {
-            let Some(callable) = callable.as_ref().filter(|_| last.is_none_or(|last| last.elapsed() >= TOLD_EVERY))
-            else {
-                return Ok(());
-            };
-            last = Some(Instant::now());
-            seen.progress(begin.elapsed(), false).map_or(Ok(()), |progress| callable.call1(py, (progress,)).map(drop))
-        };
-        let status = Work { run: work, tick: Box::new(tick) }.wait(py)?;
-        if let (Some(told), Some(progress)) = (told, counts.progress(begin.elapsed(), true)) {
-            told.call1(py, (progress,))?;
+/// Runs work that runs rows, and calls `told` about them five times a second.
+///
+/// # Errors
+/// What an interrupt or `told` raised; then rows that ended are kept, and rows that still run end by themselves, before work that
+/// comes later begins.
+pub fn watched<T: Send + 'static>(
+    py: Python<'_>,
+    told: Option<Py<PyAny>>,
+    run: impl FnOnce(&Arc<AtomicBool>, &Arc<Counts>) -> T + Send + 'static,
+) -> PyResult<T> {
+    let counts = Arc::new(Counts::default());
+    let (begin, own) = (Instant::now(), Arc::clone(&counts));
+    let work = move |stop: &Arc<AtomicBool>| {
+        let (ends, ended) = sync_channel::<()>(0);
+        let earlier = ENDING.lock().unwrap_or_else(PoisonError::into_inner).begin(ended);
+        // A sweep drops its end of the channel when it ends.
+        for earlier in earlier {
+            let _ = earlier.recv();
         }
-        Ok(status)
+        let done = run(stop, &own);
+        drop(ends);
+        done
+    };
+    let (seen, callable) = (Arc::clone(&counts), told.as_ref().map(|told| told.clone_ref(py)));
+    let mut last = None::<Instant>;
+    let tick = move |py: Python<'_>| {
+        let Some(callable) = callable.as_ref().filter(|_| last.is_none_or(|last| last.elapsed() >= TOLD_EVERY)) else {
+            return Ok(());
+        };
+        last = Some(Instant::now());
+        seen.progress(begin.elapsed(), false).map_or(Ok(()), |progress| callable.call1(py, (progress,)).map(drop))
+    };
+    let done = Work { run: work, tick: Box::new(tick) }.wait(py)?;
+    if let (Some(told), Some(progress)) = (told, counts.progress(begin.elapsed(), true)) {
+        told.call1(py, (progress,))?;
     }
+    Ok(done)
 }

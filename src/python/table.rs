@@ -1,16 +1,17 @@
 //! Tables by the Arrow stream protocol: readers of Arrow take them as they are, and none is needed.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
 use arrow_array::ffi::FFI_ArrowSchema;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
-use arrow_array::{Array, RecordBatch, RecordBatchIterator, RecordBatchReader};
+use arrow_array::{Array, ArrayRef, RecordBatch, RecordBatchIterator, RecordBatchReader};
 use arrow_schema::{ArrowError, DataType, SchemaRef};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyIterator, PyList};
+use pyo3::types::{PyByteArray, PyCapsule, PyDict, PyList};
 
 use super::error::{DatasetError, Error};
 use super::value::object;
@@ -19,8 +20,11 @@ use decore_dataset::{DatasetReader, TableName};
 use decore_quantity::Value;
 use decore_quantity::words::{did_you_mean, nearest};
 
-/// A table: what implements `__arrow_c_stream__` for pyarrow, polars, pandas, DuckDB and others; units and descriptions are in the
-/// fields' metadata.
+/// A table. Libraries that read the Arrow stream protocol take it as it is (polars, pyarrow, DuckDB), pandas as `to_pandas()` or
+/// `pandas.DataFrame(table)`; `table["column"]` is a list and needs no library. Units and descriptions are in `columns`.
+///
+/// >>> dataset.runs["status"][:2]
+/// ['done', 'done']
 #[pyclass(module = "decore", frozen)]
 pub struct Table {
     name: &'static str,
@@ -75,23 +79,39 @@ impl Table {
         self.batches().schema()
     }
 
+    /// Names of the columns.
+    pub fn names(&self) -> Vec<String> {
+        self.schema().fields().iter().map(|field| field.name().clone()).collect()
+    }
+
+    /// The place of a column.
+    fn place(&self, column: &str) -> PyResult<usize> {
+        let schema = self.schema();
+        schema.index_of(column).map_err(|_| {
+            let names = schema.fields().iter().map(|field| field.name().as_str());
+            let hint = did_you_mean(nearest(column, names));
+            PyKeyError::new_err(format!("table `{}` has no column `{column}`{hint}", self.name))
+        })
+    }
+
     /// The values of a column in the order of the rows.
     ///
     /// # Errors
     /// `KeyError` for a column that is not there, [`DatasetError`] where a part cannot be read.
     pub fn values<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyList>> {
-        let schema = self.schema();
-        let place = schema.index_of(column).map_err(|_| {
-            let names = schema.fields().iter().map(|field| field.name().as_str());
-            let hint = did_you_mean(nearest(column, names));
-            PyKeyError::new_err(format!("table `{}` has no column `{column}`{hint}", self.name))
-        })?;
+        self.values_up_to(py, column, usize::MAX)
+    }
+
+    fn values_up_to<'py>(&self, py: Python<'py>, column: &str, most: usize) -> PyResult<Bound<'py, PyList>> {
+        let place = self.place(column)?;
         let values = PyList::empty(py);
         let mut batches = self.batches();
-        while let Some(batch) = py.detach(|| batches.next()) {
+        while values.len() < most
+            && let Some(batch) = py.detach(|| batches.next())
+        {
             let batch = batch.map_err(failed)?;
             let array = batch.column(place);
-            for row in 0..array.len() {
+            for row in 0..array.len().min(most - values.len()) {
                 values.append(cell(py, array, row)?)?;
                 give_way(py, row)?;
             }
@@ -134,15 +154,53 @@ impl Table {
         self.values(py, column)
     }
 
-    /// Whether there is a column of this name.
-    fn __contains__(&self, column: &Bound<'_, PyAny>) -> bool {
-        column.extract::<String>().is_ok_and(|column| self.schema().index_of(&column).is_ok())
+    /// The first values of a column.
+    ///
+    /// >>> dataset.runs.head("row", 3)
+    /// [0, 1, 2]
+    #[pyo3(signature = (column, rows=5))]
+    fn head<'py>(&self, py: Python<'py>, column: &str, rows: usize) -> PyResult<Bound<'py, PyList>> {
+        self.values_up_to(py, column, rows)
     }
 
-    /// Names of the columns.
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        let schema = self.schema();
-        PyList::new(py, schema.fields().iter().map(|field| field.name()))?.try_iter()
+    /// Units by the names of the columns: `1` for numbers without one, empty for texts.
+    #[getter]
+    fn units(&self) -> BTreeMap<String, String> {
+        self.columns().into_iter().map(|column| (column.name, column.unit)).collect()
+    }
+
+    /// Names of the columns: with `[]` what `dict(table)` takes.
+    ///
+    /// >>> dataset.timings.keys()
+    /// ['row', 'wall_time_s', 'numerical_twin_wall_time_s']
+    fn keys(&self) -> Vec<String> {
+        self.names()
+    }
+
+    /// All columns as arrays of NumPy by their names: numbers that are not there are NaN, texts objects.
+    ///
+    /// >>> dataset.runs.to_numpy()["delivered_work_j"].dtype
+    /// dtype('float64')
+    fn to_numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let numpy = py.import("numpy")?;
+        let batches = py.detach(|| self.batches().collect::<Result<Vec<_>, _>>()).map_err(failed)?;
+        let arrays = PyDict::new(py);
+        for (place, name) in self.names().into_iter().enumerate() {
+            let columns: Vec<_> = batches.iter().map(|batch| batch.column(place)).collect();
+            let array = match Numbers::of(&columns) {
+                Some(Numbers { bytes, kind }) => {
+                    numpy.call_method1("frombuffer", (PyByteArray::new(py, &bytes), kind))?
+                }
+                None => numpy.call_method1("array", (self.values(py, &name)?, "object"))?,
+            };
+            arrays.set_item(name, array)?;
+        }
+        Ok(arrays)
+    }
+
+    /// Whether there is a column of this name.
+    pub fn __contains__(&self, column: &Bound<'_, PyAny>) -> bool {
+        column.extract::<String>().is_ok_and(|column| self.schema().index_of(&column).is_ok())
     }
 
     fn __repr__(&self) -> String {
@@ -165,6 +223,48 @@ impl Table {
         // The protocol leaves it to a table whether it casts; readers do it themselves.
         let _ = requested_schema;
         PyCapsule::new_with_value(py, FFI_ArrowArrayStream::new(self.batches()), c"arrow_array_stream")
+    }
+}
+
+/// Numbers of a column as NumPy takes them.
+struct Numbers {
+    bytes: Vec<u8>,
+    kind: &'static str,
+}
+
+impl Numbers {
+    /// The numbers of a column; `None` for texts. Whole numbers of which some are not there become real ones.
+    fn of(columns: &[&ArrayRef]) -> Option<Self> {
+        let first = columns.first()?;
+        let whole = columns.iter().all(|column| column.null_count() == 0);
+        let reals = |one: fn(&ArrayRef, usize) -> f64| -> Vec<u8> {
+            let values = |column: &&ArrayRef| -> Vec<f64> {
+                (0..column.len()).map(|row| if column.is_null(row) { f64::NAN } else { one(column, row) }).collect()
+            };
+            columns.iter().flat_map(values).flat_map(f64::to_ne_bytes).collect()
+        };
+        Some(match (first.data_type(), whole) {
+            (DataType::Float64, _) => {
+                Self { bytes: reals(|column, row| column.as_primitive::<Float64Type>().value(row)), kind: "float64" }
+            }
+            (DataType::UInt64, false) => {
+                let bytes = reals(|column, row| column.as_primitive::<UInt64Type>().value(row) as f64);
+                Self { bytes, kind: "float64" }
+            }
+            (DataType::Int64, false) => {
+                let bytes = reals(|column, row| column.as_primitive::<Int64Type>().value(row) as f64);
+                Self { bytes, kind: "float64" }
+            }
+            (DataType::UInt64 | DataType::Int64, true) => {
+                let kind = if *first.data_type() == DataType::UInt64 { "uint64" } else { "int64" };
+                let bytes = |column: &&ArrayRef| match column.as_primitive_opt::<UInt64Type>() {
+                    Some(array) => bytemuck::cast_slice(array.values()).to_vec(),
+                    None => bytemuck::cast_slice(column.as_primitive::<Int64Type>().values()).to_vec(),
+                };
+                Self { bytes: columns.iter().flat_map(bytes).collect(), kind }
+            }
+            _ => return None,
+        })
     }
 }
 

@@ -1,12 +1,13 @@
 //! Long work beside the interpreter: other Python threads run meanwhile, and Ctrl-C is heard.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::Builder;
 use std::time::Duration;
 
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::error::Error;
 
@@ -15,15 +16,20 @@ const TICK: Duration = Duration::from_millis(50);
 /// What work that was told to stop may take to end before the call returns without it.
 const GRACE: Duration = Duration::from_millis(350);
 
+/// The process that imported the package.
+static IMPORTED_BY: OnceLock<u32> = OnceLock::new();
+/// Threads of the process that was forked from it.
+static FORKED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
 /// Work that is told to stop by a flag.
-pub struct Work<T, F: FnOnce(&AtomicBool) -> T> {
+pub struct Work<T, F: FnOnce(&Arc<AtomicBool>) -> T> {
     /// What is done; a long one looks at the flag.
     pub run: F,
     /// Called with the interpreter at least every 50 ms.
     pub tick: Box<dyn FnMut(Python<'_>) -> PyResult<()>>,
 }
 
-impl<T: Send + 'static, F: FnOnce(&AtomicBool) -> T + Send + 'static> Work<T, F> {
+impl<T: Send + 'static, F: FnOnce(&Arc<AtomicBool>) -> T + Send + 'static> Work<T, F> {
     /// Work that nobody watches.
     pub fn new(run: F) -> Self {
         Self { run, tick: Box::new(|_| Ok(())) }
@@ -39,9 +45,13 @@ impl<T: Send + 'static, F: FnOnce(&AtomicBool) -> T + Send + 'static> Work<T, F>
     pub fn wait(mut self, py: Python<'_>) -> PyResult<T> {
         let stop = Arc::new(AtomicBool::new(false));
         let (tell, mut told) = sync_channel(1);
-        let (run, flag) = (self.run, Arc::clone(&stop));
+        let (run, flag, pool) = (self.run, Arc::clone(&stop), forked_pool()?);
         // Nobody listens any more after an interrupt.
-        let started = Builder::new().name("decore".to_owned()).spawn(move || drop(tell.send(run(&flag))));
+        let work = move || match pool {
+            Some(pool) => pool.install(|| run(&flag)),
+            None => run(&flag),
+        };
+        let started = Builder::new().name("decore".to_owned()).spawn(move || drop(tell.send(work())));
         started.map_err(|error| Error::new_err(format!("failed to start a thread: {error}")))?;
         loop {
             match hear(py, &mut told, TICK) {
@@ -60,6 +70,31 @@ impl<T: Send + 'static, F: FnOnce(&AtomicBool) -> T + Send + 'static> Work<T, F>
             }
         }
     }
+}
+
+/// Threads of analyses in a process that was forked: its parent's threads, which rayon would wait for, are not there.
+///
+/// # Errors
+/// [`Error`] if there are no threads.
+fn forked_pool() -> PyResult<Option<Arc<ThreadPool>>> {
+    let process = std::process::id();
+    if *IMPORTED_BY.get_or_init(|| process) == process {
+        return Ok(None);
+    }
+    let mut own = FORKED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, pool)) = own.as_ref().filter(|(owner, _)| *owner == process) {
+        return Ok(Some(Arc::clone(pool)));
+    }
+    let pool = ThreadPoolBuilder::new().build();
+    let pool = Arc::new(pool.map_err(|error| Error::new_err(format!("failed to start threads: {error}")))?);
+    // A pool of the parent is left alone: to end it is to wait for its threads.
+    std::mem::forget(own.replace((process, Arc::clone(&pool))));
+    Ok(Some(pool))
+}
+
+/// Notes the process that imports the package.
+pub fn imported() {
+    IMPORTED_BY.get_or_init(std::process::id);
 }
 
 /// Items that are made objects, or read from them, before other Python threads get their turn: some 5 ms, the interpreter's own

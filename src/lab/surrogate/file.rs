@@ -44,19 +44,30 @@ struct Figures {
     info: DatasetInfo,
 }
 
-/// Writes a model; the file appears whole or not at all, its bytes depend on the model alone.
+/// Writes a model; the file appears whole or not at all. Its bytes are those of [`to_bytes`].
+///
+/// # Errors
+/// [`SurrogateError::Dataset`] for a name that does not end in `.parquet` or lies where a dataset keeps its own files,
+/// [`SurrogateError::Write`].
+pub fn write(model: &Model, path: &Path) -> Result<(), SurrogateError> {
+    check_ending(path, &["parquet"])?;
+    check_free(path, &[])?;
+    let fault = |reason: String| SurrogateError::Write { path: path.to_owned(), reason };
+    let bytes = to_bytes(model, path)?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Staged::write(folder, path, &bytes).and_then(Staged::put_in_place).map_err(|error| fault(error.to_string()))
+}
+
+/// A model as the bytes of a Parquet file, which depend on the model alone. `path`: the file, for errors.
 ///
 /// Columns: `row`, for each factor `scaled_` and its name (0 to 1 over its range; of names their numbers), for each output at the first
 /// row of each place the mean of its runs there, NaN in other rows, `..._weight` (`mean + sum weight k(x, x_row)` is the prediction) and
 /// `..._runs` (different runs at the place); `..._success` (1 and -1), `..._success_weight` and `..._success_runs` where rows failed.
 ///
 /// # Errors
-/// [`SurrogateError::Dataset`] for a name that does not end in `.parquet` or lies where a dataset keeps its own files,
 /// [`SurrogateError::Write`].
-pub fn write(model: &Model, path: &Path) -> Result<(), SurrogateError> {
+pub fn to_bytes(model: &Model, path: &Path) -> Result<Vec<u8>, SurrogateError> {
     model.check()?;
-    check_ending(path, &["parquet"])?;
-    check_free(path, &[])?;
     let fault = |reason: String| SurrogateError::Write { path: path.to_owned(), reason };
     let figures = Figures { layout: LAYOUT, surrogate: model.surrogate.clone(), info: model.info.clone() };
     let figures = serde_json::to_string(&figures).map_err(|error| fault(error.to_string()))?;
@@ -64,8 +75,7 @@ pub fn write(model: &Model, path: &Path) -> Result<(), SurrogateError> {
     let place = seal_place(&bytes).ok_or_else(|| fault("the Parquet library left out its key-values".to_owned()))?;
     let seal = blake3::hash(&bytes).to_hex();
     bytes[place..place + SEAL_DIGITS].copy_from_slice(seal.as_bytes());
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Staged::write(folder, path, &bytes).and_then(Staged::put_in_place).map_err(|error| fault(error.to_string()))
+    Ok(bytes)
 }
 
 fn encoded(model: &Model, figures: String) -> Result<Vec<u8>, ParquetError> {
@@ -117,7 +127,15 @@ fn seal_place(bytes: &[u8]) -> Option<usize> {
 /// [`SurrogateError::Model`] for a file that cannot be read, is no model, or is not as it was written.
 pub fn read(path: &Path) -> Result<Model, SurrogateError> {
     let fault = |reason: String| SurrogateError::Model { path: path.to_owned(), reason };
-    let mut bytes = decore_files::read(path, Limit::ROWS).map_err(|error| fault(error.to_string()))?;
+    from_bytes(decore_files::read(path, Limit::ROWS).map_err(|error| fault(error.to_string()))?, path)
+}
+
+/// Reads a model from the bytes of its file. `path`: the file, for errors.
+///
+/// # Errors
+/// As for [`read`].
+pub fn from_bytes(mut bytes: Vec<u8>, path: &Path) -> Result<Model, SurrogateError> {
+    let fault = |reason: String| SurrogateError::Model { path: path.to_owned(), reason };
     if !bytes.starts_with(b"PAR1") {
         return Err(fault("it is no Parquet file".to_owned()));
     }

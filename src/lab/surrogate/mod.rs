@@ -19,7 +19,7 @@ mod success;
 mod text;
 
 pub use error::SurrogateError;
-pub use file::{PREDICTOR, read, write};
+pub use file::{PREDICTOR, from_bytes, read, to_bytes, write};
 pub(crate) use fit::{Derived, fit_derived};
 pub use fit::{SurrogateSettings, fit, fit_with};
 pub use model::{Model, OutputModel, RowsProcess};

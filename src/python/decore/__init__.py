@@ -1,17 +1,19 @@
 """Pneumatic de-coring hammers, castings and the machine below them: studies, sweeps and their tables.
 
-    import decore
+>>> import decore
+>>> study = decore.Study("studies/placement.toml", {"duration_s": 0.3, "design.rows": 24})
+>>> dataset = study.run("out/first")
+>>> dataset.runs.to_pandas()[["factor_pressure", "delivered_work_j"]].shape
+(24, 2)
+>>> dataset.report(best=3).best[0].row in range(24)
+True
 
-    study = decore.Study("studies/placement.toml", {"hammer.hammer.supply_bar": 4.5})
-    row = study.scene(3, signals=True)
-    dataset = study.run("out/placement", progress=True)
-
-Every table implements the Arrow stream protocol: ``pyarrow.table(dataset.runs)``, ``polars.DataFrame(dataset.runs)``,
-``pandas.DataFrame.from_arrow(dataset.runs)``, and in DuckDB a table by the name of its variable.
+`Study` simulates rows (`scene`), sweeps (`run`), functions over arrays (`function`), and finds the best values (`best`).
+`Dataset` has the tables and what follows from them (`report`, `analyse`, `surrogate`, `compare`, `export`, `verify`).
+Every command of the command line is a method with the same names and defaults. `decore help python` has the guide.
 """
 
 from decore._decore import (
-    Analysis,
     Column,
     Dataset,
     DatasetError,
@@ -32,9 +34,16 @@ from decore._decore import (
     __version__,
     open,
 )
+from decore._result import Record, Result
+from decore._tables import attach as _attach_frames
+from decore._verbs import attach as _attach_verbs
+
+_attach_frames()
+_attach_verbs()
+
+from decore._decore import init, merge, paper  # noqa: E402  (functions that were just attached)
 
 __all__ = [
-    "Analysis",
     "Column",
     "Dataset",
     "DatasetError",
@@ -45,6 +54,8 @@ __all__ = [
     "PredictionWarning",
     "Problem",
     "Progress",
+    "Record",
+    "Result",
     "Row",
     "Study",
     "StudyError",
@@ -53,5 +64,8 @@ __all__ = [
     "SweepError",
     "Table",
     "__version__",
+    "init",
+    "merge",
     "open",
+    "paper",
 ]

@@ -1,14 +1,18 @@
 """The compiled module; the package's names are those of `decore`."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, SupportsFloat, SupportsIndex, TypeAlias, final
+from typing import Any, Literal, Protocol, SupportsFloat, SupportsIndex, TypeAlias, final, type_check_only
 
-from numpy.typing import ArrayLike
+import pandas
+import polars
+import pyarrow
+from numpy.typing import ArrayLike, NDArray
+
+from decore._result import Result
 
 __all__ = [
-    "Analysis",
     "Column",
     "Dataset",
     "DatasetError",
@@ -36,6 +40,16 @@ _Path: TypeAlias = str | bytes | PathLike[str] | PathLike[bytes]
 # What is taken: numbers of NumPy and of others too.
 _Given: TypeAlias = SupportsFloat | SupportsIndex | str
 _Setting: TypeAlias = _Given | Sequence[_Setting] | Mapping[str, _Setting]
+
+@type_check_only
+class _HasKeys(Protocol):
+    """Mappings, rows, and rows of pandas frames."""
+
+    def keys(self) -> Any: ...
+    def __getitem__(self, key: Any, /) -> Any: ...
+
+# What has columns by name, or rows: pandas, polars, Arrow, DuckDB, mappings, sequences of rows.
+_Frame: TypeAlias = Any
 
 class Error(Exception):
     """What decore raises; all its exceptions are of this class."""
@@ -114,13 +128,29 @@ class Table:
     @property
     def columns(self) -> list[Column]:
         """Names, units and descriptions of the columns."""
+    @property
+    def units(self) -> dict[str, str]:
+        """Units by the names of the columns: `1` for numbers without one, empty for texts."""
+    def keys(self) -> list[str]:
+        """Names of the columns."""
+    def head(self, column: str, rows: int = 5) -> list[float | int | str | None]:
+        """The first values of a column."""
+    def to_numpy(self) -> dict[str, NDArray[Any]]:
+        """The columns as arrays of NumPy by their names: numbers that are not there are NaN, texts objects."""
+    def to_pandas(self, /) -> pandas.DataFrame:
+        """The table as a pandas frame, with the units in `frame.attrs["units"]`."""
+    def to_polars(self, /) -> polars.DataFrame:
+        """The table as a polars frame, without a copy."""
+    def to_arrow(self, /) -> pyarrow.Table:
+        """The table as a pyarrow table, without a copy, with units and descriptions as metadata."""
     def __len__(self) -> int: ...
     def __getitem__(self, column: str, /) -> list[float | int | str | None]:
         """The values of a column; no library is needed."""
     def __contains__(self, column: object, /) -> bool:
         """Whether there is a column of this name."""
-    def __iter__(self) -> Iterator[str]:
-        """Names of the columns."""
+    def __iter__(self, /) -> Iterator[dict[str, Any]]:
+        """The rows as dicts."""
+    def _repr_html_(self) -> str: ...
     def __arrow_c_schema__(self) -> Any: ...
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...
 
@@ -146,8 +176,22 @@ class Row:
     @property
     def signals(self) -> Table | None:
         """Its signals; none unless they were asked for and the row could be simulated."""
+    @property
+    def study(self) -> Study:
+        """Its study."""
+    @property
+    def index(self) -> int | None:
+        """Its place in the design; none for values of factors."""
+    def keys(self) -> list[str]:
+        """Names of the columns of the table of runs."""
+    def to_dict(self, /) -> dict[str, float | int | str | None]:
+        """The columns of the table of runs and their values."""
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def __contains__(self, column: object, /) -> bool: ...
     def __getitem__(self, column: str, /) -> float | int | str | None:
         """The value of a column of the table of runs."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class Factor:
@@ -190,7 +234,7 @@ class Function:
     @property
     def bounds(self) -> Sequence[tuple[float, float]]:
         """The ends of each factor's range, as SciPy's optimisers take them."""
-    def __call__(self, x: ArrayLike, /) -> Any:
+    def __call__(self, x: ArrayLike | _Frame, /) -> Any:
         """The outputs at the points of X, computed on several threads without holding the interpreter."""
 
 @final
@@ -215,20 +259,6 @@ class Progress:
     @property
     def ended(self) -> bool:
         """Whether no more rows are run."""
-
-@final
-class Analysis:
-    """What was found of the factors of a dataset; `str` has it in words."""
-
-    @property
-    def table(self) -> Table:
-        """A row per output and index."""
-    @property
-    def json(self) -> str:
-        """As JSON (schemas/sensitivity.schema.json)."""
-    @property
-    def text(self) -> str:
-        """In words, as `decore analyse` prints it."""
 
 @final
 class Dataset:
@@ -270,18 +300,112 @@ class Dataset:
     @property
     def rows_failed(self) -> int:
         """Of these, rows with another status than done."""
+    def surrogate(
+        self,
+        outputs: str | Sequence[str] = (),
+        *,
+        output: str | PathLike[str] | None = None,
+        least_q2: float = 0.9,
+    ) -> Surrogate:
+        """Model the outputs, so that rows not run can be predicted, with intervals; as `decore surrogate`."""
+    def __fspath__(self) -> str:
+        """A dataset is its folder where a path is taken."""
+    def _fit(self, outputs: list[str], least_q2: float) -> Surrogate: ...
+    def _repr_html_(self) -> str: ...
+    def report(
+        self,
+        /,
+        *,
+        rank_by: str = "strike_energy_j",
+        best: int = 5,
+        html: _Path | None = None,
+        files_in: _Path | None = None,
+        wanted_error: float = 0.01,
+    ) -> Result:
+        """Summarise a dataset: best rows, ranges, distributions."""
+    def status(
+        self,
+        /,
+    ) -> Result:
+        """Tell how far sweeps are or how they ended."""
+    def verify(
+        self,
+        /,
+    ) -> Result:
+        """Read all files of datasets and say whether they are whole."""
     def analyse(
         self,
-        outputs: Sequence[str] = ...,
+        /,
+        outputs: str | Sequence[str] = (),
         *,
         estimator: Literal["salib", "jansen", "martinez"] | None = None,
         given: bool = False,
         bootstrap: int = 1000,
         seed: int = 0,
-    ) -> Analysis:
-        """Which factor matters to which output: as `decore analyse`."""
-    def surrogate(self, outputs: Sequence[str] = ..., *, least_q2: float = ...) -> Surrogate:
-        """Models of the outputs over the factors: as `decore surrogate`. Below a Q2 of `least_q2` (0.9 unless given) a model warns."""
+        study: _Path | None = None,
+        repair: bool = False,
+        grow_until: float | None = None,
+        most_rows: int = 100000,
+        overrides: Mapping[str, _Setting] | Sequence[str] = (),
+        parquet: _Path | None = None,
+        progress: bool | Callable[[Progress], object] | None = None,
+    ) -> Result:
+        """Tell which factors matter to a dataset's outputs: Sobol' indices or elementary effects, with intervals."""
+    def compare(
+        self,
+        /,
+        second: _Path | Dataset,
+        outputs: str | Sequence[str] = (),
+        *,
+        relative: float = 0.0001,
+        most: int = 20,
+    ) -> Result:
+        """Compare two datasets: rows matched by their factors, outputs beyond their scatter listed."""
+    def export(
+        self,
+        /,
+        features: _Path,
+        *,
+        format: str = "parquet",
+        dose_threshold_j: float = 0,
+        work_j: float | None = None,
+        splits: Sequence[float] = (),
+        seed: int = 0,
+        group_by: Sequence[str] = (),
+        replace: bool = False,
+    ) -> Result:
+        """Write a dataset as a flat table that predictors are trained on, with its dictionary."""
+    def scene(
+        self,
+        /,
+        *,
+        row: int = 0,
+        overrides: Mapping[str, _Setting] | Sequence[str] = (),
+        signals: _Path | None = None,
+        plot: _Path | None = None,
+        html: _Path | None = None,
+        files_in: _Path = ".",
+        signal_interval_s: float = 0.0001,
+        measured: _Path | None = None,
+        channels: Sequence[str] = (),
+        time_column: str = "time_s",
+        offset_s: float | None = None,
+        low_pass_hz: float = 4000,
+    ) -> Result:
+        """Simulate one row of a study and print all its outputs."""
+    def best(
+        self,
+        /,
+        output: _Path | None = None,
+        *,
+        rows: int = 160,
+        checks: int = 100,
+        batch: int = 12,
+        overrides: Mapping[str, _Setting] | Sequence[str] = (),
+        files_in: _Path | None = None,
+        progress: bool | Callable[[Progress], object] | None = None,
+    ) -> Result:
+        """Find the best values for the study's goal, and prove them by runs."""
 
 @final
 class Surrogate:
@@ -289,10 +413,15 @@ class Surrogate:
 
     def __new__(cls, file: _Path) -> Surrogate:
         """Reads the file of models that `save` or `decore surrogate --output` wrote."""
+    def _warned(self) -> Surrogate: ...
     def save(self, file: _Path) -> None:
         """Writes the models to a Parquet file, as `decore surrogate --output`."""
-    def predict(self, factors: Mapping[str, Iterable[_Given]]) -> Table:
-        """What rows would give that were not run: a list of values for each factor; as `decore predict`.
+    def predict(self, table: _Frame, output: _Path | None = None) -> Table:
+        """Predict rows that were not run; as `decore predict`.
+
+        table: a mapping of values, a frame of pandas, polars or Arrow, a `Table`, rows as mappings, or an array of NumPy. Columns
+        are taken by the names of the factors, `factor_` before them or not; numbers without names in the order of the factors.
+        output: write the predictions to this Parquet file too.
 
         Warns by `PredictionWarning` of rows that are extrapolated (column `extrapolated`) and of models that are poor.
         """
@@ -329,6 +458,15 @@ class Study:
     def hash(self) -> str:
         """Hash over all that determines its rows."""
     @property
+    def path(self) -> Path:
+        """The study's file."""
+    @property
+    def overrides(self) -> list[str]:
+        """The values set over the study's, `path=value`."""
+    @property
+    def retries(self) -> int:
+        """Times a row that diverged is run again."""
+    @property
     def hammers(self) -> list[str]:
         """Names of the hammers."""
     @property
@@ -338,16 +476,17 @@ class Study:
     def factors(self) -> list[Factor]:
         """The factors of the design."""
     def __len__(self) -> int: ...
+    def _repr_html_(self) -> str: ...
     def rows(self) -> Table:
         """The design: a row per run, a column per factor. Nothing is run."""
     def scene(
         self,
-        row: SupportsIndex | Mapping[str, _Given],
+        row: SupportsIndex | _HasKeys | None = None,
         *,
         signals: bool | Sequence[str] | None = None,
         signal_interval_s: float = 1e-4,
     ) -> Row:
-        """Simulates a row of the design, or one with these values of all factors, by their names.
+        """Simulates a row of the design (the first unless given), or one with these values of all factors, by their names.
 
         `signals`: the names of those that are kept (the time is always), `True` for all. A row that cannot be simulated is no
         error: its status says so.
@@ -367,18 +506,153 @@ class Study:
         """
     def run(
         self,
-        output: _Path,
+        /,
+        output: _Path | None = None,
         *,
         threads: int = 0,
-        progress: bool | Callable[[Progress], object] | None = None,
         replace: bool = False,
+        only_failed: bool = False,
+        rows: str | Sequence[int] | None = None,
+        rank_by: str = "strike_energy_j",
+        shard: str | None = None,
         max_failed: int | None = None,
+        summary: _Path | None = None,
+        progress: bool | Callable[[Progress], object] | None = None,
     ) -> Dataset:
-        """Runs the rows that the dataset in `output` does not hold yet; the same call again goes on.
-
-        `progress`: `True` shows it in the terminal or the notebook, a callable is called with it. Ctrl-C returns at once; rows that
-        ended are kept. The files are those that the command line writes.
-        """
+        """Run all rows of a study and write its tables."""
+    def check(
+        self,
+        /,
+        *,
+        threads: int = 0,
+        scatter: _Path | None = None,
+        wanted_error: float = 0.01,
+    ) -> Result:
+        """Validate a study; print its size, the machine's modes, and the time it will take."""
+    def design(
+        self,
+        /,
+        output: _Path,
+    ) -> Result:
+        """Write the rows of a study's design to a file, without running them."""
+    def structure(
+        self,
+        /,
+        *,
+        effects: bool = False,
+        html: _Path | None = None,
+        measured: _Path | None = None,
+        damping_to: _Path | None = None,
+        export: str | None = None,
+        to: _Path | None = None,
+        replace: bool = False,
+    ) -> Result:
+        """Compare a machine's reduction with its full model: frequencies, shapes, statics, mobilities, time and memory."""
+    def accuracy(
+        self,
+        /,
+        output: _Path | None = None,
+        *,
+        row: int = 0,
+        replace: bool = False,
+        repeats: int = 3,
+        full_cutoff_hz: float = 1000000000,
+        no_truncation: bool = False,
+        quick: bool = False,
+    ) -> Result:
+        """Measure speed against error on one row of a study."""
+    def refine(
+        self,
+        /,
+        output: _Path | None = None,
+        *,
+        most_rows: int,
+        learn: str | Sequence[str] = (),
+        maximise: str | None = None,
+        minimise: str | None = None,
+        boundary: str | None = None,
+        failures: bool = False,
+        goal: bool = False,
+        limits: str | Sequence[str] = (),
+        until_q2: float = 0.95,
+        until_width: Mapping[str, float] | Sequence[str] = (),
+        until_gain: float | None = None,
+        until_unsure: float = 0.01,
+        batch: int = 4,
+        progress: bool | Callable[[Progress], object] | None = None,
+    ) -> Result:
+        """Run a table of rows, and add those that teach or promise the most, batch by batch."""
+    def best(
+        self,
+        /,
+        output: _Path | None = None,
+        *,
+        rows: int = 160,
+        checks: int = 100,
+        batch: int = 12,
+        progress: bool | Callable[[Progress], object] | None = None,
+    ) -> Result:
+        """Find the best values for the study's goal, and prove them by runs."""
+    def write_scene(
+        self,
+        /,
+        *,
+        row: int = 0,
+        signals: _Path | None = None,
+        plot: _Path | None = None,
+        html: _Path | None = None,
+        signal_interval_s: float = 0.0001,
+        measured: _Path | None = None,
+        channels: Sequence[str] = (),
+        time_column: str = "time_s",
+        offset_s: float | None = None,
+        low_pass_hz: float = 4000,
+    ) -> Result:
+        """Simulate one row of a study and print all its outputs."""
+    def slurm(
+        self,
+        /,
+        output: _Path | None = None,
+        *,
+        tasks: int,
+        threads: int = 1,
+        max_failed: int | None = None,
+        options: Sequence[str] = (),
+        submit: bool = False,
+    ) -> Result:
+        """Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards."""
+    def hyperqueue(
+        self,
+        /,
+        output: _Path | None = None,
+        *,
+        tasks: int,
+        threads: int = 1,
+        max_failed: int | None = None,
+    ) -> Result:
+        """Write a Python script that runs a sweep and its merge on HyperQueue."""
 
 def open(dataset: _Path) -> Dataset:
     """Opens the dataset in a folder."""
+
+def merge(
+    shards: Sequence[_Path | Dataset],
+    output: _Path,
+    *,
+    replace: bool = False,
+) -> Dataset:
+    """Make one dataset of the shards of a sweep."""
+def paper(
+    *,
+    html: _Path | None = None,
+) -> Result:
+    """Set the publication that the model follows beside what decore gives for its rig: figures, differences, why."""
+def init(
+    file: _Path = "study.toml",
+) -> Result:
+    """Write a commented study to start from."""
+
+_Argument: TypeAlias = tuple[str, str | None, Literal["flag", "one", "many"], str | None, bool, str]
+
+def _commands() -> list[tuple[str, str, list[_Argument]]]: ...
+def _call(words: Sequence[str], progress: object = None) -> tuple[int, str, str, list[str], Path | None, Table | None]: ...
