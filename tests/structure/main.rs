@@ -9,5 +9,6 @@ mod op4_files;
 mod outside;
 mod quality;
 mod reduction;
+mod right;
 mod road;
 mod selection;

@@ -5,7 +5,7 @@ use sprs::CsMat;
 use super::digits;
 use super::label::SCALAR;
 use super::model::{FeModel, Misplaced};
-use super::motions::{MOST_OUT, RigidMotions};
+use super::motions::{MOST_ROTATED, MOST_TRANSLATED, RigidMotions};
 use super::points::DOF_NAMES;
 use super::suspects;
 
@@ -116,18 +116,18 @@ fn loose_mass(model: &FeModel) -> Option<String> {
 fn out_of_balance(model: &FeModel, rigid: &RigidMotions) -> Option<String> {
     let kinds = [
         (
-            &rigid.translated,
+            (&rigid.translated, MOST_TRANSLATED),
             "a translation",
             "are the labels of the rows (dof_file, dofs_per_node) in another order than the rows, or is another model's list named?",
         ),
         (
-            &rigid.rotated,
+            (&rigid.rotated, MOST_ROTATED),
             "a rotation",
             "are directions permuted, coordinates in another unit than the matrices (key units), or displacements along axes of their own?",
         ),
     ];
-    let (balance, motion, cause) = kinds.into_iter().find_map(|(balance, motion, cause)| {
-        Some((balance.as_ref().filter(|balance| balance.share() > MOST_OUT)?, motion, cause))
+    let (balance, motion, cause) = kinds.into_iter().find_map(|((balance, most), motion, cause)| {
+        Some((balance.as_ref().filter(|balance| balance.share() > most)?, motion, cause))
     })?;
     Some(format!(
         "{motion} as a rigid body strains {:.0} % of the rows, the first {}; in a right model these are a few rows at supports: {cause}",
