@@ -1,5 +1,6 @@
 //! Structures: their files, their reduction, and what is said about its quality.
 
+mod containers;
 mod foreign;
 mod hard;
 mod import;
