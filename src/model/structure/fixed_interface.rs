@@ -94,24 +94,69 @@ pub(super) fn solve_inner(
     wanted: Wanted,
     observer: &mut Observer,
 ) -> Result<Inner, StructureError> {
+    let problem = InnerProblem { pencil, k_ob, wanted };
+    solve_inner_and(&problem, observer, |_, _, _| Ok(())).map(|(inner, ())| inner)
+}
+
+/// An inner problem.
+pub(super) struct InnerProblem<'a> {
+    pub pencil: &'a SymmetricPencil<'a>,
+    /// `K_ob`.
+    pub k_ob: &'a DMatrix<f64>,
+    pub wanted: Wanted,
+}
+
+/// As [`solve_inner`], and what else the factor of `K_oo + shift M_oo` is needed for.
+pub(super) fn solve_inner_and<T>(
+    problem: &InnerProblem,
+    observer: &mut Observer,
+    further: impl FnOnce(&PencilFactor, &Inner, &mut Observer) -> Result<T, StructureError>,
+) -> Result<(Inner, T), StructureError> {
+    let InnerProblem { pencil, k_ob, wanted } = *problem;
     let limit = wanted.limit;
     let count = observer.step("count of fixed-interface modes (LDL')", || count(pencil, limit))?;
     wanted.require(count, pencil.order())?;
     let below = Below { limit, count };
-    let factor = match observer.step("factorisation of the inner stiffness (LL')", || pencil.cholesky(0.0)) {
-        Ok(factor) if !is_nearly_singular(pencil, &factor).step("lowest eigenvalue", INDEFINITE_INNER)? => factor,
-        Ok(_) | Err(LinalgError::NotPositiveDefinite { .. }) => {
-            return solve_shifted(pencil, k_ob, below, observer);
+    let (factor, shift) = factorise(pencil, limit, observer)?;
+    let modes = observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, shift, below))?;
+    let free = (TAU * RIGID_BODY_HZ).powi(2);
+    if let Some(&omega_squared) = modes.values.first().filter(|value| shift > 0.0 && **value < -free) {
+        return Err(StructureError::Indefinite { omega_squared });
+    }
+    let constraint = observer.step("constraint modes", || match shift > 0.0 {
+        true => deflated_constraint_modes(pencil, &factor, &modes, k_ob),
+        false => {
+            let mut g = -k_ob;
+            factor.solve(&mut g).map(|()| g)
         }
+    });
+    let constraint = constraint.step("constraint modes", INDEFINITE_INNER)?;
+    let condition = condition(pencil, &factor, shift, observer)?;
+    let inner = Inner::new(modes, constraint, shift, condition);
+    let more = further(&factor, &inner, observer)?;
+    Ok((inner, more))
+}
+
+/// The factor of `K_oo`, or of `K_oo + shift M_oo` where it is singular, and the shift in 1/s2.
+fn factorise<'p>(
+    pencil: &'p SymmetricPencil,
+    limit: f64,
+    observer: &mut Observer,
+) -> Result<(PencilFactor<'p>, f64), StructureError> {
+    match observer.step("factorisation of the inner stiffness (LL')", || pencil.cholesky(0.0)) {
+        Ok(factor) => {
+            if !is_nearly_singular(pencil, &factor).step("lowest eigenvalue", INDEFINITE_INNER)? {
+                return Ok((factor, 0.0));
+            }
+        }
+        Err(LinalgError::NotPositiveDefinite { .. }) => {}
         Err(other) => return Err(other).step("factorisation of the inner stiffness", INDEFINITE_INNER),
-    };
-    let modes = observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, 0.0, below))?;
-    let constraint = observer.step("constraint modes", || {
-        let mut g = -k_ob;
-        factor.solve(&mut g).step("constraint modes", INDEFINITE_INNER).map(|()| g)
-    })?;
-    let condition = condition(pencil, &factor, 0.0, observer)?;
-    Ok(Inner::new(modes, constraint, 0.0, condition))
+    }
+    let shift = SHIFT_OF_LIMIT * limit;
+    observer
+        .step("factorisation of the shifted inner stiffness (LL')", || pencil.cholesky(shift))
+        .step("factorisation of the shifted inner stiffness", INDEFINITE_INNER)
+        .map(|factor| (factor, shift))
 }
 
 /// Whether some motion has a frequency that counts as none: two steps of inverse iteration find it, as its eigenvalue
@@ -134,28 +179,6 @@ fn is_nearly_singular(pencil: &SymmetricPencil, factor: &PencilFactor) -> Result
         x = next / scale;
     }
     Ok(lowest <= (TAU * RIGID_BODY_HZ).powi(2))
-}
-
-fn solve_shifted(
-    pencil: &SymmetricPencil,
-    k_ob: &DMatrix<f64>,
-    below: Below,
-    observer: &mut Observer,
-) -> Result<Inner, StructureError> {
-    let shift = SHIFT_OF_LIMIT * below.limit;
-    let factor = observer
-        .step("factorisation of the shifted inner stiffness (LL')", || pencil.cholesky(shift))
-        .step("factorisation of the shifted inner stiffness", INDEFINITE_INNER)?;
-    let modes = observer.step("fixed-interface modes (block Lanczos)", || modes(pencil, &factor, shift, below))?;
-    let free = (TAU * RIGID_BODY_HZ).powi(2);
-    if let Some(&omega_squared) = modes.values.first().filter(|value| **value < -free) {
-        return Err(StructureError::Indefinite { omega_squared });
-    }
-    let constraint = observer
-        .step("constraint modes", || deflated_constraint_modes(pencil, &factor, &modes, k_ob))
-        .step("constraint modes", INDEFINITE_INNER)?;
-    let condition = condition(pencil, &factor, shift, observer)?;
-    Ok(Inner::new(modes, constraint, shift, condition))
 }
 
 /// Estimated condition number of `K_oo + shift M_oo`, where somebody looks on.

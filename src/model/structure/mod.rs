@@ -42,6 +42,7 @@ mod points;
 mod quality;
 mod reduced;
 mod reduction;
+mod reference;
 mod seeming;
 mod selection;
 mod suspects;
