@@ -133,11 +133,11 @@ pub enum StructureError {
     },
     /// More modes than any study needs.
     #[error(
-        "{count} modes lie below {cutoff_hz} Hz (fixed_interface_cutoff_hz or cutoff_hz), of {order} rows: {}lower the cut-off",
+        "at least {count} modes lie below {cutoff_hz} Hz (fixed_interface_cutoff_hz or cutoff_hz), of {order} rows: {}lower the cut-off",
         if *suspect { "stiffness and mass look as if they were in different units; check `units` of both files, or " } else { "" }
     )]
     TooManyModes {
-        /// Modes below the cut-off.
+        /// Modes below the cut-off, or as many of them as were counted.
         count: usize,
         /// The cut-off in Hz.
         cutoff_hz: f64,

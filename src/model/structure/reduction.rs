@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 
 use super::error::{Step, StructureError};
-use super::fixed_interface::{Inner, Wanted, solve_inner};
+use super::fixed_interface::{Inner, Wanted, require_few, solve_inner};
 use super::model::FeModel;
 use super::motions::RigidMotions;
 use super::observe::Observer;
@@ -121,13 +121,16 @@ pub(super) fn reduce_in_parts(
     suspects::require_order(model)?;
     let (rows, dofs) = interface_rows(model, &settings.interface)?;
     let (kept, empty_rows) = inner_rows(model, &rows);
+    let rigid = RigidMotions::new(model);
+    let suspect = suspects::mixed_units(model, rigid.as_ref().map(|rigid| rigid.mass_kg));
+    let wanted = Wanted { limit: (TAU * cutoff_hz).powi(2), suspect };
+    if suspect {
+        require_few(model, &kept, wanted)?;
+    }
     let pencil = observer
         .step("order and symbolic factorisation", || SymmetricPencil::new(model.stiffness(), model.mass(), &kept))
         .step("order of the inner degrees of freedom", "see whether the model fits into memory")?;
     let stiffness = blocks(model.stiffness(), pencil.rows(), &rows);
-    let rigid = RigidMotions::new(model);
-    let suspect = suspects::mixed_units(model, rigid.as_ref().map(|rigid| rigid.mass_kg));
-    let wanted = Wanted { limit: (TAU * cutoff_hz).powi(2), suspect };
     let inner = solve_inner(&pencil, &stiffness.ob, wanted, observer)?;
     let matrices = observer.step("projection", || {
         let mut matrices = project(&pencil, &inner, stiffness, blocks(model.mass(), pencil.rows(), &rows))?;

@@ -15,7 +15,7 @@ use super::fixed_interface::Inner;
 use decore_math::linalg::{LinalgError, PencilFactor, SymmetricPencil, multiply, multiply_transposed, symmetric_eigen};
 
 /// Largest error of a receptance that the basis may leave, over its static value.
-const ERROR: f64 = 1e-12;
+const ERROR: f64 = 1e-10;
 /// Most blocks of a basis. Up to [`super::MOBILITY_SHARE`] of the cut-off a block gains a factor of 80.
 const MOST_BLOCKS: usize = 20;
 /// Share of a block's largest direction below which one is none.
