@@ -92,18 +92,32 @@ fn not_moved(stiffness: &CsMat<f64>, directions: &[Option<usize>], doubtful: &[b
 fn twins(model: &FeModel) -> Vec<bool> {
     let nodes = nodes(model);
     let count = nodes.last().map_or(0, |last| last + 1);
-    let mut coupled: Vec<Vec<usize>> = vec![Vec::new(); count];
-    for matrix in [model.stiffness(), model.mass()] {
-        for (row, view) in matrix.outer_iterator().enumerate() {
-            let others = view.iter().filter(|(_, value)| **value != 0.0).map(|(column, _)| nodes[column]);
-            coupled[nodes[row]].extend(others);
-            coupled[nodes[row]].sort_unstable();
-            coupled[nodes[row]].dedup();
+    // A fingerprint of the nodes that each one is coupled to: their number, and a sum that does not depend on their order.
+    let mut prints = vec![(0_usize, 0_u64); count];
+    let mut last_seen_by = vec![usize::MAX; count];
+    for (row, &node) in nodes.iter().enumerate() {
+        for view in [model.stiffness(), model.mass()].into_iter().filter_map(|matrix| matrix.outer_view(row)) {
+            for (column, _) in view.iter().filter(|(_, value)| **value != 0.0) {
+                let other = nodes[column];
+                if last_seen_by[other] != node {
+                    last_seen_by[other] = node;
+                    prints[node].0 += 1;
+                    prints[node].1 = prints[node].1.wrapping_add(mixed(other as u64));
+                }
+            }
         }
     }
-    let mut counts: HashMap<&[usize], usize> = HashMap::new();
-    coupled.iter().for_each(|others| *counts.entry(others).or_default() += 1);
-    nodes.iter().map(|node| counts.get(coupled[*node].as_slice()).is_some_and(|count| *count > 1)).collect()
+    let mut counts: HashMap<(usize, u64), usize> = HashMap::new();
+    prints.iter().for_each(|print| *counts.entry(*print).or_default() += 1);
+    nodes.iter().map(|node| counts[&prints[*node]] > 1).collect()
+}
+
+/// A number with its bits mixed (SplitMix64), so that sums of others do not meet.
+fn mixed(value: u64) -> u64 {
+    let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    value ^ (value >> 31)
 }
 
 /// Number of the node of every row: consecutive rows with the same label and other directions are one.
