@@ -169,7 +169,10 @@ fn centre(
     if unknown > 0 || m_x <= 0.0 || m_y <= 0.0 {
         return Err((unknown, nodes.len()));
     }
-    if relax(model.stiffness(), seeming, &mut rotations).is_err() {
+    // A rotation leaves inner shapes of elements at rest, but moves the rotations of rigid bodies.
+    let loaded = under_motions(model.stiffness(), &rotations).out;
+    let free: Vec<bool> = seeming.iter().zip(loaded).map(|(seeming, out)| *seeming && out == Some(true)).collect();
+    if relax(model.stiffness(), &free, &mut rotations).is_err() {
         return Err((0, nodes.len()));
     }
     let coupling = |translation: usize, rotation: usize| inertia.column(translation).dot(&rotations.column(rotation));

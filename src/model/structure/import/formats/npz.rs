@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::structure::error::StructureError;
 use crate::structure::import::archive::{Numbers, arrays};
 use crate::structure::import::entry::{Format, Given, Imported};
-use crate::structure::import::triplets::{MOST_ROWS, Triplets};
+use crate::structure::import::triplets::{MOST_ROWS, Storage, Triplets};
 
 pub(super) const FORMAT: Format = Format { endings: &["npz"], read, forms: &[] };
 
@@ -26,7 +26,18 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
         }
     };
     entries.justify(file, order, listed)?;
-    entries.assemble_as_found(file, order).map(Imported::Rows)
+    entries.assemble(file, order, storage(&entries)).map(Imported::Rows)
+}
+
+/// One triangle where all entries off the diagonal lie on one side of it. Of a matrix that was assembled, rounding may leave an entry on one
+/// side and none on the other.
+fn storage(entries: &Triplets) -> Storage {
+    let mut beside = entries.iter().filter(|(row, column, value)| row != column && *value != 0.0);
+    let Some((row, column, _)) = beside.next() else { return Storage::Both };
+    match beside.all(|(other, next, _)| (other > next) == (row > column)) {
+        true => Storage::OneTriangle,
+        false => Storage::Both,
+    }
 }
 
 /// The arrays of a sparse matrix.
