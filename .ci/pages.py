@@ -1,7 +1,10 @@
-"""Pages in Chromium: `pages.py DATASET ... -- SCENE SIGNALS ...`, the first dataset with more than one row; beside each page of a
-row the table of the signals that it was drawn from.
+"""Pages in Chromium: `pages.py DATASET ... -- SCENE SIGNALS ... -- PREDICTED`, the first dataset of a study with a goal; beside each page of a
+row the table of the signals that it was drawn from; at last what `decore predict` makes of rows with the first dataset's models.
 
-Each page must draw every plot without an error on the console, at 1280 and 800 pixels and for print, and save each as SVG. On the first,
+Each page must draw every plot without an error on the console, at 1280, 800 and 390 pixels, on light and dark paper and for print, and save
+each as SVG. The first begins with the answer: the place to choose is in sight, sliders answer within 50 ms and change the prediction,
+predictions equal decore's to 1e-9, limits of a panel and of a column do not touch each other, and the answer is the first page of
+A4, whole and alone. On it,
 hovering shows a row and dragging selects rows; limits are set, changed and let go and rows are sorted by the keyboard alone. As a page of
 a sweep that is under way, with many factors, it shows the rows to come and the rows left out, and stays legible. Names of 10 kB
 do not make it wider. The same page
@@ -23,10 +26,12 @@ import sys
 import tempfile
 
 import pyarrow.parquet
+import pypdf
 from playwright.sync_api import sync_playwright
 
 ROWS, COLUMNS = 100_000, 20
 SCENE_MB, FRAMES_PER_SECOND, POSITION_M = 5, 30, 1e-6
+SLIDE_MS, ALIKE = 50, 1e-9
 FACTOR = float(os.environ.get("LIMIT_FACTOR", "1"))
 BLANK = """() => [...document.querySelectorAll('figure')].filter((figure) => {
     const canvas = figure.querySelector('canvas');
@@ -61,6 +66,16 @@ POSES = """async (times) => {
     }));
 }"""
 
+# Predictions of rows { factors, one column each } by the page's models: mean and standard deviation of each output.
+PREDICTIONS = """(rows) => {
+    const model = new PageModel(meta.models.found.model, pageBytes), count = Object.values(rows)[0].length;
+    return Object.fromEntries(model.outputs.filter(({ process }) => process).map((output) => [output.output, Array.from({ length: count }, (_, i) => {
+        const { mean, stdDev } = output.process.predict(Float64Array.from(model.factors, (factor) => factor.scaled(rows[factor.name][i])));
+        return [mean, stdDev];
+    })]));
+}"""
+PARALLEL = "figure:has(canvas[aria-label='Parallel coordinates']) canvas"
+
 
 def grown(page: str) -> str:
     """The page with the rows of a large dataset in place of its own."""
@@ -70,6 +85,8 @@ def grown(page: str) -> str:
     others = [c for c in meta["columns"] if c not in kept and c["form"] != "u8"]
     meta["columns"] = kept + sorted(others, key=lambda c: c["rank"] < 0)[: COLUMNS - len(kept)]
     meta["rows"] = meta["rows_there"] = meta["rows_shown"] = ROWS
+    # Models of so many rows are not fitted for a page.
+    meta["answer"], meta["models"] = None, {"found": None, "why": "Models take longer than a page should."}
     data, base = bytearray(), [random_.random() for _ in range(ROWS)]
     for k, column in enumerate(meta["columns"]):
         data += bytes(-len(data) % 8)
@@ -124,8 +141,8 @@ class Browser:
     def __init__(self, chromium):
         self.chromium = chromium
 
-    def open(self, path: pathlib.Path, width: int):
-        page = self.chromium.new_page(viewport={"width": width, "height": 900})
+    def open(self, path: pathlib.Path, width: int, scheme: str = "light"):
+        page = self.chromium.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
         page.wrong = []
         page.on("console", lambda message: page.wrong.append(message.text))
         page.on("pageerror", lambda error: page.wrong.append(str(error)))
@@ -134,14 +151,14 @@ class Browser:
         page.wait_for_function("performance.getEntriesByName('decore-whole').length > 0")
         return page
 
-    def is_drawn(self, path: pathlib.Path, width: int) -> None:
-        page = self.open(path, width)
+    def is_drawn(self, path: pathlib.Path, width: int, scheme: str = "light") -> None:
+        page = self.open(path, width, scheme)
         for at in range(0, page.evaluate("document.body.scrollHeight"), 400):
             page.evaluate(f"scrollTo(0, {at})")
             page.wait_for_timeout(60)
         blank, wide = page.evaluate(BLANK), page.evaluate("document.documentElement.scrollWidth")
-        assert not page.wrong and not blank and wide <= width, f"{path} at {width}: {page.wrong}, blank {blank}, {wide} px wide"
-        if width == 1280:
+        assert not page.wrong and not blank and wide <= width, f"{path} at {width}, {scheme}: {page.wrong}, blank {blank}, {wide} px wide"
+        if width == 1280 and scheme == "light":
             page.pdf()
             assert not page.evaluate(BLANK) and not page.wrong, f"{path} in print: {page.wrong}"
             # What is printed has the texts of the axes on the same canvas: all others are hidden.
@@ -231,7 +248,7 @@ class Browser:
         """Hovers and drags over the parallel coordinates; ms until plots were in sight, longest until a drag and any limit was answered."""
         page = self.open(path, 1280)
         drawn = page.evaluate("performance.getEntriesByName('decore-drawn')[0].startTime")
-        canvas = page.locator("figure canvas").first
+        canvas = page.locator(PARALLEL).first
         canvas.scroll_into_view_if_needed()
         box = canvas.bounding_box()
         for y in range(80, int(box["height"]) - 20, 3):
@@ -259,6 +276,69 @@ class Browser:
         assert not page.wrong, page.wrong
         page.close()
         return drawn, brush, anywhere
+
+    def decides(self, path: pathlib.Path, predicted: pathlib.Path) -> tuple[float, float]:
+        """Checks the answer of a page: first screen, sliders, predictions, print. Returns the slowest reaction in ms and the error of predictions."""
+        page = self.open(path, 1280)
+        seen = "(node) => { const box = node.getBoundingClientRect(); return box.top >= 0 && box.bottom <= innerHeight; }"
+        for what in (".lead", ".tile.choose", "canvas[aria-label='Plan of the machine, from above']"):
+            assert page.locator(what).first.evaluate(seen), f"{path}: {what} is not in the first screen"
+        page.wait_for_timeout(2000 * FACTOR)
+        assert page.evaluate("performance.getEntriesByName('decore-rest').length"), "the picture at rest is not drawn"
+        before, sliders = page.inner_text("#compared"), page.locator(".slider input[type=range]:enabled")
+        page.evaluate("performance.clearMeasures()")
+        for place in range(sliders.count()):
+            for share in (0.3, 0.5, 0.35, 0.45, 0.4):
+                sliders.nth(place).evaluate("(node, share) => { node.value = share; node.dispatchEvent(new Event('input')); }", share)
+                page.wait_for_timeout(60)
+        times = sorted(page.evaluate("performance.getEntriesByName('decore-slide').map((entry) => entry.duration)"))
+        page.wait_for_timeout(800)
+        after = page.inner_text("#compared")
+        assert after != before and "Placement B" in after, "sliders change no prediction"
+        page.locator(".slider .all input").first.click()
+        page.wait_for_timeout(800)
+        assert page.inner_text("#compared") != after, "an uncertain factor at one value changes no prediction"
+        off = self.alike(page, predicted)
+        self.limits_apart(page)
+        assert not page.wrong, f"{path}: {page.wrong}"
+        self.on_paper(page, path)
+        page.close()
+        # Nine of ten: the machine has other work at times.
+        return times[int(0.9 * (len(times) - 1))], off
+
+    def alike(self, page, predicted: pathlib.Path) -> float:
+        """Returns the largest difference between the page's predictions and a table's, over the spread of an output."""
+        table = pyarrow.parquet.read_table(predicted)
+        rows = {name.removeprefix("factor_"): table[name].to_pylist() for name in table.column_names if name.startswith("factor_")}
+        worst = 0.0
+        for output, found in page.evaluate(PREDICTIONS, rows).items():
+            ours, std_dev = table[output].to_pylist(), table[f"{output}_std_dev"].to_pylist()
+            size = max(ours) - min(ours)
+            worst = max([worst, *(max(abs(m - a), abs(s - b)) / size for (m, s), a, b in zip(found, ours, std_dev))])
+        return worst
+
+    def limits_apart(self, page) -> None:
+        """A brush over a panel leaves the limits of its columns alone."""
+        count = lambda: int(page.inner_text(".bar .count").split()[0])
+        column = "state.shown[0]"
+        page.evaluate(f"selection.set([[{column}, {{ low: {column}.low, high: ({column}.low + {column}.high) / 2 }}]])")
+        limited = count()
+        area, half = "selection.area(state.shown[0], state.shown[1])", "(state.shown[1].low + state.shown[1].high) / 2"
+        page.evaluate(f"selection.set([[{area}, [{{ low: -1e99, high: 1e99 }}, {{ low: state.shown[1].low, high: {half} }}]]])")
+        both = count()
+        page.evaluate(f"selection.set([[{area}, null]])")
+        assert both < limited == count(), f"{limited} rows within a limit are {both} with a brush and {count()} after it"
+        page.get_by_role("button", name="clear all").click()
+
+    def on_paper(self, page, path: pathlib.Path) -> None:
+        """The answer is the first page of A4, whole and alone."""
+        sheet = pathlib.Path(path).with_suffix(".pdf")
+        page.pdf(path=sheet, format="A4")
+        first, second, *_ = [" ".join(one.extract_text().split()) for one in pypdf.PdfReader(sheet).pages]
+        sheet.unlink()
+        for text in ("Two placements", "Behind the answer", "To narrow it"):
+            assert text in first and text not in second, f"`{text}` is not on the first page alone"
+        assert "rows are there" in second and "rows are there" not in first, "the rows do not begin on the second page"
 
     def obeys(self, path: pathlib.Path) -> None:
         """Sets, changes and removes a limit and sorts the rows, by the keyboard alone."""
@@ -309,7 +389,7 @@ class Browser:
         page.close()
 
 
-def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Path]]) -> None:
+def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Path]], predicted: pathlib.Path) -> None:
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as scratch:
         executable = shutil.which("chromium") or shutil.which("chromium-browser")
         chromium = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
@@ -317,12 +397,20 @@ def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Pat
         for path in [*paths, *(path for path, _ in scenes)]:
             for width in (1280, 800):
                 browser.is_drawn(path, width)
+            browser.is_drawn(path, 1280, "dark")
+        for path in paths:
+            for scheme in ("light", "dark"):
+                browser.is_drawn(path, 390, scheme)
+        for path in [*paths, *(path for path, _ in scenes)]:
             browser.saves(path)
         for path, signals in scenes:
             rate, off = browser.moves(path, signals)
             size = path.stat().st_size / 1e6
             print(f"{path.name}: {size:.1f} MB, {rate:.0f} frames a second, drawn {off:.1e} m beside the signals")
             assert size <= SCENE_MB and rate >= FRAMES_PER_SECOND / FACTOR and off <= POSITION_M, "over its limits"
+        slide, off = browser.decides(paths[0], predicted)
+        print(f"sliders answer in {slide:.0f} ms, predictions differ by {off:.1e} of the outputs' spread")
+        assert slide <= SLIDE_MS * FACTOR and off <= ALIKE, "over its limits"
         browser.answers(paths[0])
         browser.obeys(paths[0])
         part = pathlib.Path(scratch) / "part.html"
@@ -351,6 +439,7 @@ def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Pat
         chromium.close()
 
 
-split = sys.argv.index("--")
-files = [pathlib.Path(name) for name in sys.argv[split + 1 :]]
-main([pathlib.Path(name) for name in sys.argv[1:split]], list(zip(files[::2], files[1::2])))
+first = sys.argv.index("--")
+last = sys.argv.index("--", first + 1)
+files = [pathlib.Path(name) for name in sys.argv[first + 1 : last]]
+main([pathlib.Path(name) for name in sys.argv[1:first]], list(zip(files[::2], files[1::2])), pathlib.Path(sys.argv[last + 1]))

@@ -7,7 +7,7 @@ use std::process::Command;
 use decore_model::run::{RowOutcome, run_row};
 use decore_model::scene::{Guide, ModeTreatment, Scene, SolverSettings};
 use decore_model::system::InterfaceModes;
-use decore_study::engine::{Machine, SourceModel};
+use decore_study::engine::{ElasticCastings, Machine, SourceModel};
 use decore_study::{CheckedStudy, InterfaceDemand, Study};
 
 use crate::methods::cells;
@@ -45,7 +45,8 @@ fn hammers(count: usize, setting: &str) -> Rig {
     let points = model.points();
     let names = |role: &str| (1..=9).map(|i| format!("{role}{i}")).collect::<Vec<_>>();
     let demand = InterfaceDemand { mounts: names("R"), verticals: names("T") };
-    let machine = Machine::new(model, study.structure(), &demand).expect("its reduction");
+    let machine =
+        Machine::new(model, study.structure(), (&demand, &ElasticCastings::default())).expect("its reduction");
     let checked = CheckedStudy::new(study, points).expect("its points");
     let single = checked.scene(0).expect("its scene");
     let place = |h: usize| PLACES[h % PLACES.len()];

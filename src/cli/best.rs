@@ -12,12 +12,12 @@ use super::run::{run_rows, stop_on_interrupt};
 use super::stored::Stored;
 use super::text::{eprint_line, fit, plural, print_line, terminal_columns};
 use decore_dataset::{DatasetReader, Lock, SweepState, settle};
-use decore_lab::best::{Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, next, question};
+use decore_lab::best::{
+    ADDED_COLUMNS, Added, Answer, BestError, BestSettings, Purpose, Step, There, Verdict, added_file, added_folder,
+    next, question, read_added,
+};
+use decore_study::Study;
 use decore_study::engine::{Course, Engine, RowRunner, Verdict as Enough, pursue};
-use decore_study::{Study, column_rows};
-
-/// Columns of the table of added rows that say what a row is for, and for which question.
-const PURPOSE: [&str; 2] = ["purpose", "question"];
 
 #[derive(Debug, Args)]
 pub(super) struct BestArguments {
@@ -55,7 +55,7 @@ pub(super) fn best(arguments: &BestArguments) -> Result<Exit, Failure> {
         (false, Some(output)) => output.clone(),
         (false, None) => default_folder(&arguments.study),
     };
-    let added = beside(&folder, ".best");
+    let added = added_folder(&folder);
     let outputs = [
         Output {
             flag: "--output",
@@ -76,8 +76,7 @@ pub(super) fn best(arguments: &BestArguments) -> Result<Exit, Failure> {
     if engine.study().goal().is_none() {
         return Err(BestError::NoGoal.into());
     }
-    let file = std::path::absolute(beside(&folder, ".best.csv"))
-        .map_err(|source| Failure::Write { path: added.display().to_string(), source })?;
+    let file = added_file(&folder);
     if let Some(above) = file.parent() {
         std::fs::create_dir_all(above)
             .map_err(|source| Failure::Write { path: above.display().to_string(), source })?;
@@ -105,15 +104,6 @@ pub(super) fn best(arguments: &BestArguments) -> Result<Exit, Failure> {
     Ok(if is_answered { Exit::Done } else { Exit::RowsFailed })
 }
 
-/// A path with something behind its name.
-fn beside(folder: &Path, ending: &str) -> PathBuf {
-    // `results/` and `results` are one folder.
-    let folder: PathBuf = folder.components().collect();
-    let mut name = folder.file_name().map_or_else(|| "dataset".into(), std::ffi::OsStr::to_os_string);
-    name.push(ending);
-    folder.with_file_name(name)
-}
-
 /// Course of a search. Each decision adds rows to the table of added rows.
 struct Sought<'a> {
     arguments: &'a BestArguments,
@@ -131,31 +121,13 @@ struct Sought<'a> {
 impl Sought<'_> {
     /// Rows that were added, in their order.
     fn rows(&self) -> Result<Vec<Added>, Failure> {
-        let text =
-            decore_files::read_text(self.file, decore_files::Limit::ROWS).map_err(|source| self.unwritten(source))?;
-        if text.lines().count() <= 1 {
-            return Ok(Vec::new());
-        }
-        let mut names: Vec<&str> = self.engine.study().factors().iter().map(|factor| factor.name.as_str()).collect();
-        names.extend(PURPOSE);
-        let fault = |message: String| {
+        let advice = |message: String| {
             Failure::Argument(format!(
                 "{message}; remove the file and the folder {} to start anew",
                 self.added.display()
             ))
         };
-        let rows = column_rows(self.file, &names).map_err(fault)?;
-        let read = |mut cells: Vec<String>| {
-            let (question, purpose) = (cells.pop().unwrap_or_default(), cells.pop().unwrap_or_default());
-            let known = Purpose::read(&purpose);
-            known.map(|purpose| Added { purpose, question, cells }).ok_or_else(|| {
-                fault(format!(
-                    "{}: `{purpose}` in column `purpose` is neither `learn` nor `check`",
-                    self.file.display()
-                ))
-            })
-        };
-        rows.into_iter().map(|row| read(row.cells)).collect()
+        read_added(self.file, self.engine.study()).map_err(advice)
     }
 
     fn unwritten(&self, source: std::io::Error) -> Failure {
@@ -167,7 +139,7 @@ impl Sought<'_> {
         let names = self.engine.study().factors().iter().map(|factor| factor.name.as_str());
         let failed = |source| self.unwritten(source);
         let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(names.chain(PURPOSE)).map_err(|error| failed(error.into()))?;
+        writer.write_record(names.chain(ADDED_COLUMNS)).map_err(|error| failed(error.into()))?;
         for row in rows {
             let cells = row.cells.iter().map(String::as_str).chain([row.purpose.name(), row.question.as_str()]);
             writer.write_record(cells).map_err(|error| failed(error.into()))?;

@@ -1,6 +1,6 @@
 //! `decore report`: what a dataset holds, as text for a terminal.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -8,11 +8,14 @@ use super::exit::{Exit, Failure, write_file};
 use super::inputs::expect_dataset;
 use super::json::print_json;
 use super::outputs::{Form, Output, check_outputs};
+use super::stored::Stored;
 use super::text::{fit, print_line, terminal_columns, wanted_error};
 use super::written::Written;
-use crate::page::{MOST_ROWS, dataset_page};
+use crate::page::{MOST_ROWS, PageOf, dataset_page};
 use decore_dataset::DatasetReader;
 use decore_lab::report::{Charts, Paper, ReportSettings, summarise};
+use decore_study::CheckedStudy;
+use decore_study::engine::checked;
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
@@ -27,6 +30,10 @@ pub(super) struct ReportArguments {
     /// Write the dataset as one page of HTML to look through in a browser, instead of printing the summary; needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// With --html: the folder from which the names of files in the dataset's study start; needed to answer its goal. Default: the
+    /// current one.
+    #[arg(long, value_name = "FOLDER", requires = "html")]
+    files_in: Option<PathBuf>,
     /// Relative standard error of the outputs for which the report states the duration that rows need.
     #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
@@ -52,7 +59,9 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     };
     let reader = DatasetReader::open(&arguments.dataset)?;
     if let Some(path) = &arguments.html {
-        let page = dataset_page(&reader, &settings, MOST_ROWS)?;
+        let study = study_of(arguments);
+        let of = PageOf { reader: &reader, study: study.as_ref().map_err(String::as_str) };
+        let page = dataset_page(of, &settings, MOST_ROWS)?;
         write_file(path, &page)?;
         let mut written = Written::default();
         written.file("page", path)?;
@@ -73,6 +82,21 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     };
     print_line(&format_args!("{}\n{}", summary.trim_end(), charts.trim_end()))?;
     Ok(Exit::Done)
+}
+
+/// The study of the dataset, whose goal the page answers.
+///
+/// # Errors
+/// A message if the study cannot be read again; empty if it has no goal.
+fn study_of(arguments: &ReportArguments) -> Result<CheckedStudy, String> {
+    let words = |error: &dyn std::fmt::Display| format!("The goal of the study is not answered: {error}");
+    let stored = Stored::open(&arguments.dataset).map_err(|error| words(&error))?;
+    if !stored.asks() {
+        return Err(String::new());
+    }
+    let files = arguments.files_in.as_deref().unwrap_or(Path::new("."));
+    let study = stored.study(files).map_err(|error| words(&error))?;
+    checked(study).map_err(|error| words(&error))
 }
 
 /// Whether the locale says that characters are UTF-8.

@@ -132,7 +132,9 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         true => print_json(&summary)?,
         false => print_line(&summary.to_string().trim_end())?,
     }
-    if arguments.stub_row_ms.is_none() && !arguments.json && status.state == SweepState::Complete {
+    // The rows of a shard are a share of the study's: the answer comes from the merged dataset.
+    let is_whole = arguments.shard.is_none() && status.state == SweepState::Complete;
+    if arguments.stub_row_ms.is_none() && !arguments.json && is_whole {
         say_answer(rows.checked(), &reader, &arguments.study)?;
     }
     Ok(match status.state {
@@ -266,7 +268,7 @@ impl Display<'_> {
                 eprint_line(&format_args!("warning: the summary could not be written to {}", path.display()));
             }
             SweepEvent::Failed => {
-                eprint_line(&format_args!("what is done is kept in {folder}; the same command goes on"));
+                eprint_line(&format_args!("finished rows are kept in {folder}; run the same command to continue"));
             }
         }
     }

@@ -62,6 +62,13 @@ impl Stored {
         })
     }
 
+    /// Whether the study has a table `[goal]`, in its text or set over it.
+    pub fn asks(&self) -> bool {
+        let made = &self.reader.manifest().study;
+        let typed = made.study_text.parse::<toml::Table>().is_ok_and(|text| text.contains_key("goal"));
+        typed || made.overrides.iter().any(|one| one.starts_with("goal."))
+    }
+
     /// An engine with the settings that the dataset was made with; what is not as it was then is told.
     pub fn settle(&self, engine: Engine) -> Engine {
         let made = &self.reader.manifest().study;

@@ -229,8 +229,11 @@ pub enum DatasetError {
         /// One past the last row.
         expected_end: u64,
     },
-    /// The thread that writes parts ended without saying why.
-    #[error("the thread that writes parts broke down (a defect of the program); run the command again to continue")]
+    /// The thread that writes parts panicked. Libraries do so where memory runs out (zstd for a context, for example).
+    #[error(
+        "the thread that writes parts broke down: out of memory, or a defect of the program; give fewer --threads or raise \
+         the limit on memory (`ulimit -v`), then run the same command again: rows that were written are kept"
+    )]
     WriterLost,
     /// The Parquet library refused a part.
     #[error("{}: {source}; if the file is damaged, write the dataset anew", path.display())]

@@ -12,7 +12,7 @@ pub struct Topic {
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 19] = [
+pub const TOPICS: [Topic; 20] = [
     Topic {
         name: "best",
         about: "the best values for your goal, and how sure they are",
@@ -22,6 +22,11 @@ pub const TOPICS: [Topic; 19] = [
         name: "machine",
         about: "your own finite element matrices: formats, superelements, reduction, how many modes",
         text: include_str!("machine.md"),
+    },
+    Topic {
+        name: "castings",
+        about: "castings that bend: finite element models, points, core points, cut-off",
+        text: include_str!("castings.md"),
     },
     Topic {
         name: "outputs",

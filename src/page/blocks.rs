@@ -8,11 +8,17 @@ const STYLE: &str = include_str!("../assets/pages/page.css");
 /// What all pages share.
 const SHARED: &str = include_str!("../assets/pages/page.js");
 /// Scripts of the page of a dataset, in the order in which they stand in it.
-const DATASET: [&str; 5] = [
+const DATASET: [&str; 11] = [
     include_str!("../assets/pages/table.js"),
     include_str!("../assets/pages/linked.js"),
     include_str!("../assets/pages/effects.js"),
     include_str!("../assets/pages/knowing.js"),
+    include_str!("../assets/pages/model.js"),
+    include_str!("../assets/pages/explore.js"),
+    include_str!("../assets/pages/plan.js"),
+    include_str!("../assets/pages/contours.js"),
+    include_str!("../assets/pages/compare.js"),
+    include_str!("../assets/pages/answer.js"),
     include_str!("../assets/pages/report.js"),
 ];
 /// Those of the page of a row.

@@ -1,19 +1,21 @@
 //! The page of a dataset: what `src/assets/pages/report.js` draws.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use super::answer::{Answered, answered};
 use super::blocks::{Scripts, page};
 use super::error::PageError;
 use super::knowledge::{self, Known, Models};
 use super::rows::{KeptRows, columns, is_number};
-use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, TableName};
+use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetInfo, DatasetReader, TableName};
 use decore_lab::report::{ReportSettings, summarise};
 use decore_lab::sensitivity::Sensitivity;
 use decore_model::metrics::{Aggregates, RunTotals};
 use decore_model::run::RowOutcome;
 use decore_quantity::{Cell, Kind, Value};
+use decore_study::{CheckedStudy, DesignOutline};
 
 /// Rows that a page carries; of more some are chosen.
 pub const MOST_ROWS: u64 = 100_000;
@@ -57,6 +59,7 @@ struct Meta<'a> {
     columns: Vec<Stored<'a>>,
     sensitivity: Known<Sensitivity>,
     models: Known<Models>,
+    answer: Option<Known<Answered>>,
 }
 
 /// A column of the data block: where it is, and how its bytes are read.
@@ -71,20 +74,32 @@ struct Stored<'a> {
     rank: i64,
     smaller: bool,
     whole: bool,
+    /// Whether its values are spaced by their logarithms.
+    logarithmic: bool,
     form: &'static str,
     offset: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     names: Option<Vec<String>>,
 }
 
-/// A dataset as a page, whole in one file.
+/// What a page is made of.
+#[derive(Clone, Copy)]
+pub struct PageOf<'a> {
+    /// The dataset.
+    pub reader: &'a DatasetReader,
+    /// Its study, whose goal the page answers; else why it cannot be read, empty where no answer is wanted.
+    pub study: Result<&'a CheckedStudy, &'a str>,
+}
+
+/// A dataset as a page, whole in one file. Where its study has a goal, the page begins with the answer.
 ///
 /// A table of more than `most_rows` rows is thinned to about as many: rows whose index has a small hash, and the rows with the
 /// extremes of every column of numbers. Default [`MOST_ROWS`].
 ///
 /// # Errors
 /// [`PageError::Dataset`] if the dataset cannot be read.
-pub fn dataset_page(reader: &DatasetReader, settings: &ReportSettings, most_rows: u64) -> Result<String, PageError> {
+pub fn dataset_page(of: PageOf<'_>, settings: &ReportSettings, most_rows: u64) -> Result<String, PageError> {
+    let PageOf { reader, study: asked } = of;
     let report = summarise(reader, settings)?;
     let study = &reader.manifest().study;
     let rows_there: u64 = report.statuses.values().sum();
@@ -97,7 +112,14 @@ pub fn dataset_page(reader: &DatasetReader, settings: &ReportSettings, most_rows
     let rows_shown = values.first().map_or(0, Values::len);
     let is_exact = (rows_shown * numbers.len()) as u64 <= MOST_EXACT;
     let mut data = Vec::new();
-    let stored = chosen.iter().zip(values).map(|(column, values)| store(column, values, is_exact, &mut data)).collect();
+    let logarithmic = logarithmic(study);
+    let mut stored: Vec<Stored<'_>> =
+        chosen.iter().zip(values).map(|(column, values)| store(column, values, is_exact, &mut data)).collect();
+    for column in &mut stored {
+        column.logarithmic = column.subject.is_some_and(|name| logarithmic.contains(name));
+    }
+    let models = knowledge::models(reader, rows_there, &mut data);
+    let answer = answered(reader, asked, rows_there, &mut data);
     let meta = Meta {
         title: &report.study_name,
         study_hash: &report.study_hash,
@@ -116,9 +138,17 @@ pub fn dataset_page(reader: &DatasetReader, settings: &ReportSettings, most_rows
         study_text: &study.study_text,
         columns: stored,
         sensitivity: knowledge::sensitivity(reader, rows_there),
-        models: knowledge::models(reader, rows_there),
+        models,
+        answer,
     };
     Ok(page(&report.study_name, Scripts::Dataset, &meta, &data)?)
+}
+
+/// Names of the factors that the study spaces by their logarithms.
+fn logarithmic(study: &DatasetInfo) -> BTreeSet<String> {
+    let outline = DesignOutline::read(&study.study_text, &study.overrides, &study.study_name);
+    let factors = outline.map_or_else(|_| Vec::new(), |outline| outline.factors);
+    factors.into_iter().filter(|factor| factor.logarithmic).map(|factor| factor.name).collect()
 }
 
 /// What a reader must know of the page's data.
@@ -233,6 +263,7 @@ fn store<'a>(column: &'a ColumnDescription, values: Values, is_exact: bool, data
         text: &column.description,
         rank: main.map_or(-1, |place| place as i64),
         smaller: main.is_some_and(|place| MAIN[place].1),
+        logarithmic: false,
         whole: matches!(column.kind, Kind::Count | Kind::Integer),
         form,
         offset,

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::model::{ModelData, model_data};
 use decore_dataset::DatasetReader;
 use decore_lab::sensitivity::{Sensitivity, SensitivitySettings, analyse};
 use decore_lab::surrogate::{Surrogate, SurrogateSettings, fit};
@@ -9,7 +10,7 @@ use decore_lab::surrogate::{Surrogate, SurrogateSettings, fit};
 /// Rows up to which indices are computed for a page: seconds; of more, `decore analyse` takes its time.
 const MOST_ANALYSED: u64 = 20_000;
 /// Rows up to which outputs are modelled for a page: the time grows with their third power.
-const MOST_MODELLED: u64 = 1000;
+pub(super) const MOST_MODELLED: u64 = 1000;
 
 /// What is known, or why it is not.
 #[derive(Debug, Serialize)]
@@ -19,14 +20,14 @@ pub(super) struct Known<T> {
 }
 
 impl<T> Known<T> {
-    fn of<E: ToString>(found: Result<T, E>) -> Self {
+    pub(super) fn of<E: ToString>(found: Result<T, E>) -> Self {
         match found {
             Ok(found) => Self { found: Some(found), why: None },
             Err(error) => Self { found: None, why: Some(error.to_string()) },
         }
     }
 
-    fn not(why: String) -> Self {
+    pub(super) fn not(why: String) -> Self {
         Self { found: None, why: Some(why) }
     }
 }
@@ -36,6 +37,7 @@ impl<T> Known<T> {
 pub(super) struct Models {
     surrogate: Surrogate,
     warnings: Vec<String>,
+    model: ModelData,
 }
 
 /// The indices of a dataset of so many rows, as `decore analyse` finds them by its defaults.
@@ -47,12 +49,17 @@ pub(super) fn sensitivity(reader: &DatasetReader, rows: u64) -> Known<Sensitivit
 }
 
 /// The models of a dataset of so many rows, as `decore surrogate` fits them by its defaults.
-pub(super) fn models(reader: &DatasetReader, rows: u64) -> Known<Models> {
+/// What predicts is appended to the page's data.
+pub(super) fn models(reader: &DatasetReader, rows: u64, data: &mut Vec<u8>) -> Known<Models> {
     if rows > MOST_MODELLED {
         return Known::not(format!(
             "Models of {rows} rows take longer than a page should: decore surrogate fits them."
         ));
     }
     let model = fit(reader, &SurrogateSettings::default());
-    Known::of(model.map(|model| Models { warnings: model.surrogate.warnings(), surrogate: model.surrogate }))
+    Known::of(model.map(|model| Models {
+        warnings: model.surrogate.warnings(),
+        model: model_data(&model, data),
+        surrogate: model.surrogate,
+    }))
 }

@@ -103,7 +103,7 @@ impl Wanted {
     /// Holds the names to the signals of a study, before any row is simulated for them.
     fn check(&self, study: &Study) -> Result<(), DatasetError> {
         let Chosen::Named(names) = &self.chosen else { return Ok(()) };
-        let known = signal_list(&study.hammer_names(), &study.fixture_names(), &study.outputs().points);
+        let known = signal_list(&study.hammer_names(), &study.castings(), &study.outputs().points);
         match names.iter().find(|name| !known.iter().any(|signal| signal.name == **name)) {
             None => Ok(()),
             Some(unknown) => Err(DatasetError::UnknownColumn {

@@ -40,6 +40,6 @@ pub use outline::{DesignOutline, FactorOutline};
 pub use plan::factor::FactorInfo;
 pub use plan::table::{TableRow, column_rows, factor_rows};
 pub use resolve::placement::PointTable;
-pub use resolve::structure::{StructureSettings, StructureSource, load_structure};
+pub use resolve::structure::{CastingModel, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};
 pub use template::template;

@@ -12,7 +12,6 @@ use super::document::tree::Document;
 use super::document::typed::{Typed, check_keys};
 use super::file::{DesignEntry, StudyFile};
 use super::goal::Goal;
-use super::hash::hash;
 use super::plan::design::DesignPlan;
 use super::plan::factor::{FactorInfo, FactorSource, to_toml};
 use super::plan::reader::Surroundings;
@@ -20,9 +19,10 @@ use super::resolve::issue::Issue;
 use super::resolve::library::Library;
 use super::resolve::placement::PointTable;
 use super::resolve::rows::SceneReader;
-use super::resolve::structure::{MachineTable, StructureSettings};
+use super::resolve::structure::{CastingModel, MachineTable, StructureSettings};
 use super::schema::study_schema;
 use decore_files::Limit;
+use decore_model::metrics::CastingNames;
 use decore_model::scene::{NumericalTwin, OutputSettings, Scene, StructureEntry};
 use decore_quantity::Value;
 use decore_statistics::design::Kind;
@@ -47,6 +47,8 @@ pub struct Study {
     structure: StructureSettings,
     /// The further machines by name.
     structures: Vec<(String, StructureSettings)>,
+    /// Models of the elastic castings by the castings' indices.
+    elastic_castings: BTreeMap<usize, (String, CastingModel)>,
     goal: Option<Goal>,
     hash: String,
 }
@@ -66,7 +68,8 @@ impl Study {
         let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let document = document(&path.display().to_string(), &text)?;
         let file = Some(path.to_path_buf());
-        Self::build(Typed { document, file, directory, hammers: BTreeMap::new(), overrides: Vec::new() })
+        let (hammers, overrides) = (BTreeMap::new(), Vec::new());
+        Self::build(Typed { document, file, directory, row_directory: None, hammers, overrides })
     }
 
     /// Reads a study from a text. `directory`: where relative file names start; `name`: the file's name in messages.
@@ -88,7 +91,7 @@ impl Study {
         hammers: BTreeMap<String, String>,
     ) -> Result<Self, StudyError> {
         let (document, directory) = (document(name, text)?, directory.to_path_buf());
-        Self::build(Typed { document, file: None, directory, hammers, overrides: Vec::new() })
+        Self::build(Typed { document, file: None, directory, row_directory: None, hammers, overrides: Vec::new() })
     }
 
     /// The study with further values set, each `path=value`, over the file's and the factors' values.
@@ -140,6 +143,13 @@ impl Study {
             file.structures.iter().map(|(name, entry)| Ok((name.clone(), read(entry, &["structures", name])?)));
         let structures: Vec<(String, StructureSettings)> =
             further.collect::<Result<_, _>>().map_err(StudyError::several)?;
+        let mut elastic_castings = BTreeMap::new();
+        for (index, (name, casting)) in file.casting.iter().enumerate() {
+            let Some(entry) = &casting.structure else { continue };
+            let model =
+                CastingModel::read(entry, &typed, &["casting", name, "structure"]).map_err(StudyError::several)?;
+            elastic_castings.insert(index, (name.clone(), model));
+        }
         for key in SHARED_KEYS {
             tree.remove(key);
         }
@@ -150,12 +160,13 @@ impl Study {
             machines: structures.iter().map(|(name, _)| name.clone()).collect(),
             library,
         };
-        let mut study = Self { typed, plan, scenes, file, structure, structures, goal, hash: String::new() };
+        let hash = String::new();
+        let mut study = Self { typed, plan, scenes, file, structure, structures, elastic_castings, goal, hash };
         study.read_hammers()?;
         // A tree of finite numbers and texts, which JSON can always hold.
         let values = serde_json::to_string(&study.file.of_rows()).unwrap_or_default();
         let overrides = study.typed.overrides.iter().filter(|one| one.reaches_values());
-        study.hash = hash(&values, overrides, (&study.plan.files, &study.scenes.library));
+        study.hash = super::hash::hash(&values, overrides, (&study.plan.files, &study.scenes.library));
         Ok(study)
     }
 
@@ -184,21 +195,28 @@ impl Study {
         let is_opened = |name: &&str| !self.typed.hammers.contains_key(*name);
         let hammers = self.scenes.library.texts().map(|(name, _)| name).filter(is_opened);
         let hammers = hammers.map(|name| self.typed.directory.join(name));
-        let rows = self.plan.files.iter().map(|file| self.typed.directory.join(&file.name));
+        let rows = self.plan.files.iter().map(|file| self.typed.row_directory().join(&file.name));
         let machines = [&self.structure].into_iter().chain(self.structures.iter().map(|(_, settings)| settings));
-        let machines = machines.flat_map(|settings| settings.source.files()).map(|(_, path)| path.to_path_buf());
+        let castings = self.elastic_castings.values().flat_map(|(_, casting)| casting.listed());
+        let machines = machines.flat_map(|settings| settings.source.files()).chain(castings);
+        let machines = machines.map(|(_, path)| path.to_path_buf());
         self.typed.file.iter().cloned().chain(hammers).chain(rows).chain(machines).collect()
     }
 
     /// The file with the rows of a design that is a table, as paths are opened; `None` for any other design.
     pub fn row_file(&self) -> Option<PathBuf> {
         let file = self.plan.files.first().filter(|_| matches!(self.plan.design.kind(), Kind::Table(_)))?;
-        Some(self.typed.directory.join(&file.name))
+        Some(self.typed.row_directory().join(&file.name))
     }
 
     /// Texts of the hammer files, by the name that the study gives them.
     pub fn hammer_files(&self) -> BTreeMap<String, String> {
         self.scenes.library.texts().map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
+    }
+
+    /// Names and models of the elastic castings, by the castings' indices.
+    pub fn elastic_castings(&self) -> &BTreeMap<usize, (String, CastingModel)> {
+        &self.elastic_castings
     }
 
     /// The text of the study file.
@@ -255,7 +273,7 @@ impl Study {
     }
 
     /// Returns this study with the rows of a CSV file as its design: same factors, constraints and seed, and settings over anything
-    /// but the design. `file` is opened from where the study's files start.
+    /// but the design. The text of the study names the file without its folder: it is the same wherever the file lies.
     ///
     /// # Errors
     /// [`StudyError::Invalid`]: the file is no table of rows of the factors.
@@ -268,13 +286,15 @@ impl Study {
             factor.1.as_table_mut().map(|factor| factor.remove("levels"));
         }
         kept.insert("kind".to_owned(), "table".into());
-        kept.insert("file".to_owned(), file.to_string_lossy().into_owned().into());
+        let name = file.file_name().unwrap_or(file.as_os_str());
+        kept.insert("file".to_owned(), name.to_string_lossy().into_owned().into());
         tree.insert("design".to_owned(), kept.into());
         let text = toml::to_string(&tree).unwrap_or_default();
         let document = document(&self.typed.document.name, &text)?;
         let beside_design = |one: &&Override| one.path.first().is_none_or(|first| first != "design");
         let overrides = self.typed.overrides.iter().filter(beside_design).cloned().collect();
-        Self::build(Typed { document, overrides, ..self.typed.clone() })
+        let row_directory = Some(file.parent().unwrap_or(Path::new("")).to_path_buf());
+        Self::build(Typed { document, overrides, row_directory, ..self.typed.clone() })
     }
 
     /// Twins of each row.
@@ -295,10 +315,16 @@ impl Study {
         &self.file.outputs
     }
 
-    /// Names of the castings, in order, each with those of its fixtures.
-    pub fn fixture_names(&self) -> Vec<(&str, Vec<&str>)> {
+    /// Names of the castings, in order, with their fixtures and core points.
+    pub fn castings(&self) -> Vec<CastingNames<'_>> {
         let castings = self.file.casting.iter();
-        castings.map(|(name, casting)| (name.as_str(), casting.fixture.keys().map(String::as_str).collect())).collect()
+        castings
+            .map(|(name, casting)| CastingNames {
+                name,
+                fixtures: casting.fixture.keys().map(String::as_str).collect(),
+                cores: casting.core.keys().map(String::as_str).collect(),
+            })
+            .collect()
     }
 
     /// The constraints, as written.
@@ -314,6 +340,11 @@ impl Study {
     /// Names of the castings, in order.
     pub fn casting_names(&self) -> Vec<&str> {
         self.file.casting.keys().map(String::as_str).collect()
+    }
+
+    /// Rails of the machine on which hammers can stand: their names and interface points, in order.
+    pub fn rails(&self) -> impl Iterator<Item = (&str, &[String])> {
+        self.scenes.rails.iter().map(|rail| (rail.name.as_str(), rail.points.as_slice()))
     }
 
     /// Settings of the machine.

@@ -13,7 +13,7 @@ use decore_model::parameter::{Parameter, ParameterKind, Parameters, lines};
 use decore_model::scene::{
     Environment, HammerUnit, OutputSettings, Scene, SolverSettings, StructureParameters, Supply,
 };
-use decore_model::workpiece::Fixture;
+use decore_model::workpiece::{CastingStructure, Fixture};
 use decore_statistics::design::DesignOptions;
 
 /// The part by hand. A line `#! key` stands for the parameters of the table with that key.
@@ -34,6 +34,7 @@ pub fn template() -> Result<String, Error> {
     complete::<Supply>(&mut text, "supply", Supply::default(), &shape)?;
     complete::<HammerUnit>(&mut text, "hammer", HammerUnit::default(), &shape)?;
     complete::<Fixture>(&mut text, "fixture", Fixture::default(), &shape)?;
+    complete::<CastingStructure>(&mut text, "casting_structure", CastingStructure::default(), &shape)?;
     complete::<SolverSettings>(&mut text, "solver", SolverSettings::default(), &shape)?;
     complete::<OutputSettings>(&mut text, "outputs", OutputSettings::default(), &shape)?;
     complete::<Environment>(&mut text, "environment", Environment::default(), &shape)?;

@@ -99,6 +99,8 @@ fn an_answer_is_proven_and_the_same_after_a_kill() {
     assert_eq!(killed.answer(0), answer);
     assert_eq!(killed.rows(), rows);
     assert_same(&killed.file("out"), &whole.file("out"));
+    // In another folder: no path of a folder is in them.
+    assert_same(&killed.file("out.best"), &whole.file("out.best"));
 
     // Checks prove nothing of another question: no rows are left to check its answer.
     let other = ["--set", "goal.confidence=0.9", "--rows", "28", "--checks", "20", "--batch", "4", "--json"];
@@ -127,6 +129,11 @@ fn limits_that_nothing_holds_are_named_with_the_nearest_place() {
         "{sentence}"
     );
     assert_eq!(answer["looser"][0]["goal"], Value::Null);
+
+    // Far from all places: the nearest is where most is reached, whatever the goal has there.
+    let goal = "minimise = \"total_air_used_nl\"\nlimits = [\"strike_energy_j >= 1000\"]";
+    let answer = Study::new(goal, FACTORS).answer(4);
+    assert_eq!((&answer["verdict"], &answer["settings"][0]["value"]), (&Value::from("infeasible"), &Value::from(6.0)));
 }
 
 #[test]
@@ -136,6 +143,7 @@ fn a_goal_that_is_the_same_everywhere_says_so() {
     let notes = answer["notes"].to_string();
     assert!(notes.contains("is 3.000 in all rows: every place is as good"), "{answer}");
     assert_eq!(answer["goal"]["mean"], 3.0);
+    assert!(sentence(&answer).contains(": 0 * strike_energy_j + 3 = 3 (3 to 3)"), "{answer}");
 }
 
 #[test]
@@ -147,8 +155,107 @@ fn names_are_chosen_among() {
     let answer = study.answer(0);
     let settings = answer["settings"].as_array().expect("settings");
     let mount = settings.iter().find(|setting| setting["factor"] == "mount").expect("a mount");
-    assert!(["R4", "R5", "R6"].contains(&mount["value"].as_str().expect("a name")), "{answer}");
+    let mount = mount["value"].as_str().expect("a name");
+    assert!(["R4", "R5", "R6"].contains(&mount), "{answer}");
+    // The checks were run with the name that is proposed.
+    let rows = study.rows();
+    let checks: Vec<&str> = rows.lines().filter(|line| line.contains(",check,")).collect();
+    assert!(checks.len() == 20 && checks.iter().all(|line| line.contains(&format!(",{mount},"))), "{mount}: {rows}");
     assert!(sentence(&answer).starts_with("Put the hammer on R"), "{answer}");
+}
+
+#[test]
+fn hammers_are_chosen_among_their_files() {
+    let hammer = decore_study::hammer_file().expect("a hammer file");
+    let factors = "[design.factor.hammer]\npath = \"hammer.left.file\"\nvalues = [\"light.toml\", \"heavy.toml\"]\n\
+                   [design.factor.pressure]\npath = \"hammer.left.supply_bar\"\nrange = [4.0, 6.0]\n";
+    let study = Study::new(ENERGY, factors);
+    let mass = hammer.lines().find(|line| line.starts_with("mass_kg")).expect("a mass").to_owned();
+    fs::write(study.file("light.toml"), &hammer).expect("hammer");
+    let number: f64 =
+        mass.split_once("= ").and_then(|(_, text)| text.split_whitespace().next()?.parse().ok()).expect("kg");
+    fs::write(study.file("heavy.toml"), hammer.replacen(&mass, &format!("mass_kg = {}", 1.2 * number), 1))
+        .expect("hammer");
+    let answer = study.answer(0);
+    assert_eq!(answer["settings"][0]["factor"], "hammer");
+    let file = answer["settings"][0]["value"].as_str().expect("a name");
+    assert!(["light.toml", "heavy.toml"].contains(&file), "{answer}");
+    assert!(sentence(&answer).starts_with(&format!("Choose hammer {file}, ")), "{answer}");
+    let (meta, _) = page(&study);
+    assert_eq!(meta["answer"]["found"]["answer"]["sentence"], answer["sentence"]);
+}
+
+#[test]
+fn a_page_begins_with_the_answer() {
+    let limits = "limits = [\"max_casting_point_velocity_m_s <= 100\"]";
+    let study = Study::new(&format!("{ENERGY}\n{limits}"), FACTORS);
+    let answer = study.answer(0);
+    let (meta, text) = page(&study);
+    let found = &meta["answer"]["found"];
+    assert_eq!((&found["answer"]["sentence"], &found["answer"]["verdict"]), (&answer["sentence"], &answer["verdict"]));
+    assert_eq!(found["answer"]["proof"], answer["proof"]);
+    // The page names what it predicts: goal and limit, the uncertain factor and its draws, the machine.
+    assert_eq!(found["values"][1]["limit"], 100.0);
+    assert_eq!((&found["uncertain"], found["nodes"].as_array().map(Vec::len)), (&serde_json::json!([1]), Some(40)));
+    assert_eq!(found["model"]["outputs"].as_array().map(Vec::len), Some(2));
+    let plan = &found["plan"];
+    assert_eq!(plan["castings"][0]["fixtures"].as_array().map(Vec::len), Some(3), "{plan}");
+    assert!(plan["rails"][0]["at"].as_array().is_some_and(|points| points.len() > 1), "{plan}");
+    assert!(!text.contains(study.scratch.path().to_str().expect("path")), "the page names a folder of this machine");
+
+    // Without the rows of `best` it is what a model of the sweep's rows expects.
+    fs::remove_dir_all(study.file("out.best")).expect("removed");
+    assert_eq!(page(&study).0["answer"]["found"]["answer"]["verdict"], "unchecked");
+    // Added rows of another study are no proof.
+    let other = Study::of(&MACHINE.replace("mass_kg = 3.0", "mass_kg = 4.0"), &format!("{ENERGY}\n{limits}"), FACTORS);
+    other.answer(0);
+    for name in ["out.best", "out.best.csv"] {
+        fs::rename(other.file(name), study.file(name)).expect("moved");
+    }
+    let (meta, _) = page(&study);
+    assert_eq!(meta["answer"]["found"], Value::Null);
+    assert!(
+        meta["answer"]["why"].as_str().is_some_and(|why| why.contains("out.best holds rows of another study")),
+        "{meta}"
+    );
+}
+
+#[test]
+fn a_page_tells_limits_that_nothing_holds_and_rows_that_fail() {
+    let factors = "[design.factor.pressure]\npath = \"hammer.left.supply_bar\"\nrange = [4.0, 6.0]\n\
+                   [design.factor.position]\npath = \"hammer.left.rail_position_m\"\nrange = [-0.2, 0.2]\n";
+    let study = Study::new(&format!("{ENERGY}\nlimits = [\"max_casting_point_velocity_m_s <= 0.01\"]"), factors);
+    study.answer(4);
+    let (meta, _) = page(&study);
+    let found = &meta["answer"]["found"];
+    assert_eq!(found["answer"]["verdict"], "infeasible");
+    assert!(
+        found["model"]["outputs"][0]["success"]["everywhere"].is_number()
+            || found["model"]["outputs"][0]["success"]["process"].is_object()
+    );
+    // The tracks of the hammer end where it misses the casting: such rows describe no scene that can run, yet they have a place.
+    assert_eq!(found["plan"]["tracks"][0]["factor"], "position");
+
+    // A value that no row has: the page says why there is no answer.
+    let study = Study::new(&format!("{ENERGY}\nlimits = [\"left_arm_rms_steady_m_s <= 1\"]"), FACTORS);
+    expect_code(study.best(&["--rows", "0"]), 2);
+    let (meta, _) = page(&study);
+    assert!(
+        meta["answer"]["why"].as_str().is_some_and(|why| why.contains("none of 16 rows has it")),
+        "{}",
+        meta["answer"]
+    );
+}
+
+/// What the page of the study's dataset says, and its text.
+fn page(study: &Study) -> (Value, String) {
+    let mut report = decore();
+    report.current_dir(study.scratch.path()).args(["report", "out", "--html", "page.html"]);
+    expect_code(report, 0);
+    let text = fs::read_to_string(study.file("page.html")).expect("page");
+    let start = text.split_once("id=\"meta\">").expect("data").1;
+    let meta = serde_json::from_str(start.split_once("</script>").expect("its end").0).expect("JSON");
+    (meta, text)
 }
 
 #[test]
@@ -217,4 +324,13 @@ fn a_sweep_ends_with_what_a_model_of_its_rows_expects() {
     let end: Vec<&str> = printed.lines().rev().take(2).collect();
     assert_eq!(end[0], "`decore best study.toml` proves it by runs.");
     assert!(end[1].ends_with("expected by a model of 16 rows, not checked by runs."), "{printed}");
+}
+
+#[test]
+fn a_shard_has_no_answer_of_its_own() {
+    let study = Study::new(ENERGY, FACTORS);
+    let mut run = decore();
+    run.current_dir(study.scratch.path()).args(["run", "study.toml", "--shard", "1/1", "--output", "shard"]);
+    let printed = String::from_utf8(expect_code(run, 0).stdout).expect("text");
+    assert!(!printed.contains("decore best") && !printed.contains("expected by a model"), "{printed}");
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use decore::page::{MOST_ROWS, dataset_page};
+use decore::page::{MOST_ROWS, PageOf, dataset_page};
 use decore_dataset::{DatasetReader, DatasetWriter, Existing, SweepStatus, verify};
 use decore_lab::comparison::{ComparisonSettings, compare};
 use decore_lab::features::{FeatureSettings, export};
@@ -42,7 +42,7 @@ fn report(folder: &Path) -> Result<Vec<u8>, String> {
     let (reader, settings) = (open(folder)?, ReportSettings::default());
     let summary = summarise(&reader, &settings).map_err(words)?;
     let charts = Charts::of(&reader, &summary).map_err(words)?.text(Paper { columns: None, blocks: false });
-    let page = dataset_page(&reader, &settings, MOST_ROWS).map_err(words)?;
+    let page = dataset_page(PageOf { reader: &reader, study: Err("") }, &settings, MOST_ROWS).map_err(words)?;
     Ok(format!("{summary:?}{charts}{page}").into_bytes())
 }
 

@@ -25,4 +25,5 @@ mod surrogate;
 mod sweeps;
 mod synthetic;
 mod tables;
+mod truth;
 mod windows;

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::synthetic::{ROWS, dataset, described, info, record, write};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use decore::page::{MOST_ROWS, dataset_page};
+use decore::page::{MOST_ROWS, PageOf, dataset_page};
 use decore_dataset::{DatasetReader, DatasetWriter, Existing, TableName};
 use decore_lab::report::ReportSettings;
 use decore_quantity::Value;
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 fn page_of(folder: &Path, most_rows: u64) -> String {
     let reader = DatasetReader::open(folder).expect("opened");
-    dataset_page(&reader, &ReportSettings::default(), most_rows).expect("page")
+    dataset_page(PageOf { reader: &reader, study: Err("") }, &ReportSettings::default(), most_rows).expect("page")
 }
 
 /// The text of the page's element with this `id`.

@@ -1,6 +1,7 @@
 //! Structures: their files, their reduction, and what is said about its quality.
 
 mod containers;
+mod elastic;
 mod foreign;
 mod hard;
 mod import;
@@ -13,3 +14,5 @@ mod reduction;
 mod right;
 mod road;
 mod selection;
+#[path = "../common/solid.rs"]
+mod solid;

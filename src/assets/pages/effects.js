@@ -1,12 +1,4 @@
-// What factors do: failures, main effects, response surfaces, fronts.
-
-/** Colours of a surface from low to high, each lighter than the next, legible without colour vision. */
-const RAMP = [[247, 251, 255], [198, 219, 239], [107, 174, 214], [33, 113, 181], [8, 48, 107]];
-
-function ramp(part) {
-  const at = Math.max(0, Math.min(0.9999, part)) * (RAMP.length - 1), k = Math.floor(at), t = at - k;
-  return `rgb(${RAMP[k].map((c, i) => Math.round(c + t * (RAMP[k + 1][i] - c))).join()})`;
-}
+// What factors do: failures, main effects, fronts.
 
 const REASON_COLORS = ['#a3341c', '#d58a1f', '#6a4c93', '#4a7a4a', '#55606e'];
 
@@ -30,7 +22,7 @@ function failureFigure(state, factor, reasons) {
     paint(painter, width, height) {
       const box = frame(width, height), most = Math.max(1e-9, ...all.keys().map(share));
       const names = factor.names || (group.width ? null : group.centres.map((v) => short(v)));
-      const x = names ? { low: -0.5, high: group.count - 0.5, names } : { low: factor.low, high: factor.high };
+      const x = names ? { low: -0.5, high: group.count - 0.5, names } : { low: factor.low, high: factor.high, log: factor.log };
       const { py } = axes(painter, box, { ...x, title: titled(factor.label, factor.unit) }, { low: 0, high: most });
       const width1 = box.width / group.count;
       for (let g = 0; g < group.count; g++) {
@@ -70,7 +62,7 @@ function effect(factor, output, rows) {
 /** Main effect of a factor on the output that the reader has chosen: means with their standard errors, one scale for all factors. */
 function effectFigure(state, factor, effects) {
   const frame = (width, height) => ({ left: 60, top: 8, width: width - 72, height: height - 52 });
-  const xs = (one) => (factor.names || one.count === 1 ? { low: -0.5, high: one.count - 0.5 } : { low: factor.domain[0], high: factor.domain[1] });
+  const xs = (one) => (factor.names || one.count === 1 ? { low: -0.5, high: one.count - 0.5 } : { low: factor.domain[0], high: factor.domain[1], log: factor.log });
   return new Figure({
     title: factor.label, height: 190,
     paint(painter, width, height) {
@@ -85,69 +77,13 @@ function effectFigure(state, factor, effects) {
     },
     hover(x) {
       const { output, of } = effects(), one = of.get(factor), box = frame(this.width, this.tall), axis = xs(one);
-      const v = axis.low + (x - box.left) / box.width * (axis.high - axis.low);
+      const v = valueAt({ log: axis.log, domain: [axis.low, axis.high] }, (x - box.left) / box.width);
       const at = one.names || one.count > 1 ? one.centres : [0];
       let g = 0;
       at.forEach((centre, k) => { if (Math.abs(centre - v) < Math.abs(at[g] - v)) g = k; });
       if (!one.counts[g]) return '';
       const where = factor.names ? factor.names[g] : withUnit(short(one.centres[g]), factor.unit);
       return `${factor.label} ${where}\n${output.label}: ${withUnit(short(one.means[g]), output.unit)} ± ${short(one.error(g))} (standard error of the mean, ${one.counts[g]} rows)`;
-    },
-  });
-}
-
-/** Mean of an output over two factors, over the selected rows. `chosen()`: { output, a, b }. */
-function surfaceFigure(state, chosen) {
-  const frame = (width, height) => ({ left: 66, top: 8, width: width - 190, height: height - 54 });
-  const compute = () => {
-    const { output, a, b } = chosen(), [ga, gb] = [groups(a, 16), groups(b, 16)];
-    const means = new Float64Array(ga.count * gb.count), squares = new Float64Array(means.length), counts = new Uint32Array(means.length);
-    const { picked } = state.selection;
-    for (let p = 0; p < picked.length; p++) {
-      const i = picked[p], v = output.values[i], k = ga.of[i] * gb.count + gb.of[i];
-      if (v === v && ga.of[i] !== UNGROUPED && gb.of[i] !== UNGROUPED) {
-        const before = means[k];
-        counts[k]++;
-        means[k] += (v - before) / counts[k];
-        squares[k] += (v - before) * (v - means[k]);
-      }
-    }
-    counts.forEach((count, k) => { if (!count) means[k] = NaN; });
-    const there = means.filter((m) => m === m), deviation = (k) => (counts[k] > 1 ? Math.sqrt(squares[k] / (counts[k] - 1)) : NaN);
-    const range = there.reduce(([low, high], m) => [Math.min(low, m), Math.max(high, m)], [Infinity, -Infinity]);
-    return { output, a, b, ga, gb, counts, means, deviation, range };
-  };
-  const axis = (column, group) => {
-    const names = column.names || (group.width ? null : group.centres.map((v) => short(v)));
-    const ends = names ? { low: -0.5, high: group.count - 0.5, names } : { low: column.low, high: column.high };
-    return { ...ends, title: titled(column.label, column.unit) };
-  };
-  return new Figure({
-    title: 'Response surface', height: 380,
-    paint(painter, width, height) {
-      const s = this.surface = compute(), box = frame(width, height), [w, h] = [box.width / s.ga.count, box.height / s.gb.count];
-      axes(painter, box, axis(s.a, s.ga), axis(s.b, s.gb));
-      const span = s.range[1] - s.range[0] || 1;
-      for (let i = 0; i < s.ga.count; i++) {
-        for (let j = 0; j < s.gb.count; j++) {
-          const mean = s.means[i * s.gb.count + j];
-          if (mean === mean) painter.rect(box.left + i * w, box.top + box.height - (j + 1) * h, w + 0.3, h + 0.3, { fill: ramp((mean - s.range[0]) / span) });
-        }
-      }
-      if (!(s.range[1] >= s.range[0])) { painter.text('no selected row has this output', box.left + 20, box.top + 30, {}); return; }
-      const [x, steps] = [box.left + box.width + 28, 48];
-      for (let k = 0; k < steps; k++) painter.rect(x, box.top + box.height * (1 - (k + 1) / steps), 16, box.height / steps + 0.5, { fill: ramp((k + 0.5) / steps) });
-      painter.rect(x, box.top, 16, box.height, { stroke: SOFT });
-      for (const [v, text] of zip(ticks(s.range[0], s.range[1], 6))) painter.text(text, x + 21, box.top + box.height * (1 - (v - s.range[0]) / span), { size: 10, color: SOFT });
-      painter.text(wrapped(titled(s.output.label, s.output.unit), Math.floor(box.height / 5.9), 1)[0], x + 84, box.top + box.height / 2, { align: 'center', turned: true });
-    },
-    hover(x, y) {
-      const s = this.surface, box = frame(this.width, this.tall);
-      const i = Math.floor((x - box.left) / box.width * s.ga.count), j = Math.floor((1 - (y - box.top) / box.height) * s.gb.count);
-      const k = i * s.gb.count + j;
-      if (!(i in s.ga.centres) || !(j in s.gb.centres) || !s.counts[k]) return '';
-      const at = (column, group, g) => `${column.label}: ${column.names ? column.names[g] : withUnit(short(group.centres[g]), column.unit)}`;
-      return `${at(s.a, s.ga, i)}\n${at(s.b, s.gb, j)}\n${s.output.label}: ${withUnit(short(s.means[k]), s.output.unit)} ± ${short(s.deviation(k) / Math.sqrt(s.counts[k]))} (mean of ${s.counts[k]} rows and its standard error; scatter of rows ${short(s.deviation(k))})`;
     },
   });
 }
@@ -200,7 +136,7 @@ function unbeaten(rows, goals) {
 /** The front of two or three outputs over the selected rows. `chosen()`: goals as [front] takes them. */
 function frontFigure(state, chosen, found) {
   const frame = (width, height) => ({ left: 66, top: 10, width: width - 190, height: height - 56 });
-  const place = (column, i, from, length) => from + (column.values[i] - column.domain[0]) / (column.domain[1] - column.domain[0]) * length;
+  const place = (column, i, from, length) => from + scaled(column)(column.values[i]) * length;
   return new Figure({
     title: 'Pareto front', height: 400, ground: new Densities([LEVELS, LEVELS], GREY_RGB),
     paint(painter, width, height) {
@@ -218,13 +154,9 @@ function frontFigure(state, chosen, found) {
         painter.dots(best.flatMap(at), 4, { color: ORANGE });
         return;
       }
-      const [c] = third, part = (i) => (c.values[i] - c.domain[0]) / (c.domain[1] - c.domain[0]);
+      const [c] = third, part = (i) => scaled(c)(c.values[i]);
       for (const i of best) { painter.dots(at(i), 4.6, { color: INK }); painter.dots(at(i), 3.8, { color: ramp(part(i)) }); }
-      const x = box.left + box.width + 28;
-      for (let k = 0; k < 48; k++) painter.rect(x, box.top + box.height * (1 - (k + 1) / 48), 16, box.height / 48 + 0.5, { fill: ramp((k + 0.5) / 48) });
-      painter.rect(x, box.top, 16, box.height, { stroke: SOFT });
-      for (const [v, text] of zip(ticks(c.low, c.high, 6))) painter.text(text, x + 21, box.top + box.height * (1 - (v - c.domain[0]) / (c.domain[1] - c.domain[0])), { size: 10, color: SOFT });
-      painter.text(wrapped(titled(c.label, c.unit), Math.floor(box.height / 5.9), 1)[0], x + 84, box.top + box.height / 2, { align: 'center', turned: true });
+      scaleBar(painter, box, c.domain, titled(c.label, c.unit));
     },
     hover(x, y) {
       const goals = chosen(), [[a], [b]] = goals, box = frame(this.width, this.tall);

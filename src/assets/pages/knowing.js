@@ -7,7 +7,7 @@ const INDEX_NAMES = {
   s1: 'S1 (alone)', st: 'ST (alone or with others)', s2: 'S2', mu_star: 'mu*', mu: 'mu', sigma: 'sigma', shapley: 'Shapley effect', rank: 'S1 by ranks',
   correlation_ratio: 'correlation ratio', pawn: 'PAWN', pawn_maximum: 'PAWN, largest', hsic_r2: 'R2-HSIC', hsic_p_value: 'p (HSIC)',
 };
-const INDEX_COLORS = [BLUE, ORANGE];
+const indexColor = (k) => [BLUE, ORANGE][k];
 
 /** The indices of one kind by factor; those of pairs are left out. */
 function byFactor(output, kind) {
@@ -37,10 +37,10 @@ function indexFigure(chosen) {
         const one = of.get(name);
         if (!one || one.value === null) return;
         const x = box.left + (at + 0.5) * room + (k - (all.length - 1) / 2) * (bar + 3), [top, bottom] = [py(Math.max(one.value, 0)), py(Math.min(one.value, 0))];
-        painter.rect(x - bar / 2, top, bar, Math.max(1, bottom - top), { fill: INDEX_COLORS[k], alpha: 0.8 });
+        painter.rect(x - bar / 2, top, bar, Math.max(1, bottom - top), { fill: indexColor(k), alpha: 0.8 });
         if (one.interval) painter.line([x, py(one.interval[0]), x, py(one.interval[1])], { color: INK, width: 1.5 });
       }));
-      kinds.forEach((kind, k) => painter.text(INDEX_NAMES[kind], box.left + box.width, box.top + 12 + 15 * k, { align: 'right', color: INDEX_COLORS[k], halo: true }));
+      kinds.forEach((kind, k) => painter.text(INDEX_NAMES[kind], box.left + box.width, box.top + 12 + 15 * k, { align: 'right', color: indexColor(k), halo: true }));
     },
     hover(x) {
       const { kinds, all, names, output } = parts(), box = frame(this.width, this.tall);
@@ -84,20 +84,23 @@ function sensitivitySection() {
   if (table.rows < 2 || !factors.length) return;
   const { found, why } = meta.sensitivity;
   if (!found) { section('Which factor matters', note(why)); return; }
-  const kinds = DRAWN_INDICES[found.method.name], listed = found.outputs.map((output, k) => [k, labelled(output)]);
-  let output = found.outputs.find((one) => !one.refused);
-  if (!output) { section('Which factor matters', ...found.outputs.map((one) => note(`${labelled(one)}: ${usedWords(one)}`))); return; }
+  const kinds = DRAWN_INDICES[found.method.name], usual = found.outputs.find((one) => !one.refused);
+  const chosen = () => found.outputs.find((one) => one.output === state.output?.name);
+  let output = chosen() ?? usual;
+  if (!usual) { section('Which factor matters', ...found.outputs.map((one) => note(`${labelled(one)}: ${usedWords(one)}`))); return; }
   const figure = indexFigure(() => ({ output, kinds: kinds.filter((kind) => output.indices.some((one) => one.index === kind)).slice(0, 2) }));
   const words = note(''), holder = el('div', {});
   const { replicates, level } = found.intervals, origin = { sobol: `Sobol' indices from a Saltelli design (estimator ${found.method.estimator})`, morris: 'Elementary effects from Morris trajectories', given: 'Indices of any rows' }[found.method.name];
   const renew = () => {
-    words.textContent = `${output.description} ${usedWords(output)}`;
+    output = chosen() ?? usual;
+    words.textContent = `${labelled(output)}. ${output.description} ${usedWords(output)}${chosen() ? '' : ' The chosen output has no indices here: name it to decore analyse.'}`;
     figure.node.hidden = Boolean(output.refused);
     holder.replaceChildren(...(output.refused ? [] : [indexTable(output)]));
     if (!output.refused) figure.redraw();
   };
   section('Which factor matters', note(`${origin}, of all rows, whatever is selected; lines and brackets: ${100 * level} % intervals${replicates ? '' : ' (none)'}. As decore analyse prints them.`), ...found.notes.map(note),
-    el('div', { class: 'controls' }, choice('Output', listed, found.outputs.indexOf(output), (value) => { output = found.outputs[value]; renew(); })), words, figure.node, holder);
+    words, figure.node, holder);
+  outputWatchers.push(renew);
   renew();
 }
 

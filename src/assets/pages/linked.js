@@ -10,14 +10,17 @@ class Densities {
     this.context = this.canvas.getContext('2d');
     this.image = this.context.createImageData(this.canvas.width, this.canvas.height);
     this.pixels = new Uint32Array(this.image.data.buffer);
-    this.colour = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0];
+    this.rgb = rgb;
   }
-  /** Fills an image with whole numbers as densities, lines from the top: denser is darker, on a logarithmic scale. */
-  fill(density, column = 0, row = 0) {
-    const { width, height, across, pixels, colour } = this, scale = 215 / Math.log1p(largest(density) || 1);
+  /**
+   * Fills an image with whole numbers as densities, lines from the top: denser is darker, on a logarithmic scale. `sums`: of the levels of
+   * what was counted, whose means give the colours; null: one colour.
+   */
+  fill([density, sums], column = 0, row = 0) {
+    const { width, height, across, pixels, rgb } = this, plain = (rgb[2] << 16) | (rgb[1] << 8) | rgb[0], scale = 215 / Math.log1p(largest(density) || 1);
     for (let y = 0, from = 0; y < height; y++) {
       for (let x = 0, to = ((row * height + y) * across + column) * width; x < width; x++, from++, to++) {
-        const count = density[from];
+        const count = density[from], colour = sums && count ? LEVEL_COLORS[(sums[from] / count) | 0] : plain;
         pixels[to] = count ? colour | ((40 + (count < LOGS.length ? LOGS[count] : Math.log1p(count)) * scale) << 24) : 0;
       }
     }
@@ -28,13 +31,18 @@ class Densities {
   place(column, row) { return [column * this.width, row * this.height, this.width, this.height]; }
 }
 
-const GREY_RGB = [190, 198, 208], BLUE_RGB = [31, 95, 168];
+/** Colours of the levels of the chosen output, as the pixels of an image have them; grey for a level that is missing. */
+const LEVEL_COLORS = Uint32Array.from({ length: STRIDE }, (_, level) => {
+  const [r, g, b] = level < LEVELS ? rampRgb(level / (LEVELS - 1)) : GREY_RGB;
+  return (b << 16) | (g << 8) | r;
+});
 
-/** Number of rows on each pair of levels, [STRIDE] by [STRIDE]: of two columns the levels of the same rows. */
-function pairs(a, b) {
-  const counts = new Uint32Array(STRIDE * STRIDE);
-  for (let k = 0; k < a.length; k++) counts[a[k] * STRIDE + b[k]]++;
-  return counts;
+/** Number of rows on each pair of levels, [STRIDE] by [STRIDE]: of two columns the levels of the same rows; and the sums of a third's. */
+function pairs(a, b, c) {
+  const counts = new Uint32Array(STRIDE * STRIDE), sums = c && new Uint32Array(STRIDE * STRIDE);
+  if (!c) for (let k = 0; k < a.length; k++) counts[a[k] * STRIDE + b[k]]++;
+  else for (let k = 0; k < a.length; k++) { const at = a[k] * STRIDE + b[k]; counts[at]++; sums[at] += c[k]; }
+  return [counts, sums];
 }
 
 function largest(values) {
@@ -46,25 +54,30 @@ function largest(values) {
 /** Pixels between two axes of parallel coordinates, before they are stretched. */
 const GAP = 72;
 
-/** Densities of the lines between two axes, from levels: lines of pixels from the top. */
-function linesBetween(a, b) {
-  const counts = pairs(a, b), density = new Uint32Array(GAP * LEVELS);
+/** Densities of the lines between two axes and the sums of a third's levels, from levels: lines of pixels from the top. */
+function linesBetween(a, b, c) {
+  const [counts, sums] = pairs(a, b, c), density = new Uint32Array(GAP * LEVELS), summed = c && new Uint32Array(GAP * LEVELS);
   for (let from = 0; from < LEVELS; from++) {
     for (let to = 0; to < LEVELS; to++) {
       const count = counts[from * STRIDE + to];
       if (!count) continue;
-      const slope = (to - from) / (GAP - 1);
-      for (let x = 0, y = LEVELS - 0.5 - from; x < GAP; x++, y -= slope) density[(y | 0) * GAP + x] += count;
+      const slope = (to - from) / (GAP - 1), sum = c && sums[from * STRIDE + to];
+      if (!c) for (let x = 0, y = LEVELS - 0.5 - from; x < GAP; x++, y -= slope) density[(y | 0) * GAP + x] += count;
+      else for (let x = 0, y = LEVELS - 0.5 - from; x < GAP; x++, y -= slope) { const at = (y | 0) * GAP + x; density[at] += count; summed[at] += sum; }
     }
   }
-  return density;
+  return [density, summed];
 }
 
-/** Densities of points, from levels: lines of pixels from the top. */
-function pointsOn(a, b) {
-  const counts = pairs(a, b), density = new Uint32Array(LEVELS * LEVELS);
-  for (let x = 0; x < LEVELS; x++) for (let y = 0; y < LEVELS; y++) density[(LEVELS - 1 - y) * LEVELS + x] = counts[x * STRIDE + y];
-  return density;
+/** Densities of points and the sums of a third's levels, from levels: lines of pixels from the top. */
+function pointsOn(a, b, c) {
+  const turned = (counts) => {
+    if (!counts) return null;
+    const density = new Uint32Array(LEVELS * LEVELS);
+    for (let x = 0; x < LEVELS; x++) for (let y = 0; y < LEVELS; y++) density[(LEVELS - 1 - y) * LEVELS + x] = counts[x * STRIDE + y];
+    return density;
+  };
+  return pairs(a, b, c).map(turned);
 }
 
 /** Height in pixels of a view of columns together that has less than two of them. */
@@ -76,17 +89,21 @@ function isLone(painter, columns) {
   return columns.length < 2;
 }
 
+/** About so many marks of a column's axis with their texts. */
+function marksOf(column, count) { return column.log ? logTicks(column.low, column.high, count) : zip(ticks(column.low, column.high, count)); }
+
 /** Parallel coordinates of the shown columns. */
 class Parallel {
   constructor(state) {
     this.state = state;
     this.figure = new Figure({
-      title: 'Parallel coordinates', height: () => (state.shown.length > 1 ? 380 : LONE),
+      title: 'Parallel coordinates', least: () => 110 + 58 * state.shown.length, height: () => (state.shown.length > 1 ? 380 : LONE),
       paint: (...on) => this.paint(...on), still: (...on) => this.axes(...on), over: (...on) => this.paintOver(...on),
       hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
       left: () => { this.row = -1; this.figure.redrawOver(); },
     });
     this.row = -1;
+    dressed.add(() => { this.ground = null; });
   }
   /** Other columns are shown. */
   renew() {
@@ -96,15 +113,15 @@ class Parallel {
   }
   /** The lines of all rows: what lies under those of the selected ones. */
   prepare() { return (this.ground ||= this.between(levels, GREY_RGB)); }
-  /** The lines of rows with these levels, on one canvas. */
+  /** The lines of rows with these levels, on one canvas; those of selected rows by the chosen output. */
   between(found, rgb) {
-    const { shown } = this.state, sheet = this.sheets.of(rgb);
-    for (let k = 0; k + 1 < shown.length; k++) sheet.fill(linesBetween(found.of(shown[k]), found.of(shown[k + 1])), k);
+    const { shown, output } = this.state, sheet = this.sheets.of(rgb), by = rgb === BLUE_RGB && output ? found.of(output) : null;
+    for (let k = 0; k + 1 < shown.length; k++) sheet.fill(linesBetween(found.of(shown[k]), found.of(shown[k + 1]), by), k);
     return sheet.show();
   }
   x(k, width) { const n = this.state.shown.length; return n > 1 ? 55 + k * (width - 110) / (n - 1) : width / 2; }
-  y(column, v) { const [low, high] = column.domain; return this.bottom - (v - low) / (high - low) * (this.bottom - this.top); }
-  value(column, y) { const [low, high] = column.domain; return low + (this.bottom - y) / (this.bottom - this.top) * (high - low); }
+  y(column, v) { return this.bottom - scaled(column)(v) * (this.bottom - this.top); }
+  value(column, y) { return valueAt(column, (this.bottom - y) / (this.bottom - this.top)); }
   paint(painter, width, height) {
     const { shown, table, selection } = this.state;
     [this.top, this.bottom] = [62, height - 14];
@@ -112,7 +129,7 @@ class Parallel {
     const narrowed = selection.narrowed;
     if (table.rows <= SINGLE_ROWS) {
       if (narrowed) this.lines(painter, width, Array(table.rows).keys(), GREY, 0.35);
-      this.lines(painter, width, selection.picked, BLUE, Math.max(0.15, Math.min(0.8, 60 / selection.picked.length)));
+      this.lines(painter, width, selection.picked, null, Math.max(0.3, Math.min(0.8, 60 / selection.picked.length)));
     } else {
       const place = (image) => painter.image(image, 55, this.top, width - 110, this.bottom - this.top);
       if (narrowed) place(this.prepare());
@@ -128,7 +145,7 @@ class Parallel {
     shown.forEach((column, k) => this.axis(painter, column, this.x(k, width), { room: isEnd(k) ? Math.min(110, between) : between, left: k > 0 && isEnd(k) }));
   }
   lines(painter, width, rows, color, alpha) {
-    for (const i of rows) for (const run of this.runs(width, i)) painter.line(run, { color, alpha });
+    for (const i of rows) for (const run of this.runs(width, i)) painter.line(run, { color: color ?? this.state.color(i), alpha });
   }
   /** The pieces of a row's line: it breaks where a value is missing. */
   runs(width, row) {
@@ -146,7 +163,7 @@ class Parallel {
     const fits = Math.max(6, Math.floor((room - 8) / 7.1));
     const lines = wrapped(titled(column.label, column.unit), fits, 4);
     lines.forEach((line, i) => painter.text(line, x, this.top - 10 - 13 * (lines.length - 1 - i), { align: 'center', size: 11, weight: 600 }));
-    const marks = column.names ? column.names.map((name, i) => [i, wrapped(name, 14, 1)[0]]) : zip(ticks(column.low, column.high, 6));
+    const marks = column.names ? column.names.map((name, i) => [i, wrapped(name, 14, 1)[0]]) : marksOf(column, 6);
     for (const [value, text] of column.count ? marks : []) {
       painter.line([x - 3, this.y(column, value), x + 3, this.y(column, value)], { color: INK });
       painter.text(text, left ? x - 5 : x + 5, this.y(column, value), { size: 10, halo: true, align: left ? 'right' : 'left' });
@@ -198,9 +215,10 @@ class Matrix {
     this.state = state;
     this.columns = [];
     this.figure = new Figure({
-      title: 'Scatter matrix', height: (width) => (this.columns.length > 1 ? Math.min(width, 1000) * 0.8 + 40 : LONE),
+      title: 'Scatter matrix', least: () => 80 + 80 * this.columns.length, height: (width) => (this.columns.length > 1 ? Math.min(width, 1000) * 0.8 + 40 : LONE),
       paint: (...on) => this.paint(...on), still: (...on) => this.frames(...on), hover: (x, y) => this.hover(x, y), drag: (...drag) => this.drag(...drag),
     });
+    dressed.add(() => { this.ground = null; });
   }
   /** Shows other columns. */
   renew(columns) {
@@ -214,8 +232,8 @@ class Matrix {
   prepare() { return (this.ground ||= this.points(levels, GREY_RGB)); }
   /** The points of rows with these levels, on one canvas: that of columns j and i > j in column j and line i - 1. */
   points(found, rgb) {
-    const { columns } = this, sheet = this.sheets.of(rgb);
-    for (let i = 1; i < columns.length; i++) for (let j = 0; j < i; j++) sheet.fill(pointsOn(found.of(columns[j]), found.of(columns[i])), j, i - 1);
+    const { columns } = this, { output } = this.state, sheet = this.sheets.of(rgb), by = rgb === BLUE_RGB && output ? found.of(output) : null;
+    for (let i = 1; i < columns.length; i++) for (let j = 0; j < i; j++) sheet.fill(pointsOn(found.of(columns[j]), found.of(columns[i]), by), j, i - 1);
     return sheet.show();
   }
   cell(i, j) {
@@ -257,9 +275,9 @@ class Matrix {
     const foot = wrapped(titled(column.label, column.unit), Math.max(8, Math.floor(below.width / 5.9)), 2);
     const bottom = below.top + below.height;
     foot.forEach((line, i) => painter.text(line, below.left + below.width / 2, bottom + 27 + 13 * i, { align: 'center', weight: 600 }));
-    const ends = column.names ? named(column.names, below.width / column.names.length).map(([code, name]) => [code, wrapped(name, 8, 1)[0]]) : zip(ticks(column.low, column.high, 3));
+    const ends = column.names ? named(column.names, below.width / column.names.length).map(([code, name]) => [code, wrapped(name, 8, 1)[0]]) : marksOf(column, 3);
     for (const [value, text] of column.count ? ends : []) {
-      const part = (value - column.domain[0]) / (column.domain[1] - column.domain[0]);
+      const part = scaled(column)(value);
       painter.text(text, below.left + part * below.width, bottom + 10, { align: 'center', size: 9, color: SOFT });
       if (k) painter.text(text, left.left - 4, left.top + (1 - part) * left.height, { align: 'right', size: 9, color: SOFT });
     }
@@ -274,13 +292,14 @@ class Matrix {
   panel(painter, [a, b], box) {
     const { table, selection } = this.state, at = (rows) => this.dots(a, b, box, rows);
     if (selection.narrowed) painter.dots(at(null), table.rows < 100 ? 2.2 : 1.6, { color: GREY, alpha: 0.5 });
-    painter.dots(at(selection.picked), table.rows < 100 ? 2.6 : 1.9, { color: BLUE, alpha: Math.max(0.25, Math.min(0.85, 200 / selection.picked.length)) });
+    const alpha = Math.max(0.25, Math.min(0.85, 200 / selection.picked.length));
+    for (const [color, rows] of this.state.byColor()) painter.dots(at(rows), table.rows < 100 ? 2.6 : 1.9, { color, alpha });
   }
   dots(a, b, box, rows) {
     const at = [], count = rows ? rows.length : a.values.length;
-    const part = ({ domain, values }, i) => (values[i] - domain[0]) / (domain[1] - domain[0]);
+    const [across, up] = [scaled(a), scaled(b)];
     for (let k = 0; k < count; k++) {
-      const i = rows ? rows[k] : k, [x, y] = [part(a, i), part(b, i)];
+      const i = rows ? rows[k] : k, [x, y] = [across(a.values[i]), up(b.values[i])];
       if (x === x && y === y) at.push(box.left + x * box.width, box.top + (1 - y) * box.height);
     }
     return at;
@@ -326,10 +345,10 @@ class Matrix {
     if (!found) return;
     const { a, b, box } = found, moved = Math.abs(x1 - x0) > 4 && Math.abs(y1 - y0) > 4;
     if (!moved && !ended) return;
-    const vx = (x) => a.domain[0] + (Math.max(0, Math.min(1, (x - box.left) / box.width))) * (a.domain[1] - a.domain[0]);
-    const vy = (y) => b.domain[0] + (1 - Math.max(0, Math.min(1, (y - box.top) / box.height))) * (b.domain[1] - b.domain[0]);
-    const limits = moved ? [Selection.span(a, vx(x0), vx(x1)), Selection.span(b, vy(y0), vy(y1))] : [null, null];
-    this.state.selection.set([[a, limits[0]], [b, limits[1]]]);
+    const vx = (x) => valueAt(a, Math.max(0, Math.min(1, (x - box.left) / box.width)));
+    const vy = (y) => valueAt(b, 1 - Math.max(0, Math.min(1, (y - box.top) / box.height)));
+    const { selection } = this.state, area = selection.area(a, b);
+    if (moved || selection.limits.has(area)) selection.set([[area, moved ? [Selection.span(a, vx(x0), vx(x1)), Selection.span(b, vy(y0), vy(y1))] : null]]);
   }
 }
 
@@ -341,7 +360,7 @@ function distribution(state, column) {
     paint(painter, width, height) {
       const box = frame(width, height), all = distributions.of(column), some = histogram(column, state.selection);
       const most = Math.max(1, ...all), n = all.length;
-      const { py } = axes(painter, box, { low: column.domain[0], high: column.domain[1], names: column.names }, { low: 0, high: most, whole: true });
+      const { py } = axes(painter, box, { low: column.domain[0], high: column.domain[1], names: column.names, log: column.log }, { low: 0, high: most, whole: true });
       const bar = (count, k, fill) => { if (count) painter.rect(box.left + box.width * k / n, py(count), Math.max(0.7, box.width / n - 1), py(0) - py(count), { fill }); };
       all.forEach((count, k) => bar(count, k, GREY));
       some.forEach((count, k) => bar(count, k, BLUE));
@@ -353,13 +372,13 @@ function distribution(state, column) {
       const box = frame(this.width, this.tall), all = distributions.of(column), some = histogram(column, state.selection);
       const k = Math.floor((x - box.left) / box.width * all.length);
       if (!(k in all)) return '';
-      const step = (column.domain[1] - column.domain[0]) / all.length, from = column.domain[0] + k * step;
-      const what = column.names ? column.names[k] : `${short(from)} to ${withUnit(short(from + step), column.unit)}`;
+      const [from, to] = [k, k + 1].map((end) => valueAt(column, end / all.length));
+      const what = column.names ? column.names[k] : `${short(from)} to ${withUnit(short(to), column.unit)}`;
       return `${what}\n${some[k]} of ${all[k]} rows\n${column.text}`;
     },
     drag(x0, _y0, x1, _y1, ended) {
-      const box = frame(this.width, this.tall), [low, high] = column.domain;
-      const value = (x) => low + Math.max(0, Math.min(1, (x - box.left) / box.width)) * (high - low);
+      const box = frame(this.width, this.tall);
+      const value = (x) => valueAt(column, Math.max(0, Math.min(1, (x - box.left) / box.width)));
       const click = Math.abs(x1 - x0) < 4;
       if (click && !ended) return;
       const one = click && column.names ? [value(x0) - 1e-6, value(x0) + 1e-6] : [value(x0), value(x1)];

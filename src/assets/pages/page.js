@@ -1,6 +1,29 @@
 // What all pages share: data out of the page, numbers as text, and figures on canvas that can be saved as SVG.
 
-const INK = '#1c2430', SOFT = '#55606e', RULE = '#dfe4ea', GREY = '#b4bdc8', BLUE = '#1f5fa8', ORANGE = '#c8590a';
+/** Colours on light and dark paper; what is saved or printed is on light paper. */
+const LIGHT = { INK: '#1c2430', SOFT: '#55606e', RULE: '#dfe4ea', GREY: '#b4bdc8', BLUE: '#1f5fa8', ORANGE: '#c8590a', PAPER: '#ffffff' };
+const NIGHT = { INK: '#e6eaef', SOFT: '#a3adb9', RULE: '#333b45', GREY: '#69747f', BLUE: '#6ea8e6', ORANGE: '#f0924a', PAPER: '#14181d' };
+let INK, SOFT, RULE, GREY, BLUE, ORANGE, PAPER;
+const GREY_RGB = [0, 0, 0], BLUE_RGB = [0, 0, 0];
+/** Called when the colours have changed: what was drawn before is forgotten. */
+const dressed = new Set();
+
+/** Takes the colours of dark or light paper. */
+function dress(dark) {
+  ({ INK, SOFT, RULE, GREY, BLUE, ORANGE, PAPER } = dark ? NIGHT : LIGHT);
+  Object.assign(GREY_RGB, rgbOf(GREY));
+  Object.assign(BLUE_RGB, rgbOf(BLUE));
+  dressed.forEach((forget) => forget());
+}
+
+/** Red, green and blue of `#rrggbb`. */
+function rgbOf(color) { return [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16)); }
+
+const night = matchMedia('(prefers-color-scheme: dark)');
+dress(night.matches);
+night.addEventListener('change', () => { dress(night.matches); figures.forEach((figure) => figure.renew()); });
+
+const words = (name) => name.replaceAll('_', ' ');
 const meta = JSON.parse(document.getElementById('meta').textContent);
 const body = document.getElementById('page');
 const FONT = 'system-ui,-apple-system,"Segoe UI",sans-serif';
@@ -59,6 +82,12 @@ function short(value) {
   return value.toFixed(Math.max(0, 3 - Math.floor(Math.log10(rounded))));
 }
 
+/** A number as the sentence has it: no zeros at the end. */
+function brief(value) {
+  const size = Math.abs(value);
+  return size >= 1e-3 && size < 1e7 ? String(Number(value.toPrecision(4))) : short(value);
+}
+
 function withUnit(value, unit) {
   return unit && unit !== '1' ? `${value} ${unit}` : value;
 }
@@ -77,6 +106,26 @@ function ticks(low, high, count) {
   if (count < 16 && Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) < 1) return ticks(low, high, 2 * count);
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; i++) marks.push(i * step);
   return marks;
+}
+
+/** The place of values on an axis { log, domain }, 0 to 1, and the value at a place. */
+function scaled({ log, domain: [low, high] }) {
+  if (!log) return (v) => (v - low) / (high - low || 1);
+  const [base, span] = [Math.log(low), Math.log(high / low) || 1];
+  return (v) => (Math.log(v) - base) / span;
+}
+function valueAt({ log, domain: [low, high] }, part) { return log ? low * (high / low) ** part : low + part * (high - low); }
+
+/** Marks of an axis of logarithms with their texts, [value, text]: decades, and 2 and 5 between them where there is room. */
+function logTicks(low, high, count) {
+  const from = Math.floor(Math.log10(low)), to = Math.ceil(Math.log10(high)), decades = to - from + 1, marks = [];
+  const within = (steps) => steps.filter((v) => v >= low * (1 - 1e-9) && v <= high * (1 + 1e-9));
+  for (const parts of [[1], [1, 3], [1, 2, 5]]) {
+    const found = within(Array.from({ length: decades }, (_, k) => parts.map((part) => part * 10 ** (from + k))).flat());
+    if (found.length <= Math.max(2, count) || !marks.length) marks.splice(0, marks.length, ...found);
+  }
+  const text = (v) => (v >= 1e5 || v < 1e-3 ? String(Number(v.toPrecision(1)).toExponential()).replace('e+', 'e') : String(Number(v.toPrecision(3))));
+  return marks.length > 1 ? marks.map((v) => [v, text(v)]) : zip(ticks(low, high, count));
 }
 
 /** Texts of ticks: as many decimals as their distance needs. */
@@ -121,7 +170,7 @@ class CanvasPainter {
     c.translate(x, y);
     if (turned) c.rotate(-Math.PI / 2);
     c.font = `${weight} ${size}px ${FONT}`; c.textAlign = align; c.textBaseline = 'middle'; c.fillStyle = color;
-    if (halo) { c.strokeStyle = '#ffffffe0'; c.lineWidth = 3; c.lineJoin = 'round'; c.strokeText(string, 0, 0); }
+    if (halo) { c.strokeStyle = `${PAPER}e0`; c.lineWidth = 3; c.lineJoin = 'round'; c.strokeText(string, 0, 0); }
     c.fillText(string, 0, 0);
     c.restore();
   }
@@ -247,7 +296,7 @@ const near = new IntersectionObserver((entries) => {
  *
  * `paint(painter, width, height)` draws it; `height` is a number or a function of the width. `still(painter, width, height)` draws on
  * top what stays until [Figure#renew], `over(painter, width, height)` what follows the pointer. `hover(x, y)` returns the text beside the pointer; `drag(x0, y0, x1, y1, ended, event)` is told of a drag
- * and, with equal ends, of a click; `wheel(x, y, event)` of the wheel, and returns whether it was meant.
+ * and, with equal ends, of a click; `wheel(x, y, event)` of the wheel, and returns whether it was meant. `least()`: the width in pixels below which it is scrolled.
  */
 class Figure {
   constructor(options) {
@@ -262,7 +311,7 @@ class Figure {
     this.listen();
     figures.add(this);
     near.observe(this.node);
-    new ResizeObserver(() => { if (Math.round(this.node.clientWidth) !== this.width) this.redraw(); }).observe(this.node);
+    new ResizeObserver(() => { if (Math.round(this.node.clientWidth) !== this.room) this.redraw(); }).observe(this.node);
   }
   retitle(title) { this.title = title; this.heading.textContent = title; this.canvas.setAttribute('aria-label', title); }
   /** Draws now if it is in sight, else when it comes there; also what else stays. */
@@ -280,9 +329,12 @@ class Figure {
   }
   /** Draws in a width; `flat`: on one canvas, as paper needs it, where what lies over another canvas hides it. */
   draw(room = this.node.clientWidth, flat = false) {
-    const width = Math.round(room);
+    // Too narrow a figure is drawn wider and scrolled; on paper it cannot be.
+    const width = Math.max(Math.round(room), flat || !room ? 0 : this.least?.() ?? 0);
     if (!width) return;
-    this.width = width;
+    [this.width, this.room] = [width, Math.round(room)];
+    for (const layer of [this.canvas, this.middle, this.top]) if (layer) layer.style.width = width > this.room ? `${width}px` : '';
+    this.canvas.style.touchAction = width > this.room ? 'auto' : '';
     this.tall = Math.round(typeof this.height === 'function' ? this.height(width) : this.height);
     this.stale = false;
     const ground = this.size(this.canvas);
@@ -294,9 +346,11 @@ class Figure {
   redrawOver() { if (this.over && this.width) this.over(this.size(this.top), this.width, this.tall); }
   svg() {
     if (this.stale) this.draw();
+    dress(false);
     const painter = new SvgPainter(this.width, this.tall);
     this.paint(painter, this.width, this.tall);
     this.still?.(painter, this.width, this.tall);
+    dress(night.matches);
     return painter.finish();
   }
   saveSvg() { save(`${this.title.replace(/[^\p{L}\p{N}]+/gu, '_')}.svg`, this.svg(), 'image/svg+xml'); }
@@ -328,8 +382,9 @@ class Figure {
 }
 
 // On paper a figure is as wide as a column of text: its letters keep their size.
-addEventListener('beforeprint', () => figures.forEach((figure) => figure.draw(figure.node.closest('.grid') ? 215 : 690, true)));
-addEventListener('afterprint', () => figures.forEach((figure) => figure.redraw()));
+const paperWidth = ({ node }) => (node.closest('.grid') ? 215 : node.closest('.pair:not(.one)') ? 338 : 690);
+addEventListener('beforeprint', () => { dress(false); figures.forEach((figure) => figure.draw(paperWidth(figure), true)); });
+addEventListener('afterprint', () => { dress(night.matches); figures.forEach((figure) => figure.renew()); });
 
 /** Pixels that names below an axis take more when they stand upright. */
 const UPRIGHT = 130;
@@ -342,14 +397,15 @@ function named(names, each) {
 
 /**
  * Axes around a rectangle of a plot. `box`: left, top, width, height; `x` and `y`: { low, high, title, names }, where `names` stand for
- * 0, 1, 2 ... (`turned`: upright, each of them) and `whole` marks whole numbers alone. Returns functions from values to pixels.
+ * 0, 1, 2 ... (`turned`: upright, each of them), `log` spaces by logarithms and `whole` marks whole numbers alone. Returns functions from values to pixels.
  */
 function axes(painter, box, x, y) {
-  const px = (v) => box.left + (v - x.low) / (x.high - x.low || 1) * box.width;
-  const py = (v) => box.top + box.height - (v - y.low) / (y.high - y.low || 1) * box.height;
+  const [across, up] = [x, y].map(({ log, low, high }) => scaled({ log, domain: [low, high] }));
+  const px = (v) => box.left + across(v) * box.width, py = (v) => box.top + box.height - up(v) * box.height;
   const right = box.left + box.width, bottom = box.top + box.height;
   const marks = (axis, length, each) => {
     if (axis.names) return axis.turned ? axis.names.map((name, i) => [i, wrapped(name, 22, 1)[0]]) : named(axis.names, each);
+    if (axis.log) return logTicks(axis.low, axis.high, length / each);
     return zip(ticks(axis.low, axis.high, length / each).filter((mark) => !axis.whole || Number.isInteger(mark)));
   };
   for (const [value, text] of marks(x, box.width, x.names ? box.width / x.names.length : 65)) {

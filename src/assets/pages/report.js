@@ -15,7 +15,24 @@ const state = {
     const lines = columns.slice(0, 14).map((column) => `${column.label}: ${withUnit(readable(column, row), column.unit)}`);
     return [`row ${this.row.values[row]}`, ...lines].join('\n');
   },
+  /** The output that colours rows, is modelled, explained and sorted by. */
+  output: first,
+  /** The colour of a row, by the chosen output. */
+  color(row) {
+    const { output } = this, part = output ? (output.values[row] - output.low) / (output.high - output.low || 1) : NaN;
+    return part === part ? SHADES[Math.round(part * (SHADES.length - 1))] : GREY;
+  },
+  /** The selected rows by their colours, as one Map. */
+  byColor() {
+    const found = new Kept(() => []);
+    for (const row of selection.picked) found.of(this.color(row)).push(row);
+    return found;
+  },
 };
+/** Colours of rows: few, so that those alike are drawn together. */
+const SHADES = Array.from({ length: 24 }, (_, k) => ramp(k / 23));
+/** Called when another output is chosen. */
+const outputWatchers = [];
 
 /** Factors by what they do to the first output, most first; the study's order among equals. */
 function leading() {
@@ -32,7 +49,9 @@ function head() {
   const others = Object.entries(meta.statuses).filter(([status]) => status !== 'done');
   const tiles = [tile(`${meta.rows_there} of ${meta.rows}`, 'rows are there'), tile(String(done), 'done'), ...others.map(([status, count]) => tile(String(count), status.replaceAll('_', ' '), 'warn')), tile(String(meta.blows), 'blows')];
   if (meta.worst_residual !== null) tiles.push(tile(`${short(100 * meta.worst_residual)} %`, 'largest energy residual'));
-  body.append(el('h1', {}, meta.title), el('p', { class: 'soft' }, `Study ${meta.study_hash.slice(0, 12)}, seed ${meta.seed}, decore ${meta.version}`), el('div', { class: 'tiles' }, ...tiles));
+  if (!meta.answer) body.append(el('h1', {}, meta.title));
+  else body.append(el('h2', {}, 'Rows'));
+  body.append(el('p', { class: 'soft' }, `Study ${meta.study_hash.slice(0, 12)}, seed ${meta.seed}, decore ${meta.version}`), el('div', { class: 'tiles' }, ...tiles));
   for (const text of meta.notes) body.append(note(text));
 }
 
@@ -42,10 +61,13 @@ function limitBar() {
   const column = choice('Limit', [...factors, ...outputs].map((one) => [one.index, one.label]), (main[0] || outputs[0] || factors[0])?.index, () => {}).querySelector('select');
   const add = () => {
     const one = table.columns[Number(column.value)];
-    if (one) selection.set([[one, one.names ? new Set(one.names.keys()) : { low: one.low, high: one.high }]]);
+    // A limit that is there stays as it is.
+    if (one && !selection.limits.has(one)) selection.set([[one, one.names ? new Set(one.names.keys()) : { low: one.low, high: one.high }]]);
   };
   const form = el('form', { class: 'controls', onsubmit: (event) => { event.preventDefault(); add(); } }, el('label', {}, 'Limit', column), el('button', {}, 'add'));
-  const bar = el('div', { class: 'bar' }, count, chips, form, el('button', { type: 'button', onclick: () => selection.clear() }, 'clear all'));
+  const output = outputs.length ? choice('Output', outputs.map((one) => [one.index, titled(one.label, one.unit)]), state.output.index, (value) => { state.output = table.columns[value]; outputWatchers.forEach((changed) => changed()); }) : '';
+  if (output) output.title = 'Colours rows and models, and is the one that effects, indices and the list of rows begin with';
+  const bar = el('div', { class: 'bar' }, el('span', { class: 'controls' }, output), count, chips, form, el('button', { type: 'button', onclick: () => selection.clear() }, 'clear all'));
   const show = () => {
     count.textContent = `${selection.picked.length} of ${table.rows} rows selected`;
     if (!chips.contains(document.activeElement)) chips.replaceChildren(...[...selection.limits].map(([one, limit]) => chip(one, limit)));
@@ -58,7 +80,9 @@ function limitBar() {
 
 function chip(column, limit) {
   const node = el('span', { class: 'chip' }, `${titled(column.label, column.unit)} `);
-  if (limit instanceof Set) {
+  if (column.columns) {
+    node.append('brushed ');
+  } else if (limit instanceof Set) {
     for (const [code, name] of column.names.entries()) {
       const box = el('input', { type: 'checkbox', checked: limit.has(code), onchange: () => {
         if (box.checked) limit.add(code); else limit.delete(code);
@@ -109,11 +133,12 @@ function linkedViews() {
       boxes.append(el('label', { title: `${column.name}: ${column.text}` }, box, titled(column.label, column.unit)));
     }
   }
-  section('Rows together', note('Drag along an axis or over a panel to select rows; click there to let them go. All plots and the list of rows follow.'),
+  section('Rows together', note('Drag along an axis or over a panel to select rows; click there to let them go. All plots and the list of rows follow. Colours: the chosen output, from low (dark) to high (light).'),
     el('details', { class: 'choices' }, el('summary', {}, `Columns (${table.columns.length})`), boxes), parallel.figure.node);
   section('Distributions', note('Grey: all rows. Blue: the selected ones.'), grid);
   section('Pairs of columns', note('Below the diagonal rows over two columns, above it the correlation of the selected ones.'), matrix.figure.node);
   choose();
+  outputWatchers.push(() => { parallel.figure.redraw(); matrix.figure.redraw(); });
   selection.watch(() => { parallel.figure.redraw(); matrix.figure.redraw(); watched.forEach((figure) => figure.redraw()); });
   return [parallel, matrix];
 }
@@ -122,7 +147,8 @@ let rows = () => {};
 
 /** The selected rows, sorted; the best under the reader's limits are the first. */
 function rowList() {
-  let by = first || state.row, falling = !first || !first.smaller, most = 20;
+  let by = state.output || state.row, falling = !by.smaller, most = 20;
+  outputWatchers.push(() => { by = state.output; falling = !by.smaller; rows(); });
   const holder = el('div', { class: 'scroll' });
   const study = el('input', { value: 'STUDY.toml', 'aria-label': 'study file' });
   const quoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
@@ -194,11 +220,12 @@ function besides(output) {
 function effectsSection() {
   if (!factors.length || !first || table.rows < 2) return;
   const drawn = ordered.slice(0, MOST_EFFECTS);
-  let output = first, [a, b] = [ordered[0], ordered[1]], cache = null;
+  let cache = null;
   const scatter = note('');
-  const words = () => { scatter.textContent = ['Means of the selected rows in groups of each factor; bars: standard error of the mean.', ...besides(output)].join(' '); };
+  const tell = () => { scatter.textContent = ['Means of the selected rows in groups of each factor; bars: standard error of the mean.', ...besides(state.output)].join(' '); };
   const effects = () => {
     if (cache) return cache;
+    const { output } = state;
     const of = new Map(drawn.map((factor) => [factor, effect(factor, output, selection.picked)]));
     let [low, high] = [Infinity, -Infinity];
     for (const one of of.values()) one.means.forEach((m, g) => { if (one.counts[g]) [low, high] = [Math.min(low, m - one.error(g)), Math.max(high, m + one.error(g))]; });
@@ -207,16 +234,11 @@ function effectsSection() {
     return cache;
   };
   const all = drawn.map((factor) => effectFigure(state, factor, effects));
-  const surface = factors.length > 1 ? surfaceFigure(state, () => ({ output, a, b })) : null;
-  const renew = () => { cache = null; words(); all.forEach((figure) => figure.redraw()); surface?.redraw(); };
-  const listed = (columns) => columns.map((column) => [column.index, column.label]);
-  section('Main effects', el('div', { class: 'controls' }, choice('Output', listed(outputs), output.index, (value) => { output = table.columns[value]; renew(); })), scatter, ...leftOut(drawn), el('div', { class: 'grid' }, ...all.map((figure) => figure.node)));
-  if (surface) {
-    section('Response surface', note('Mean of the output chosen above over two factors, selected rows; its standard error and the scatter beside each mean are shown under the pointer.'), el('div', { class: 'controls' },
-      choice('Across', listed(factors), a.index, (value) => { a = table.columns[value]; renew(); }), choice('Up', listed(factors), b.index, (value) => { b = table.columns[value]; renew(); })), surface.node);
-  }
+  const renew = () => { cache = null; tell(); all.forEach((figure) => figure.redraw()); };
+  section('Main effects', scatter, ...leftOut(drawn), el('div', { class: 'grid' }, ...all.map((figure) => figure.node)));
+  outputWatchers.push(renew);
   selection.watch(renew);
-  words();
+  tell();
 }
 
 function fronts() {
@@ -241,6 +263,10 @@ function ending() {
   provenance(meta, ...(residual?.count ? [distribution(state, residual).node, note(residual.text)] : []));
 }
 
+if (meta.answer) {
+  body.append(el('h1', {}, meta.title));
+  answerSection();
+}
 head();
 limitBar();
 const linked = linkedViews();
@@ -250,6 +276,7 @@ performance.mark('decore-drawn');
 setTimeout(() => {
   rowList();
   failures();
+  exploreSection();
   effectsSection();
   sensitivitySection();
   modelsSection();

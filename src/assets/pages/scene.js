@@ -83,7 +83,7 @@ const PLOTS = [
 ];
 
 /** Colour of what was measured: of no hammer and no quantity. */
-const MEASURED = '#1d2125';
+const MEASURED = '#7b8692';
 
 /** Measured curves of a signal, named by their channels. */
 const measuredOf = (signals, of, quantity) => signals.measured(of, quantity).map(({ name, trace }) => ({ name: `measured: ${name}`, trace, color: MEASURED, dash: [2, 2] }));

@@ -5,6 +5,16 @@ const LEVELS = 128, NONE = LEVELS, STRIDE = LEVELS + 1;
 /** Logarithms of one more than a whole number, for densities. */
 const LOGS = Float32Array.from({ length: 4096 }, (_, i) => Math.log1p(i));
 
+/** Colours of values from low to high, each lighter than the one before, legible on light and dark paper and without colour vision. */
+const RAMP = [[72, 36, 117], [56, 88, 140], [33, 144, 141], [84, 197, 104], [206, 222, 40]];
+
+function rampRgb(part) {
+  const at = Math.max(0, Math.min(0.9999, part)) * (RAMP.length - 1), k = Math.floor(at), t = at - k;
+  return RAMP[k].map((c, i) => Math.round(c + t * (RAMP[k + 1][i] - c)));
+}
+
+function ramp(part) { return `rgb(${rampRgb(part).join()})`; }
+
 /** What is computed when it is first asked for; `make(key)` makes it. */
 class Kept extends Map {
   constructor(make) { super(); this.make = make; }
@@ -14,12 +24,14 @@ class Kept extends Map {
   }
 }
 
+/** The page's data block. */
+const pageBytes = bytesOf('data');
+
 /** The columns of the page's data block. Values are numbers (NaN: none); those of a category count into its `names`. */
 function readTable(meta) {
-  const bytes = bytesOf('data');
   const types = { f32: Float32Array, f64: Float64Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array };
   const columns = meta.columns.map((stored, index) => {
-    const raw = new types[stored.form](bytes.buffer, bytes.byteOffset + stored.offset, meta.rows_shown);
+    const raw = new types[stored.form](pageBytes.buffer, pageBytes.byteOffset + stored.offset, meta.rows_shown);
     const column = { ...stored, index, label: labelOf(stored), values: raw };
     if (stored.names) column.values = Float32Array.from(raw, (code) => (code < stored.names.length ? code : NaN));
     measure(column);
@@ -49,14 +61,15 @@ function measure(column) {
     if (v < low) low = v;
     if (v > high) high = v;
   }
-  const pad = names ? 0.5 : (high - low) * 0.02 || Math.abs(high) * 0.02 || 1;
-  const domain = names ? [-0.5, names.length - 0.5] : count ? [low - pad, high + pad] : [0, 1];
-  Object.assign(column, { low, high, count, domain, varies: high > low });
+  const pad = names ? 0.5 : (high - low) * 0.02 || Math.abs(high) * 0.02 || 1, log = column.logarithmic && !names && low > 0 && high > low;
+  const domain = names ? [-0.5, names.length - 0.5] : log ? [low * (low / high) ** 0.02, high * (high / low) ** 0.02] : count ? [low - pad, high + pad] : [0, 1];
+  Object.assign(column, { low, high, count, domain, log, varies: high > low });
 }
 
 /** The level of each value of a column. */
-const levels = new Kept(({ values, domain }) => {
-  const found = new Uint8Array(values.length), base = domain[0], scale = LEVELS / (domain[1] - base);
+const levels = new Kept((column) => {
+  const { domain, log } = column, values = log ? places.of(column) : column.values, found = new Uint8Array(values.length);
+  const base = log ? 0 : domain[0], scale = LEVELS / (log ? 1 : domain[1] - base);
   for (let i = 0; i < values.length; i++) {
     const v = values[i];
     found[i] = v !== v ? NONE : (v - base) * scale;
@@ -65,9 +78,10 @@ const levels = new Kept(({ values, domain }) => {
 });
 
 /** The place of each value of a column in its domain, from 0 to 1. */
-const places = new Kept(({ values, domain }) => {
-  const found = new Float32Array(values.length), base = domain[0], scale = 1 / (domain[1] - base);
-  for (let i = 0; i < values.length; i++) found[i] = (values[i] - base) * scale;
+const places = new Kept((column) => {
+  const { values, domain, log } = column, found = new Float32Array(values.length), base = domain[0], scale = 1 / (domain[1] - base), part = scaled(column);
+  if (log) for (let i = 0; i < values.length; i++) found[i] = part(values[i]);
+  else for (let i = 0; i < values.length; i++) found[i] = (values[i] - base) * scale;
   return found;
 });
 
@@ -96,6 +110,7 @@ class Selection {
   constructor(table) {
     this.table = table;
     this.limits = new Map();
+    this.areas = new Map();
     this.listeners = [];
     /** By how many limits a row is left out, and which rows each limit leaves out. */
     this.left = new Uint16Array(table.rows);
@@ -105,7 +120,13 @@ class Selection {
   /** Calls `listener` whenever the selection has changed. */
   watch(listener) { this.listeners.push(listener); }
   get narrowed() { return this.limits.size > 0; }
-  /** Sets limits of columns: { low, high } of numbers, a Set of codes of categories, null for none. Pairs [column, limit]. */
+  /** What a brush over a panel of two columns limits, beside the limits of each: its limit is a pair of theirs. */
+  area(a, b) {
+    const key = `${a.index} ${b.index}`;
+    if (!this.areas.has(key)) this.areas.set(key, { columns: [a, b], label: `${a.label}, ${b.label}` });
+    return this.areas.get(key);
+  }
+  /** Sets limits of columns: { low, high } of numbers, a Set of codes of categories, null for none. Pairs [column or area, limit]. */
   set(pairs) {
     performance.mark('decore-brush-begins');
     for (const [column, limit] of pairs) {
@@ -128,19 +149,24 @@ class Selection {
   clear() { this.set([...this.limits.keys()].map((column) => [column, null])); }
   /** Renews what the limit of a column leaves out; the other limits stay as they are. */
   apply(column) {
-    const { left } = this, { values } = column, limit = this.limits.get(column), before = this.masks.get(column);
+    const { left } = this, limit = this.limits.get(column), before = this.masks.get(column);
     if (before) for (let i = 0; i < left.length; i++) left[i] -= before[i];
     if (!limit) { this.masks.delete(column); return; }
-    const mask = before || new Uint8Array(left.length);
-    if (limit instanceof Set) {
-      for (let i = 0; i < mask.length; i++) mask[i] = limit.has(values[i]) ? 0 : 1;
-    } else {
-      const { low, high } = limit;
-      // A missing value is within no limits: both comparisons fail.
-      for (let i = 0; i < mask.length; i++) mask[i] = values[i] >= low && values[i] <= high ? 0 : 1;
-    }
+    const mask = (before || new Uint8Array(left.length)).fill(0);
+    if (column.columns) column.columns.forEach((one, k) => { if (limit[k]) Selection.exclude(mask, one.values, limit[k]); });
+    else Selection.exclude(mask, column.values, limit);
     for (let i = 0; i < left.length; i++) left[i] += mask[i];
     this.masks.set(column, mask);
+  }
+  /** Marks the rows beyond a limit of their values. */
+  static exclude(mask, values, limit) {
+    if (limit instanceof Set) {
+      for (let i = 0; i < mask.length; i++) if (!limit.has(values[i])) mask[i] = 1;
+      return;
+    }
+    const { low, high } = limit;
+    // A missing value is within no limits: both comparisons fail.
+    for (let i = 0; i < mask.length; i++) if (!(values[i] >= low && values[i] <= high)) mask[i] = 1;
   }
   /** Lists the rows within all limits. */
   pick() {
@@ -225,9 +251,10 @@ function grouped(column, most) {
     return { count: centres.length, centres, of };
   }
   const parts = Math.max(2, Math.min(most, Math.floor(Math.sqrt(column.count / 2))));
-  const width = (high - low) / parts, scale = 1 / width, last = parts - 1;
-  all((v) => Math.min(last, Math.floor((v - low) * scale)));
-  return { count: parts, centres: Array.from({ length: parts }, (_, i) => low + (i + 0.5) * width), width, of };
+  const axis = { log: column.log, domain: [low, high] }, part = scaled(axis), last = parts - 1;
+  const scale = parts / (high - low);
+  all(column.log ? (v) => Math.min(last, Math.floor(part(v) * parts)) : (v) => Math.min(last, Math.floor((v - low) * scale)));
+  return { count: parts, centres: Array.from({ length: parts }, (_, i) => valueAt(axis, (i + 0.5) / parts)), width: (high - low) / parts, of };
 }
 
 /** The group of a row whose value is missing: beyond the number of names that a page tells apart. */

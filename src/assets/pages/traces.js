@@ -1,11 +1,9 @@
 // Plots over one time axis, which they share with the mechanism, and spectra.
 
-const CURVES = ['#1f5fa8', '#c8590a', '#2a7f62', '#8a4fa3', '#b23a48', '#7a6a00', '#2c8fae', '#55606e'];
+const CURVES = ['#2f76c9', '#c8590a', '#2a7f62', '#8a4fa3', '#b23a48', '#7a6a00', '#2c8fae', '#55606e'];
 const DASHES = [[], [6, 3], [2, 2], [8, 2, 2, 2], [1, 3], [10, 4], [4, 4]];
 /** How blows are marked, by kind: colour, shape of the mark. */
 const MARKS = { first_impact: ['#b23a48', 'square'], stroke_impact: ['#b23a48', 'square'], settling: ['#c9a227', 'down'], periodic: ['#2a7f62', 'down'], blank: ['#55606e', 'cross'] };
-
-const words = (name) => name.replaceAll('_', ' ');
 
 /** The part of the time that plots show, the time under the pointer, and that of the mechanism. */
 class View {

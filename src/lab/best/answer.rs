@@ -12,19 +12,19 @@ use crate::refinement::Side;
 use decore_statistics::design::Level;
 use decore_study::{CheckedStudy, FactorInfo};
 
-/// Share of a range about the proposal over which a decision factor's effect is told.
+/// Share of a range to either side of the proposal, for the effect of a decision factor.
 const MOVED: f64 = 0.1;
-/// Shares of an uncertain factor's distribution between which its effect is told.
+/// Shares of the distribution between which the effect of an uncertain factor is taken.
 const BETWEEN: [f64; 2] = [0.05, 0.95];
-/// How far alternatives lie from each other, as a share of a range.
+/// Least distance between alternatives, as a share of a range.
 const ELSEWHERE: f64 = 0.15;
-/// Alternatives.
+/// Number of alternatives.
 const ALTERNATIVES: usize = 3;
-/// By how much limits are loosened to show what that would bring.
+/// Share by which a limit is loosened.
 const LOOSER: f64 = 0.1;
 /// Share of the runs on either side of an interval.
 const TAIL: f64 = 0.025;
-/// Share of a limit within which it counts as what limits.
+/// Share of a limit within which it counts as binding.
 const NEAR: f64 = 0.05;
 /// Q2 below which a model is not relied on, unless scatter is why.
 const LEAST_Q2: f64 = 0.5;
@@ -287,18 +287,15 @@ fn notes(models: &Models, (settings, added): (&BestSettings, usize), verdict: Ve
 impl Space<'_> {
     /// A decision with one factor moved over a share of its range to either side; of names, each of them.
     fn around(&self, decision: &Decision, place: usize, reach: f64) -> Vec<Decision> {
-        let distribution = &self.study.design().factors()[self.decisions[place]].distribution;
-        let with = |level: Level| {
-            let mut moved = decision.clone();
-            moved[place] = level;
-            moved
+        let share = match decision[place] {
+            Level::Category(_) => 0.0,
+            _ => self.place(decision)[place],
         };
-        if let decore_statistics::design::Distribution::Categories { count } = distribution {
-            return (0..*count).map(|number| with(Level::Category(number))).collect();
-        }
-        let share = decore_statistics::design::Coordinate::Value(decision[place]).unit(distribution);
-        let steps = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|step| (share + reach * step).clamp(0.0, 1.0));
-        steps.map(|share| with(distribution.quantile(share))).to_vec()
+        self.varied(
+            decision,
+            place,
+            [-1.0, -0.5, 0.0, 0.5, 1.0].into_iter().map(|step| (share + reach * step).clamp(0.0, 1.0)),
+        )
     }
 
     /// The space with two nodes: one uncertain factor at two shares of its distribution, the others at their medians.

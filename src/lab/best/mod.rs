@@ -8,6 +8,7 @@
 //!
 //! Each step is a function of the study, the settings and the rows before it: after an interruption the same rows are chosen again.
 
+mod added;
 mod answer;
 mod checks;
 mod error;
@@ -19,8 +20,11 @@ mod search;
 mod space;
 mod task;
 mod text;
+mod view;
 
+pub use added::{ADDED_COLUMNS, added_file, added_folder, read_added};
 pub use error::BestError;
 pub use plan::{Step, expected, learn, next};
 pub use result::{Answer, Verdict};
 pub use task::{Added, BestSettings, Purpose, There, question};
+pub use view::{AnswerView, ShownValue, Track, answer_view};

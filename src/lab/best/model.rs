@@ -144,6 +144,18 @@ impl Expected {
         held(&limits, &self.success, caution)
     }
 
+    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 where they hold all.
+    pub fn lack(&self, wanted: &[Wanted], bounds: &[f64]) -> f64 {
+        let of = |((wanted, at), bound): ((&Wanted, &Vec<Predicted>), &f64)| {
+            let over = match wanted.side {
+                Side::Least => expected(at) - bound,
+                Side::Most => bound - expected(at),
+            };
+            over / bound.abs().max(f64::MIN_POSITIVE)
+        };
+        wanted.iter().zip(&self.at).skip(1).zip(bounds).map(of).fold(0.0, f64::max)
+    }
+
     /// The value that a share of runs hold, of a limit by its place among all values.
     pub fn quantile(&self, place: usize, side: Side, share: (f64, f64)) -> f64 {
         quantile(&self.at[place], side, share)
@@ -218,6 +230,11 @@ impl Models {
         (&self.model.surrogate.outputs[self.of[place]], &self.model.outputs[self.of[place]])
     }
 
+    /// Place of a value's model among the outputs.
+    pub fn output_place(&self, place: usize) -> usize {
+        self.of[place]
+    }
+
     pub fn process(&self, place: usize) -> Option<&GaussianProcess> {
         self.output(place).1.process.as_ref().map(|of| &of.process)
     }
@@ -227,6 +244,13 @@ impl Models {
         let rows: Vec<Vec<String>> = (decisions.iter())
             .flat_map(|decision| space.nodes.iter().map(|node| space.cells(&space.levels(decision, node))))
             .collect();
+        Ok(places(space.study, &self.model.surrogate.factors, &rows)?)
+    }
+
+    /// Places of decisions with the uncertain factors of the first node.
+    pub fn places(&self, space: &Space<'_>, decisions: &[Decision]) -> Result<Points, BestError> {
+        let row = |decision: &Decision| space.cells(&space.levels(decision, &space.nodes[0]));
+        let rows: Vec<Vec<String>> = decisions.iter().map(row).collect();
         Ok(places(space.study, &self.model.surrogate.factors, &rows)?)
     }
 

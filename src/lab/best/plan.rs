@@ -11,7 +11,7 @@ use super::task::{BestSettings, Purpose, There, question};
 use crate::refinement::{LEAST_DISTANCE, Learned, is_apart, learning};
 use decore_dataset::DatasetReader;
 use decore_statistics::design::Placement;
-use decore_study::CheckedStudy;
+use decore_study::{CheckedStudy, Goal};
 
 /// Decisions among whose nodes rows are chosen.
 const OPEN: usize = 12;
@@ -47,11 +47,7 @@ pub fn next(study: &CheckedStudy, there: There<'_>, settings: &BestSettings) -> 
     let models = Models::fit(goal, there.base, &others)?;
     let pool = Pool::new(&space, &models)?;
     let (left, batch) = (settings.rows.saturating_sub(there.rows.len()), settings.batch);
-    let last = there.rows.last().filter(|row| row.question == question(goal)).map(|row| row.purpose);
-    let checked = match (there.added, last) {
-        (Some(added), Some(Purpose::Check)) => Some(Checks::read(added, &models, there.rows)?),
-        _ => None,
-    };
+    let checked = checks(goal, there, &models)?;
     if checked.as_ref().is_none_or(|checks| !checks.are_held(goal.confidence)) {
         let (best, merit) = pool.best(&models.bounds());
         let room = left >= batch + settings.checks;
@@ -71,7 +67,19 @@ pub fn next(study: &CheckedStudy, there: There<'_>, settings: &BestSettings) -> 
     Ok(Step::Done(Box::new(answer(pool, &Asked { checked, settings, there, study })?)))
 }
 
-/// The answer from the rows that there are, none run to prove it.
+/// Returns the checks of the last proposal; `None` without checks, or if they belong to another question.
+///
+/// # Errors
+/// Damaged or missing files of the dataset.
+pub(super) fn checks(goal: &Goal, there: There<'_>, models: &Models) -> Result<Option<Checks>, BestError> {
+    let last = there.rows.last().filter(|row| row.question == question(goal)).map(|row| row.purpose);
+    match (there.added, last) {
+        (Some(added), Some(Purpose::Check)) => Ok(Some(Checks::read(added, models, there.rows)?)),
+        _ => Ok(None),
+    }
+}
+
+/// Returns the answer that the models of the existing rows expect, without checks.
 ///
 /// # Errors
 /// As [`next`].

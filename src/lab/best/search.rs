@@ -30,17 +30,21 @@ pub(super) struct Merit {
     pub goal: f64,
     /// Share of runs that hold the limits, with the model's error on the bad side.
     pub share: f64,
+    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 where they hold all.
+    pub lack: f64,
 }
 
 impl Merit {
-    /// Whether it is better than another one. Where no limit holds, the share decides; of equal goals too.
+    /// Whether it is better than another one. Where limits do not hold, the share decides, then how far off they are; of equal goals the
+    /// share too.
     pub fn beats(&self, other: &Self) -> bool {
         let key = |merit: &Self| match merit.holds {
-            true => (1, merit.goal, merit.share),
-            false => (0, merit.share, merit.goal),
+            true => (1, [merit.goal, merit.share, 0.0]),
+            false => (0, [merit.share, -merit.lack, merit.goal]),
         };
-        let ((a, b, c), (x, y, z)) = (key(self), key(other));
-        a.cmp(&x).then(b.total_cmp(&y)).then(c.total_cmp(&z)).is_gt()
+        let ((a, mine), (b, theirs)) = (key(self), key(other));
+        let values = mine.iter().zip(&theirs).map(|(one, other)| one.total_cmp(other));
+        values.fold(a.cmp(&b), std::cmp::Ordering::then).is_gt()
     }
 }
 
@@ -72,14 +76,16 @@ impl<'a> Pool<'a> {
 
     pub fn merit(&self, of: &Expected, bounds: &[f64]) -> Merit {
         let share = of.held(&self.models.wanted, bounds, self.models.caution());
-        Merit { holds: share >= self.models.confidence, goal: self.sign() * of.goal(), share }
+        let lack = of.lack(&self.models.wanted, bounds);
+        Merit { holds: share >= self.models.confidence, goal: self.sign() * of.goal(), share, lack }
     }
 
     /// The best decision under these limits, whether it holds them or not.
     pub fn best(&self, bounds: &[f64]) -> (usize, Merit) {
         let mut merits = self.all.iter().map(|of| self.merit(of, bounds)).enumerate();
         // A pool holds at least one decision.
-        let first = merits.next().unwrap_or((0, Merit { holds: false, goal: f64::NAN, share: 0.0 }));
+        let first =
+            merits.next().unwrap_or((0, Merit { holds: false, goal: f64::NAN, share: 0.0, lack: f64::INFINITY }));
         merits.fold(first, |best, next| if next.1.beats(&best.1) { next } else { best })
     }
 

@@ -1,6 +1,7 @@
 //! The values that can be chosen, and draws of the others.
 
 use super::error::BestError;
+use super::result::Setting;
 use decore_math::random::{hash, uniform};
 use decore_quantity::Value;
 use decore_statistics::design::{
@@ -14,8 +15,8 @@ const NODES: usize = 40;
 const MORE_NODES: usize = 80;
 /// Steps that a range is divided into at least, where values are rounded to what can be set.
 const STEPS: f64 = 100.0;
-/// Tail beyond which a distribution without ends is not used.
-const TAIL: f64 = 5e-4;
+/// Share of a distribution without ends that is cut off on either side.
+const CUT_OFF: f64 = 5e-4;
 
 /// Levels of the decision factors, in the design's order.
 pub(super) type Decision = Vec<Level>;
@@ -167,7 +168,11 @@ impl<'a> Space<'a> {
             let cell = cells.get(own)?;
             match factor.distribution()? {
                 Distribution::Categories { .. } => {
-                    let same = |value: &Value| value.to_string() == *cell || value.number() == cell.parse().ok();
+                    let number = cell.parse::<f64>().ok();
+                    // A text is no number: `None` on both sides would be the same.
+                    let same = |value: &Value| {
+                        value.to_string() == *cell || number.is_some_and(|number| value.number() == Some(number))
+                    };
                     factor.values.iter().position(same).map(Level::Category)
                 }
                 Distribution::Integer { .. } | Distribution::LogInteger { .. } => cell.parse().ok().map(Level::Integer),
@@ -176,6 +181,28 @@ impl<'a> Space<'a> {
         };
         let decision: Option<Decision> = self.decisions.iter().map(level).collect();
         Some(self.settable(&decision?))
+    }
+
+    /// The decision with these settings; `None` where one is missing or no value of its factor.
+    pub fn decision_at(&self, settings: &[Setting]) -> Option<Decision> {
+        let factors = self.study.study().factors();
+        let of = |name: &str| settings.iter().find(|setting| setting.factor == name);
+        let cells = factors.iter().map(|factor| of(&factor.name).map_or_else(String::new, |one| one.value.to_string()));
+        self.decision_of(&cells.collect::<Vec<String>>())
+    }
+
+    /// Decisions with one factor at these shares of its distribution; of names, at each of them.
+    pub fn varied(&self, decision: &[Level], place: usize, shares: impl Iterator<Item = f64>) -> Vec<Decision> {
+        let distribution = self.distribution(place);
+        let with = |level: Level| {
+            let mut moved = decision.to_vec();
+            moved[place] = level;
+            moved
+        };
+        match distribution {
+            Distribution::Categories { count } => (0..*count).map(|number| with(Level::Category(number))).collect(),
+            _ => shares.map(|share| with(distribution.quantile(share))).collect(),
+        }
     }
 
     /// Where a decision lies: shares of the ranges; of names their numbers.
@@ -212,7 +239,7 @@ fn ends(distribution: &Distribution) -> [f64; 2] {
         _ => f64::NAN,
     };
     match distribution {
-        Distribution::Normal { .. } => [TAIL, 1.0 - TAIL].map(end),
+        Distribution::Normal { .. } => [CUT_OFF, 1.0 - CUT_OFF].map(end),
         _ => distribution.range().map_or([f64::NEG_INFINITY, f64::INFINITY], |(low, high)| [low, high]),
     }
 }

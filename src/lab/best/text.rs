@@ -100,8 +100,8 @@ fn words(setting: &Setting, one_hammer: bool) -> String {
 
 fn estimate(goal: &Estimate) -> String {
     let (low, high) = (number(goal.low), number(goal.high));
-    let unit = if goal.unit.is_empty() { format!("{} ", goal.text) } else { String::new() };
-    format!("{unit}{} ({low} to {high})", with_unit(goal.mean, &goal.unit))
+    let name = if goal.unit.is_empty() { format!("{} = ", goal.text) } else { String::new() };
+    format!("{name}{} ({low} to {high})", with_unit(goal.mean, &goal.unit))
 }
 
 fn limit(limit: &LimitState) -> String {

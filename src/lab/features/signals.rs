@@ -6,7 +6,7 @@ use super::column::{FeatureColumn, Role};
 use super::error::FeaturesError;
 use super::octaves::{BANDS, HIGHEST, LEAST_LINES, Octave};
 use decore_dataset::{DatasetReader, RowRecord, SignalColumn, TableName};
-use decore_model::metrics::{CastingSignals, Instant, Signal, SignalOf, signal_list};
+use decore_model::metrics::{CastingNames, CastingSignals, Instant, Signal, SignalOf, signal_list};
 use decore_quantity::{Cell, CellColumn, Kind, Value};
 use decore_statistics::signal::Spectrum;
 
@@ -101,7 +101,8 @@ impl SignalRows {
 /// The castings, by their places, whose heave velocity is in the table of signals, with its column.
 fn velocities(reader: &DatasetReader) -> Vec<(usize, &str)> {
     let info = &reader.manifest().study;
-    let castings: Vec<(&str, Vec<&str>)> = info.castings.iter().map(|name| (name.as_str(), Vec::new())).collect();
+    let castings: Vec<CastingNames<'_>> =
+        info.castings.iter().map(|name| CastingNames { name, fixtures: Vec::new(), cores: Vec::new() }).collect();
     let column = |signal: &Signal| {
         let SignalOf::Casting(casting) = signal.of else { return None };
         let name = SignalColumn::of(signal, 0.0).name;

@@ -56,6 +56,18 @@ pub struct Derived<'a> {
 /// Those of reading, [`SurrogateError::NoFactors`], [`SurrogateError::Twice`]. An output that has no model (constant, too few rows)
 /// is no error: it says why.
 pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model, SurrogateError> {
+    fit_with(reader, &[], settings)
+}
+
+/// As [`fit`], with the rows of other datasets with the same factors.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_with(
+    reader: &DatasetReader,
+    others: &[&DatasetReader],
+    settings: &SurrogateSettings,
+) -> Result<Model, SurrogateError> {
     let known = |name: &str| reader.columns(TableName::Runs).iter().any(|column| column.name == name);
     let outputs: Vec<String> = match settings.outputs.as_slice() {
         [] => DEFAULT_OUTPUTS.iter().filter(|name| known(name)).map(|name| (*name).to_owned()).collect(),
@@ -67,7 +79,7 @@ pub fn fit(reader: &DatasetReader, settings: &SurrogateSettings) -> Result<Model
     let alone =
         |name: String| Derived { columns: vec![name.clone()], name, unit: String::new(), value: &|values| values[0] };
     let derived: Vec<Derived<'_>> = outputs.into_iter().map(alone).collect();
-    fit_derived(reader, &[], (&derived, settings))
+    fit_derived(reader, others, (&derived, settings))
 }
 
 /// Reads a dataset, and others with the same factors, and models values of their rows. A value that is not finite is none.

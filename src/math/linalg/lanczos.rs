@@ -98,7 +98,7 @@ pub fn modes_below(
 /// The basis `V`, of which the first `done` columns have been multiplied by C, and `T = V' C V` of those.
 struct Krylov<'p> {
     pencil: &'p SymmetricPencil<'p>,
-    factor: &'p PencilFactor<'p>,
+    factor: &'p PencilFactor,
     order: usize,
     basis: Vec<f64>,
     done: usize,
@@ -118,7 +118,7 @@ struct Ritz {
 }
 
 impl<'p> Krylov<'p> {
-    fn new(pencil: &'p SymmetricPencil<'p>, factor: &'p PencilFactor<'p>) -> Result<Self, LinalgError> {
+    fn new(pencil: &'p SymmetricPencil<'p>, factor: &'p PencilFactor) -> Result<Self, LinalgError> {
         let order = pencil.order();
         let mut krylov = Self {
             pencil,

@@ -1,5 +1,7 @@
 //! The pencil (K, M) of some rows of two symmetric sparse matrices: factorisations of `K + shift M` and counts of eigenvalues.
 
+use std::sync::Arc;
+
 use faer::Par;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -35,7 +37,7 @@ pub struct SymmetricPencil<'a> {
     place: Vec<u32>,
     /// Lower triangle by columns, on the union of both patterns.
     lower: CsStructure,
-    symbolic: SymbolicSupernodalCholesky<usize>,
+    symbolic: Arc<SymbolicSupernodalCholesky<usize>>,
     mass_rows: CompressedRows,
 }
 
@@ -71,7 +73,7 @@ impl<'a> SymmetricPencil<'a> {
         drop(pattern);
         let place = places(&rows, order);
         let lower = lower_triangle(stiffness, mass, &rows, &place);
-        let symbolic = symbolic(&lower)?;
+        let symbolic = Arc::new(symbolic(&lower)?);
         let mass_rows = CompressedRows::new(mass, &rows, &place);
         Ok(Self { stiffness, mass, rows, place, lower, symbolic, mass_rows })
     }
@@ -128,7 +130,7 @@ impl<'a> SymmetricPencil<'a> {
     ///
     /// # Errors
     /// Not positive definite, not enough memory.
-    pub fn cholesky(&self, shift: f64) -> Result<PencilFactor<'_>, LinalgError> {
+    pub fn cholesky(&self, shift: f64) -> Result<PencilFactor, LinalgError> {
         let order = self.order();
         let mut values = self.factor_values()?;
         let shifted = self.shifted(shift);
@@ -148,7 +150,7 @@ impl<'a> SymmetricPencil<'a> {
         if values.iter().any(|value| !value.is_finite()) {
             return Err(LinalgError::NotPositiveDefinite { order });
         }
-        Ok(PencilFactor { symbolic: &self.symbolic, values })
+        Ok(PencilFactor { symbolic: Arc::clone(&self.symbolic), values })
     }
 
     /// Number of eigenvalues of `K x = lambda M x` below `sigma`: the negative pivots of `K - sigma M = L D L'` (Sylvester's
@@ -211,7 +213,7 @@ impl<'a> SymmetricPencil<'a> {
         self.require_rows(x)?;
         let mut out = DMatrix::zeros(self.order(), x.ncols());
         let (mut panel, mut product) = (Vec::new(), Vec::new());
-        let factor = SupernodalLltRef::new(factor.symbolic, &factor.values);
+        let factor = SupernodalLltRef::new(&factor.symbolic, &factor.values);
         for first in (0..x.ncols()).step_by(WIDTH) {
             pack(x, first, &mut panel);
             solve_lower_transposed(factor, &mut panel);
@@ -297,12 +299,12 @@ impl<'a> SymmetricPencil<'a> {
 
 /// A Cholesky factor `K + shift M = L L'`, in the order of its pencil.
 #[derive(Debug)]
-pub struct PencilFactor<'p> {
-    symbolic: &'p SymbolicSupernodalCholesky<usize>,
+pub struct PencilFactor {
+    symbolic: Arc<SymbolicSupernodalCholesky<usize>>,
     values: Vec<f64>,
 }
 
-impl PencilFactor<'_> {
+impl PencilFactor {
     /// Solves `(K + shift M) X = B` in place.
     ///
     /// # Errors
@@ -334,7 +336,7 @@ impl PencilFactor<'_> {
         let mut panel = Vec::new();
         for first in (0..rhs.ncols()).step_by(WIDTH) {
             pack(rhs, first, &mut panel);
-            solve(SupernodalLltRef::new(self.symbolic, &self.values), &mut panel);
+            solve(SupernodalLltRef::new(&self.symbolic, &self.values), &mut panel);
             unpack(&panel, first, rhs);
         }
         Ok(())

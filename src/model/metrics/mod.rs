@@ -44,6 +44,6 @@ pub use promise::{Promise, Span};
 pub use recorder::Recorder;
 pub use signal_means::{MeanRecorder, MeanSettings};
 pub use signals::{
-    CastingSignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder, signal_list,
+    CastingNames, CastingSignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder, signal_list,
 };
 pub use warning::Warning;

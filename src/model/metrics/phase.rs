@@ -77,7 +77,7 @@ impl Phase {
         match of {
             SignalOf::Run | SignalOf::Point(_) => (!scene.hammers.is_empty()).then_some(0),
             SignalOf::Hammer(hammer) => Some(hammer),
-            SignalOf::Casting(casting) | SignalOf::Fixture(casting, _) => {
+            SignalOf::Casting(casting) | SignalOf::Fixture(casting, _) | SignalOf::Core(casting, _) => {
                 scene.hammers.iter().position(|hammer| hammer.casting == casting)
             }
         }

@@ -22,6 +22,8 @@ pub enum SignalOf {
     Casting(usize),
     /// A fixture: its casting, its place among that casting's.
     Fixture(usize, usize),
+    /// A core point: its casting, its place among that casting's.
+    Core(usize, usize),
     /// A watched point of the machine.
     Point(usize),
 }
@@ -321,6 +323,7 @@ enum SignalSource {
     Hammer(usize),
     Casting(usize),
     Fixture(FixtureId),
+    Core(PointId),
     /// By its place among those.
     Point(usize),
     Energy,
@@ -333,6 +336,9 @@ impl SignalSource {
         parts.extend((0..scene.hammers.len()).map(Self::Hammer));
         parts.extend((0..scene.castings.len()).map(Self::Casting));
         parts.extend(scene.fixtures().map(|(fixture, _)| Self::Fixture(fixture)));
+        for (casting, of_casting) in scene.castings.iter().enumerate() {
+            parts.extend((0..of_casting.cores.len()).map(|core| Self::Core(PointId::Core { casting, core })));
+        }
         parts.extend((0..scene.outputs.points.len()).map(Self::Point));
         parts.push(Self::Energy);
         parts
@@ -345,7 +351,7 @@ impl SignalSource {
             Self::Hammer(_) => HammerSignals::QUANTITIES.len(),
             Self::Casting(_) => CastingSignals::QUANTITIES.len(),
             Self::Fixture(_) => FixtureSignals::QUANTITIES.len(),
-            Self::Point(_) => PointSignals::QUANTITIES.len(),
+            Self::Core(_) | Self::Point(_) => PointSignals::QUANTITIES.len(),
             Self::Energy => EnergySignals::QUANTITIES.len(),
         }
     }
@@ -495,6 +501,10 @@ impl SignalRecorder {
                     let of = FixtureSignals::at(state, fixture);
                     read.push(to, FixtureSignals::QUANTITIES, &of);
                 }
+                SignalSource::Core(core) => {
+                    let [displacement_m, velocity_m_s, _] = state.motion(core);
+                    read.push(to, PointSignals::QUANTITIES, &PointSignals { displacement_m, velocity_m_s });
+                }
                 SignalSource::Point(point) => {
                     read.push(to, PointSignals::QUANTITIES, &PointSignals::of(self.watched[point]));
                 }
@@ -513,35 +523,53 @@ impl Read {
     }
 }
 
-/// The signals of a scene without values: time, those of each hammer, casting, fixture and point, the energy balance.
+/// The signals of a scene without values: time, those of each hammer, casting, fixture, core point and point, the energy balance.
 fn blank_signals(scene: &Scene) -> Vec<Signal> {
     let hammers: Vec<&str> = scene.hammers.iter().map(|hammer| hammer.name.as_str()).collect();
-    let castings: Vec<(&str, Vec<&str>)> = scene
-        .castings
-        .iter()
-        .map(|casting| (casting.name.as_str(), casting.fixtures.iter().map(|fixture| fixture.name.as_str()).collect()))
+    let castings: Vec<CastingNames<'_>> = (scene.castings.iter())
+        .map(|casting| CastingNames {
+            name: &casting.name,
+            fixtures: casting.fixtures.iter().map(|fixture| fixture.name.as_str()).collect(),
+            cores: casting.cores.iter().map(|core| core.name.as_str()).collect(),
+        })
         .collect();
     signal_list(&hammers, &castings, &scene.outputs.points)
 }
 
-/// The signals, without values, of scenes with hammers of these names, castings with fixtures of these names, and these
-/// watched points.
-pub fn signal_list(hammers: &[&str], castings: &[(&str, Vec<&str>)], points: &[String]) -> Vec<Signal> {
+/// Names of a casting, its fixtures and its core points.
+#[derive(Debug, Clone)]
+pub struct CastingNames<'n> {
+    /// Its name.
+    pub name: &'n str,
+    /// Names of its fixtures, in order.
+    pub fixtures: Vec<&'n str>,
+    /// Names of its core points, in order.
+    pub cores: Vec<&'n str>,
+}
+
+/// The signals, without values, of scenes with hammers and castings of these names, and these watched points.
+pub fn signal_list(hammers: &[&str], castings: &[CastingNames<'_>], points: &[String]) -> Vec<Signal> {
     let mut signals = Vec::new();
     add(&mut signals, Instant::QUANTITIES, SignalOf::Run, None);
     for (index, name) in hammers.iter().enumerate() {
         let names = (format!("hammer {name}"), (*name).to_owned());
         add(&mut signals, HammerSignals::QUANTITIES, SignalOf::Hammer(index), Some(names));
     }
-    for (index, (name, _)) in castings.iter().enumerate() {
+    for (index, CastingNames { name, .. }) in castings.iter().enumerate() {
         let names = (format!("casting {name}"), (*name).to_owned());
         add(&mut signals, CastingSignals::QUANTITIES, SignalOf::Casting(index), Some(names));
     }
-    for (index, (casting, fixtures)) in castings.iter().enumerate() {
+    for (index, CastingNames { name: casting, fixtures, .. }) in castings.iter().enumerate() {
         for (place, fixture) in fixtures.iter().enumerate() {
             let what = format!("fixture {fixture} of casting {casting}");
             let names = (what, format!("{casting}_fixture_{fixture}"));
             add(&mut signals, FixtureSignals::QUANTITIES, SignalOf::Fixture(index, place), Some(names));
+        }
+    }
+    for (index, CastingNames { name: casting, cores, .. }) in castings.iter().enumerate() {
+        for (place, core) in cores.iter().enumerate() {
+            let names = (format!("core point {core} of casting {casting}"), format!("{casting}_core_{core}"));
+            add(&mut signals, PointSignals::QUANTITIES, SignalOf::Core(index, place), Some(names));
         }
     }
     for (index, point) in points.iter().enumerate() {

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use super::model::{Environment, HammerUnit, Scene};
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
+use crate::structure::{BodyPoint, Side};
 use crate::workpiece::{Casting, Fixture, WorkpieceError};
 
 /// Id of a part of a scene.
@@ -84,6 +85,13 @@ pub enum PointId {
         /// The casting.
         casting: usize,
     },
+    /// A core point of a casting. No link joins it.
+    Core {
+        /// The casting.
+        casting: usize,
+        /// Its index among that casting's core points.
+        core: usize,
+    },
     /// A casting as a whole, as it rotates.
     Rotation {
         /// The casting.
@@ -98,6 +106,20 @@ pub enum PointId {
     },
 }
 
+impl PointId {
+    /// Whether no link joins the point. Such a point of an elastic part costs no state.
+    pub fn is_watched(self) -> bool {
+        matches!(
+            self,
+            Self::Watched { .. }
+                | Self::Measured { .. }
+                | Self::Centre { .. }
+                | Self::Core { .. }
+                | Self::Rotation { .. }
+        )
+    }
+}
+
 /// Where on its part a point is.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Location {
@@ -107,6 +129,8 @@ pub enum Location {
     Nodes(Vec<(String, f64)>),
     /// x and y from a rigid casting's centre of mass, m.
     Offset([f64; 2]),
+    /// A point of an elastic casting.
+    Place(BodyPoint),
     /// No place: the rotation of a rigid casting about x (0) or y (1), rad.
     Rotation(usize),
 }
@@ -179,6 +203,8 @@ pub enum LinkLaw {
         gap_m: f64,
         /// Force at rest in N.
         preload_n: f64,
+        /// Whether the law includes the residual flexibility of elastic parts at its own points.
+        includes_flexibility: bool,
     },
 }
 
@@ -267,6 +293,11 @@ impl Scene {
     pub fn part(&self, id: PartId) -> Result<Part, WorkpieceError> {
         Ok(match id {
             PartId::Machine => Part::Elastic,
+            PartId::Casting(index) if self.castings[index].elastic.is_some() => {
+                let casting = &self.castings[index];
+                casting.check_restraint(casting.active_rotations(&self.strike_points(index)))?;
+                Part::Elastic
+            }
             PartId::Hammer(hammer) => {
                 let masses = self.hammers[hammer].parameters.masses_kg().into_iter().enumerate();
                 let moves = |body: usize| body != body::GUIDE || !self.ties(self.solver.guide);
@@ -293,7 +324,8 @@ impl Scene {
         });
         let castings = (0..self.castings.len()).flat_map(|casting| {
             let rotations = [0, 1].map(|axis| PointId::Rotation { casting, axis });
-            rotations.into_iter().chain([PointId::Centre { casting }, PointId::Measured { casting }])
+            let cores = (0..self.castings[casting].cores.len()).map(move |core| PointId::Core { casting, core });
+            cores.chain(rotations).chain([PointId::Centre { casting }, PointId::Measured { casting }])
         });
         let fixtures = self.fixtures().flat_map(|(id, _)| [PointId::Support(id), PointId::Held(id)]);
         let watched = (0..self.outputs.points.len()).map(|point| PointId::Watched { point });
@@ -309,7 +341,9 @@ impl Scene {
         let held = held.map(|(id, fixture)| (PointId::Held(id), format!("fixture.{}", fixture.name)));
         let measured = self.castings[casting].measuring_point_m;
         let measured = measured.map(|_| (PointId::Measured { casting }, "measuring_point".to_owned()));
-        strikes.chain(held).chain(measured).collect()
+        let cores = self.castings[casting].cores.iter().enumerate();
+        let cores = cores.map(|(core, point)| (PointId::Core { casting, core }, format!("core.{}", point.name)));
+        strikes.chain(held).chain(measured).chain(cores).collect()
     }
 
     /// All fixtures, casting by casting.
@@ -323,7 +357,13 @@ impl Scene {
 
     /// A point. That of a guide that is tied is its mount.
     pub fn point(&self, id: PointId) -> PointRef {
-        let at = |casting: usize, at_m: [f64; 2]| (PartId::Casting(casting), Location::Offset(at_m));
+        let on = |casting: usize, rigid: Location, elastic: BodyPoint| {
+            let location = self.castings[casting].elastic.map_or(rigid, |_| Location::Place(elastic));
+            (PartId::Casting(casting), location)
+        };
+        let at = |casting: usize, at_m: [f64; 2], side: Side| {
+            on(casting, Location::Offset(at_m), BodyPoint::Surface(at_m, side))
+        };
         let node = |name: &str| (PartId::Machine, Location::Nodes(vec![(name.to_owned(), 1.0)]));
         let fixture = |id: FixtureId| &self.castings[id.casting].fixtures[id.fixture];
         let (part, location) = match id {
@@ -332,12 +372,20 @@ impl Scene {
             }
             PointId::Body { hammer, body } => (PartId::Hammer(hammer), Location::Body(body)),
             PointId::Mount { hammer } => (PartId::Machine, Location::Nodes(self.hammers[hammer].mount.points.clone())),
-            PointId::Strike { hammer } => at(self.hammers[hammer].casting, self.hammers[hammer].strike_point_m),
+            PointId::Strike { hammer } => {
+                at(self.hammers[hammer].casting, self.hammers[hammer].strike_point_m, Side::Top)
+            }
             PointId::Support(id) => node(&fixture(id).point),
-            PointId::Held(id) => at(id.casting, fixture(id).at_m),
-            PointId::Measured { casting } => at(casting, self.castings[casting].measuring_point_m.unwrap_or_default()),
-            PointId::Centre { casting } => at(casting, [0.0; 2]),
-            PointId::Rotation { casting, axis } => (PartId::Casting(casting), Location::Rotation(axis)),
+            PointId::Held(id) => at(id.casting, fixture(id).at_m, Side::Bottom),
+            PointId::Measured { casting } => {
+                at(casting, self.castings[casting].measuring_point_m.unwrap_or_default(), Side::Bottom)
+            }
+            PointId::Centre { casting } => on(casting, Location::Offset([0.0; 2]), BodyPoint::Centre),
+            PointId::Core { casting, core } => {
+                let place @ [x, y, _] = self.castings[casting].cores[core].at_m;
+                on(casting, Location::Offset([x, y]), BodyPoint::Place(place))
+            }
+            PointId::Rotation { casting, axis } => on(casting, Location::Rotation(axis), BodyPoint::Rotation(axis)),
             PointId::Watched { point } => node(&self.outputs.points[point]),
         };
         PointRef { id, part, location }
@@ -378,12 +426,18 @@ impl Scene {
             // The guide stands on its mount: only the other body's mass counts.
             let moving = bodies.iter().filter(|body| **body != body::GUIDE);
             let law = parameters.law(1.0 / moving.map(|body| 1.0 / model.mass()[*body]).sum::<f64>());
-            link(name, bodies.map(of_body), LinkLaw::Contact { law, gap_m, preload_n: 0.0 })
+            link(
+                name,
+                bodies.map(of_body),
+                LinkLaw::Contact { law, gap_m, preload_n: 0.0, includes_flexibility: false },
+            )
         }));
         // The tip of the resting chisel stands `standoff` off the casting.
         let gap_m = model.rest().position[body::CHISEL] + unit.standoff_m;
         let law = unit.parameters.chisel.casting_contact.law(self.strike_mass_kg(unit));
-        let law = LinkLaw::Contact { law, gap_m, preload_n: 0.0 };
+        let elastic = self.castings.get(unit.casting).and_then(|casting| casting.elastic);
+        let includes_flexibility = elastic.is_some_and(|elastic| elastic.contact_includes_casting);
+        let law = LinkLaw::Contact { law, gap_m, preload_n: 0.0, includes_flexibility };
         links.push(link(HammerLink::ChiselCasting, [of_body(body::CHISEL), PointId::Strike { hammer }], law));
         links
     }

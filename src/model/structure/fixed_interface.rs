@@ -76,7 +76,7 @@ const MOST_SUSPECT_MODES: usize = 200;
 const SMALL: usize = 1000;
 
 impl Wanted {
-    fn require(self, count: usize, order: usize) -> Result<(), StructureError> {
+    pub(super) fn require(self, count: usize, order: usize) -> Result<(), StructureError> {
         let Self { limit, suspect } = self;
         if count <= if suspect && order > SMALL { MOST_SUSPECT_MODES } else { MOST_MODES } {
             return Ok(());
@@ -173,11 +173,11 @@ pub(super) fn solve_inner_and<T>(
 }
 
 /// The factor of `K_oo`, or of `K_oo + shift M_oo` where it is singular, and the shift in 1/s2.
-fn factorise<'p>(
-    pencil: &'p SymmetricPencil,
+fn factorise(
+    pencil: &SymmetricPencil,
     limit: f64,
     observer: &mut Observer,
-) -> Result<(PencilFactor<'p>, f64), StructureError> {
+) -> Result<(PencilFactor, f64), StructureError> {
     match observer.step("factorisation of the inner stiffness (LL')", || pencil.cholesky(0.0)) {
         Ok(factor) => {
             if !is_nearly_singular(pencil, &factor).step("lowest eigenvalue", INDEFINITE_INNER)? {
@@ -234,7 +234,7 @@ fn condition(
 }
 
 /// Counts the modes below the limit; a limit that is an eigenvalue is moved up a little.
-fn count(pencil: &SymmetricPencil, limit: f64) -> Result<usize, StructureError> {
+pub(super) fn count(pencil: &SymmetricPencil, limit: f64) -> Result<usize, StructureError> {
     let mut result = pencil.count_below(limit);
     for nudge in 1..=NUDGES {
         if !matches!(result, Err(LinalgError::ZeroPivot { .. })) {
@@ -247,7 +247,7 @@ fn count(pencil: &SymmetricPencil, limit: f64) -> Result<usize, StructureError> 
 
 /// Modes below the limit. Where their number is not what was counted, the count is repeated a little beside the limit: an
 /// eigenvalue at the limit, or cancellation in the pivots, may have misled it.
-fn modes(
+pub(super) fn modes(
     pencil: &SymmetricPencil,
     factor: &PencilFactor,
     shift: f64,

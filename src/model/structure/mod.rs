@@ -23,6 +23,7 @@ mod combined_modes;
 mod constraints;
 mod csv;
 mod digits;
+mod elastic;
 mod error;
 mod fixed_interface;
 mod import;
@@ -51,6 +52,7 @@ mod truncated_modes;
 
 pub use attached::RigidMass;
 pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
+pub use elastic::{BodyModes, BodyPoint, ElasticBody, ElasticSettings, LOCAL_HZ, Side};
 pub use error::StructureError;
 pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, write_model};
 pub use label::DofLabel;

@@ -309,7 +309,7 @@ fn fix_signs(shapes: &mut DMatrix<f64>) {
     }
 }
 
-fn damping_ratios(damping: &Damping, modes: usize) -> Result<Vec<f64>, StructureError> {
+pub(super) fn damping_ratios(damping: &Damping, modes: usize) -> Result<Vec<f64>, StructureError> {
     let valid = |ratio: &f64| ratio.is_finite() && *ratio >= 0.0;
     match damping {
         Damping::Ratio(ratio) if valid(ratio) => Ok(vec![*ratio; modes]),

@@ -45,7 +45,7 @@ impl Vectors {
 /// The full model, its factor and its modes.
 pub(super) struct Known<'a> {
     pub pencil: &'a SymmetricPencil<'a>,
-    pub factor: &'a PencilFactor<'a>,
+    pub factor: &'a PencilFactor,
     /// Its modes below the cut-off, and the shift of the factor.
     pub full: &'a Inner,
 }

@@ -4,10 +4,12 @@
 //! points of flexible ones ([`crate::system::Layout`]). Its elongation (or penetration) is `r u - offset`, its force `f` acts
 //! as `-r' f`. One matrix serves motion and force, so reciprocity holds by construction; an element more is a row more.
 
+use nalgebra::{DMatrix, DVector};
 use sprs::{CsMat, TriMat};
 
 use crate::contact::ContactLaw;
 use crate::scene::{Link, LinkLaw, Owner};
+use crate::system::placed::Residual;
 use crate::system::points::{PointRow, Points};
 
 /// A linear spring and damper; its row in the matrix has the same index. Its force is measured from rest.
@@ -40,6 +42,50 @@ pub struct Elements {
     rows: CsMat<f64>,
     springs: Vec<Spring>,
     contacts: Vec<Contact>,
+    /// Springs in series with the residual flexibility of elastic parts; `None` without any.
+    series: Option<Series>,
+}
+
+/// Springs in series with the residual flexibility R of the elastic parts that they hold. R has no mass.
+///
+/// With `d` the elongations without R and `F_c` the forces of contacts, the springs' forces are `F = S d + B d' - S R_sc F_c`,
+/// `S = (I + K R)^-1 K`, and to first order in the time constant `R c` `B = (I + K R)^-1 C (I + R K)^-1`. `d' S d / 2` is the energy of springs
+/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in the place of `r_c`.
+#[derive(Debug, Clone)]
+pub(super) struct Series {
+    /// S, springs x springs.
+    pub stiffness: DMatrix<f64>,
+    /// B.
+    pub damping: DMatrix<f64>,
+    /// `S R_sc`, springs x contacts.
+    pub contacts: DMatrix<f64>,
+}
+
+/// A contact whose law cannot take the residual flexibility of its casting.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FlexibilityError {
+    /// A law that includes less than the casting's own flexibility.
+    #[error(
+        "the contact of {owner:?} has a stiffness of {stiffness_n_per_m:.3e} N/m, but the casting alone yields by {local_m_per_n:.3e} m/N \
+         under it: the stiffness cannot include the casting; set `contact_includes_casting = false`, or a larger `point_radius_m`"
+    )]
+    TooStiff {
+        /// Owner of the contact.
+        owner: Owner,
+        /// Its stiffness.
+        stiffness_n_per_m: f64,
+        /// Local flexibility of the casting at the point.
+        local_m_per_n: f64,
+    },
+    /// A law with a power of the penetration.
+    #[error(
+        "the contact of {owner:?} has a law with a power of the penetration, to which the flexibility of the casting cannot be added: \
+         set `contact_includes_casting = true` and `cutoff_hz = 10000.0`, or the law to \"kelvin_voigt\""
+    )]
+    Law {
+        /// Owner of the contact.
+        owner: Owner,
+    },
 }
 
 /// Element: index of a spring or of a contact.
@@ -49,6 +95,34 @@ pub enum ElementId {
     Spring(usize),
     /// A contact.
     Contact(usize),
+}
+
+impl Contact {
+    /// The law in series with a residual flexibility R, of which the stiffness includes a part: with `r = R - included`
+    /// `k / (1 + k r)` and `c / (1 + k r)^2`.
+    fn in_series(&self, residual_m_per_n: f64, included_m_per_n: f64) -> Result<ContactLaw, FlexibilityError> {
+        let owner = self.owner;
+        let more = residual_m_per_n - included_m_per_n;
+        let series = |stiffness_n_per_m: f64, damping_n_s_per_m: f64| {
+            if stiffness_n_per_m * included_m_per_n >= 1.0 {
+                return Err(FlexibilityError::TooStiff { owner, stiffness_n_per_m, local_m_per_n: included_m_per_n });
+            }
+            let factor = 1.0 / (1.0 + stiffness_n_per_m * more);
+            Ok((stiffness_n_per_m * factor, damping_n_s_per_m * factor * factor))
+        };
+        match self.law {
+            ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m } => {
+                let (stiffness_n_per_m, damping_n_s_per_m) = series(stiffness_n_per_m, damping_n_s_per_m)?;
+                Ok(ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m })
+            }
+            ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m } => {
+                let (stiffness_n_per_m, damping_n_s_per_m) = series(stiffness_n_per_m, damping_n_s_per_m)?;
+                Ok(ContactLaw::KelvinVoigtSeparating { stiffness_n_per_m, damping_n_s_per_m })
+            }
+            law if more == 0.0 => Ok(law),
+            ContactLaw::HuntCrossley { .. } | ContactLaw::Hertz { .. } => Err(FlexibilityError::Law { owner }),
+        }
+    }
 }
 
 impl Elements {
@@ -63,7 +137,7 @@ impl Elements {
                     rows[0].push(row);
                     springs.push(Spring { stiffness_n_per_m, damping_n_s_per_m, owner });
                 }
-                LinkLaw::Contact { law, gap_m, preload_n } => {
+                LinkLaw::Contact { law, gap_m, preload_n, .. } => {
                     rows[1].push(row);
                     let offset_m = gap_m - law.static_penetration(preload_n, 0.0);
                     contacts.push(Contact { owner, law, offset_m, rest_force_n: preload_n });
@@ -76,7 +150,81 @@ impl Elements {
                 matrix.add_triplet(index, column, coefficient);
             }
         }
-        Self { rows: matrix.to_csr(), springs, contacts }
+        Self { rows: matrix.to_csr(), springs, contacts, series: None }
+    }
+
+    /// Puts the elements in series with the residual flexibility of elastic parts. Each part has the column of its first point, and R
+    /// over its points. `links` are the links from which the elements were made.
+    pub(super) fn with_residuals(
+        mut self,
+        links: &[Link],
+        residuals: &[(usize, &Residual)],
+    ) -> Result<Self, FlexibilityError> {
+        if residuals.is_empty() {
+            return Ok(self);
+        }
+        let springs = self.springs.len();
+        let (flexibility, local) = self.flexibility(residuals);
+        let diagonal = |of: &dyn Fn(&Spring) -> f64| {
+            DMatrix::from_diagonal(&DVector::from_iterator(springs, self.springs.iter().map(of)))
+        };
+        let stiffness = diagonal(&|spring| spring.stiffness_n_per_m);
+        let damping = diagonal(&|spring| spring.damping_n_s_per_m);
+        let between = flexibility.view((0, 0), (springs, springs)).into_owned();
+        let identity = DMatrix::identity(springs, springs);
+        // `I + K R` has no eigenvalue below 1.
+        let inverse = (&identity + &stiffness * between).try_inverse().unwrap_or(identity);
+        let stiffness = &inverse * stiffness;
+        let damping = &inverse * damping * inverse.transpose();
+        let contacts = &stiffness * flexibility.view((0, springs), (springs, self.contacts.len()));
+        let laws = links.iter().filter_map(|link| match link.law {
+            LinkLaw::Contact { includes_flexibility, .. } => Some(includes_flexibility),
+            LinkLaw::Spring { .. } => None,
+        });
+        for ((at, contact), includes) in self.contacts.iter_mut().enumerate().zip(laws) {
+            let included = if includes { local[springs + at] } else { 0.0 };
+            contact.law = contact.in_series(flexibility[(springs + at, springs + at)], included)?;
+        }
+        self.rows = self.coupled_rows(&contacts);
+        self.series = Some(Series { stiffness, damping, contacts });
+        Ok(self)
+    }
+
+    /// Residual flexibility of the elastic parts along the elements' rows, elements x elements, and the local one along each.
+    fn flexibility(&self, residuals: &[(usize, &Residual)]) -> (DMatrix<f64>, DVector<f64>) {
+        let all = self.springs.len() + self.contacts.len();
+        let (mut flexibility, mut local) = (DMatrix::zeros(all, all), DVector::zeros(all));
+        for (first, residual) in residuals {
+            let columns = *first..first + residual.local.len();
+            let mut shares = DMatrix::zeros(all, columns.len());
+            for element in 0..all {
+                let of_part = self.row(element).filter(|(column, _)| columns.contains(column));
+                of_part.for_each(|(column, coefficient)| shares[(element, column - first)] = coefficient);
+            }
+            flexibility += &shares * &residual.flexibility * shares.transpose();
+            local += shares.component_mul(&shares) * DVector::from_column_slice(&residual.local);
+        }
+        (flexibility, local)
+    }
+
+    /// Rows of the elements, contacts with the shares of the springs that their forces reach.
+    fn coupled_rows(&self, contacts: &DMatrix<f64>) -> CsMat<f64> {
+        let springs = self.springs.len();
+        let mut matrix = TriMat::new(self.rows.shape());
+        for element in 0..self.rows.rows() {
+            self.row(element).for_each(|(column, coefficient)| matrix.add_triplet(element, column, coefficient));
+            let Some(contact) = element.checked_sub(springs) else { continue };
+            for (spring, share) in contacts.column(contact).iter().enumerate().filter(|(_, share)| **share != 0.0) {
+                self.row(spring)
+                    .for_each(|(column, coefficient)| matrix.add_triplet(element, column, -share * coefficient));
+            }
+        }
+        matrix.to_csr()
+    }
+
+    /// Springs in series with the residual flexibility of elastic parts.
+    pub(super) fn series(&self) -> Option<&Series> {
+        self.series.as_ref()
     }
 
     /// The linear springs.

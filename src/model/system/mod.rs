@@ -44,11 +44,11 @@ mod rates;
 mod rebase_group;
 mod register_pair;
 
-pub use assemble::build;
-pub(crate) use assemble::build_placed;
+pub use assemble::{build, build_placed};
+
 pub use coupled::Coupled;
 pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;
 pub use layout::HammerQuadrature;
 pub use model::CoupledModel;
-pub use placed::{InterfaceModes, PlacedModes};
+pub use placed::{InterfaceModes, PlacedModes, Residual};

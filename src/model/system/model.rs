@@ -102,9 +102,25 @@ impl CoupledModel {
         &self.points
     }
 
+    /// Part and number of a watched point of an elastic part.
+    pub(super) fn watched(&self, point: PointId) -> Option<(usize, usize)> {
+        if !point.is_watched() || self.points.0.contains_key(&point) {
+            return None;
+        }
+        let places = self.parts.iter().map(|part| part.watched.as_ref()).enumerate();
+        places
+            .filter_map(|(place, watched)| Some((place, watched?.points.iter().position(|known| *known == point)?)))
+            .next()
+    }
+
     /// A part.
     fn part(&self, id: PartId) -> Option<&CoupledPart> {
         self.parts.iter().find(|part| part.id == id)
+    }
+
+    /// Columns of a part.
+    pub(super) fn columns(&self, part: PartId) -> Range<usize> {
+        self.part(part).map_or(0..0, |part| part.columns.clone())
     }
 
     /// Masses and inertias of the rigid coordinates of all parts.
@@ -170,6 +186,15 @@ impl CoupledModel {
     /// Displacement and velocity of a point as sums of components of the state; `None` where it follows condensed modes.
     pub fn point_sums(&self, point: PointId) -> Option<[Vec<(usize, f64)>; 2]> {
         let mut sums: WeightedPair = Default::default();
+        if let Some((place, at)) = self.watched(point) {
+            let part = &self.parts[place];
+            let Block::Modal(_) = &part.block else { return None };
+            for (sum, states) in sums.iter_mut().zip(&part.states) {
+                let Some(watched) = &part.watched else { continue };
+                sum.extend(states.clone().zip(watched.shapes.column(at).iter().copied()));
+            }
+            return Some(sums);
+        }
         for &(column, coefficient) in self.points.row(point) {
             let part = self.parts.iter().find(|part| part.columns.contains(&column))?;
             let at = column - part.columns.start;

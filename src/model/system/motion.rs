@@ -1,24 +1,41 @@
 //! Motion of points and elements, forces and energies at a state.
 
 use crate::hammer::{HammerState, body};
-use crate::scene::{Owner, PointId};
+use crate::scene::{Owner, PartId, PointId};
 use crate::system::block::Block;
 use crate::system::coupled::Coupled;
-use crate::system::elements::{Contact, ElementId};
+use crate::system::elements::{Contact, ElementId, Series};
 
 impl Coupled {
     /// Displacement and velocity of a point at time `t`.
     pub fn motion(&self, point: PointId, t: f64, y: &[f64]) -> (f64, f64) {
-        self.sum(self.model.points.row(point).iter().copied(), t, y)
+        match self.model.watched(point) {
+            Some((place, at)) => self.watched_motion(place, at, t, y),
+            None => self.sum(self.model.points.row(point).iter().copied(), t, y),
+        }
+    }
+
+    /// Displacement and velocity of watched point `at` of part number `place`.
+    fn watched_motion(&self, place: usize, at: usize, t: f64, y: &[f64]) -> (f64, f64) {
+        let part = &self.model.parts[place];
+        let Some(watched) = &part.watched else { return (0.0, 0.0) };
+        let shape = watched.shapes.column(at);
+        let (mut displacement, mut velocity) = (0.0, 0.0);
+        self.blocks[place].each_mode(part.states_of(t, y), |mode, [x, v]| {
+            displacement += shape[mode] * x;
+            velocity += shape[mode] * v;
+        });
+        (displacement, velocity)
     }
 
     /// Displacement and velocity of each watched point of the machine, in order.
     pub fn watched(&self, t: f64, y: &[f64], out: &mut [[f64; 2]]) {
         out.fill([0.0; 2]);
-        for (part, block) in self.model.parts.iter().zip(&self.blocks) {
-            let Some(shapes) = &part.watched else { continue };
+        let parts = self.model.parts.iter().zip(&self.blocks);
+        for (part, block) in parts.filter(|(part, _)| part.id == PartId::Machine) {
+            let Some(watched) = &part.watched else { continue };
             block.each_mode(part.states_of(t, y), |mode, [x, v]| {
-                for ([displacement, velocity], shape) in out.iter_mut().zip(shapes.row(mode).iter()) {
+                for ([displacement, velocity], shape) in out.iter_mut().zip(watched.shapes.row(mode).iter()) {
                     *displacement += shape * x;
                     *velocity += shape * v;
                 }
@@ -124,7 +141,17 @@ impl Coupled {
             ElementId::Spring(row) => {
                 let (d, rate) = self.relative_motion(row, t, y);
                 let spring = &self.model.elements.springs()[row];
-                spring.stiffness_n_per_m * d + spring.damping_n_s_per_m * rate
+                let Some(Series { stiffness, damping, contacts }) = self.model.elements.series() else {
+                    return spring.stiffness_n_per_m * d + spring.damping_n_s_per_m * rate;
+                };
+                let of_springs = (0..stiffness.ncols()).map(|other| {
+                    let (d, rate) = self.relative_motion(other, t, y);
+                    stiffness[(row, other)] * d + damping[(row, other)] * rate
+                });
+                let of_contacts = (0..contacts.ncols()).filter(|contact| contacts[(row, *contact)] != 0.0);
+                let of_contacts =
+                    of_contacts.map(|contact| contacts[(row, contact)] * self.contact_force(contact, t, y));
+                of_springs.sum::<f64>() - of_contacts.sum::<f64>()
             }
         }
     }
@@ -138,7 +165,11 @@ impl Coupled {
 
     fn spring_energy(&self, row: usize, t: f64, y: &[f64]) -> f64 {
         let (d, _) = self.relative_motion(row, t, y);
-        0.5 * self.model.elements.springs()[row].stiffness_n_per_m * d * d
+        let Some(Series { stiffness, .. }) = self.model.elements.series() else {
+            return 0.5 * self.model.elements.springs()[row].stiffness_n_per_m * d * d;
+        };
+        let force = |other: usize| stiffness[(row, other)] * self.relative_motion(other, t, y).0;
+        0.5 * d * (0..stiffness.ncols()).map(force).sum::<f64>()
     }
 
     /// Energy stored in a contact at a state, J, and in what loads it at rest, both beyond rest; without such a load 0 while it is open.

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::scene::PointId;
+use crate::scene::{PartId, PointId};
 use crate::system::block::CondensedConstants;
 use crate::system::dissipation::{Damping, interval_s};
 use crate::system::impulse_response::Condensation;
@@ -16,22 +16,21 @@ use crate::system::modal::Modes;
 /// none of its points: leaving them out changes nothing beyond rounding.
 const EXCITED_SHARE: f64 = 1e-9;
 
-/// The structure's modes as a scene sees them.
+/// Modes of an elastic part as a scene sees them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InterfaceModes {
     /// Natural circular frequencies in rad/s.
     pub omega_rad_s: Vec<f64>,
     /// Damping ratio per mode.
     pub damping_ratio: Vec<f64>,
-    /// Mode shapes along the strike axis at each point of the machine, see [`crate::scene::Scene::points`].
+    /// Mode shapes along the strike axis at each point of the part, see [`crate::scene::Scene::points`].
     pub shapes: BTreeMap<PointId, Vec<f64>>,
 }
 
 impl InterfaceModes {
     /// Points that links join with their shapes, in the order of the machine's columns; or those that are watched.
     pub(super) fn rows(&self, watched: bool) -> impl Iterator<Item = (PointId, &Vec<f64>)> {
-        let is = move |id: PointId| matches!(id, PointId::Watched { .. }) == watched;
-        self.shapes.iter().map(|(id, row)| (*id, row)).filter(move |(id, _)| is(*id))
+        self.shapes.iter().map(|(id, row)| (*id, row)).filter(move |(id, _)| id.is_watched() == watched)
     }
 
     /// The modes that the scene excites. Modes that no driven point moves stay at rest, even if a watched point follows them.
@@ -48,7 +47,8 @@ impl InterfaceModes {
             damping: DVector::from_iterator(kept.len(), kept.iter().map(|k| 2.0 * self.damping_ratio[*k] * omega(k))),
             phi: shapes(&rows),
         };
-        Excited { modes: Arc::new(modes), watched: Arc::new(shapes(&watched)) }
+        let points = self.rows(true).map(|(id, _)| id).collect();
+        Excited { modes: Arc::new(modes), watched: Arc::new(Watched { points, shapes: shapes(&watched) }) }
     }
 }
 
@@ -57,21 +57,49 @@ impl InterfaceModes {
 pub(super) struct Excited {
     /// Modes with their shapes at the driven points.
     pub modes: Arc<Modes>,
-    /// Shapes at the watched points: modes x points.
-    pub watched: Arc<DMatrix<f64>>,
+    /// Watched points.
+    pub watched: Arc<Watched>,
+}
+
+/// Points that no link joins: they follow the modes.
+#[derive(Debug, Clone)]
+pub(super) struct Watched {
+    /// The points.
+    pub points: Vec<PointId>,
+    /// Their mode shapes: modes x points.
+    pub shapes: DMatrix<f64>,
+}
+
+/// Flexibility of the modes of an elastic part that are left out, between the points that links join, in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Residual {
+    /// Flexibility in m/N; symmetric.
+    pub flexibility: DMatrix<f64>,
+    /// Local flexibility of each point in m/N, whatever is left out: what a contact's stiffness may include.
+    pub local: Vec<f64>,
 }
 
 /// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
 #[derive(Debug)]
 pub struct PlacedModes {
     interface: InterfaceModes,
+    /// Residual flexibility of the points that links join; `None` for none.
+    residual: Option<Residual>,
+    /// Modes of the elastic castings, by the castings' indices.
+    castings: BTreeMap<usize, Self>,
     excited: OnceLock<Excited>,
     condensed: OnceLock<Option<CondensedConstants>>,
 }
 
 impl From<InterfaceModes> for PlacedModes {
     fn from(interface: InterfaceModes) -> Self {
-        Self { interface, excited: OnceLock::new(), condensed: OnceLock::new() }
+        Self {
+            interface,
+            residual: None,
+            castings: BTreeMap::new(),
+            excited: OnceLock::new(),
+            condensed: OnceLock::new(),
+        }
     }
 }
 
@@ -84,6 +112,30 @@ impl Deref for PlacedModes {
 }
 
 impl PlacedModes {
+    /// Adds the residual flexibility of the modes left out; it has no mass.
+    pub fn with_residual(self, residual: Residual) -> Self {
+        Self { residual: Some(residual), ..self }
+    }
+
+    /// Adds the modes of an elastic casting, its rigid motions among them.
+    pub fn with_casting(mut self, casting: usize, modes: Self) -> Self {
+        self.castings.insert(casting, modes);
+        self
+    }
+
+    /// The modes of an elastic part: the machine's own, or a casting's.
+    pub(super) fn of(&self, part: PartId) -> Option<&Self> {
+        match part {
+            PartId::Casting(casting) => self.castings.get(&casting),
+            PartId::Machine | PartId::Hammer(_) => Some(self),
+        }
+    }
+
+    /// The residual flexibility of the points that links join.
+    pub(super) fn residual(&self) -> Option<&Residual> {
+        self.residual.as_ref()
+    }
+
     /// The modes that scenes here excite. The shapes must all have the number of modes.
     pub(super) fn excited(&self) -> &Excited {
         self.excited.get_or_init(|| self.interface.excited())

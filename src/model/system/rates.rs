@@ -1,16 +1,19 @@
 //! The right-hand side of the coupled system, of one row or of one in each lane: motion of all points, forces, accelerations,
 //! quadratures.
 
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
 use crate::contact::ContactLaw;
 use crate::hammer::{HammerConstants, HammerState, body};
 use crate::integrate::GuardSample;
+use crate::scene::PartId;
 use crate::system::block::{Block, FlexibleRates};
 use crate::system::discrete::Discrete;
 use crate::system::layout::{CastingQuadrature, HammerQuadrature, Layout};
 use crate::system::model::{Books, CoupledModel};
-use crate::system::products::{clear, copy};
+use crate::system::products::{clear, copy, put_all};
 use decore_math::number::{Lanes, Mask, Number, in_lanes};
 
 /// Sums over one right-hand side.
@@ -116,6 +119,12 @@ pub(super) struct Rates<R: Number> {
     layout: Layout,
     rows: ElementRows<R>,
     springs: Vec<Spring<R>>,
+    /// Stiffness and damping of springs in series with a residual flexibility, row by row; empty without any.
+    series: [Vec<R>; 2],
+    /// Elongation and rate of each spring.
+    elongations: Vec<[R; 2]>,
+    /// Columns of the machine, on which contacts act through fixtures in series with a residual flexibility.
+    machine: Range<usize>,
     contacts: Vec<Contact<R>>,
     hammers: Vec<Hammer<R>>,
     /// Masses of the rigid coordinates of all parts, side by side.
@@ -150,6 +159,9 @@ impl<R: Number> Rates<R> {
                     Spring { stiffness_n_per_m: zero, damping_n_s_per_m: zero, books }
                 })
                 .collect(),
+            series: [(); 2].map(|()| vec![zero; model.elements.series().map_or(0, |series| series.stiffness.len())]),
+            elongations: vec![[zero; 2]; model.elements.springs().len()],
+            machine: model.columns(PartId::Machine),
             contacts: model.elements.contacts().iter().map(|contact| Contact::like(contact, model)).collect(),
             hammers: (model.hammers.iter())
                 .map(|slot| Hammer {
@@ -189,6 +201,11 @@ impl<R: Number> Rates<R> {
         for (own, spring) in self.springs.iter_mut().zip(elements.springs()) {
             own.stiffness_n_per_m.put(lane, &spring.stiffness_n_per_m);
             own.damping_n_s_per_m.put(lane, &spring.damping_n_s_per_m);
+        }
+        if let Some(series) = elements.series() {
+            // Both are symmetric: columns are rows.
+            put_all(&mut self.series[0], lane, series.stiffness.as_slice());
+            put_all(&mut self.series[1], lane, series.damping.as_slice());
         }
         for (own, contact) in self.contacts.iter_mut().zip(elements.contacts()) {
             own.law.put(lane, &contact.law);
@@ -312,11 +329,21 @@ impl<R: Number> Rates<R> {
         let (displacement, velocity, forces) = (&self.displacement[..], &self.velocity[..], &mut self.force[..]);
         let layout = self.layout;
         rate[layout.casting_quadratures()].fill(none);
-        for (spring, row) in self.springs.iter().zip(self.rows.from(0)) {
-            let [extension, speed] = row.values(displacement, velocity);
-            let force = spring.stiffness_n_per_m * extension + spring.damping_n_s_per_m * speed;
+        if !self.series[0].is_empty() {
+            for (elongation, row) in self.elongations.iter_mut().zip(self.rows.from(0)) {
+                *elongation = row.values(displacement, velocity);
+            }
+        }
+        for (at, (spring, row)) in self.springs.iter().zip(self.rows.from(0)).enumerate() {
+            let (force, loss);
+            if self.series[0].is_empty() {
+                let [extension, speed] = row.values(displacement, velocity);
+                force = spring.stiffness_n_per_m * extension + spring.damping_n_s_per_m * speed;
+                loss = spring.damping_n_s_per_m * speed * speed;
+            } else {
+                (force, loss) = in_series(&self.series, &self.elongations, at);
+            }
             row.apply(force, forces);
-            let loss = spring.damping_n_s_per_m * speed * speed;
             power.dissipated += loss;
             if let Books::Fixture { casting, support } = spring.books {
                 rate[layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += loss;
@@ -346,6 +373,11 @@ impl<R: Number> Rates<R> {
                     let work = R::select(acts, force * casting_speed, none);
                     rate[layout.quadrature(hammer, HammerQuadrature::Work)] = work;
                     rate[layout.quadrature(hammer, HammerQuadrature::Impulse)] = force;
+                    if !self.series[0].is_empty() {
+                        let through = row.entries().filter(|(column, _)| self.machine.contains(column));
+                        let carried = through.fold(none, |sum, (column, c)| sum - c * force * velocity[column]);
+                        rate[layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
+                    }
                 }
                 Books::Fixture { casting, support } => {
                     rate[layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += loss;
@@ -412,6 +444,18 @@ impl<R: Number> Rates<R> {
         let found = flexible.find(|flexible| flexible.columns.contains(&column));
         found.map_or(R::splat(0.0), |flexible| flexible.acceleration(column - flexible.columns.start, t, state))
     }
+}
+
+/// Force of spring `at` in series with a residual flexibility, and the power that it dissipates.
+#[inline(always)]
+fn in_series<R: Number>([stiffness, damping]: &[Vec<R>; 2], elongations: &[[R; 2]], at: usize) -> (R, R) {
+    let own = at * elongations.len()..(at + 1) * elongations.len();
+    let (mut elastic, mut damped) = (R::splat(0.0), R::splat(0.0));
+    for ([elongation, speed], (k, c)) in elongations.iter().zip(stiffness[own.clone()].iter().zip(&damping[own])) {
+        elastic = k.mul_add(*elongation, elastic);
+        damped = c.mul_add(*speed, damped);
+    }
+    (elastic + damped, damped * elongations[at][1])
 }
 
 impl<R: Number> Contact<R> {

@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::elastic::CastingStructureEntry;
 use crate::parameter::parameters;
 
 parameters! {
@@ -29,18 +30,42 @@ parameters! {
 }
 
 parameters! {
-    /// A rigid casting with the fixtures that carry it.
+    /// A point of a casting at which a core sits: its velocity is an output, and it costs no state.
+    #[derive(Serialize)]
+    pub struct CorePoint from CorePointEntry {
+        own {
+            /// Name as in the study.
+            pub name: String,
+        }
+        /// Where it is, x, y and z from the casting's centre of mass. For a rigid casting z does not matter.
+        pub at_m: [f64; 3], "m", [finite] usual [-10, 10], "default: at the centre of mass";
+    }
+}
+
+/// What a scene knows of an elastic casting. Its modes come beside the scene, see [`crate::system::PlacedModes`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Elastic {
+    /// Whether the stiffness of the chisel's contact includes the local flexibility of the casting.
+    pub contact_includes_casting: bool,
+}
+
+parameters! {
+    /// A casting with the fixtures that carry it.
     ///
-    /// The point (x, y) moves by `z + y tx - x ty`.
+    /// The point (x, y) of a rigid casting moves by `z + y tx - x ty`. An elastic one moves by the modes of its finite element model.
     pub struct Casting from CastingEntry {
         own {
             /// Name as in the study.
             pub name: String,
             /// Its fixtures; at least one.
             pub fixtures: Vec<Fixture>,
+            /// Core points; their velocity is watched.
+            pub cores: Vec<CorePoint>,
+            /// How it bends; `None` for a rigid casting.
+            pub elastic: Option<Elastic>,
         }
         required {
-            /// Mass.
+            /// Mass; of an elastic casting within 1 % of that of its matrices.
             pub mass_kg: f64, "kg", [> 0] usual [0.05, 1000], "no default";
         }
         /// Centre of mass in the machine's plane, x and y.
@@ -54,6 +79,12 @@ parameters! {
         typed_last {
             /// Fixtures by name; at least one.
             pub fixture: IndexMap<String, FixtureEntry>,
+            /// Core points by name.
+            #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+            pub core: IndexMap<String, CorePointEntry>,
+            /// Finite element model of an elastic casting. Default: the casting is rigid.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub structure: Option<CastingStructureEntry>,
         }
     }
 }

@@ -1,7 +1,9 @@
 //! Castings and the fixtures that hold them: plain data, rigid-body kinematics in the plane of the table.
 
 mod casting;
+mod elastic;
 mod restraint;
 
-pub use casting::{Casting, CastingEntry, Fixture, FixtureEntry};
+pub use casting::{Casting, CastingEntry, CorePoint, CorePointEntry, Elastic, Fixture, FixtureEntry};
+pub use elastic::{CastingStructure, CastingStructureEntry};
 pub(crate) use restraint::{OFFSET_TOLERANCE_M, WorkpieceError};

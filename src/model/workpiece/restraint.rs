@@ -36,7 +36,7 @@ const PIVOT_TOLERANCE: f64 = 1e-9;
 impl Casting {
     /// Rotations that the casting needs, `[tx, ty]`.
     ///
-    /// `tx` (about x) is needed when a strike point, a fixture or the measuring point has an offset in y, `ty` when one
+    /// `tx` (about x) is needed when a strike point, a fixture, a core or the measuring point has an offset in y, `ty` when one
     /// has an offset in x; offsets up to [`OFFSET_TOLERANCE_M`] count as zero. `strike_points`: all points in m, from the
     /// casting's centre of mass, at which hammers strike it.
     pub fn active_rotations(&self, strike_points: &[[f64; 2]]) -> [bool; 2] {
@@ -46,7 +46,9 @@ impl Casting {
                 .map(|fixture| &fixture.at_m)
                 .chain(strike_points)
                 .chain(&self.measuring_point_m)
-                .any(|point| point[axis].abs() > OFFSET_TOLERANCE_M)
+                .map(|point| point[axis])
+                .chain(self.cores.iter().map(|core| core.at_m[axis]))
+                .any(|offset| offset.abs() > OFFSET_TOLERANCE_M)
         };
         [offset(1), offset(0)]
     }
@@ -60,7 +62,7 @@ impl Casting {
     /// [`WorkpieceError::MissingInertia`] if a rotation is active and there is no inertia,
     /// [`WorkpieceError::Unrestrained`] if the fixtures leave a motion free.
     pub fn check_restraint(&self, active: [bool; 2]) -> Result<(), WorkpieceError> {
-        if active != [false, false] && self.inertia_kg_m2.is_none() {
+        if active != [false, false] && self.inertia_kg_m2.is_none() && self.elastic.is_none() {
             return Err(WorkpieceError::MissingInertia { casting: self.name.clone() });
         }
         match free_motion(&self.hold(), [true, active[0], active[1]]) {

@@ -1,7 +1,7 @@
 //! What a user typed: a text, the folder that its file names start from, and the values set over it.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::error::{FileLocation, Problem, StudyError};
 use super::keys::{self, Shape};
@@ -17,6 +17,8 @@ pub(crate) struct Typed {
     pub file: Option<PathBuf>,
     /// Where relative file names start.
     pub directory: PathBuf,
+    /// Folder of the file with the design's rows, where it is another one.
+    pub row_directory: Option<PathBuf>,
     /// Texts of hammer files by the name that the study gives them; these files are not opened.
     pub hammers: BTreeMap<String, String>,
     /// What is set over the text, in order.
@@ -24,6 +26,11 @@ pub(crate) struct Typed {
 }
 
 impl Typed {
+    /// Folder in which the name of the file with the design's rows starts.
+    pub fn row_directory(&self) -> &Path {
+        self.row_directory.as_ref().unwrap_or(&self.directory)
+    }
+
     /// The values, overrides applied.
     pub fn tree(&self) -> toml::Table {
         let mut tree = self.document.root.table();

@@ -5,16 +5,15 @@ use std::fs::File;
 use std::path::Path;
 
 use super::error::EngineError;
-use crate::StructureSource;
 
 /// BLAKE3 of every file of a structure by its key in the study and the file's name. Folders do not count: a sweep may be
 /// continued elsewhere.
 ///
 /// `table`: where the structure stands in the study.
-pub(super) fn input_hashes(table: &str, source: &StructureSource) -> Result<BTreeMap<String, String>, EngineError> {
+pub(super) fn input_hashes(table: &str, files: &[(&str, &Path)]) -> Result<BTreeMap<String, String>, EngineError> {
     let mut hashes = BTreeMap::new();
     // Of a built-in one there are none: the program's version stands for it.
-    for (key, path) in source.files() {
+    for (key, path) in files {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         hashes.insert(format!("{table}.{key} ({name})"), hash(path)?);
     }

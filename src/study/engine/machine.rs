@@ -1,21 +1,23 @@
 //! The machine of a study: its structure reduced once, its modes per placement of the hammers.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use crate::{InterfaceDemand, PointTable, StructureSettings, StructureSource};
+use crate::{CastingModel, InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use decore_model::scene::{Housings, Location, PartId, PointId, STANDARD, Scene};
 use decore_model::structure::{
-    Damping, DirectedPoints, FeModel, InterfacePoints, ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt,
-    ReducedStructure, ReductionSettings, RigidMass, SelectionSettings, StructureError, cache_path, reduce,
-    reduce_files,
+    BodyModes, BodyPoint, Damping, DirectedPoints, ElasticBody, FeModel, InterfacePoints, ModalOptions, ModalTable,
+    ModeSelection, ModelFiles, ModesAt, ReducedStructure, ReductionSettings, RigidMass, SelectionSettings,
+    StructureError, cache_path, reduce, reduce_files,
 };
-use decore_model::system::{InterfaceModes, PlacedModes};
+use decore_model::system::{InterfaceModes, PlacedModes, Residual};
 
 /// Direction of every strike in the machine's coordinates: vertical, downwards.
 const STRIKE_DIRECTION: [f64; 3] = [0.0, 0.0, -1.0];
 /// Index of the vertical translation among the six DOFs of a point.
 const VERTICAL: usize = 2;
+/// Relative difference of masses that are the same.
+const SAME_MASS: f64 = 0.01;
 /// DOFs of a point.
 const POINT_DOFS: usize = 6;
 /// Placements whose modes are kept; a design with more (a continuous rail position) solves each row's own.
@@ -23,8 +25,8 @@ const CACHED_PLACEMENTS: usize = 128;
 
 /// Weighted points in a form that can be compared: names, and the bits of every weight.
 type PointsKey = Vec<(String, u64)>;
-/// Housings of a scene with the bits of their numbers, and its points on the structure.
-type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<(PointId, PointsKey)>);
+/// Housings of a scene with the bits of their numbers, its points on the structure, and those on elastic castings.
+type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<(PointId, PointsKey)>, Vec<(PointId, String)>);
 
 /// The reduced machine of a study, shared by all rows.
 #[derive(Debug)]
@@ -38,6 +40,8 @@ pub struct Machine {
     whole: AllModes,
     /// The modes that rows run on: all of them, or what the study's tolerance selects.
     cache: Mutex<HashMap<PlacementKey, Arc<PlacedModes>>>,
+    /// The elastic castings of the study, by their indices.
+    castings: ElasticCastings,
     notes: Vec<String>,
 }
 
@@ -50,6 +54,16 @@ enum AllModes {
     Station(Box<ReductionSettings>, Box<OnceLock<Result<ReducedStructure, String>>>),
 }
 
+/// Elastic castings of a study, by their indices.
+pub type ElasticCastings = Arc<BTreeMap<usize, ElasticCasting>>;
+
+/// An elastic casting of a study.
+#[derive(Debug)]
+pub struct ElasticCasting {
+    name: String,
+    body: ElasticBody,
+}
+
 /// What a scene puts on the machine.
 struct Placement {
     /// The bodies that the structure carries.
@@ -58,6 +72,15 @@ struct Placement {
     points: Vec<PointId>,
     /// Their nodes and directions.
     rows: Vec<DirectedPoints>,
+    /// Points of elastic castings: those that links join come first.
+    castings: BTreeMap<usize, CastingPoints>,
+}
+
+/// Points of an elastic casting.
+#[derive(Default)]
+struct CastingPoints {
+    driven: Vec<(PointId, BodyPoint)>,
+    watched: Vec<(PointId, BodyPoint)>,
 }
 
 /// A structure before its reduction: what a study is checked against.
@@ -99,6 +122,28 @@ impl SourceModel {
     }
 }
 
+impl ElasticCasting {
+    /// Reads the model of a casting and computes its modes.
+    ///
+    /// # Errors
+    /// Faults of its files; see [`ElasticBody::new`].
+    pub(super) fn read(name: &str, model: &CastingModel) -> Result<Self, StructureError> {
+        let fe_model = FeModel::read(&model.files)?;
+        let body = ElasticBody::new(fe_model, model.settings.clone()).map_err(|error| named(error, name))?;
+        Ok(Self { name: name.to_owned(), body })
+    }
+}
+
+/// An error about a casting, with the casting's name.
+fn named(error: StructureError, casting: &str) -> StructureError {
+    match error {
+        StructureError::Argument { name, expected, found } if name == "casting" => {
+            StructureError::Argument { name: format!("casting.{casting}.structure"), expected, found }
+        }
+        other => other,
+    }
+}
+
 impl Machine {
     /// Reduces a structure to the interface points that a study can use, see [`reduction_settings`].
     ///
@@ -107,7 +152,7 @@ impl Machine {
     pub fn new(
         model: SourceModel,
         settings: &StructureSettings,
-        demand: &InterfaceDemand,
+        (demand, castings): (&InterfaceDemand, &ElasticCastings),
     ) -> Result<Self, StructureError> {
         let settings_of = || reduction_settings(settings, demand);
         let whole = match &settings.source {
@@ -139,6 +184,7 @@ impl Machine {
             housings: settings.housings,
             whole,
             cache: Mutex::default(),
+            castings: Arc::clone(castings),
             notes,
         })
     }
@@ -154,6 +200,7 @@ impl Machine {
     /// # Errors
     /// A mount or fixture point that was not kept, or a placement whose eigenproblem has no solution.
     pub fn modes(&self, scene: &Scene) -> Result<Arc<PlacedModes>, StructureError> {
+        self.require_masses(scene)?;
         let placement = self.placement(scene);
         let key = key(&placement);
         // A panic elsewhere leaves the map whole: entries are inserted in one go.
@@ -166,7 +213,7 @@ impl Machine {
             Some(settings) => self.select_at(&placement, settings)?.1,
             None => placement.all(&self.reduced.modes_at(&placement.bodies, &self.options, &placement.rows)?),
         };
-        let placed = Arc::new(chosen.into());
+        let placed = Arc::new(self.with_castings(chosen.into(), &placement)?);
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if cache.len() < CACHED_PLACEMENTS {
             cache.insert(key, Arc::clone(&placed));
@@ -195,7 +242,39 @@ impl Machine {
         let options = ModalOptions { cutoff_hz, damping: self.options.damping.clone() };
         let placement = self.placement(scene);
         let modes = reduced.modes_at(&placement.bodies, &options, &placement.rows);
-        Ok(Arc::new(placement.all(&modes.map_err(|error| error.to_string())?).into()))
+        let modes = placement.all(&modes.map_err(|error| error.to_string())?);
+        Ok(Arc::new(self.with_castings(modes.into(), &placement).map_err(|error| error.to_string())?))
+    }
+
+    /// Checks the masses of elastic castings against their matrices.
+    fn require_masses(&self, scene: &Scene) -> Result<(), StructureError> {
+        for (index, ElasticCasting { body, .. }) in self.castings.iter() {
+            let Some(casting) = scene.castings.get(*index) else { continue };
+            let (given, found) = (casting.mass_kg, body.mass_kg());
+            if (given - found).abs() > SAME_MASS * found {
+                let (name, expected) =
+                    (format!("casting.{}.mass_kg", casting.name), format!("the mass of its matrices, {found:.4} kg"));
+                return Err(StructureError::Argument { name, expected, found: given.to_string() });
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the modes of the elastic castings.
+    fn with_castings(&self, modes: PlacedModes, placement: &Placement) -> Result<PlacedModes, StructureError> {
+        let mut modes = modes;
+        for (casting, CastingPoints { driven, watched }) in &placement.castings {
+            let Some(elastic) = self.castings.get(casting) else { continue };
+            let (ids, points): (Vec<PointId>, Vec<BodyPoint>) = driven.iter().chain(watched).copied().unzip();
+            let BodyModes { omega_rad_s, damping_ratio, rows, residual, local } =
+                elastic.body.at(&points, driven.len()).map_err(|error| named(error, &elastic.name))?;
+            let shapes = rows.row_iter().map(|row| row.iter().copied().collect());
+            let interface =
+                InterfaceModes { omega_rad_s, damping_ratio, shapes: ids.into_iter().zip(shapes).collect() };
+            let residual = Residual { flexibility: residual, local };
+            modes = modes.with_casting(*casting, PlacedModes::from(interface).with_residual(residual));
+        }
+        Ok(modes)
     }
 
     /// What was selected for a scene; `None` where the study sets no tolerance.
@@ -243,7 +322,15 @@ impl Machine {
                 _ => None,
             })
             .unzip();
-        Placement { bodies, points, rows }
+        let mut castings: BTreeMap<usize, CastingPoints> = BTreeMap::new();
+        for point in scene.points().into_values() {
+            if let (PartId::Casting(casting), Location::Place(place)) = (point.part, point.location) {
+                let points = castings.entry(casting).or_default();
+                let list = if point.id.is_watched() { &mut points.watched } else { &mut points.driven };
+                list.push((point.id, place));
+            }
+        }
+        Placement { bodies, points, rows, castings }
     }
 }
 
@@ -312,5 +399,8 @@ fn key(placement: &Placement) -> PlacementKey {
         (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
     };
     let points = placement.points.iter().copied().zip(placement.rows.iter().map(|(points, _)| bits(points)));
-    (placement.bodies.iter().map(entry).collect(), points.collect())
+    // Shortest digits that give the number back: equal texts are equal places.
+    let of_castings = placement.castings.values().flat_map(|points| points.driven.iter().chain(&points.watched));
+    let of_castings = of_castings.map(|(id, place)| (*id, format!("{place:?}"))).collect();
+    (placement.bodies.iter().map(entry).collect(), points.collect(), of_castings)
 }

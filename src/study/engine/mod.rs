@@ -27,7 +27,7 @@ pub use course::{Course, Verdict, pursue};
 pub use design_table::design_table;
 pub use error::EngineError;
 pub use event::SweepEvent;
-pub use machine::{Machine, SourceModel, reduction_settings};
+pub use machine::{ElasticCastings, Machine, SourceModel, reduction_settings};
 pub use prepared::{Engine, RowRunner, RowScene, checked};
 pub use repeats::{MOST_COMPARED, Repeats};
 pub use stub::StubRows;

@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
-use super::machine::{Machine, SourceModel};
+use super::machine::{ElasticCasting, ElasticCastings, Machine, SourceModel};
 use super::sample::is_drawn;
 use super::signals::KeptSignals;
 use crate::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
@@ -87,18 +87,19 @@ impl Engine {
     /// # Errors
     /// Faults of the study, of a machine's files or reduction; machines whose points are not at the same places.
     pub fn new(study: Study) -> Result<Self, EngineError> {
-        let mut inputs = input_hashes("structure", &study.structure().source)?;
+        let mut inputs = input_hashes("structure", &study.structure().source.files())?;
         let model = SourceModel::read(study.structure())?;
         let demand = InterfaceDemand::of(&study);
         let checked = CheckedStudy::new(study, model.points())?;
-        let machine = Machine::new(model, checked.study().structure(), &demand)?;
+        let castings = elastic_castings(checked.study(), &mut inputs)?;
+        let machine = Machine::new(model, checked.study().structure(), (&demand, &castings))?;
         let mut further = Vec::new();
         for (name, settings) in checked.study().structures() {
             let table = format!("structures.{name}");
-            inputs.extend(input_hashes(&table, &settings.source)?);
+            inputs.extend(input_hashes(&table, &settings.source.files())?);
             let model = SourceModel::read(settings)?;
             same_points(&table, &demand, [checked.points(), &model.points()])?;
-            further.push(Machine::new(model, settings, &demand)?);
+            further.push(Machine::new(model, settings, (&demand, &castings))?);
         }
         let signals = KeptSignals::of(&checked)?;
         check_goal(&checked)?;
@@ -338,6 +339,17 @@ impl JobSource for Jobs<'_> {
     fn panicked(&mut self, row: u64, payload: Box<dyn Any + Send>) {
         self.rows.ended(row, RowOutcome::panicked(payload.as_ref()));
     }
+}
+
+/// Reads the elastic castings of a study and computes their modes; adds the checksums of their files.
+fn elastic_castings(study: &Study, inputs: &mut BTreeMap<String, String>) -> Result<ElasticCastings, EngineError> {
+    let mut castings = BTreeMap::new();
+    for (index, (name, model)) in study.elastic_castings() {
+        let files = model.listed();
+        inputs.extend(input_hashes(&format!("casting.{name}.structure"), &files)?);
+        castings.insert(*index, ElasticCasting::read(name, model)?);
+    }
+    Ok(Arc::new(castings))
 }
 
 /// Strikes follow from where points are: the machines of a study have those that it uses at the same places.

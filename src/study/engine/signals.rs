@@ -53,7 +53,7 @@ impl KeptSignals {
         if let Some(row) = outputs.signal_rows.iter().find(|row| **row >= rows) {
             return wrong("signal_rows", format!("names row {row}, but the study has the rows 0 to {}", rows - 1));
         }
-        let known: Vec<SignalColumn> = signal_list(&study.hammer_names(), &study.fixture_names(), &outputs.points)
+        let known: Vec<SignalColumn> = signal_list(&study.hammer_names(), &study.castings(), &outputs.points)
             .iter()
             .map(|signal| SignalColumn::of(signal, interval_s))
             .collect();

@@ -44,11 +44,12 @@ struct DesignReader<'a> {
 impl DesignReader<'_> {
     /// Reads a factor; those before it have been read.
     fn factor(&mut self, name: &str, typed: &FactorEntry) {
-        let entry =
-            spanned(self.entry, (name, typed), &self.around.typed.directory).unwrap_or_else(|Fault { at, message }| {
+        let entry = spanned(self.entry, (name, typed), self.around.typed.row_directory()).unwrap_or_else(
+            |Fault { at, message }| {
                 self.problems.push(self.around.problem(&at, message));
                 typed.clone()
-            });
+            },
+        );
         let mut reader = FactorReader { around: self.around, name, entry: &entry, problems: Vec::new() };
         reader.check_values();
         let drives = reader.drives(&self.factors);
@@ -88,7 +89,7 @@ impl DesignReader<'_> {
 
     fn kind_reader(&self) -> KindReader<'_> {
         let drawn = self.factors.iter().filter(|factor| factor.distribution().is_some()).collect();
-        KindReader { entry: self.entry, drawn, directory: &self.around.typed.directory }
+        KindReader { entry: self.entry, drawn, directory: self.around.typed.row_directory() }
     }
 
     /// The kind of design; `None` where something is at fault.

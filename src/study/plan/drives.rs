@@ -96,7 +96,8 @@ impl<'a> FactorReader<'a> {
             return None;
         }
         let names: Vec<&str> = segments.iter().map(String::as_str).collect();
-        let shared = matches!(names.as_slice(), ["outputs", key, ..] if SHARED_OUTPUTS.contains(key));
+        let shared = matches!(names.as_slice(), ["outputs", key, ..] if SHARED_OUTPUTS.contains(key))
+            || matches!(names.as_slice(), ["casting", _, "structure", ..]);
         if shared || !segments.first().is_some_and(|first| DRIVABLE.contains(&first.as_str())) {
             let problem = self.problem_at(at, format!("`{text}` is shared by all rows, so no factor can drive it"));
             problem.expected = Some(format!("a path that starts with one of {}", DRIVABLE.join(", ")));

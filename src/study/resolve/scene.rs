@@ -9,7 +9,9 @@ use decore_model::scene::{
     Guide, HammerEntry, HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry,
     SolverSettings, Supply,
 };
-use decore_model::workpiece::{Casting, CastingEntry, Fixture, FixtureEntry};
+use decore_model::workpiece::{
+    Casting, CastingEntry, CastingStructureEntry, CorePoint, CorePointEntry, Elastic, Fixture, FixtureEntry,
+};
 use decore_quantity::words::nearest;
 
 /// What rows share.
@@ -110,7 +112,20 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     let fixtures =
         known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
     let fixtures = fixtures.collect();
-    entry.over(Casting { name: name.to_string(), fixtures, centre_m: centre, ..Casting::default() })
+    let core = |(core, entry): (&String, &CorePointEntry)| {
+        entry.over(CorePoint { name: core.clone(), ..CorePoint::default() })
+    };
+    let elastic = |structure: &CastingStructureEntry| Elastic {
+        contact_includes_casting: structure.contact_includes_casting.unwrap_or(true),
+    };
+    entry.over(Casting {
+        name: name.to_string(),
+        fixtures,
+        cores: entry.core.iter().map(core).collect(),
+        elastic: entry.structure.as_ref().map(elastic),
+        centre_m: centre,
+        ..Casting::default()
+    })
 }
 
 fn fixture_of(name: &str, entry: &FixtureEntry, place: [f64; 2], centre: [f64; 2]) -> Fixture {

@@ -13,7 +13,8 @@ use crate::file::StructureFile;
 use decore_files::Limit;
 use decore_model::parameter::{Fault, Parameters};
 use decore_model::scene::{Fidelity, Housings, Preset, SourceName, StructureEntry, StructureParameters};
-use decore_model::structure::{Damping, MatrixFile, MatrixFormat, ModelFiles, read_damping_ratios};
+use decore_model::structure::{Damping, ElasticSettings, MatrixFile, MatrixFormat, ModelFiles, read_damping_ratios};
+use decore_model::workpiece::{CastingStructure, CastingStructureEntry};
 
 /// The rail of the built-in station.
 const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);
@@ -49,20 +50,65 @@ impl StructureSource {
         match self {
             Self::Station => Vec::new(),
             Self::ModalTable { table, points } => vec![("modal_file", table), ("points_file", points)],
-            Self::Matrices(source) => {
-                let files = &source.files;
-                let damping = files.damping.as_ref().map(|matrix| matrix.path.as_path());
-                let all = [
-                    ("stiffness_file", Some(files.stiffness.path.as_path())),
-                    ("mass_file", Some(&files.mass.path)),
-                    ("points_file", Some(&files.points)),
-                    ("damping_file", damping),
-                    ("dof_file", files.dofs.as_deref()),
-                    ("nodes_file", files.nodes.as_deref()),
-                ];
-                all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
-            }
+            Self::Matrices(source) => files_of(&source.files),
         }
+    }
+}
+
+/// Every file of a finite element model, with its key in the study.
+fn files_of(files: &ModelFiles) -> Vec<(&'static str, &Path)> {
+    let all = [
+        ("stiffness_file", Some(files.stiffness.path.as_path())),
+        ("mass_file", Some(&files.mass.path)),
+        ("points_file", Some(files.points.as_path()).filter(|path| !path.as_os_str().is_empty())),
+        ("damping_file", files.damping.as_ref().map(|matrix| matrix.path.as_path())),
+        ("dof_file", files.dofs.as_deref()),
+        ("nodes_file", files.nodes.as_deref()),
+    ];
+    all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
+}
+
+/// Finite element model of an elastic casting: its files, and what is kept of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CastingModel {
+    /// Files of the matrices, without interface points.
+    pub files: ModelFiles,
+    /// Cut-off, damping, size of points.
+    pub settings: ElasticSettings,
+}
+
+impl CastingModel {
+    /// Fills in defaults and resolves paths against the study's directory. `at`: place of the table in the study.
+    pub(crate) fn read(entry: &CastingStructureEntry, typed: &Typed, at: &[&str]) -> Result<Self, Vec<Problem>> {
+        let CastingStructureEntry { stiffness_file, mass_file, dof_file, nodes_file, format, units, .. } =
+            entry.clone();
+        let matrices = StructureEntry {
+            source: Some(SourceName::Matrices),
+            stiffness_file: Some(stiffness_file),
+            mass_file: Some(mass_file),
+            dof_file,
+            nodes_file,
+            format,
+            units,
+            dofs_per_node: entry.dofs_per_node,
+            stiffness_name: entry.stiffness_name.clone(),
+            mass_name: entry.mass_name.clone(),
+            ..StructureEntry::default()
+        };
+        let table = MachineTable { entry: &matrices, typed, at };
+        let mut reader = Reader { table, problems: Vec::new() };
+        reader.require_files();
+        let files = ModelFiles { points: PathBuf::new(), ..reader.matrices().files };
+        let numbers = entry.over(CastingStructure::default());
+        reader.check_numbers(&numbers, &numbers.damping_ratio);
+        let CastingStructure { cutoff_hz, damping_ratio: damping, point_radius_m, .. } = numbers;
+        let settings = ElasticSettings { cutoff_hz, damping, point_radius_m };
+        if reader.problems.is_empty() { Ok(Self { files, settings }) } else { Err(reader.problems) }
+    }
+
+    /// Every file that it reads, with its key in the study.
+    pub fn listed(&self) -> Vec<(&'static str, &Path)> {
+        files_of(&self.files)
     }
 }
 
@@ -108,7 +154,8 @@ pub fn load_structure(path: &Path) -> Result<Option<StructureSettings>, StudyErr
     })?;
     let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let (machine, file) = (file.structure, Some(path.to_path_buf()));
-    let typed = Typed { document, file, directory, hammers: BTreeMap::new(), overrides: Vec::new() };
+    let (hammers, overrides) = (BTreeMap::new(), Vec::new());
+    let typed = Typed { document, file, directory, row_directory: None, hammers, overrides };
     let table = MachineTable { entry: &machine, typed: &typed, at: &["structure"] };
     StructureSettings::read(table, Fidelity::default()).map(Some).map_err(StudyError::several)
 }
@@ -130,7 +177,7 @@ impl StructureSettings {
         if let Some(listed) = reader.listed_damping() {
             numbers.damping_ratio = listed;
         }
-        reader.check(&numbers);
+        reader.check_numbers(&numbers, &numbers.damping_ratio);
         let settings = Self {
             source,
             cutoff_hz: numbers.cutoff_hz,
@@ -191,14 +238,23 @@ impl Reader<'_> {
         }
     }
 
-    fn check(&mut self, numbers: &StructureParameters) {
+    fn check_numbers(&mut self, numbers: &impl Parameters, damping: &Damping) {
         let mut faults = Vec::new();
         numbers.check("", &mut faults);
         for Fault { path, message } in faults {
             self.problem(&[path.as_str()], message);
         }
-        if matches!(&numbers.damping_ratio, Damping::PerMode(list) if list.is_empty()) {
+        if matches!(damping, Damping::PerMode(list) if list.is_empty()) {
             self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
+        }
+    }
+
+    /// Reports files that are named and do not exist.
+    fn require_files(&mut self) {
+        for (key, file) in files(self.table.entry) {
+            if let Some(path) = file.map(|file| self.table.typed.directory.join(file)).filter(|path| !path.is_file()) {
+                self.problem(&[key], format!("there is no file {}", path.display()));
+            }
         }
     }
 
@@ -211,30 +267,16 @@ impl Reader<'_> {
         };
         let optional: &[&str] =
             if name == SourceName::Matrices { &["damping_file", "dof_file", "nodes_file"] } else { &[] };
-        let given = [
-            ("stiffness_file", &self.table.entry.stiffness_file),
-            ("mass_file", &self.table.entry.mass_file),
-            ("damping_file", &self.table.entry.damping_file),
-            ("dof_file", &self.table.entry.dof_file),
-            ("nodes_file", &self.table.entry.nodes_file),
-            ("modal_file", &self.table.entry.modal_file),
-            ("points_file", &self.table.entry.points_file),
-        ];
-        for (key, file) in given {
+        for (key, file) in files(self.table.entry).map(|(key, file)| (key, file.is_some())) {
             match (wanted.contains(&key), file) {
-                (true, None) => self.problem(&[key], format!("missing key: `source = \"{words}\"` needs this file")),
-                (false, Some(_)) if !optional.contains(&key) => {
+                (true, false) => self.problem(&[key], format!("missing key: `source = \"{words}\"` needs this file")),
+                (false, true) if !optional.contains(&key) => {
                     self.problem(&[key], format!("does not belong to `source = \"{words}\"`"));
-                }
-                (_, Some(file)) if !self.table.typed.directory.join(file).is_file() => {
-                    self.problem(
-                        &[key],
-                        format!("there is no file {}", self.table.typed.directory.join(file).display()),
-                    );
                 }
                 _ => {}
             }
         }
+        self.require_files();
         if name != SourceName::Matrices {
             self.refuse_matrix_keys(words);
         }
@@ -331,4 +373,17 @@ impl Reader<'_> {
         }
         rails
     }
+}
+
+/// The files that a table names, by key.
+fn files(entry: &StructureEntry) -> [(&'static str, Option<&String>); 7] {
+    [
+        ("stiffness_file", entry.stiffness_file.as_ref()),
+        ("mass_file", entry.mass_file.as_ref()),
+        ("damping_file", entry.damping_file.as_ref()),
+        ("dof_file", entry.dof_file.as_ref()),
+        ("nodes_file", entry.nodes_file.as_ref()),
+        ("modal_file", entry.modal_file.as_ref()),
+        ("points_file", entry.points_file.as_ref()),
+    ]
 }

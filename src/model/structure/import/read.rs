@@ -63,7 +63,10 @@ impl FeModel {
             labels: files.dofs.as_deref().map(name).unwrap_or_default(),
             points: name(&files.points),
         };
-        let points = InterfacePoints::read(&files.points)?;
+        let points = match files.points.as_os_str().is_empty() {
+            true => InterfacePoints::default(),
+            false => InterfacePoints::read(&files.points)?,
+        };
         let model = Self::validated(matrices, points, &sources)?.with_doubts(doubt);
         Ok(units::to_si(model, files.units).with_positions(nodes.positions, files.units.metres()))
     }

@@ -68,6 +68,6 @@ pub struct ModelFiles {
     pub nodes: Option<PathBuf>,
     /// DOFs per node (3 or 6) of matrices whose rows are numbered node by node and have no list.
     pub dofs_per_node: Option<usize>,
-    /// Table of interface points.
+    /// Table of interface points; empty for a model without any.
     pub points: PathBuf,
 }

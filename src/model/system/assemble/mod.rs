@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use crate::scene::{ModeTreatment, Part, PartId, PointId, Scene};
 use crate::system::block::{Block, Condensed, CoupledPart, Rigid};
-use crate::system::elements::Elements;
+use crate::system::elements::{Elements, FlexibilityError};
 use crate::system::impulse_response;
 use crate::system::layout::Layout;
 use crate::system::modal::TiedMasses;
@@ -44,6 +44,15 @@ pub enum BuildError {
         /// The point.
         point: PointId,
     },
+    /// An elastic casting without modes.
+    #[error("elastic casting number {casting} has no modes")]
+    Modes {
+        /// Its index.
+        casting: usize,
+    },
+    /// A contact's law cannot take the flexibility of the casting.
+    #[error(transparent)]
+    Flexibility(#[from] FlexibilityError),
     /// The machine's modes do not fit each other.
     #[error("{given} {what} were given, expected {expected}: one per mode")]
     Shapes {
@@ -72,15 +81,21 @@ pub fn build(scene: &Scene, modes: &InterfaceModes) -> Result<Arc<CoupledModel>,
 /// # Errors
 /// As for [`build`].
 pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledModel>, BuildError> {
-    check(scene, placed)?;
+    check_strikes(scene)?;
     let described = scene.parts()?;
+    for (id, _) in described.iter().filter(|(_, part)| *part == Part::Elastic) {
+        check(scene, placed, *id)?;
+    }
     let (layout, parts) = parts(scene, &described, placed)?;
     let points = points(scene, (&described, &parts), placed);
-    let elements = Elements::new(&scene.links(), &points, parts.iter().map(|part| part.columns.len()).sum());
+    let links = scene.links();
+    let elements = Elements::new(&links, &points, parts.iter().map(|part| part.columns.len()).sum());
+    let residuals = parts.iter().filter_map(|part| Some((part.columns.start, placed.of(part.id)?.residual()?)));
+    let elements = elements.with_residuals(&links, &residuals.collect::<Vec<_>>())?;
     let mut model = CoupledModel {
         layout,
         scales: scales::scales(&layout, described.iter().map(|(_, part)| part), &parts),
-        supports: supports(&elements, &layout),
+        supports: supports(&elements, &layout, &parts),
         sums: sums(&elements, &layout),
         hammers: (0..scene.hammers.len()).map(|h| hammer::slot(scene, h, (&points, &elements))).collect(),
         elements,
@@ -101,11 +116,12 @@ fn parts(
     described: &[(PartId, Part)],
     placed: &PlacedModes,
 ) -> Result<(Layout, Vec<CoupledPart>), BuildError> {
-    let block = |part: &Part| match part {
-        Part::Rigid(freedoms) => Block::Rigid(Rigid { mass: freedoms.iter().map(|(_, mass)| *mass).collect() }),
-        Part::Elastic => machine(scene, placed),
+    let block = |(id, part): &(PartId, Part)| match (part, placed.of(*id)) {
+        (Part::Rigid(freedoms), _) => Block::Rigid(Rigid { mass: freedoms.iter().map(|(_, mass)| *mass).collect() }),
+        (Part::Elastic, Some(casting)) if *id != PartId::Machine => Block::Modal(Arc::clone(&casting.excited().modes)),
+        (Part::Elastic, _) => machine(scene, placed),
     };
-    let blocks: Vec<Block> = described.iter().map(|(_, part)| block(part)).collect();
+    let blocks: Vec<Block> = described.iter().map(block).collect();
     let is_rigid = |block: &Block| matches!(block, Block::Rigid(_));
     let flexible = blocks.iter().filter(|block| !is_rigid(block)).map(Block::states);
     let layout = Layout {
@@ -128,7 +144,8 @@ fn parts(
                 begin..next[of]
             });
         let is_machine = id == PartId::Machine;
-        let watched = is_machine.then(|| Arc::clone(&placed.excited().watched));
+        let of_part = placed.of(id).filter(|_| !is_rigid(&block));
+        let watched = of_part.map(|modes| Arc::clone(&modes.excited().watched));
         let tied = if is_machine { tied.take() } else { None };
         CoupledPart { id, block, columns, states: [displacements, velocities], tied, watched }
     };
@@ -167,7 +184,8 @@ fn points(scene: &Scene, parts: (&[(PartId, Part)], &[CoupledPart]), placed: &Pl
     for ((id, part), coupled) in parts.0.iter().zip(parts.1) {
         let columns = coupled.columns.clone();
         if let Part::Elastic = part {
-            points.0.extend(placed.rows(false).zip(columns).map(|((point, _), column)| (point, vec![(column, 1.0)])));
+            let driven = placed.of(*id).into_iter().flat_map(|modes| modes.rows(false)).map(|(point, _)| point);
+            points.0.extend(driven.zip(columns).map(|(point, column)| (point, vec![(column, 1.0)])));
             continue;
         }
         for point in all.values().filter(|point| point.part == *id) {
@@ -179,13 +197,23 @@ fn points(scene: &Scene, parts: (&[(PartId, Part)], &[CoupledPart]), placed: &Pl
     points
 }
 
-/// Checks that hammers strike castings of the scene and that the modes have its points.
-fn check(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
+/// Checks that hammers strike castings of the scene.
+fn check_strikes(scene: &Scene) -> Result<(), BuildError> {
     if let Some(unit) = scene.hammers.iter().find(|unit| unit.casting >= scene.castings.len()) {
         let (hammer, casting, castings) = (unit.name.clone(), unit.casting, scene.castings.len());
         return Err(BuildError::NoSuchCasting { hammer, casting, castings });
     }
-    let points = scene.points().into_values().filter(|point| point.part == PartId::Machine);
+    Ok(())
+}
+
+/// Checks that the modes of an elastic part have its points.
+fn check(scene: &Scene, placed: &PlacedModes, part: PartId) -> Result<(), BuildError> {
+    let modes: &InterfaceModes = match (placed.of(part), part) {
+        (Some(modes), _) => modes,
+        (None, PartId::Casting(casting)) => return Err(BuildError::Modes { casting }),
+        (None, PartId::Machine | PartId::Hammer(_)) => placed,
+    };
+    let points = scene.points().into_values().filter(|point| point.part == part);
     let expected: BTreeSet<PointId> = points.map(|point| point.id).collect();
     if let Some(&point) = expected.symmetric_difference(&modes.shapes.keys().copied().collect()).next() {
         return Err(BuildError::Point { point });
@@ -199,17 +227,18 @@ fn check(scene: &Scene, modes: &InterfaceModes) -> Result<(), BuildError> {
 }
 
 /// Components of the state that each contact's penetration and rate depend on.
-fn supports(elements: &Elements, layout: &Layout) -> Vec<Vec<usize>> {
+fn supports(elements: &Elements, layout: &Layout, parts: &[CoupledPart]) -> Vec<Vec<usize>> {
     let support = |contact: usize| {
         let mut components = Vec::new();
+        let mut flexible = BTreeSet::new();
         for (column, _) in elements.row(elements.contact_row(contact)) {
             if column < layout.bodies {
                 components.extend([layout.position(column), layout.velocity(column)]);
             } else {
-                components.extend(layout.flexible_displacements());
-                components.extend(layout.flexible_velocities());
+                flexible.extend(parts.iter().position(|part| part.columns.contains(&column)));
             }
         }
+        components.extend(flexible.into_iter().flat_map(|part: usize| parts[part].states.clone()).flatten());
         components
     };
     (0..elements.contacts().len()).map(support).collect()

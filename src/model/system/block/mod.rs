@@ -18,10 +18,9 @@ pub(super) use condensed::{Condensed, CondensedConstants};
 pub(super) use flexible::FlexibleRates;
 pub(super) use rigid::Rigid;
 
-use nalgebra::DMatrix;
-
 use crate::scene::PartId;
 use crate::system::modal::{Modes, TiedMasses};
+use crate::system::placed::Watched;
 
 /// Equations of motion of a part.
 #[derive(Debug, Clone)]
@@ -45,8 +44,8 @@ pub(super) struct CoupledPart {
     pub states: [Range<usize>; 2],
     /// Masses tied to the first of its points.
     pub tied: Option<TiedMasses>,
-    /// Shapes of its modes at the watched points: modes x points.
-    pub watched: Option<Arc<DMatrix<f64>>>,
+    /// Watched points of an elastic part.
+    pub watched: Option<Arc<Watched>>,
 }
 
 /// States of a block at a time.

@@ -1,0 +1,394 @@
+//! An elastic casting: the modes of a finite element model that floats freely, and its motion at points anywhere on it.
+//!
+//! With `K Phi = M Phi Omega^2` below a cut-off the displacement of point i is
+//!
+//! ```text
+//! u_i = sum_s phi_is q_s + sum_j R_ij F_j,    R = P' K^+ P - sum_elastic phi phi' / omega^2,    P = I - M Phi_r Phi_r'
+//! ```
+//!
+//! with `Phi_r` the rigid motions and `F_j` the forces on the points. R is the static flexibility of all modes above the cut-off. It has no
+//! mass, so that a stiff casting asks for no short steps.
+//!
+//! A point is an area: all nodes within a radius, with weights that fall smoothly to 0 at its edge and reproduce rigid motions exactly.
+//! The flexibility of a single node is a property of the mesh.
+
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
+
+use super::error::{Step, StructureError};
+use super::fixed_interface::{Wanted, count, modes};
+use super::model::FeModel;
+use super::motions::RigidMotions;
+use super::partition::{inner_rows, sparse_times};
+use super::reduced::{Damping, damping_ratios};
+use super::suspects;
+use decore_math::linalg::{Below, PencilFactor, SymmetricPencil, multiply, multiply_transposed};
+
+/// Direction of all motions: z, up.
+const VERTICAL: usize = 2;
+/// Shift relative to the squared cut-off with which the stiffness of a floating body is factorised.
+const SHIFT_OF_LIMIT: f64 = 1e-2;
+/// Refinements of the residual flexibility. Each gains the two digits of [`SHIFT_OF_LIMIT`].
+const REFINEMENTS: usize = 6;
+/// Squared frequency relative to the cut-off's below which a motion is rigid: 0.3 % of the cut-off. Rounding in the matrices of a stiff body
+/// reaches far above 0.
+const RIGID_OF_LIMIT: f64 = 1e-5;
+/// Rigid motions of a free body.
+const RIGID_MOTIONS: usize = 6;
+/// Largest force relative to the stiffness that rigid motions of a floating body cause.
+const FLOATS: f64 = 1e-6;
+/// Share of the largest mean square of vertical motion from which on a rigid motion has such.
+const MOVES: f64 = 1e-10;
+/// Share of the largest pivot below which the nodes of an area lie on a line.
+const ON_A_LINE: f64 = 1e-9;
+
+/// Modes above this frequency in Hz count as local: they yield around a point, and the body as a whole does not bend.
+pub const LOCAL_HZ: f64 = 10_000.0;
+
+const STEP: &str = "modes of the casting";
+const ADVICE: &str = "check units and signs of the casting's matrices";
+
+/// How an elastic casting is modelled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElasticSettings {
+    /// Modes below this frequency are kept, in Hz.
+    pub cutoff_hz: f64,
+    /// Damping of the elastic modes; a list starts at the first of them.
+    pub damping: Damping,
+    /// Radius in m of the areas that stand for points.
+    pub point_radius_m: f64,
+}
+
+/// Side of a casting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Its upper surface, which hammers strike.
+    Top,
+    /// Its lower surface, which fixtures hold.
+    Bottom,
+}
+
+/// A point of an elastic body. Coordinates are in m from its centre of mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BodyPoint {
+    /// The surface at x and y.
+    Surface([f64; 2], Side),
+    /// A place within it or on it.
+    Place([f64; 3]),
+    /// Mean motion of its mass.
+    Centre,
+    /// Mean rotation of its mass about x (0) or y (1), rad.
+    Rotation(usize),
+}
+
+/// Motion of a body at points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyModes {
+    /// Natural circular frequencies in rad/s; 0 for rigid motions, which come first: at most heave and two rotations.
+    pub omega_rad_s: Vec<f64>,
+    /// Damping ratios.
+    pub damping_ratio: Vec<f64>,
+    /// Vertical mode shapes at the points, mass-normalised: points x modes.
+    pub rows: DMatrix<f64>,
+    /// Residual flexibility R of the driven points in m/N: of all modes above the cut-off; symmetric.
+    pub residual: DMatrix<f64>,
+    /// Local flexibility of each driven point in m/N: of all modes above [`LOCAL_HZ`], whatever the cut-off is.
+    pub local: Vec<f64>,
+}
+
+/// A node with its place from the centre of mass and the row of its vertical displacement.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    place_m: [f64; 3],
+    row: usize,
+}
+
+/// The elastic body of a casting.
+#[derive(Debug)]
+pub struct ElasticBody {
+    model: FeModel,
+    settings: ElasticSettings,
+    mass_kg: f64,
+    nodes: Vec<Node>,
+    /// Row of the model for each row of the factor and of the shapes.
+    rows: Vec<u32>,
+    shift: f64,
+    factor: PencilFactor,
+    omega_rad_s: Vec<f64>,
+    damping_ratio: Vec<f64>,
+    /// Mode shapes that are kept.
+    shapes: DMatrix<f64>,
+    /// Circular frequencies of all elastic modes that are known, in rad/s: up to the cut-off or [`LOCAL_HZ`], whichever is higher. As many as
+    /// are kept come first.
+    elastic_rad_s: Vec<f64>,
+    /// All rigid motions and these modes, and the mass matrix times these.
+    below: DMatrix<f64>,
+    below_inertia: DMatrix<f64>,
+}
+
+impl ElasticBody {
+    /// Computes the modes of a body below the cut-off. The model's rows need labels, and its nodes need coordinates.
+    ///
+    /// # Errors
+    /// Missing labels or coordinates; a stiffness that is not positive semidefinite; more modes than a study needs; not enough memory.
+    pub fn new(model: FeModel, settings: ElasticSettings) -> Result<Self, StructureError> {
+        suspects::require_order(&model)?;
+        let Some(motions) = RigidMotions::new(&model) else {
+            let expected = "rows with labels: name a `dof_file`, or give `dofs_per_node`";
+            return Err(StructureError::argument("casting", expected, "rows without labels"));
+        };
+        let centre = motions.centre_m.map_err(|(unknown, of)| {
+            let found = format!("{unknown} of {of} nodes without");
+            StructureError::argument("casting", "coordinates of all nodes: name a `nodes_file`", found)
+        })?;
+        let mass_kg = motions.mass_kg[VERTICAL];
+        let nodes = vertical_nodes(&model, centre);
+        let limit = (TAU * settings.cutoff_hz.max(LOCAL_HZ)).powi(2);
+        let (kept, _) = inner_rows(&model, &[]);
+        let pencil = SymmetricPencil::new(model.stiffness(), model.mass(), &kept).step(STEP, ADVICE)?;
+        let count = count(&pencil, limit)?;
+        Wanted { limit, suspect: suspects::mixed_units(&model, Some(motions.mass_kg)) }
+            .require(count, pencil.order())?;
+        let shift = SHIFT_OF_LIMIT * limit;
+        let factor = pencil.cholesky(shift).step(STEP, ADVICE)?;
+        let modes = modes(&pencil, &factor, shift, Below { limit, count })?;
+        if let Some(&omega_squared) = modes.values.first().filter(|value| **value < -RIGID_OF_LIMIT * limit) {
+            return Err(StructureError::Indefinite { omega_squared });
+        }
+        let free = modes.values.iter().take_while(|value| **value <= RIGID_OF_LIMIT * limit).count();
+        if free != RIGID_MOTIONS {
+            let expected = "a model without supports and without loose parts: 6 motions without stiffness";
+            let found = format!("{free} below {:.0} Hz", (RIGID_OF_LIMIT * limit).sqrt() / TAU);
+            return Err(StructureError::argument("casting", expected, found));
+        }
+        let elastic: Vec<f64> = modes.values[free..].iter().map(|value| value.sqrt()).collect();
+        let kept = elastic.iter().filter(|omega| **omega < TAU * settings.cutoff_hz).count();
+        let rows = pencil.rows().to_vec();
+        let found = modes.vectors.columns(0, free).into_owned();
+        let rigid = rigid_motions(&model, centre, &rows).unwrap_or(found);
+        let heaving = heaving(&nodes, &rows, &rigid);
+        let omega_rad_s: Vec<f64> =
+            vec![0.0; heaving.ncols()].into_iter().chain(elastic[..kept].iter().copied()).collect();
+        let ratios = damping_ratios(&settings.damping, kept)?;
+        let columns = |parts: [DMatrix<f64>; 2]| {
+            let all: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
+            DMatrix::from_columns(&all)
+        };
+        let shapes = columns([heaving.clone(), modes.vectors.columns(free, kept).into_owned()]);
+        let below = columns([rigid, modes.vectors.columns_range(free..).into_owned()]);
+        let below_inertia = pencil.mass_times(&below).step(STEP, ADVICE)?;
+        drop(pencil);
+        Ok(Self {
+            mass_kg,
+            nodes,
+            rows,
+            shift,
+            factor,
+            damping_ratio: vec![0.0; heaving.ncols()].into_iter().chain(ratios).collect(),
+            omega_rad_s,
+            shapes,
+            elastic_rad_s: elastic,
+            below,
+            below_inertia,
+            settings,
+            model,
+        })
+    }
+
+    /// Mass in kg.
+    pub fn mass_kg(&self) -> f64 {
+        self.mass_kg
+    }
+
+    /// Motion at points. Forces act on the first `driven` of them: only these have a residual flexibility.
+    ///
+    /// # Errors
+    /// A point without nodes around it.
+    pub fn at(&self, points: &[BodyPoint], driven: usize) -> Result<BodyModes, StructureError> {
+        let mut forces = DMatrix::zeros(self.rows.len(), points.len());
+        let place: HashMap<usize, usize> = self.rows.iter().enumerate().map(|(at, row)| (*row as usize, at)).collect();
+        for (index, point) in points.iter().enumerate() {
+            for (row, weight) in self.weights(*point)? {
+                if let Some(&at) = place.get(&row) {
+                    forces[(at, index)] += weight;
+                }
+            }
+        }
+        let rows = multiply_transposed(&forces, &self.shapes).step(STEP, ADVICE)?;
+        let forces = forces.columns(0, driven.min(points.len())).into_owned();
+        let highest = self.highest(&forces)?;
+        let known = multiply_transposed(&forces, &self.below).step(STEP, ADVICE)?;
+        let first = known.ncols() - self.elastic_rad_s.len();
+        // What the known modes from a place on add to the flexibility of those that are not known.
+        let and_modes = |from: usize| {
+            let shares = known.columns_range(first + from..).into_owned();
+            let scale = self.elastic_rad_s[from..].iter().map(|omega| omega.powi(-2));
+            let scale = DMatrix::from_diagonal(&DVector::from_iterator(self.elastic_rad_s.len() - from, scale));
+            let all = &highest + &shares * scale * shares.transpose();
+            (&all + all.transpose()) * 0.5
+        };
+        let kept = self.omega_rad_s.iter().filter(|omega| **omega > 0.0).count();
+        let global = self.elastic_rad_s.iter().filter(|omega| **omega < TAU * LOCAL_HZ).count();
+        Ok(BodyModes {
+            omega_rad_s: self.omega_rad_s.clone(),
+            damping_ratio: self.damping_ratio.clone(),
+            rows,
+            residual: and_modes(kept),
+            local: and_modes(global).diagonal().iter().copied().collect(),
+        })
+    }
+
+    /// `sum phi phi' / omega^2` over the modes that are not known.
+    ///
+    /// With `y = sum phi phi' f / (omega^2 + shift)` over these modes, `y + shift (K + shift M)^-1 M y + ...` is the sum that is wanted.
+    fn highest(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
+        let product = |a: &DMatrix<f64>, b: &DMatrix<f64>| multiply(a, b).step(STEP, ADVICE);
+        let along = multiply_transposed(&self.below, forces).step(STEP, ADVICE)?;
+        let above = forces - product(&self.below_inertia, &along)?;
+        let mut solution: DMatrix<f64> = DMatrix::zeros(forces.nrows(), forces.ncols());
+        for _ in 0..REFINEMENTS {
+            let mut next = &above + self.shift * self.mass_times(&solution);
+            self.factor.solve(&mut next).step(STEP, ADVICE)?;
+            // What rounding left along the modes below the cut-off.
+            let leak = multiply_transposed(&self.below_inertia, &next).step(STEP, ADVICE)?;
+            solution = next - product(&self.below, &leak)?;
+        }
+        multiply_transposed(&above, &solution).step(STEP, ADVICE)
+    }
+
+    /// The mass matrix times vectors in the order of the factor.
+    fn mass_times(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut all = DMatrix::zeros(self.model.order(), x.ncols());
+        self.rows.iter().enumerate().for_each(|(at, row)| all.row_mut(*row as usize).copy_from(&x.row(at)));
+        let product = sparse_times(self.model.mass(), &all);
+        DMatrix::from_fn(x.nrows(), x.ncols(), |at, column| product[(self.rows[at] as usize, column)])
+    }
+
+    /// Weight of a row of the model in the motion of a point.
+    ///
+    /// # Errors
+    /// As for [`ElasticBody::at`].
+    pub fn weight(&self, point: BodyPoint, row: usize) -> Result<f64, StructureError> {
+        Ok(self.weights(point)?.iter().filter(|(known, _)| *known == row).map(|(_, weight)| weight).sum())
+    }
+
+    /// Rows of the model and their weights whose sum is the motion of a point.
+    fn weights(&self, point: BodyPoint) -> Result<Vec<(usize, f64)>, StructureError> {
+        match point {
+            BodyPoint::Place(place) => self.area(place),
+            BodyPoint::Surface(at, side) => self.area(self.surface(at, side)?),
+            BodyPoint::Centre => Ok(self.mass_weights(0)),
+            BodyPoint::Rotation(axis) => Ok(self.mass_weights(1 + axis)),
+        }
+    }
+
+    /// Weights that take from a displacement its share of one of the vertical rigid motions `T = [1, y, -x]`: a column of
+    /// `M T (T' M T)^-1`.
+    fn mass_weights(&self, motion: usize) -> Vec<(usize, f64)> {
+        let mut motions = DMatrix::zeros(self.model.order(), 3);
+        for Node { place_m: [x, y, _], row } in &self.nodes {
+            [1.0, *y, -x].into_iter().enumerate().for_each(|(column, value)| motions[(*row, column)] = value);
+        }
+        let product = sparse_times(self.model.mass(), &motions);
+        let moments: Matrix3<f64> = (motions.transpose() * &product).fixed_view::<3, 3>(0, 0).into_owned();
+        let inverse = moments.pseudo_inverse(ON_A_LINE * moments.amax()).unwrap_or_default();
+        let weights = product * inverse.column(motion);
+        weights.iter().enumerate().filter(|(_, value)| **value != 0.0).map(|(row, value)| (row, *value)).collect()
+    }
+
+    /// The highest or lowest place of the body within the radius of x and y.
+    fn surface(&self, [x, y]: [f64; 2], side: Side) -> Result<[f64; 3], StructureError> {
+        let near = |node: &&Node| libm::hypot(node.place_m[0] - x, node.place_m[1] - y) <= self.settings.point_radius_m;
+        let heights = self.nodes.iter().filter(near).map(|node| node.place_m[2]);
+        let found = match side {
+            Side::Top => heights.reduce(f64::max),
+            Side::Bottom => heights.reduce(f64::min),
+        };
+        found.map(|z| [x, y, z]).ok_or_else(|| self.no_nodes(format!("x = {x:.4} m, y = {y:.4} m")))
+    }
+
+    /// Nodes within the radius of a place. Their weights `w (a + b dx + c dy)`, `w = (1 - (d/r)^2)^2`, sum to 1 and have their centre at
+    /// x and y. Where all nodes lie on a line, only as far as these can.
+    fn area(&self, place: [f64; 3]) -> Result<Vec<(usize, f64)>, StructureError> {
+        let radius = self.settings.point_radius_m;
+        let weighed = self.nodes.iter().filter_map(|node| {
+            let [dx, dy, dz] = [0, 1, 2].map(|axis| (node.place_m[axis] - place[axis]) / radius);
+            let inside = 1.0 - (dx * dx + dy * dy + dz * dz);
+            (inside > 0.0).then(|| (node.row, inside * inside, Vector3::new(1.0, dx, dy)))
+        });
+        let weighed: Vec<(usize, f64, Vector3<f64>)> = weighed.collect();
+        if weighed.is_empty() {
+            let [x, y, z] = place;
+            return Err(self.no_nodes(format!("x = {x:.4} m, y = {y:.4} m, z = {z:.4} m")));
+        }
+        let moments = weighed.iter().fold(Matrix3::zeros(), |sum, (_, w, p)| sum + p * p.transpose() * *w);
+        let factors =
+            moments.pseudo_inverse(ON_A_LINE * moments.amax()).unwrap_or_default() * Vector3::new(1.0, 0.0, 0.0);
+        let weights: Vec<(usize, f64)> = weighed.iter().map(|(row, w, p)| (*row, w * factors.dot(p))).collect();
+        let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
+        Ok(weights.into_iter().map(|(row, weight)| (row, weight / sum)).collect())
+    }
+
+    fn no_nodes(&self, place: String) -> StructureError {
+        let radius = self.settings.point_radius_m;
+        let expected = format!("a node within point_radius_m = {radius} of {place} from its centre of mass");
+        StructureError::argument("casting", expected, "none: move the point, or set a larger radius")
+    }
+}
+
+/// The six rigid motions by labels and coordinates, mass-normalised; `None` where the stiffness resists them. They are exact where an
+/// eigensolver finds them to the rounding of the stiffness only.
+fn rigid_motions(model: &FeModel, centre: [f64; 3], rows: &[u32]) -> Option<DMatrix<f64>> {
+    let mut motions = DMatrix::zeros(model.order(), 6);
+    for (row, label) in model.labels().iter().enumerate() {
+        let place = model.positions_m().get(&label.node)?;
+        let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - centre[axis]);
+        let rotations = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        match label.dof {
+            axis @ 0..3 => {
+                motions[(row, axis)] = 1.0;
+                rotations.iter().enumerate().for_each(|(about, motion)| motions[(row, 3 + about)] = motion[axis]);
+            }
+            dof @ 3..6 => motions[(row, dof)] = 1.0,
+            _ => {}
+        }
+    }
+    let stiffest = model.stiffness().data().iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let mut motions = DMatrix::from_fn(rows.len(), 6, |at, column| motions[(rows[at] as usize, column)]);
+    let full = |motions: &DMatrix<f64>| {
+        let mut all = DMatrix::zeros(model.order(), 6);
+        rows.iter().enumerate().for_each(|(at, row)| all.row_mut(*row as usize).copy_from(&motions.row(at)));
+        all
+    };
+    let all = full(&motions);
+    if sparse_times(model.stiffness(), &all).amax() > FLOATS * stiffest * all.amax() {
+        return None;
+    }
+    let moments = all.transpose() * sparse_times(model.mass(), &all);
+    let inverse = moments.cholesky()?.l().try_inverse()?;
+    motions *= inverse.transpose();
+    Some(motions)
+}
+
+/// The rigid motions that move nodes vertically, orthonormal as those that they are made of. Vertical forces do not excite the others.
+fn heaving(nodes: &[Node], rows: &[u32], rigid: &DMatrix<f64>) -> DMatrix<f64> {
+    let vertical: HashSet<usize> = nodes.iter().map(|node| node.row).collect();
+    let picked: Vec<usize> = (0..rows.len()).filter(|at| vertical.contains(&(rows[*at] as usize))).collect();
+    let picked = rigid.select_rows(&picked);
+    let eigen = SymmetricEigen::new(picked.transpose() * &picked);
+    let largest = eigen.eigenvalues.amax();
+    let moving: Vec<usize> = (0..rigid.ncols()).filter(|at| eigen.eigenvalues[*at] > MOVES * largest).collect();
+    rigid * eigen.eigenvectors.select_columns(&moving)
+}
+
+/// Nodes that have a vertical row and a place, from the centre of mass.
+fn vertical_nodes(model: &FeModel, centre: [f64; 3]) -> Vec<Node> {
+    let labels = model.labels().iter().enumerate().filter(|(_, label)| label.dof == VERTICAL);
+    let nodes = labels.filter_map(|(row, label)| {
+        let place = model.positions_m().get(&label.node)?;
+        Some(Node { place_m: [0, 1, 2].map(|axis| place[axis] - centre[axis]), row })
+    });
+    nodes.filter(|node| model.carries(node.row)).collect()
+}

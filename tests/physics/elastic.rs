@@ -1,0 +1,157 @@
+//! Elastic castings in the coupled system: the rigid limit, a rod struck by a mass, energy with a residual flexibility.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use decore_model::contact::kelvin_voigt;
+use decore_model::hammer::body;
+use decore_model::run::{RowJob, RowStatus};
+use decore_model::scene::{FixtureId, HammerLink, PointId, Scene};
+use decore_model::system::{Coupled, InterfaceModes, PlacedModes, Residual, build_placed};
+use decore_model::workpiece::Elastic;
+use nalgebra::DMatrix;
+
+use crate::common::harness::{assert_relative, observe, settings, switches};
+use crate::common::scenes::{bench, clear, contact_index, place, rig};
+
+const STRIKE: PointId = PointId::Strike { hammer: 0 };
+const HELD: PointId = PointId::Held(FixtureId { casting: 0, fixture: 0 });
+
+/// Modes of a casting at its points: `row` gives those of a point at a share of its height, 0 at the top and 1 at the bottom; `centre` those
+/// of its mean motion.
+fn casting(
+    (omega_rad_s, ratio): (Vec<f64>, f64),
+    row: impl Fn(f64) -> Vec<f64>,
+    centre: Vec<f64>,
+    residual: [[f64; 2]; 2],
+) -> PlacedModes {
+    let still = vec![0.0; omega_rad_s.len()];
+    let rotation = |axis: usize| (PointId::Rotation { casting: 0, axis }, still.clone());
+    let shapes = [
+        (STRIKE, row(0.0)),
+        (HELD, row(1.0)),
+        (PointId::Centre { casting: 0 }, centre),
+        (PointId::Measured { casting: 0 }, row(1.0)),
+        rotation(0),
+        rotation(1),
+    ];
+    let damping_ratio = vec![ratio; omega_rad_s.len()];
+    let interface = InterfaceModes { omega_rad_s, damping_ratio, shapes: shapes.into() };
+    let flexibility = DMatrix::from_fn(2, 2, |i, j| residual[i][j]);
+    let local = flexibility.diagonal().iter().copied().collect();
+    PlacedModes::from(interface).with_residual(Residual { flexibility, local })
+}
+
+fn elastic(scene: &mut Scene, contact_includes_casting: bool) {
+    scene.castings[0].elastic = Some(Elastic { contact_includes_casting });
+}
+
+/// A casting of its rigid mode and perhaps one in which its ends move against each other, with a residual flexibility.
+fn two_modes(mass_kg: f64, elastic_hz: Option<f64>, residual: [[f64; 2]; 2]) -> PlacedModes {
+    let omega = [0.0].into_iter().chain(elastic_hz.map(|hz| 2.0 * PI * hz)).collect::<Vec<f64>>();
+    let rigid = 1.0 / mass_kg.sqrt();
+    let row = |at: f64| [rigid, rigid * (1.0 - 2.0 * at)][..omega.len()].to_vec();
+    let centre = [rigid, 0.0][..omega.len()].to_vec();
+    casting((omega.clone(), 0.002), row, centre, residual)
+}
+
+/// Figures of a run of the rig; the audit must hold.
+fn figures(casting: Option<PlacedModes>) -> Vec<f64> {
+    let (mut scene, modes) = rig(1);
+    scene.duration_s = 0.15;
+    scene.solver.tolerance = 1e-7;
+    let mut placed = PlacedModes::from(modes);
+    if let Some(casting) = casting {
+        elastic(&mut scene, true);
+        placed = placed.with_casting(0, casting);
+    }
+    let outcome = RowJob::new(scene, Arc::new(placed), 0).run();
+    assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
+    let metrics = outcome.metrics.unwrap();
+    assert!(metrics.totals.energy_residual.abs() < 1e-5, "{:e}", metrics.totals.energy_residual);
+    let (hammer, casting) = (&metrics.hammers[0], &metrics.castings[0]);
+    let spent = casting.fixture_damper_loss_j
+        + casting.fixture_spring_energy_j
+        + casting.structure_work_j
+        + casting.kinetic_energy_j
+        + casting.strike_contact_loss_j;
+    vec![
+        hammer.first_impact_energy_j.unwrap(),
+        hammer.first_impact_work_j.unwrap(),
+        hammer.first_impact_casting_peak_velocity_m_s.unwrap(),
+        casting.peak_velocity_m_s,
+        casting.peak_point_velocity_m_s,
+        spent,
+    ]
+}
+
+/// A casting with its rigid mode alone is the rigid casting. A stiff one tends to it, be it by a fast mode or by a residual flexibility; a
+/// soft one does not.
+#[test]
+fn analytic_rigid_limit() {
+    let mass_kg = rig(1).0.castings[0].mass_kg;
+    let rigid = figures(None);
+    let compare = |what: &str, modes: PlacedModes, bound: f64| {
+        let found = figures(Some(modes));
+        println!("{what}: {found:?} instead of {rigid:?}");
+        found.iter().zip(&rigid).for_each(|(found, rigid)| assert_relative(what, *found, *rigid, bound));
+    };
+    compare("rigid mode", two_modes(mass_kg, None, [[0.0; 2]; 2]), 1e-5);
+    compare("residual of a stiff casting", two_modes(mass_kg, None, [[1e-15, -3e-16], [-3e-16, 2e-15]]), 1e-5);
+    compare("mode at 300 kHz", two_modes(mass_kg, Some(3e5), [[0.0; 2]; 2]), 0.02);
+    let soft = figures(Some(two_modes(mass_kg, Some(3000.0), [[0.0; 2]; 2])));
+    assert!((soft[3] / rigid[3] - 1.0).abs() > 0.1, "{soft:?}");
+    // A residual flexibility that couples contact and fixture keeps the audit.
+    let coupled = figures(Some(two_modes(mass_kg, Some(9000.0), [[8e-10, -4e-10], [-4e-10, 9e-10]])));
+    assert!((coupled[0] / rigid[0] - 1.0).abs() < 1e-4);
+}
+
+/// Time in s for which a mass touches a rod of its own mass, by `count` elastic modes of the rod, without or with the residual
+/// flexibility of the others; and the steps taken.
+fn touch(count: usize, with_residual: bool) -> (f64, u64) {
+    let (length_m, speed_m_s) = (0.17, 5000.0);
+    let (mut scene, modes) = bench();
+    let mass_kg = scene.hammers[0].parameters.chisel.mass_kg;
+    scene.castings[0].mass_kg = mass_kg;
+    scene.hammers[0].parameters.chisel.casting_contact = kelvin_voigt(1e9, 0.0);
+    scene.hammers[0].standoff_m = 0.0;
+    elastic(&mut scene, false);
+    let omega: Vec<f64> = (0..=count).map(|s| s as f64 * PI * speed_m_s / length_m).collect();
+    let scale = |s: usize| if s == 0 { 1.0 } else { 2.0_f64.sqrt() } / mass_kg.sqrt();
+    let row = |at: f64| (0..=count).map(|s| scale(s) * (s as f64 * PI * at).cos()).collect::<Vec<f64>>();
+    // Of all modes: L^2 / (3 M c^2) at the struck end, -L^2 / (6 M c^2) between both ends.
+    let all = length_m * length_m / (mass_kg * speed_m_s * speed_m_s);
+    let kept = |sign: f64| (1..=count).map(|s| 2.0 / mass_kg * sign.powi(s as i32) / omega[s].powi(2)).sum::<f64>();
+    let (own, across) = (all / 3.0 - kept(1.0), -all / 6.0 - kept(-1.0));
+    let residual = if with_residual { [[own, across], [across, own]] } else { [[0.0; 2]; 2] };
+    let centre = (0..=count).map(|s| if s == 0 { scale(0) } else { 0.0 }).collect();
+    let placed = PlacedModes::from(modes).with_casting(0, casting((omega.clone(), 0.0), row, centre, residual));
+    let model = build_placed(&scene, &placed).unwrap();
+    let mut y0 = clear(&model);
+    let at = Coupled::new(&model).hammer_state(0, 0.0, &y0).position;
+    for (index, position) in at.into_iter().enumerate().skip(body::CYLINDER) {
+        place(&model, &mut y0, index, (position + 0.005, 0.0));
+    }
+    // The casting's face stands where the chisel's tip rests.
+    let face = Coupled::new(&model).hammer_state(0, 0.0, model.initial_state()).position[body::CHISEL];
+    place(&model, &mut y0, body::CHISEL, (face - 1e-6, 1.0));
+    let contact = contact_index(&model, HammerLink::ChiselCasting);
+    let run = observe(&mut Coupled::new(&model), &y0, settings(1e-9, 1e-3), 150e-6, &mut ());
+    let [onset, release] = switches(&run, contact);
+    (release - onset, run.counters.steps)
+}
+
+/// A mass strikes the end of a free rod (Saint-Venant): with the residual flexibility of the modes left out, few modes give the time in
+/// contact; without it they do not. The steps are not shorter for it.
+#[test]
+fn analytic_rod_struck_by_a_mass() {
+    let (exact, _) = touch(400, true);
+    for (count, bound) in [(20, 2e-3), (50, 1e-4)] {
+        let (found, steps) = touch(count, true);
+        let (truncated, plain) = touch(count, false);
+        let [error, without] = [found, truncated].map(|time| (time / exact - 1.0).abs());
+        println!("{count} modes: off by {error:.1e} in {steps} steps, truncated by {without:.1e} in {plain}");
+        assert!(error < bound, "{count} modes: {error:e}");
+        assert!(without > 5.0 * error && steps as f64 <= 1.1 * plain as f64, "{without:e}, {steps} and {plain}");
+    }
+}

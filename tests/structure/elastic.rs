@@ -1,0 +1,137 @@
+//! Elastic castings: free modes and residual flexibility of a block of bricks against dense solutions, and motion of areas.
+
+use std::f64::consts::TAU;
+
+use decore_math::linalg::symmetric_eigen;
+use decore_model::structure::{BodyPoint, Damping, ElasticBody, ElasticSettings, FeModel, InterfacePoints, Side};
+use nalgebra::{DMatrix, DVector};
+use sprs::CsMat;
+
+use crate::solid::{DENSITY, EDGES, block};
+
+fn settings(cutoff_hz: f64) -> ElasticSettings {
+    ElasticSettings { cutoff_hz, damping: Damping::Ratio(0.005), point_radius_m: 0.025 }
+}
+
+fn dense(matrix: &CsMat<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(matrix.rows(), matrix.cols());
+    matrix.iter().for_each(|(value, (row, column))| out[(row, column)] += *value);
+    out
+}
+
+/// All eigenpairs by a dense solver: mass-normalised.
+fn all_modes(model: &FeModel) -> (Vec<f64>, DMatrix<f64>) {
+    let mass = dense(model.mass());
+    let factor = mass.clone().cholesky().unwrap().l();
+    let half = factor.solve_lower_triangular(&dense(model.stiffness())).unwrap();
+    let reduced = factor.solve_lower_triangular(&half.transpose()).unwrap();
+    let symmetric = (&reduced + reduced.transpose()) * 0.5;
+    let eigen = symmetric_eigen(&symmetric).unwrap();
+    (eigen.values, factor.transpose().solve_upper_triangular(&eigen.vectors).unwrap())
+}
+
+const POINTS: [BodyPoint; 5] = [
+    BodyPoint::Surface([0.01, 0.005], Side::Top),
+    BodyPoint::Surface([-0.07, -0.02], Side::Bottom),
+    BodyPoint::Surface([0.07, 0.02], Side::Bottom),
+    BodyPoint::Centre,
+    BodyPoint::Rotation(1),
+];
+
+/// Frequencies and mode shapes below the cut-off, and the residual flexibility of all modes above it, against the dense solution. The
+/// sum of kept and residual flexibility does not depend on the cut-off: it is the static solution.
+#[test]
+fn modes_and_residual_are_those_of_the_dense_solution() {
+    let model = block(70e9);
+    let (values, vectors) = all_modes(&model);
+    let body = ElasticBody::new(model.clone(), settings(25_000.0)).unwrap();
+    let found = body.at(&POINTS, POINTS.len()).unwrap();
+    let elastic: Vec<f64> = found.omega_rad_s.iter().copied().filter(|omega| *omega > 0.0).collect();
+    let below = values.iter().filter(|value| **value < (TAU * 25_000.0).powi(2)).count();
+    assert_eq!((found.omega_rad_s.len() - elastic.len(), elastic.len()), (3, below - 6));
+    assert!(elastic.len() >= 5, "{}", elastic.len());
+    for (omega, value) in elastic.iter().zip(&values[6..]) {
+        assert!((omega / value.sqrt() - 1.0).abs() < 1e-8, "{omega} and {}", value.sqrt());
+    }
+    // Flexibility of the modes above, with the weights of each point from its motion under unit displacements.
+    let vertical: Vec<usize> = (0..model.order()).filter(|row| row % 3 == 2).collect();
+    let weights = DMatrix::from_fn(model.order(), POINTS.len(), |row, point| {
+        if vertical.contains(&row) { body.weight(POINTS[point], row).unwrap() } else { 0.0 }
+    });
+    let rows = weights.transpose() * &vectors;
+    let above = rows.columns_range(below..).into_owned();
+    let scale = DVector::from_iterator(above.ncols(), values[below..].iter().map(|value| value.recip()));
+    let expected = &above * DMatrix::from_diagonal(&scale) * above.transpose();
+    let error = (&found.residual - &expected).amax() / expected.amax();
+    println!("residual flexibility {:.3e} m/N, off by {error:.1e}", expected[(0, 0)]);
+    assert!(error < 1e-8, "{error:e}");
+    // Kept and residual flexibility add up to the static one whatever is kept.
+    let total = |cutoff_hz: f64| {
+        let modes = ElasticBody::new(model.clone(), settings(cutoff_hz)).unwrap().at(&POINTS, POINTS.len()).unwrap();
+        let kept = modes.omega_rad_s.iter().map(|omega| if *omega > 0.0 { omega.powi(-2) } else { 0.0 });
+        let kept = DMatrix::from_diagonal(&DVector::from_iterator(modes.omega_rad_s.len(), kept));
+        &modes.rows * kept * modes.rows.transpose() + modes.residual
+    };
+    let [few, many] = [3000.0, 40_000.0].map(total);
+    assert!((&few - &many).amax() / many.amax() < 1e-8);
+    assert!((&few - few.transpose()).amax() == 0.0);
+}
+
+/// Areas move by rigid motions as their places do, and mean motions of the mass too.
+#[test]
+fn areas_follow_rigid_motions() {
+    let body = ElasticBody::new(block(70e9), settings(1000.0)).unwrap();
+    let mass = DENSITY * EDGES.iter().product::<f64>();
+    assert!((body.mass_kg() / mass - 1.0).abs() < 1e-12);
+    let found = body.at(&POINTS, POINTS.len()).unwrap();
+    // A point (x, y) moves by `z + y tx - x ty` with what the mean motions of the mass show.
+    let more =
+        body.at(&[POINTS[0], POINTS[1], BodyPoint::Centre, BodyPoint::Rotation(0), BodyPoint::Rotation(1)], 0).unwrap();
+    for mode in 0..3 {
+        assert_eq!(found.omega_rad_s[mode], 0.0);
+        let [heave, tx, ty] = [2, 3, 4].map(|row| more.rows[(row, mode)]);
+        for (row, [x, y]) in [(0, [0.01, 0.005]), (1, [-0.07, -0.02])] {
+            let expected = heave + y * tx - x * ty;
+            assert!((more.rows[(row, mode)] - expected).abs() < 1e-9 * more.rows.amax(), "mode {mode}, point {row}");
+        }
+    }
+}
+
+/// A block 1e8 times stiffer has its rigid motions alone below the cut-off, and a residual flexibility 1e8 times smaller than all of its
+/// flexibility.
+#[test]
+fn a_stiff_block_is_rigid() {
+    let flexibility = |young: f64, cutoff_hz: f64| {
+        ElasticBody::new(block(young), settings(cutoff_hz)).unwrap().at(&POINTS, POINTS.len())
+    };
+    let [soft, stiff] = [flexibility(70e9, 100.0).unwrap(), flexibility(70e17, 10_000.0).unwrap()];
+    assert_eq!((soft.omega_rad_s.len(), stiff.omega_rad_s.len()), (3, 3));
+    let share = &stiff.residual * 1e8 - &soft.residual;
+    assert!(share.amax() < 1e-6 * soft.residual.amax());
+}
+
+/// Points beside the body, lists of damping that are too short, and models without coordinates are errors with a way out.
+#[test]
+fn what_a_body_cannot_do() {
+    let body = ElasticBody::new(block(70e9), settings(10_000.0)).unwrap();
+    let beside = body.at(&[BodyPoint::Surface([0.3, 0.0], Side::Top)], 1).unwrap_err().to_string();
+    assert!(beside.contains("x = 0.3000 m") && beside.contains("larger radius"), "{beside}");
+    let few = ElasticSettings { damping: Damping::PerMode(vec![0.01]), ..settings(10_000.0) };
+    let few = ElasticBody::new(block(70e9), few).unwrap_err().to_string();
+    assert!(few.contains("damping ratios"), "{few}");
+    // Held at a corner it still turns about it.
+    let mut matrices = block(70e9).matrices().clone();
+    (0..3).for_each(|row| *matrices.stiffness.get_mut(row, row).unwrap() += 1e12);
+    let held = FeModel::new(matrices, block(70e9).points().clone()).unwrap();
+    let held = ElasticBody::new(held, settings(10_000.0)).unwrap_err().to_string();
+    assert!(held.contains("without supports") && held.contains("3 below"), "{held}");
+    // A cut-off below all elastic modes leaves the rigid motions.
+    let rigid = ElasticBody::new(block(70e9), settings(5.0)).unwrap().at(&POINTS, 3).unwrap();
+    assert_eq!((rigid.omega_rad_s, rigid.residual.shape()), (vec![0.0; 3], (3, 3)));
+    let nowhere = {
+        let model = block(70e9);
+        let bare = FeModel::new(model.matrices().clone(), InterfacePoints::default()).unwrap();
+        ElasticBody::new(bare, settings(10_000.0)).unwrap_err().to_string()
+    };
+    assert!(nowhere.contains("nodes_file"), "{nowhere}");
+}
