@@ -146,6 +146,14 @@ pub enum StructureError {
         /// Whether stiffness and mass look as if they were in different units.
         suspect: bool,
     },
+    /// Linear algebra that failed on matrices that look wrong.
+    #[error("the matrices look wrong: {remarks} ({source})")]
+    LooksWrong {
+        /// What looks wrong, separated by semicolons.
+        remarks: String,
+        /// What failed.
+        source: Box<StructureError>,
+    },
     /// A negative squared frequency: the stiffness is not positive semidefinite.
     #[error(
         "the stiffness is not positive semidefinite: smallest eigenvalue omega^2 = {omega_squared:.3e} 1/s2; check signs and units of the stiffness matrix"
@@ -163,6 +171,19 @@ fn suggestion(nearest: &Option<String>) -> String {
 impl StructureError {
     pub(super) fn argument(name: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
         Self::Argument { name: name.into(), expected: expected.into(), found: found.to_string() }
+    }
+
+    /// The error with what looks wrong about the matrices, where that may be its cause.
+    pub(super) fn with_causes(self, remarks: &[String]) -> Self {
+        let may_be = match &self {
+            Self::Linalg { source, .. } => !matches!(source, LinalgError::OutOfMemory { .. }),
+            Self::Indefinite { .. } => true,
+            _ => false,
+        };
+        if !may_be || remarks.is_empty() {
+            return self;
+        }
+        Self::LooksWrong { remarks: remarks.join("; "), source: Box::new(self) }
     }
 }
 

@@ -6,6 +6,7 @@ use sprs::CsMat;
 
 use super::constraints::eliminate;
 use super::error::StructureError;
+use super::idle;
 use super::import::symmetric;
 use super::label::{DofLabel, SCALAR};
 use super::matrices::ModelMatrices;
@@ -99,7 +100,7 @@ impl FeModel {
         }
         let placed = place(&matrices.labels, order, &points).unwrap_or_default();
         let kept = placed.into_iter().flatten().flatten().collect();
-        let changes = eliminate(&mut matrices, &kept).map_err(|reason| fault(&names.stiffness, reason))?;
+        let mut changes = eliminate(&mut matrices, &kept).map_err(|reason| fault(&names.stiffness, reason))?;
         let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
         for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
             if let Some((row, value)) = negative_diagonal(matrix) {
@@ -116,6 +117,9 @@ impl FeModel {
         require_distinct(&matrices.labels, &points).map_err(|reason| fault(&names.labels, reason))?;
         let rows = place(&matrices.labels, order, &points).map_err(|reason| fault(&names.points, reason))?;
         points.state_dofs(&rows);
+        let of_points: Vec<(&str, PointRows)> =
+            points.iter().map(|point| point.name.as_str()).zip(rows.iter().copied()).collect();
+        changes.extend(idle::leave_out(&mut matrices, &of_points));
         let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
         let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
         let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 use sprs::CsMat;
 
-use super::balance::{Balance, Rotated, rotated, under_motions, under_rotations};
+use super::balance::{Balance, Rotated, Turned, rotated, under_motions, under_rotations};
 use super::label::SCALAR;
 use super::model::FeModel;
 use super::partition::sparse_times;
@@ -19,6 +19,8 @@ const DOUBT: f64 = 0.1;
 pub(super) const MOST_TRANSLATED: f64 = 0.6;
 /// The same under rotations, of the rows that are in balance under translations.
 pub(super) const MOST_ROTATED: f64 = 0.4;
+/// Above this [`Turned::strain`] labels or places are wrong. Right models of CalculiX stay below 0.06, wrong ones are above 0.8.
+pub(super) const MOST_STRAIN: f64 = 0.3;
 /// Fewest rows of which a share is telling: a small model may be held in most of its rows.
 const LEAST_ROWS: usize = 48;
 /// A reduced model is full, and its supports are spread over all rows.
@@ -34,8 +36,8 @@ pub(super) struct RigidMotions {
     pub centre_m: Result<[f64; 3], (usize, usize)>,
     /// Balance under translations, where it is telling.
     pub translated: Option<Balance>,
-    /// Balance under rotations, where places of nodes are known and it is telling.
-    pub rotated: Option<Balance>,
+    /// How rotations load the model, where places of nodes are known and it is telling.
+    pub rotated: Option<Turned>,
 }
 
 impl RigidMotions {
@@ -131,16 +133,14 @@ fn rotation_balance(
     model: &FeModel,
     (directions, seeming): (&[Option<usize>], &[bool]),
     translated: &Balance,
-) -> Option<Balance> {
+) -> Option<Turned> {
     let places = places_of_distinct(model);
     let mut rows = rotated(model, directions, &places);
     rows.iter_mut().zip(seeming).filter(|(_, seeming)| **seeming).for_each(|(row, _)| *row = Rotated::Unknown);
     let node_places: Vec<Option<[f64; 3]>> =
         model.labels().iter().map(|label| places.get(&label.node).copied()).collect();
-    let mut balance = under_rotations(model.stiffness(), &rows, &node_places);
-    let loaded = balance.out.iter_mut().zip(&translated.out).filter(|(_, out)| **out == Some(true));
-    loaded.for_each(|(slot, _)| *slot = None);
-    Some(balance).filter(|balance| balance.loaded() >= LEAST_ROWS)
+    let turned = under_rotations(model.stiffness(), &rows, &node_places, translated);
+    Some(turned).filter(|turned| turned.balance.loaded() >= LEAST_ROWS)
 }
 
 /// From the coupling of translations t and rotations r about the origin: `t_y' M r_z = m x`, `t_x' M r_z = -m y`,

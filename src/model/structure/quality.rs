@@ -18,7 +18,7 @@ use super::motions::RigidMotions;
 use super::observe::{Observer, StepRecord};
 use super::own::RIGID_BODY_HZ;
 use super::partition::{inner_rows, sparse_times};
-use super::plausibility::{Shown, remarks};
+use super::plausibility::{Shown, of_modes};
 use super::points::DOF_NAMES;
 use super::reduction::{Reduction, ReductionFacts, ReductionSettings, reduce_in_parts};
 use super::reference::{Known, Vectors, beyond_modes};
@@ -157,39 +157,34 @@ struct Shapes {
 /// # Errors
 /// As for [`super::reduce`].
 pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityReport, StructureError> {
+    assess_telling(model, settings, |_| ())
+}
+
+/// As [`assess`]. `tell` is given what looks wrong about the matrices before the work, which takes a minute for large models.
+///
+/// # Errors
+/// As for [`super::reduce`].
+pub fn assess_telling(
+    model: &FeModel,
+    settings: &QualitySettings,
+    tell: impl FnOnce(&[String]),
+) -> Result<QualityReport, StructureError> {
     let mut observer = Observer::active();
-    let reduction = reduce_in_parts(model, &settings.reduction, &mut observer)?;
-    let limit = (TAU * settings.cutoff_hz).powi(2);
-    let (kept, _) = inner_rows(model, &[]);
-    let pencil = observer
-        .step("full model: order and symbolic factorisation", || {
-            SymmetricPencil::new(model.stiffness(), model.mass(), &kept)
-        })
-        .step("order of the full model", "see whether it fits into memory")?;
-    let names = dof_names(&reduction);
-    let pairs = curve_pairs(&names);
-    let loads = unit_loads(&pencil, &reduction.rows);
-    let mut full_steps = Observer::active();
-    let wanted = Wanted { limit, suspect: false };
-    let frequency_hz = curve_frequencies(settings.cutoff_hz);
-    let (full, beyond) = {
-        let problem = InnerProblem { pencil: &pencil, k_ob: &-&loads, wanted };
-        let loads = loads_of(&loads, &pairs);
-        let highest = frequency_hz.last().map_or(0.0, |hz| (TAU * hz).powi(2));
-        solve_inner_and(&problem, &mut full_steps, |factor, full, observer| {
-            let known = Known { pencil: &pencil, factor, full };
-            observer.step("receptances beyond the modes (block Krylov)", || beyond_modes(&known, &loads, highest))
-        })?
-    };
-    let (shapes, flexibility) = full_model(&pencil, (&full, beyond), &reduction);
-    let reduced = reduced_modes(&reduction, shapes.omega_squared.len())?;
-    let mut steps = observer.records().to_vec();
-    steps.extend(
-        full_steps
-            .records()
-            .iter()
-            .map(|step| StepRecord { name: format!("full model: {}", step.name), ..step.clone() }),
-    );
+    let reduction = reduce_in_parts(model, &settings.reduction, &mut observer, tell)?;
+    compare(model, settings, &reduction, observer).map_err(|error| error.with_causes(&reduction.remarks))
+}
+
+fn compare(
+    model: &FeModel,
+    settings: &QualitySettings,
+    reduction: &Reduction,
+    mut observer: Observer,
+) -> Result<QualityReport, StructureError> {
+    let names = dof_names(reduction);
+    let curves = Curves { pairs: curve_pairs(&names), frequency_hz: curve_frequencies(settings.cutoff_hz) };
+    let Full { inner: full, shapes, flexibility } =
+        full_model(model, settings.cutoff_hz, (reduction, &curves), &mut observer)?;
+    let reduced = reduced_modes(reduction, shapes.omega_squared.len())?;
     let rigid = reduction.rigid.as_ref();
     let compared = Compared { full: &shapes, reduced: &reduced };
     let modes = pair_modes(model, rigid, compared)?;
@@ -201,20 +196,20 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
         none_below_hz: shapes.omega_squared.is_empty().then_some(settings.cutoff_hz),
     };
     let centre = rigid.map(|rigid| rigid.centre_m);
-    let mobility = mobilities((&names, &pairs), compared, &frequency_hz, settings.damping_ratio);
+    let mobility = mobilities(&names, compared, &curves, settings.damping_ratio);
     Ok(QualityReport {
         modes,
         total_mass_kg: rigid.map(|rigid| rigid.mass_kg),
         centre_of_mass_m: centre.and_then(Result::ok),
         nodes_without_place: centre.and_then(Result::err).map(|(unknown, all)| [unknown, all]),
-        remarks: remarks(model, rigid, shown),
+        remarks: reduction.remarks.iter().cloned().chain(of_modes(shown)).collect(),
         notes: model.changes().iter().cloned().chain(floating(shown.rigid)).collect(),
         static_stiffness: static_stiffness(&names, flexibility.as_ref(), reduction.structure.static_flexibility()),
-        frequency_hz,
+        frequency_hz: curves.frequency_hz,
         mobility,
-        conditions: conditions(&reduction, &full)?,
-        steps,
-        facts: reduction.facts,
+        conditions: conditions(reduction, &full)?,
+        steps: observer.records().to_vec(),
+        facts: reduction.facts.clone(),
     })
 }
 
@@ -258,23 +253,50 @@ struct Compared<'a> {
     reduced: &'a Shapes,
 }
 
-/// The full model's modes, and its static flexibility `B' K^-1 B` where it has one.
+/// What is known of the full model.
+struct Full {
+    inner: Inner,
+    shapes: Shapes,
+    /// Static flexibility `B' K^-1 B` at the interface; none for a model that floats.
+    flexibility: Option<DMatrix<f64>>,
+}
+
+/// The full model's modes below the cut-off, and its receptances.
 fn full_model(
-    pencil: &SymmetricPencil,
-    (full, beyond): (&Inner, Vectors),
-    reduction: &Reduction,
-) -> (Shapes, Option<DMatrix<f64>>) {
+    model: &FeModel,
+    cutoff_hz: f64,
+    (reduction, curves): (&Reduction, &Curves),
+    observer: &mut Observer,
+) -> Result<Full, StructureError> {
+    let (kept, _) = inner_rows(model, &[]);
+    let pencil = observer
+        .step("full model: order and symbolic factorisation", || {
+            SymmetricPencil::new(model.stiffness(), model.mass(), &kept)
+        })
+        .step("order of the full model", "see whether it fits into memory")?;
+    let loads = unit_loads(&pencil, &reduction.rows);
+    let wanted = Wanted { limit: (TAU * cutoff_hz).powi(2), suspect: false };
+    let problem = InnerProblem { pencil: &pencil, k_ob: &-&loads, wanted };
+    let loads = loads_of(&loads, &curves.pairs);
+    let highest = curves.frequency_hz.last().map_or(0.0, |hz| (TAU * hz).powi(2));
+    let mut steps = Observer::active();
+    let (inner, beyond) = solve_inner_and(&problem, &mut steps, |factor, full, observer| {
+        let known = Known { pencil: &pencil, factor, full };
+        observer.step("receptances beyond the modes (block Krylov)", || beyond_modes(&known, &loads, highest))
+    })?;
+    observer.add("full model: ", steps.records());
     let place = |row: &usize| pencil.rows().iter().position(|other| *other as usize == *row);
     let places: Vec<usize> = reduction.rows.iter().filter_map(place).collect();
-    let interface = full.psi.select_rows(&places);
-    let mut all = DMatrix::zeros(reduction.facts.order, full.psi.ncols());
+    let interface = inner.psi.select_rows(&places);
+    let mut all = DMatrix::zeros(reduction.facts.order, inner.psi.ncols());
     for (position, &row) in pencil.rows().iter().enumerate() {
-        all.row_mut(row as usize).copy_from(&full.psi.row(position));
+        all.row_mut(row as usize).copy_from(&inner.psi.row(position));
     }
     let free = (TAU * RIGID_BODY_HZ).powi(2);
-    let stands = full.omega_squared.first().is_none_or(|lowest| *lowest > free);
-    let flexibility = stands.then(|| full.constraint.select_rows(&places));
-    (Shapes { omega_squared: full.omega_squared.clone(), interface, all, beyond }, flexibility)
+    let stands = inner.omega_squared.first().is_none_or(|lowest| *lowest > free);
+    let flexibility = stands.then(|| inner.constraint.select_rows(&places));
+    let shapes = Shapes { omega_squared: inner.omega_squared.clone(), interface, all, beyond };
+    Ok(Full { inner, shapes, flexibility })
 }
 
 /// Modes of the reduced structure that have a finite frequency; all but the first `damped` bring their receptance undamped.
@@ -380,6 +402,12 @@ type FullAndReduced = ([f64; 2], [f64; 2]);
 /// Rows of response and force of a curve.
 type CurveRows = (usize, usize);
 
+/// Curves of mobility.
+struct Curves {
+    pairs: Vec<CurveRows>,
+    frequency_hz: Vec<f64>,
+}
+
 /// Those of every curve: drive points, then pairs in the same direction.
 fn curve_pairs(names: &[(String, usize)]) -> Vec<CurveRows> {
     let translations: Vec<usize> = (0..names.len()).filter(|row| names[*row].1 < 3).collect();
@@ -392,9 +420,9 @@ fn curve_pairs(names: &[(String, usize)]) -> Vec<CurveRows> {
 }
 
 fn mobilities(
-    (names, pairs): (&[(String, usize)], &[CurveRows]),
+    names: &[(String, usize)],
     Compared { full, reduced }: Compared<'_>,
-    frequency_hz: &[f64],
+    Curves { pairs, frequency_hz }: &Curves,
     damping_ratio: f64,
 ) -> Vec<MobilityCurve> {
     let damped = full.omega_squared.len();

@@ -25,7 +25,7 @@ const ELEMENT_M: [f64; 2] = [2e-4, 10.0];
 /// Fewest nodes of a mesh.
 const LEAST_NODES: usize = 30;
 /// A matrix with a larger share of entries has no mesh.
-const MOST_FULL: f64 = 0.3;
+const MOST_FULL: f64 = 0.6;
 /// Density of steel in kg/m3; others count with the third root.
 const DENSITY_KG_M3: f64 = 7850.0;
 
@@ -135,7 +135,9 @@ impl Nodes {
         let [least, most] = range;
         (c > 0.0 && !(least..=most).contains(&c)).then(|| {
             format!(
-                "stiffness and mass look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in metals at 3e3 to 6e3 (N/mm beside kg gives 1e2); is `units` that of both files?"
+                "{} look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in metals at 3e3 to 6e3 ({}); is `units` that of all files?",
+                if c < least { "stiffness and mass" } else { "stiffness, mass and coordinates" },
+                if c < least { "N/mm beside kg gives 1e2" } else { "coordinates in mm beside matrices in m give 5e6" }
             )
         })
     }
