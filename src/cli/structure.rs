@@ -12,20 +12,22 @@ use super::inputs::expect_study;
 use super::json::{print_json, wants_words};
 use super::mobility::{Asked, compare_with_measured};
 use super::outputs::{Form, Output, StudyArguments, check_outputs};
-use super::text::{plural, print_line};
+use super::text::{eprint_line, plural, print_line};
 use super::written::Written;
 use crate::accuracy::{MAIN_OUTPUTS, main_differences};
 use crate::page::quality_page;
 use decore_model::run::run_row;
 use decore_model::structure::{
     CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
-    SelectionSettings, assess, write_model,
+    SelectionSettings, assess_telling, write_model,
 };
 use decore_study::engine::{RowRunner, RowScene, reduction_settings};
 use decore_study::{InterfaceDemand, StructureSettings, StructureSource, load_structure};
 
 /// Frequencies in the first lines of the report.
 const LOWEST: usize = 6;
+/// The report of a model with more rows takes seconds: what looks wrong about its matrices is printed at once.
+const SLOW_ROWS: usize = 20_000;
 
 #[derive(Debug, Args)]
 pub(super) struct StructureArguments {
@@ -107,7 +109,12 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
         Damping::Ratio(ratio) => *ratio,
         Damping::PerMode(ratios) => ratios.first().copied().unwrap_or(0.0),
     };
-    let report = assess(&model, &QualitySettings { reduction, cutoff_hz: settings.cutoff_hz, damping_ratio })?;
+    let quality = QualitySettings { reduction, cutoff_hz: settings.cutoff_hz, damping_ratio };
+    let report = assess_telling(&model, &quality, |remarks| {
+        if model.order() > SLOW_ROWS {
+            remarks.iter().for_each(|remark| eprint_line(&format_args!("warning: the machine looks wrong: {remark}")));
+        }
+    })?;
     if let Some(path) = &arguments.html {
         let title = format!("Reduction of {}", arguments.file.display());
         write_file(path, quality_page(&report, &title)?)?;

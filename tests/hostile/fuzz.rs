@@ -12,7 +12,9 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use decore_dataset::{Columns, DatasetReader, SweepStatus, TableName};
-use decore_model::structure::{FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalTable, ModelFiles, Units};
+use decore_model::structure::{
+    FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalTable, ModelFiles, Units, read_measured,
+};
 use decore_study::{CheckedStudy, PointTable, Study, load_structure};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -331,6 +333,7 @@ fn dataset(name: &'static str, dataset: &Path, place: PathBuf) -> Target {
 fn targets(folder: &Path) -> Vec<Target> {
     let points = |folder: &Path, bytes: &[u8]| InterfacePoints::read(&file(folder, "points.csv", bytes)).is_ok();
     let modes = |folder: &Path, bytes: &[u8]| ModalTable::read(&file(folder, "modes.csv", bytes)).is_ok();
+    let measured = |folder: &Path, bytes: &[u8]| read_measured(&file(folder, "frf.uff", bytes)).is_ok();
     let structure =
         |folder: &Path, bytes: &[u8]| matches!(load_structure(&file(folder, "machine.toml", bytes)), Ok(Some(_)));
     let machine = b"[structure]\nsource = \"matrices\"\nformat = \"matrix_market\"\nstiffness_file = \"points.csv\"\nmass_file = \
@@ -352,7 +355,11 @@ fn targets(folder: &Path) -> Vec<Target> {
             seeds: seeds(&["tests/data/fuzz/points.csv", "src/assets/station/interface_points.csv"]),
             read: Box::new(points),
         },
-        Target { name: "modes", seeds: seeds(&["tests/data/fuzz/modes.csv"]), read: Box::new(modes) },
+        Target {
+            name: "modes",
+            seeds: seeds(&["tests/data/fuzz/modes.csv", "tests/data/foreign/modes_55.uff"]),
+            read: Box::new(modes),
+        },
         named("rows.csv", "design", seeds(&["tests/data/fuzz/rows.csv"])),
         named("rows.parquet", "design", vec![fs::read(rows).expect("there")]),
         tables(),
@@ -365,7 +372,22 @@ fn targets(folder: &Path) -> Vec<Target> {
         ),
         names("op4", &["tiny_ascii_d.op4", "tiny_ascii_sparse.op4", "tiny_binary_handmade.op4"], Some("tiny.dofmap")),
         names("harwell_boeing", &["tiny_hbstyle_K.matrix", "tiny_hbstyle_M.matrix"], Some("tiny.dofmap")),
-        names("abaqus", &["tiny_abaqusstyle_STIF1_coordinate.mtx", "tiny_abaqusstyle_STIF1_matrixinput.mtx"], None),
+        names(
+            "abaqus",
+            &[
+                "tiny_abaqusstyle_STIF1_coordinate.mtx",
+                "tiny_abaqusstyle_STIF1_matrixinput.mtx",
+                "tiny_user_element.mtx",
+                "ccx_superelement.mtx",
+            ],
+            None,
+        ),
+        names("npz", &["tiny_K_csr.npz", "tiny_M_csc.npz", "tiny_K_coo.npz"], Some("tiny.dofmap")),
+        Target {
+            name: "measured",
+            seeds: seeds(&["tests/data/foreign/solid_text.uff", "tests/data/foreign/solid_binary.uff"]),
+            read: Box::new(measured),
+        },
         dofs(),
         dataset("manifest", &sweep, sweep.join("manifest.json")),
         dataset("journal", &sweep, journal),

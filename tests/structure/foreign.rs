@@ -1,6 +1,7 @@
 //! The classic slips with matrices of other programs, each made from a right model: told with the right reason, before the work; and
 //! right models, of which nothing is said.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
@@ -263,4 +264,55 @@ fn inner_shapes_of_calculix_have_no_mass() {
     assert!(report.remarks.is_empty(), "{:?}", report.remarks);
     let centre = report.centre_of_mass_m.expect("places");
     assert!(centre.iter().zip([0.3, 0.2, 0.03]).all(|(found, exact)| (found - exact).abs() < 1e-4), "{centre:?}");
+}
+
+/// Two rigid bodies (reference nodes 1 and 3, rotation nodes 2 and 4) of ten arms each that end in springs to masses on the ground.
+fn two_bodies(points: &str) -> Case {
+    const ARMS: usize = 10;
+    let rows = 12 + 2 * 3 * ARMS;
+    let mut stiffness: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    let mut add = |shape: &[(usize, f64)], k: f64| {
+        for (row, a) in shape {
+            for (column, b) in shape.iter().filter(|(column, _)| column <= row) {
+                *stiffness.entry((*row, *column)).or_default() += k * a * b;
+            }
+        }
+    };
+    for body in 0..2 {
+        for arm in 0..ARMS {
+            let angle = 0.7 * arm as f64;
+            let [x, y, z] = [0.3 * angle.cos(), 0.3 * angle.sin(), 0.05 * arm as f64];
+            let turned = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]];
+            for (axis, turned) in turned.into_iter().enumerate() {
+                let own = 12 + 3 * (ARMS * body + arm) + axis;
+                let turn = (0..3).map(|about| (6 * body + 3 + about, turned[about]));
+                let shape: Vec<_> = [(own, -1.0), (6 * body + axis, 1.0)].into_iter().chain(turn).collect();
+                add(&shape, 1e7);
+                add(&[(own, 1.0)], 1e6);
+            }
+        }
+    }
+    let case = Case::new(MatrixFormat::MatrixMarket, points);
+    let entries: Vec<_> = stiffness.into_iter().map(|((row, column), value)| (row, column, value)).collect();
+    case.write("K", market(rows, &entries));
+    let mass = case.write("M", market(rows, &(0..rows).map(|row| (row, row, 2.0)).collect::<Vec<_>>()));
+    let labels: String = (0..rows).map(|row| format!("{}.{}\n", row / 3 + 1, row % 3 + 1)).collect();
+    let mut case = case;
+    case.files.mass.path = mass;
+    case.files.dofs = Some(case.write("rows.dof", labels));
+    case
+}
+
+#[test]
+fn a_rotation_node_of_another_body_is_told() {
+    let points = |first: u32, second: u32| {
+        format!("name,x_m,y_m,z_m,node,rotation_node\nA,0,0,0,1,{first}\nB,2,0,0,3,{second}\n")
+    };
+    let right = remarks(&two_bodies(&points(2, 4)));
+    assert!(right.is_empty(), "{right:?}");
+    says(
+        &two_bodies(&points(4, 2)),
+        "point A: rotation_node 4 is joined to other rows than node 1 (0 in common): is it that of another",
+    );
+    says(&two_bodies(&points(2, 2)), "point B: rotation_node 2 is joined to other rows than node 3");
 }

@@ -55,6 +55,16 @@ const TINY_K: [[f64; 4]; 4] =
 const TINY_M: [[f64; 4]; 4] =
     [[2.0, 0.0, 0.25, 0.0], [0.0, 2.0, 0.0, 0.0], [0.25, 0.0, 1.5, 0.0], [0.0, 0.0, 0.0, 1.5]];
 
+/// A line with a tab for the blanks at the end of every eight columns.
+fn with_tabs(line: &str) -> String {
+    let columns: Vec<char> = line.chars().collect();
+    let field = |field: &[char]| {
+        let text: String = field.iter().collect();
+        if field.len() == 8 && text.ends_with(' ') { format!("{}\t", text.trim_end()) } else { text }
+    };
+    columns.chunks(8).map(field).collect()
+}
+
 #[test]
 fn the_same_small_model_in_every_format() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -71,6 +81,9 @@ fn the_same_small_model_in_every_format() {
         (MatrixFormat::Op4, "_ascii_sparse.op4", "_ascii_sparse.op4", Some(".dofmap")),
         (MatrixFormat::Op4, "_binary_handmade.op4", "_binary_handmade.op4", Some("_ccxstyle.dof")),
         (MatrixFormat::HarwellBoeing, "_hbstyle_K.matrix", "_hbstyle_M.matrix", Some(".dofmap")),
+        (MatrixFormat::Abaqus, "_user_element.mtx", "_user_element.mtx", None),
+        (MatrixFormat::Npz, "_K_csr.npz", "_M_csc.npz", Some(".dofmap")),
+        (MatrixFormat::Npz, "_K_coo.npz", "_M_array.npz", Some(".dofmap")),
     ];
     for (format, stiffness, mass, dofs) in cases {
         let source = ModelFiles { dofs: dofs.map(tiny), ..files(format, tiny(stiffness), tiny(mass), points.clone()) };
@@ -78,6 +91,19 @@ fn the_same_small_model_in_every_format() {
         assert_eq!(dense(model.stiffness()), TINY_K, "{stiffness}");
         assert_eq!(dense(model.mass()), TINY_M, "{mass}");
         assert_eq!(model.rows_of("B"), Ok([Some(2), None, Some(3), None, None, None]));
+    }
+    // Tabs lead to the next column of eight.
+    for name in ["_dmig_small.bdf", "_dmig_large.bdf", "_nastranstyle.pch"] {
+        let text = fs::read_to_string(tiny(name)).expect("shipped");
+        let tabbed: String = text.lines().map(|line| with_tabs(line) + "\n").collect();
+        assert!(tabbed.matches('\t').count() > 20, "{tabbed}");
+        let path = folder.path().join("tabs.pch");
+        fs::write(&path, tabbed).expect("written");
+        let model = FeModel::read(&files(MatrixFormat::Dmig, path.clone(), path, points.clone())).expect(name);
+        assert_eq!(
+            (dense(model.stiffness()), dense(model.mass())),
+            (TINY_K.map(Vec::from).to_vec(), TINY_M.map(Vec::from).to_vec())
+        );
     }
     let (k, m) = ("_abaqusstyle_STIF1_matrixinput.mtx", "_abaqusstyle_STIF1_coordinate.mtx");
     for (file, dofs) in [(k, None), (m, Some(tiny(".dofmap")))] {

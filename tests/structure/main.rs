@@ -1,5 +1,6 @@
 //! Structures: their files, their reduction, and what is said about its quality.
 
+mod containers;
 mod elastic;
 mod foreign;
 mod hard;
@@ -10,6 +11,7 @@ mod op4_files;
 mod outside;
 mod quality;
 mod reduction;
+mod right;
 mod road;
 mod selection;
 #[path = "../common/solid.rs"]

@@ -85,12 +85,27 @@ pub(super) fn rotated(model: &FeModel, directions: &[Option<usize>], places: &BT
     directions.iter().enumerate().map(row).collect()
 }
 
-/// Balance under rotations about the nodes of the rows. Only rows that are coupled to known rows alone, and have a place, are looked at.
-/// `node_places`: place of the node of each row.
-pub(super) fn under_rotations(stiffness: &CsMat<f64>, rows: &[Rotated], node_places: &[Option<[f64; 3]>]) -> Balance {
+/// How rotations load the rows.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Turned {
+    pub balance: Balance,
+    /// Forces of rotations over forces of stretches of the same size, summed over displacements. A model of one material and one size of
+    /// elements balances every linear motion but at its surface, so that few rows of a large one are out of balance.
+    pub strain: f64,
+}
+
+/// Balance under rotations about the nodes of the rows. Only rows that are coupled to known rows alone, have a place and are balanced under
+/// translations are looked at: supports load the others. `node_places`: place of the node of each row.
+pub(super) fn under_rotations(
+    stiffness: &CsMat<f64>,
+    rows: &[Rotated],
+    node_places: &[Option<[f64; 3]>],
+    translated: &Balance,
+) -> Turned {
+    let (mut turning, mut stretching) = (0.0, 0.0);
     let row = |(row, view): (usize, sprs::CsVecView<'_, f64>)| {
-        let centre = node_places[row]?;
-        let (mut force, mut size) = ([0.0; 3], [0.0; 3]);
+        let centre = node_places[row].filter(|_| translated.out[row] != Some(true))?;
+        let (mut force, mut size, mut stretch) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         for (column, entry) in view.iter().filter(|(_, entry)| **entry != 0.0) {
             let mut add = |axis: usize, value: f64| {
                 force[axis] += entry * value;
@@ -101,15 +116,26 @@ pub(super) fn under_rotations(stiffness: &CsMat<f64>, rows: &[Rotated], node_pla
                 Rotated::Still => {}
                 Rotated::Unknown => return None,
                 Rotated::Place(place, direction) => {
-                    let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - centre[axis]);
+                    let distance = [0, 1, 2].map(|axis| place[axis] - centre[axis]);
+                    let [x, y, z] = distance;
                     let motions = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
                     (0..3).for_each(|axis| add(axis, motions[axis][direction]));
+                    stretch[direction] += entry * distance[direction];
                 }
             }
         }
+        if matches!(rows[row], Rotated::Place(..)) {
+            turning += length(force);
+            stretching += length(stretch);
+        }
         verdict(&force, &size)
     };
-    Balance { out: stiffness.outer_iterator().enumerate().map(row).collect() }
+    let balance = Balance { out: stiffness.outer_iterator().enumerate().map(row).collect() };
+    Turned { balance, strain: if stretching > 0.0 { turning / stretching } else { 0.0 } }
+}
+
+fn length(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 /// Forces are compared with the largest of all motions: one motion may load a row by rounding alone.

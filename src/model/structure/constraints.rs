@@ -60,7 +60,7 @@ pub(super) fn eliminate(matrices: &mut ModelMatrices, kept: &BTreeSet<usize>) ->
     Ok(said)
 }
 
-fn for_each(matrices: &mut ModelMatrices, change: impl Fn(&mut CsMat<f64>)) {
+pub(super) fn for_each(matrices: &mut ModelMatrices, change: impl Fn(&mut CsMat<f64>)) {
     [&mut matrices.mass, &mut matrices.stiffness].into_iter().chain(matrices.damping.as_mut()).for_each(change);
 }
 
@@ -232,7 +232,7 @@ fn transformation(order: usize, following: &BTreeMap<usize, Constraint>) -> (CsM
 }
 
 /// The matrix with some rows and columns left empty.
-fn without(matrix: &CsMat<f64>, gone: &BTreeSet<usize>) -> CsMat<f64> {
+pub(super) fn without(matrix: &CsMat<f64>, gone: &BTreeSet<usize>) -> CsMat<f64> {
     let mut out = TriMat::new(matrix.shape());
     for (value, (row, column)) in matrix.iter() {
         if !gone.contains(&row) && !gone.contains(&column) {

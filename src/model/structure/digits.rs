@@ -50,7 +50,8 @@ fn digits(value: f64) -> Option<usize> {
         let text = format!("{value:.*e}", *count - 1);
         text.parse::<f64>().is_ok_and(|short| (short - value).abs() <= SAME * value)
     };
-    (1..=FEW).find(short)
+    // What is short with a number of digits is so with more; hardly any value is.
+    short(&FEW).then(|| (1..FEW).find(short).unwrap_or(FEW))
 }
 
 #[cfg(test)]

@@ -133,11 +133,11 @@ pub enum StructureError {
     },
     /// More modes than any study needs.
     #[error(
-        "{count} modes lie below {cutoff_hz} Hz (fixed_interface_cutoff_hz or cutoff_hz), of {order} rows: {}lower the cut-off",
+        "at least {count} modes lie below {cutoff_hz} Hz (fixed_interface_cutoff_hz or cutoff_hz), of {order} rows: {}lower the cut-off",
         if *suspect { "stiffness and mass look as if they were in different units; check `units` of both files, or " } else { "" }
     )]
     TooManyModes {
-        /// Modes below the cut-off.
+        /// Modes below the cut-off, or as many of them as were counted.
         count: usize,
         /// The cut-off in Hz.
         cutoff_hz: f64,
@@ -145,6 +145,14 @@ pub enum StructureError {
         order: usize,
         /// Whether stiffness and mass look as if they were in different units.
         suspect: bool,
+    },
+    /// Linear algebra that failed on matrices that look wrong.
+    #[error("the matrices look wrong: {remarks} ({source})")]
+    LooksWrong {
+        /// What looks wrong, separated by semicolons.
+        remarks: String,
+        /// What failed.
+        source: Box<StructureError>,
     },
     /// A negative squared frequency: the stiffness is not positive semidefinite.
     #[error(
@@ -163,6 +171,19 @@ fn suggestion(nearest: &Option<String>) -> String {
 impl StructureError {
     pub(super) fn argument(name: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
         Self::Argument { name: name.into(), expected: expected.into(), found: found.to_string() }
+    }
+
+    /// The error with what looks wrong about the matrices, where that may be its cause.
+    pub(super) fn with_causes(self, remarks: &[String]) -> Self {
+        let may_be = match &self {
+            Self::Linalg { source, .. } => !matches!(source, LinalgError::OutOfMemory { .. }),
+            Self::Indefinite { .. } => true,
+            _ => false,
+        };
+        if !may_be || remarks.is_empty() {
+            return self;
+        }
+        Self::LooksWrong { remarks: remarks.join("; "), source: Box::new(self) }
     }
 }
 

@@ -6,6 +6,7 @@ use sprs::CsMat;
 
 use super::constraints::eliminate;
 use super::error::StructureError;
+use super::idle;
 use super::import::symmetric;
 use super::label::{DofLabel, SCALAR};
 use super::matrices::ModelMatrices;
@@ -16,6 +17,10 @@ use decore_math::linalg::lowest_eigenvalue;
 /// A mass matrix whose lowest eigenvalue, relative to the diagonal, lies below this is not positive semidefinite: rounding
 /// in exported matrices stays above it.
 const LEAST_MASS_EIGENVALUE: f64 = -1e-8;
+
+/// Entries below this share of a matrix' largest diagonal are rounding where there ought to be none: in rows without mass, and as the
+/// stiffness of a motion that nothing holds.
+const ROUNDING: f64 = 1e-12;
 
 /// Places of a node may differ by this many metres, and this share.
 const SAME_PLACE: f64 = 2e-3;
@@ -79,7 +84,8 @@ impl FeModel {
         names: &Sources,
     ) -> Result<Self, StructureError> {
         let ModelMatrices { mass, stiffness, damping, labels } = matrices;
-        let mass = sound(&names.mass, mass)?;
+        let mut mass = sound(&names.mass, mass)?;
+        clear_rounding(&mut mass);
         let stiffness = sound(&names.stiffness, stiffness)?;
         let damping = damping.map(|damping| sound(&names.damping, damping)).transpose()?;
         let mut matrices = ModelMatrices { mass, stiffness, damping, labels };
@@ -94,7 +100,7 @@ impl FeModel {
         }
         let placed = place(&matrices.labels, order, &points).unwrap_or_default();
         let kept = placed.into_iter().flatten().flatten().collect();
-        let changes = eliminate(&mut matrices, &kept).map_err(|reason| fault(&names.stiffness, reason))?;
+        let mut changes = eliminate(&mut matrices, &kept).map_err(|reason| fault(&names.stiffness, reason))?;
         let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
         for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
             if let Some((row, value)) = negative_diagonal(matrix) {
@@ -111,6 +117,9 @@ impl FeModel {
         require_distinct(&matrices.labels, &points).map_err(|reason| fault(&names.labels, reason))?;
         let rows = place(&matrices.labels, order, &points).map_err(|reason| fault(&names.points, reason))?;
         points.state_dofs(&rows);
+        let of_points: Vec<(&str, PointRows)> =
+            points.iter().map(|point| point.name.as_str()).zip(rows.iter().copied()).collect();
+        changes.extend(idle::leave_out(&mut matrices, &of_points));
         let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
         let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
         let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();
@@ -240,9 +249,37 @@ fn sound(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
     symmetric(file, matrix)
 }
 
+/// Sets the entries of rows without mass to 0 where rounding alone makes them other: elements with reduced integration leave 1e-19 there.
+fn clear_rounding(mass: &mut CsMat<f64>) {
+    let diagonal = diagonal(mass);
+    let least = ROUNDING * largest(&diagonal);
+    let is_rounding = |row: usize| {
+        diagonal[row] <= 0.0
+            && mass.outer_view(row).is_some_and(|view| view.iter().all(|(_, value)| value.abs() <= least))
+    };
+    let empty: Vec<bool> = (0..mass.rows()).map(is_rounding).collect();
+    for (row, mut view) in mass.outer_iterator_mut().enumerate() {
+        for (column, value) in view.iter_mut() {
+            if empty[row] || empty[column] {
+                *value = 0.0;
+            }
+        }
+    }
+}
+
+fn diagonal(matrix: &CsMat<f64>) -> Vec<f64> {
+    (0..matrix.rows()).map(|row| matrix.get(row, row).copied().unwrap_or(0.0)).collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, f64::max)
+}
+
+/// The first diagonal below 0 by more than rounding.
 fn negative_diagonal(matrix: &CsMat<f64>) -> Option<(usize, f64)> {
-    let diagonal = |row: usize| matrix.get(row, row).copied().unwrap_or(0.0);
-    (0..matrix.rows()).map(|row| (row, diagonal(row))).find(|(_, value)| *value < 0.0)
+    let diagonal = diagonal(matrix);
+    let least = -ROUNDING * largest(&diagonal);
+    diagonal.into_iter().enumerate().find(|(_, value)| *value < least)
 }
 
 fn require_entries(file: &str, matrix: &CsMat<f64>) -> Result<(), StructureError> {

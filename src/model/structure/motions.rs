@@ -1,33 +1,30 @@
 //! Rigid motions of a model by the labels of its rows, and the mass that goes with them.
-//!
-//! Labels may call rows displacements that are none: CalculiX gives inner shapes of elements (C3D8I), rotations of rigid bodies and the
-//! knots of shells and beams directions 1 to 3. Such rows take the values that strain the model least: with K split into these rows d and
-//! all others t, `r_d = -K_dd^-1 K_dt r_t`, which is 0 for an inner shape and the rotation for a rotation.
 
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
-use sprs::{CsMat, TriMat};
+use sprs::CsMat;
 
-use super::balance::{Balance, Rotated, rotated, under_motions, under_rotations};
+use super::balance::{Balance, Rotated, Turned, rotated, under_motions, under_rotations};
 use super::label::SCALAR;
 use super::model::FeModel;
 use super::partition::sparse_times;
+use super::seeming::Seeming;
 use decore_math::linalg::{LinalgError, SymmetricPencil};
 
 /// Up to this share of rows out of balance, labels are taken as they are.
 const DOUBT: f64 = 0.1;
-/// Above this share of rows out of balance labels are wrong.
-pub(super) const MOST_OUT: f64 = 0.4;
+/// Above this share of rows out of balance under translations labels are wrong. In a slab of two layers on rigid ground half of the rows
+/// are next to held ones.
+pub(super) const MOST_TRANSLATED: f64 = 0.6;
+/// The same under rotations, of the rows that are in balance under translations.
+pub(super) const MOST_ROTATED: f64 = 0.4;
+/// Above this [`Turned::strain`] labels or places are wrong. Right models of CalculiX stay below 0.06, wrong ones are above 0.8.
+pub(super) const MOST_STRAIN: f64 = 0.3;
 /// Fewest rows of which a share is telling: a small model may be held in most of its rows.
 const LEAST_ROWS: usize = 48;
 /// A reduced model is full, and its supports are spread over all rows.
 const MOST_FULL: f64 = 0.6;
-/// At least this share of the rows that labels call displacements has to be displacements.
-const LEAST_TRUE: f64 = 0.1;
-
-/// Rounds in which held displacements are told from rows that are none.
-const MOST_ROUNDS: usize = 8;
 
 /// Unit motions of a rigid machine and the mass that goes with them.
 pub(super) struct RigidMotions {
@@ -39,8 +36,8 @@ pub(super) struct RigidMotions {
     pub centre_m: Result<[f64; 3], (usize, usize)>,
     /// Balance under translations, where it is telling.
     pub translated: Option<Balance>,
-    /// Balance under rotations, where places of nodes are known and it is telling.
-    pub rotated: Option<Balance>,
+    /// How rotations load the model, where places of nodes are known and it is telling.
+    pub rotated: Option<Turned>,
 }
 
 impl RigidMotions {
@@ -62,7 +59,7 @@ impl RigidMotions {
         }
         let inertia = sparse_times(model.mass(), &translations);
         let mass_kg = [0, 1, 2].map(|axis| translations.column(axis).dot(&inertia.column(axis)));
-        let rotated = telling.then(|| rotation_balance(model, &directions, &seeming)).flatten();
+        let rotated = telling.then(|| rotation_balance(model, (&directions, &seeming), &translated)).flatten();
         let centre_m = centre(model, (&directions, &seeming), (&inertia, mass_kg));
         let translated = Some(translated).filter(|balance| telling && balance.loaded() >= LEAST_ROWS);
         Some(Self { translations, mass_kg, centre_m, translated, rotated })
@@ -90,7 +87,7 @@ fn directions(model: &FeModel) -> Vec<Option<usize>> {
     directions
 }
 
-fn translations(directions: &[Option<usize>]) -> DMatrix<f64> {
+pub(super) fn translations(directions: &[Option<usize>]) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(directions.len(), 3);
     for (row, dof) in directions.iter().enumerate() {
         if let Some(axis @ 0..3) = *dof {
@@ -98,90 +95,6 @@ fn translations(directions: &[Option<usize>]) -> DMatrix<f64> {
         }
     }
     out
-}
-
-/// Rows that labels call displacements, but are none.
-struct Seeming {
-    rows: Vec<bool>,
-    /// Translations with these rows relaxed.
-    translations: DMatrix<f64>,
-    /// Balance under these.
-    balance: Balance,
-}
-
-impl Seeming {
-    /// Rows out of balance are relaxed along their direction; those that do not follow are no displacements. `None` where that does not
-    /// bring balance: labels are wrong then.
-    fn find(model: &FeModel, directions: &[Option<usize>], balance: &Balance) -> Option<Self> {
-        let rows = without_false_alarms(model, not_following(model, directions, balance)?, directions);
-        let displacements = directions.iter().filter(|direction| matches!(direction, Some(0..3))).count();
-        let seeming = rows.iter().filter(|seeming| **seeming).count();
-        if ((displacements - seeming) as f64) < LEAST_TRUE * displacements as f64 {
-            return None;
-        }
-        let kept: Vec<Option<usize>> =
-            directions.iter().zip(&rows).map(|(direction, seeming)| direction.filter(|_| !*seeming)).collect();
-        let mut translations = translations(&kept);
-        relax(model.stiffness(), &rows, &mut translations).ok()?;
-        let balance = under_motions(model.stiffness(), &translations);
-        (balance.share() < MOST_OUT).then_some(Self { rows, translations, balance })
-    }
-}
-
-/// Rows that stay behind when the others of their direction move by 1.
-fn not_following(model: &FeModel, directions: &[Option<usize>], balance: &Balance) -> Option<Vec<bool>> {
-    let mut free: Vec<bool> = (balance.out.iter().zip(directions))
-        .map(|(out, direction)| *out == Some(true) && matches!(direction, Some(0..3)))
-        .collect();
-    // A user names the nodes of points with care.
-    for rows in model.points().iter().filter_map(|point| model.rows_of(&point.name).ok()) {
-        rows[..3].iter().flatten().for_each(|row| free[*row] = false);
-    }
-    let along = same_direction(model.stiffness(), directions);
-    let mut motion = DMatrix::zeros(model.order(), 1);
-    let moved = |row: usize| matches!(directions[row], Some(0..3)) && !free[row];
-    (0..model.order()).filter(|row| moved(*row)).for_each(|row| motion[row] = 1.0);
-    relax(&along, &free, &mut motion).ok()?;
-    Some(free.iter().zip(motion.iter()).map(|(free, value)| *free && *value < 0.5).collect())
-}
-
-/// Displacements that a stiff spring holds do not follow either; their neighbours are balanced only if they do. A held part is let go from
-/// its edge inwards.
-fn without_false_alarms(model: &FeModel, mut rows: Vec<bool>, directions: &[Option<usize>]) -> Vec<bool> {
-    for _ in 0..MOST_ROUNDS {
-        let kept: Vec<Option<usize>> =
-            directions.iter().zip(&rows).map(|(direction, seeming)| direction.filter(|_| !*seeming)).collect();
-        let force = sparse_times(model.stiffness(), &translations(&kept));
-        let held = |row: &usize| {
-            let (Some(axis @ 0..3), Some(view)) = (directions[*row], model.stiffness().outer_view(*row)) else {
-                return false;
-            };
-            // What the forces on all true neighbours change by if the row moves too.
-            let others = view.iter().filter(|(other, _)| matches!(kept[*other], Some(0..3)));
-            let change = |(other, entry): (usize, &f64)| {
-                let before: f64 = force[(other, axis)];
-                (before + entry).abs() - before.abs()
-            };
-            others.map(change).sum::<f64>() < 0.0
-        };
-        let held: Vec<usize> = (0..rows.len()).filter(|row| rows[*row]).filter(held).collect();
-        if held.is_empty() {
-            break;
-        }
-        held.into_iter().for_each(|row| rows[row] = false);
-    }
-    rows
-}
-
-/// The stiffness between displacements along the same axis.
-fn same_direction(stiffness: &CsMat<f64>, directions: &[Option<usize>]) -> CsMat<f64> {
-    let mut along = TriMat::new(stiffness.shape());
-    for (value, (row, column)) in stiffness.iter() {
-        if directions[row] == directions[column] && matches!(directions[row], Some(0..3)) {
-            along.add_triplet(row, column, *value);
-        }
-    }
-    along.to_csr()
 }
 
 /// Gives the free rows of motions the values that strain the model least, the other rows as they are.
@@ -206,7 +119,7 @@ fn relax(stiffness: &CsMat<f64>, free: &[bool], motions: &mut DMatrix<f64>) -> R
 }
 
 /// Places of nodes whose rows stand for one point each: CalculiX repeats the labels of nodes that it expands.
-fn places_of_distinct(model: &FeModel) -> BTreeMap<i64, [f64; 3]> {
+pub(super) fn places_of_distinct(model: &FeModel) -> BTreeMap<i64, [f64; 3]> {
     let mut counts: BTreeMap<(i64, usize), usize> = BTreeMap::new();
     model.labels().iter().for_each(|label| *counts.entry((label.node, label.dof)).or_default() += 1);
     let repeated: std::collections::BTreeSet<i64> =
@@ -215,13 +128,19 @@ fn places_of_distinct(model: &FeModel) -> BTreeMap<i64, [f64; 3]> {
     known.map(|(node, place)| (*node, *place)).collect()
 }
 
-fn rotation_balance(model: &FeModel, directions: &[Option<usize>], seeming: &[bool]) -> Option<Balance> {
+/// Rows that supports load under translations already tell nothing of rotations.
+fn rotation_balance(
+    model: &FeModel,
+    (directions, seeming): (&[Option<usize>], &[bool]),
+    translated: &Balance,
+) -> Option<Turned> {
     let places = places_of_distinct(model);
     let mut rows = rotated(model, directions, &places);
     rows.iter_mut().zip(seeming).filter(|(_, seeming)| **seeming).for_each(|(row, _)| *row = Rotated::Unknown);
     let node_places: Vec<Option<[f64; 3]>> =
         model.labels().iter().map(|label| places.get(&label.node).copied()).collect();
-    Some(under_rotations(model.stiffness(), &rows, &node_places)).filter(|balance| balance.loaded() >= LEAST_ROWS)
+    let turned = under_rotations(model.stiffness(), &rows, &node_places, translated);
+    Some(turned).filter(|turned| turned.balance.loaded() >= LEAST_ROWS)
 }
 
 /// From the coupling of translations t and rotations r about the origin: `t_y' M r_z = m x`, `t_x' M r_z = -m y`,
@@ -250,7 +169,10 @@ fn centre(
     if unknown > 0 || m_x <= 0.0 || m_y <= 0.0 {
         return Err((unknown, nodes.len()));
     }
-    if relax(model.stiffness(), seeming, &mut rotations).is_err() {
+    // A rotation leaves inner shapes of elements at rest, but moves the rotations of rigid bodies.
+    let loaded = under_motions(model.stiffness(), &rotations).out;
+    let free: Vec<bool> = seeming.iter().zip(loaded).map(|(seeming, out)| *seeming && out == Some(true)).collect();
+    if relax(model.stiffness(), &free, &mut rotations).is_err() {
         return Err((0, nodes.len()));
     }
     let coupling = |translation: usize, rotation: usize| inertia.column(translation).dot(&rotations.column(rotation));

@@ -44,6 +44,12 @@ impl Observer {
         self.records.as_deref().unwrap_or_default()
     }
 
+    /// Adds the steps of another one, with a prefix to their names, where this one looks.
+    pub(super) fn add(&mut self, prefix: &str, steps: &[StepRecord]) {
+        let named = steps.iter().map(|step| StepRecord { name: format!("{prefix}{}", step.name), ..step.clone() });
+        self.records.iter_mut().for_each(|records| records.extend(named.clone()));
+    }
+
     /// Does a step and records it.
     pub fn step<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
         let Some(records) = &mut self.records else { return work() };

@@ -5,7 +5,7 @@ use sprs::CsMat;
 use super::digits;
 use super::label::SCALAR;
 use super::model::{FeModel, Misplaced};
-use super::motions::{MOST_OUT, RigidMotions};
+use super::motions::{MOST_ROTATED, MOST_STRAIN, MOST_TRANSLATED, RigidMotions};
 use super::points::DOF_NAMES;
 use super::suspects;
 
@@ -35,8 +35,8 @@ pub(super) struct Shown {
     pub condition: Option<f64>,
 }
 
-/// What looks wrong, one sentence each.
-pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, shown: Shown) -> Vec<String> {
+/// What looks wrong about the matrices before any work, one sentence each.
+pub(super) fn of_matrices(model: &FeModel, rigid: Option<&RigidMotions>) -> Vec<String> {
     let mut out = model.doubts().to_vec();
     if rigid.is_some_and(|rigid| !adds_up(model.mass(), rigid)) {
         out.push("entries of the mass cancel: are stiffness and mass exchanged, or is it another matrix?".to_owned());
@@ -69,6 +69,12 @@ pub(super) fn remarks(model: &FeModel, rigid: Option<&RigidMotions>, shown: Show
         ));
     }
     out.extend(loose_mass(model));
+    out
+}
+
+/// What looks wrong about the modes, one sentence each.
+pub(super) fn of_modes(shown: Shown) -> Vec<String> {
+    let mut out = Vec::new();
     if shown.rigid > MOST_RIGID {
         out.push(format!(
             "{} modes at 0 Hz: a machine that floats has {MOST_RIGID}; parts hang loose, move as a mechanism, or their stiffness is missing (is a file cut short?)",
@@ -112,23 +118,24 @@ fn loose_mass(model: &FeModel) -> Option<String> {
     ))
 }
 
-/// Rigid motions that strain the model in most rows: its labels or places are wrong.
+/// Rigid motions that strain the model: its labels or places are wrong.
 fn out_of_balance(model: &FeModel, rigid: &RigidMotions) -> Option<String> {
-    let kinds = [
-        (
-            &rigid.translated,
+    let translated = rigid.translated.as_ref().filter(|balance| balance.share() > MOST_TRANSLATED);
+    let turned = rigid.rotated.as_ref();
+    let turned = turned.filter(|turned| turned.balance.share() > MOST_ROTATED || turned.strain > MOST_STRAIN);
+    let (balance, motion, cause) = match (translated, turned) {
+        (Some(balance), _) => (
+            balance,
             "a translation",
             "are the labels of the rows (dof_file, dofs_per_node) in another order than the rows, or is another model's list named?",
         ),
-        (
-            &rigid.rotated,
+        (None, Some(turned)) => (
+            &turned.balance,
             "a rotation",
-            "are directions permuted, coordinates in another unit than the matrices (key units), or displacements along axes of their own?",
+            "are directions permuted, rows in another order (field by field), coordinates in another unit than the matrices (key units), or displacements along axes of their own?",
         ),
-    ];
-    let (balance, motion, cause) = kinds.into_iter().find_map(|(balance, motion, cause)| {
-        Some((balance.as_ref().filter(|balance| balance.share() > MOST_OUT)?, motion, cause))
-    })?;
+        (None, None) => return None,
+    };
     Some(format!(
         "{motion} as a rigid body strains {:.0} % of the rows, the first {}; in a right model these are a few rows at supports: {cause}",
         100.0 * balance.share(),

@@ -1,10 +1,9 @@
 //! How good a reduction is: the reduced structure beside the full model.
 //!
 //! The full model's modes below the cut-off come from the same solver, on all rows, with the same proof that none is missing;
-//! its static flexibility from unit loads on the interface. Its mobility is the sum over those modes plus what all others
-//! leave, `R_0 + omega^2 R_1` with `R_0 = B' K^-1 B - sum phi phi' / omega_s^2` and
-//! `R_1 = B' K^-1 M K^-1 B - sum phi phi' / omega_s^4`: it errs by `(omega / omega_c)^4` in the rest, so curves stop at
-//! [`MOBILITY_SHARE`] of the cut-off. The reduced structure's mobility is the sum over all its modes.
+//! its static flexibility from unit loads on the interface. Its receptances are the sum over those modes plus what all others bring, from
+//! solutions of the full equations at the frequencies of the curves ([`super::reference`]). The reduced structure's are the sum over all its
+//! modes. Modes below the cut-off are damped, others are not, in both.
 
 use std::f64::consts::TAU;
 
@@ -13,15 +12,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::error::{Step, StructureError};
-use super::fixed_interface::{Inner, Wanted, solve_inner};
+use super::fixed_interface::{Inner, InnerProblem, Wanted, solve_inner_and};
 use super::model::FeModel;
 use super::motions::RigidMotions;
 use super::observe::{Observer, StepRecord};
 use super::own::RIGID_BODY_HZ;
 use super::partition::{inner_rows, sparse_times};
-use super::plausibility::{Shown, remarks};
+use super::plausibility::{Shown, of_modes};
 use super::points::DOF_NAMES;
 use super::reduction::{Reduction, ReductionFacts, ReductionSettings, reduce_in_parts};
+use super::reference::{Known, Vectors, beyond_modes};
 use super::symmetric::congruence;
 use decore_math::linalg::{
     SymmetricPencil, cholesky, multiply_transposed, solve_lower_transposed, symmetric_eigen, symmetric_eigenvalues,
@@ -148,6 +148,8 @@ struct Shapes {
     omega_squared: Vec<f64>,
     interface: DMatrix<f64>,
     all: DMatrix<f64>,
+    /// What all modes from the cut-off on bring to receptances at the interface.
+    beyond: Vectors,
 }
 
 /// Compares a reduction with its model.
@@ -155,31 +157,36 @@ struct Shapes {
 /// # Errors
 /// As for [`super::reduce`].
 pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityReport, StructureError> {
+    assess_telling(model, settings, |_| ())
+}
+
+/// As [`assess`]. `tell` is given what looks wrong about the matrices before the work, which takes a minute for large models.
+///
+/// # Errors
+/// As for [`super::reduce`].
+pub fn assess_telling(
+    model: &FeModel,
+    settings: &QualitySettings,
+    tell: impl FnOnce(&[String]),
+) -> Result<QualityReport, StructureError> {
     let mut observer = Observer::active();
-    let reduction = reduce_in_parts(model, &settings.reduction, &mut observer)?;
-    let limit = (TAU * settings.cutoff_hz).powi(2);
-    let (kept, _) = inner_rows(model, &[]);
-    let pencil = observer
-        .step("full model: order and symbolic factorisation", || {
-            SymmetricPencil::new(model.stiffness(), model.mass(), &kept)
-        })
-        .step("order of the full model", "see whether it fits into memory")?;
-    let loads = unit_loads(&pencil, &reduction.rows);
-    let mut full_steps = Observer::active();
-    let wanted = Wanted { limit, suspect: false };
-    let full = solve_inner(&pencil, &-loads, wanted, &mut full_steps)?;
-    let (shapes, residual) = full_model(&pencil, &full, &reduction)?;
-    let reduced = reduced_modes(&reduction)?;
-    let names = dof_names(&reduction);
-    let mut steps = observer.records().to_vec();
-    steps.extend(
-        full_steps
-            .records()
-            .iter()
-            .map(|step| StepRecord { name: format!("full model: {}", step.name), ..step.clone() }),
-    );
+    let reduction = reduce_in_parts(model, &settings.reduction, &mut observer, tell)?;
+    compare(model, settings, &reduction, observer).map_err(|error| error.with_causes(&reduction.remarks))
+}
+
+fn compare(
+    model: &FeModel,
+    settings: &QualitySettings,
+    reduction: &Reduction,
+    mut observer: Observer,
+) -> Result<QualityReport, StructureError> {
+    let names = dof_names(reduction);
+    let curves = Curves { pairs: curve_pairs(&names), frequency_hz: curve_frequencies(settings.cutoff_hz) };
+    let Full { inner: full, shapes, flexibility } =
+        full_model(model, settings.cutoff_hz, (reduction, &curves), &mut observer)?;
+    let reduced = reduced_modes(reduction, shapes.omega_squared.len())?;
     let rigid = reduction.rigid.as_ref();
-    let compared = Compared { full: &shapes, residual: &residual, reduced: &reduced };
+    let compared = Compared { full: &shapes, reduced: &reduced };
     let modes = pair_modes(model, rigid, compared)?;
     let shown = Shown {
         rigid: shapes.omega_squared.iter().filter(|value| hz(**value) == 0.0).count(),
@@ -189,21 +196,20 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
         none_below_hz: shapes.omega_squared.is_empty().then_some(settings.cutoff_hz),
     };
     let centre = rigid.map(|rigid| rigid.centre_m);
-    let frequency_hz = curve_frequencies(settings.cutoff_hz);
-    let mobility = mobilities(&names, compared, &frequency_hz, settings.damping_ratio);
+    let mobility = mobilities(&names, compared, &curves, settings.damping_ratio);
     Ok(QualityReport {
         modes,
         total_mass_kg: rigid.map(|rigid| rigid.mass_kg),
         centre_of_mass_m: centre.and_then(Result::ok),
         nodes_without_place: centre.and_then(Result::err).map(|(unknown, all)| [unknown, all]),
-        remarks: remarks(model, rigid, shown),
+        remarks: reduction.remarks.iter().cloned().chain(of_modes(shown)).collect(),
         notes: model.changes().iter().cloned().chain(floating(shown.rigid)).collect(),
-        static_stiffness: static_stiffness(&names, &residual, reduction.structure.static_flexibility()),
-        frequency_hz,
+        static_stiffness: static_stiffness(&names, flexibility.as_ref(), reduction.structure.static_flexibility()),
+        frequency_hz: curves.frequency_hz,
         mobility,
-        conditions: conditions(&reduction, &full)?,
-        steps,
-        facts: reduction.facts,
+        conditions: conditions(reduction, &full)?,
+        steps: observer.records().to_vec(),
+        facts: reduction.facts.clone(),
     })
 }
 
@@ -227,11 +233,15 @@ fn unit_loads(pencil: &SymmetricPencil, rows: &[usize]) -> DMatrix<f64> {
     loads
 }
 
-/// `B' K^-1 B`, and what it and `B' K^-1 M K^-1 B` keep when the modes are taken out.
-struct Residual {
-    flexibility: Option<DMatrix<f64>>,
-    static_part: DMatrix<f64>,
-    dynamic_part: DMatrix<f64>,
+/// The loads on rows that curves need; 0 in the other columns.
+fn loads_of(loads: &DMatrix<f64>, pairs: &[CurveRows]) -> DMatrix<f64> {
+    let mut out = loads.clone();
+    for column in 0..out.ncols() {
+        if !pairs.iter().any(|(i, j)| [*i, *j].contains(&column)) {
+            out.column_mut(column).fill(0.0);
+        }
+    }
+    out
 }
 
 /// The modes that are compared.
@@ -239,46 +249,58 @@ struct Residual {
 struct Compared<'a> {
     /// Of the full model, below the cut-off.
     full: &'a Shapes,
-    /// What all other modes of the full model add.
-    residual: &'a Residual,
     /// Of the reduced structure.
     reduced: &'a Shapes,
 }
 
-fn full_model(
-    pencil: &SymmetricPencil,
-    full: &Inner,
-    reduction: &Reduction,
-) -> Result<(Shapes, Residual), StructureError> {
-    const STEP: &str = "static flexibility of the full model";
-    let place = |row: &usize| pencil.rows().iter().position(|other| *other as usize == *row);
-    let places: Vec<usize> = reduction.rows.iter().filter_map(place).collect();
-    let interface = full.psi.select_rows(&places);
-    let flexibility = full.constraint.select_rows(&places);
-    let inertia = pencil.mass_times(&full.constraint).step(STEP, ADVICE)?;
-    let mut dynamic_part = multiply_transposed(&full.constraint, &inertia).step(STEP, ADVICE)?;
-    let mut static_part = flexibility.clone();
-    let free = (TAU * RIGID_BODY_HZ).powi(2);
-    for (phi, &omega_squared) in interface.column_iter().zip(&full.omega_squared) {
-        if omega_squared > free {
-            static_part -= phi * phi.transpose() / omega_squared;
-            dynamic_part -= phi * phi.transpose() / omega_squared.powi(2);
-        }
-    }
-    let mut all = DMatrix::zeros(reduction.facts.order, full.psi.ncols());
-    for (position, &row) in pencil.rows().iter().enumerate() {
-        all.row_mut(row as usize).copy_from(&full.psi.row(position));
-    }
-    let stands = full.omega_squared.first().is_none_or(|lowest| *lowest > free);
-    let flexibility = stands.then_some(flexibility);
-    Ok((
-        Shapes { omega_squared: full.omega_squared.clone(), interface, all },
-        Residual { flexibility, static_part, dynamic_part },
-    ))
+/// What is known of the full model.
+struct Full {
+    inner: Inner,
+    shapes: Shapes,
+    /// Static flexibility `B' K^-1 B` at the interface; none for a model that floats.
+    flexibility: Option<DMatrix<f64>>,
 }
 
-/// All modes of the reduced structure that have a finite frequency.
-fn reduced_modes(reduction: &Reduction) -> Result<Shapes, StructureError> {
+/// The full model's modes below the cut-off, and its receptances.
+fn full_model(
+    model: &FeModel,
+    cutoff_hz: f64,
+    (reduction, curves): (&Reduction, &Curves),
+    observer: &mut Observer,
+) -> Result<Full, StructureError> {
+    let (kept, _) = inner_rows(model, &[]);
+    let pencil = observer
+        .step("full model: order and symbolic factorisation", || {
+            SymmetricPencil::new(model.stiffness(), model.mass(), &kept)
+        })
+        .step("order of the full model", "see whether it fits into memory")?;
+    let loads = unit_loads(&pencil, &reduction.rows);
+    let wanted = Wanted { limit: (TAU * cutoff_hz).powi(2), suspect: false };
+    let problem = InnerProblem { pencil: &pencil, k_ob: &-&loads, wanted };
+    let loads = loads_of(&loads, &curves.pairs);
+    let highest = curves.frequency_hz.last().map_or(0.0, |hz| (TAU * hz).powi(2));
+    let mut steps = Observer::active();
+    let (inner, beyond) = solve_inner_and(&problem, &mut steps, |factor, full, observer| {
+        let known = Known { pencil: &pencil, factor, full };
+        observer.step("receptances beyond the modes (block Krylov)", || beyond_modes(&known, &loads, highest))
+    })?;
+    observer.add("full model: ", steps.records());
+    let place = |row: &usize| pencil.rows().iter().position(|other| *other as usize == *row);
+    let places: Vec<usize> = reduction.rows.iter().filter_map(place).collect();
+    let interface = inner.psi.select_rows(&places);
+    let mut all = DMatrix::zeros(reduction.facts.order, inner.psi.ncols());
+    for (position, &row) in pencil.rows().iter().enumerate() {
+        all.row_mut(row as usize).copy_from(&inner.psi.row(position));
+    }
+    let free = (TAU * RIGID_BODY_HZ).powi(2);
+    let stands = inner.omega_squared.first().is_none_or(|lowest| *lowest > free);
+    let flexibility = stands.then(|| inner.constraint.select_rows(&places));
+    let shapes = Shapes { omega_squared: inner.omega_squared.clone(), interface, all, beyond };
+    Ok(Full { inner, shapes, flexibility })
+}
+
+/// Modes of the reduced structure that have a finite frequency; all but the first `damped` bring their receptance undamped.
+fn reduced_modes(reduction: &Reduction, damped: usize) -> Result<Shapes, StructureError> {
     const STEP: &str = "modes of the reduced structure";
     let shift = TAU * TAU;
     let (m_zz, k_zz) = (reduction.structure.m_zz(), reduction.structure.k_zz());
@@ -286,15 +308,23 @@ fn reduced_modes(reduction: &Reduction) -> Result<Shapes, StructureError> {
     let c = congruence(&l, m_zz.clone())?;
     let eigen = symmetric_eigen(&c).step(STEP, ADVICE)?;
     let largest = eigen.values.last().copied().unwrap_or(0.0);
-    let kept: Vec<usize> = (0..eigen.values.len()).rev().filter(|i| eigen.values[*i] > 1e-14 * largest).collect();
-    let mut z = eigen.vectors.select_columns(&kept);
-    for (mut column, &index) in z.column_iter_mut().zip(&kept) {
+    let falling: Vec<usize> = (0..eigen.values.len()).rev().collect();
+    let mut z = eigen.vectors.select_columns(&falling);
+    solve_lower_transposed(&l, &mut z).step(STEP, ADVICE)?;
+    let (_, others) = falling.split_at(damped.min(falling.len()));
+    let beyond = Vectors {
+        shift,
+        nu: others.iter().map(|at| eigen.values[*at]).collect(),
+        rows: reduction.structure.transfer() * z.columns(falling.len() - others.len(), others.len()),
+    };
+    let finite = falling.iter().take_while(|at| eigen.values[**at] > 1e-14 * largest).count();
+    let mut z = z.columns(0, finite).into_owned();
+    for (mut column, &index) in z.column_iter_mut().zip(&falling) {
         column.unscale_mut(eigen.values[index].sqrt());
     }
-    solve_lower_transposed(&l, &mut z).step(STEP, ADVICE)?;
-    let omega_squared = kept.iter().map(|&index| (eigen.values[index].recip() - shift).max(0.0)).collect();
+    let omega_squared = falling[..finite].iter().map(|&at| (eigen.values[at].recip() - shift).max(0.0)).collect();
     let interface = reduction.structure.transfer() * &z;
-    Ok(Shapes { omega_squared, interface, all: reduction.recover(&z)? })
+    Ok(Shapes { omega_squared, interface, all: reduction.recover(&z)?, beyond })
 }
 
 fn hz(omega_squared: f64) -> f64 {
@@ -350,10 +380,10 @@ fn dof_names(reduction: &Reduction) -> Vec<(String, usize)> {
 
 fn static_stiffness(
     names: &[(String, usize)],
-    full: &Residual,
+    full: Option<&DMatrix<f64>>,
     reduced: Option<&DMatrix<f64>>,
 ) -> Vec<StaticStiffness> {
-    let Some((full, reduced)) = full.flexibility.as_ref().zip(reduced) else { return Vec::new() };
+    let Some((full, reduced)) = full.zip(reduced) else { return Vec::new() };
     let of_dof = |(row, (name, _)): (usize, &(String, usize))| {
         let (full, reduced) = (full[(row, row)].recip(), reduced[(row, row)].recip());
         StaticStiffness { dof: name.clone(), full, reduced, relative_error: reduced / full - 1.0 }
@@ -369,27 +399,37 @@ fn curve_frequencies(cutoff_hz: f64) -> Vec<f64> {
 /// A complex value of the full model and of the reduced structure.
 type FullAndReduced = ([f64; 2], [f64; 2]);
 
-fn mobilities(
-    names: &[(String, usize)],
-    Compared { full, residual, reduced }: Compared<'_>,
-    frequency_hz: &[f64],
-    damping_ratio: f64,
-) -> Vec<MobilityCurve> {
+/// Rows of response and force of a curve.
+type CurveRows = (usize, usize);
+
+/// Curves of mobility.
+struct Curves {
+    pairs: Vec<CurveRows>,
+    frequency_hz: Vec<f64>,
+}
+
+/// Those of every curve: drive points, then pairs in the same direction.
+fn curve_pairs(names: &[(String, usize)]) -> Vec<CurveRows> {
     let translations: Vec<usize> = (0..names.len()).filter(|row| names[*row].1 < 3).collect();
     let drive = translations.iter().map(|row| (*row, *row));
     let same_direction = |i: &usize, j: &usize| j < i && names[*i].1 == names[*j].1;
     let cross = translations
         .iter()
         .flat_map(|i| translations.iter().filter(move |j| same_direction(i, j)).map(move |j| (*i, *j)));
-    let pairs = drive.take(MOST_CURVES).chain(cross.take(MOST_CURVES));
-    let curve = |(i, j): (usize, usize)| {
+    drive.take(MOST_CURVES).chain(cross.take(MOST_CURVES)).collect()
+}
+
+fn mobilities(
+    names: &[(String, usize)],
+    Compared { full, reduced }: Compared<'_>,
+    Curves { pairs, frequency_hz }: &Curves,
+    damping_ratio: f64,
+) -> Vec<MobilityCurve> {
+    let damped = full.omega_squared.len();
+    let curve = |&(i, j): &CurveRows| {
         let at = |hz: &f64| {
-            let omega = TAU * hz;
-            let rest = residual.static_part[(i, j)] + omega * omega * residual.dynamic_part[(i, j)];
-            (
-                receptance(full, i, j, &Excitation { omega, damping_ratio, rest }),
-                receptance(reduced, i, j, &Excitation { omega, damping_ratio, rest: 0.0 }),
-            )
+            let excitation = Excitation { omega: TAU * hz, damping_ratio, damped };
+            (receptance(full, (i, j), &excitation), receptance(reduced, (i, j), &excitation))
         };
         let values: Vec<FullAndReduced> = frequency_hz.iter().map(at).collect();
         let magnitudes = |pick: fn(&FullAndReduced) -> [f64; 2]| -> Vec<f64> {
@@ -407,22 +447,21 @@ fn mobilities(
             reduced,
         }
     };
-    pairs.map(curve).collect()
+    pairs.iter().map(curve).collect()
 }
 
-/// A harmonic force on modes that are damped alike.
+/// A harmonic force on modes of which the first ones are damped alike.
 struct Excitation {
     omega: f64,
     damping_ratio: f64,
-    /// Receptance of what the modes leave out.
-    rest: f64,
+    damped: usize,
 }
 
-/// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega) + rest`, real and imaginary part.
-fn receptance(shapes: &Shapes, i: usize, j: usize, at: &Excitation) -> [f64; 2] {
-    let Excitation { omega, damping_ratio: xi, rest } = *at;
-    let mut sum = [rest, 0.0];
-    for (mode, &omega_squared) in shapes.omega_squared.iter().enumerate() {
+/// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega)` and what the other modes bring, real and imaginary part.
+fn receptance(shapes: &Shapes, (i, j): (usize, usize), at: &Excitation) -> [f64; 2] {
+    let Excitation { omega, damping_ratio: xi, damped } = *at;
+    let mut sum = [shapes.beyond.receptance((i, j), omega), 0.0];
+    for (mode, &omega_squared) in shapes.omega_squared.iter().enumerate().take(damped) {
         let own = TAU * hz(omega_squared);
         let (re, im) = (own * own - omega * omega, 2.0 * xi * own * omega);
         let scale = shapes.interface[(i, mode)] * shapes.interface[(j, mode)] / (re * re + im * im);

@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 
 use super::error::{Step, StructureError};
-use super::fixed_interface::{Inner, Wanted, solve_inner};
+use super::fixed_interface::{Inner, Wanted, require_few, solve_inner};
 use super::model::FeModel;
 use super::motions::RigidMotions;
 use super::observe::Observer;
 use super::partition::{Blocks, blocks, inner_rows, interface_rows, sparse_times};
-use super::plausibility::{Shown, remarks};
+use super::plausibility::{Shown, of_matrices, of_modes};
 use super::points::Interface;
 use super::reduced::{ReducedMatrices, ReducedStructure};
 use super::suspects;
@@ -74,7 +74,7 @@ pub fn reduce_observed(
     settings: &ReductionSettings,
     observer: &mut Observer,
 ) -> Result<(ReducedStructure, ReductionFacts), StructureError> {
-    reduce_in_parts(model, settings, observer).map(|parts| (parts.structure, parts.facts))
+    reduce_in_parts(model, settings, observer, |_| ()).map(|parts| (parts.structure, parts.facts))
 }
 
 /// A reduction with its basis.
@@ -88,9 +88,18 @@ pub(super) struct Reduction {
     pub inner: Inner,
     /// Rigid motions of the model, where its rows have labels.
     pub rigid: Option<RigidMotions>,
+    /// What looks wrong about the matrices, one sentence each.
+    pub remarks: Vec<String>,
 }
 
 impl Reduction {
+    /// Adds what looks wrong about the matrices. The structure also says what looks wrong about its modes.
+    fn with_remarks(self, remarks: Vec<String>) -> Self {
+        let shown = Shown { rigid: self.structure.rigid_motions(), ..Shown::default() };
+        let structure = self.structure.with_remarks(remarks.iter().cloned().chain(of_modes(shown)).collect());
+        Self { structure, remarks, ..self }
+    }
+
     /// Displacements `T z` of all rows of the model.
     pub fn recover(&self, z: &DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
         let q = self.inner.omega_squared.len();
@@ -108,10 +117,12 @@ impl Reduction {
     }
 }
 
+/// Reduces a model. `tell` is given what looks wrong about the matrices before the work.
 pub(super) fn reduce_in_parts(
     model: &FeModel,
     settings: &ReductionSettings,
     observer: &mut Observer,
+    tell: impl FnOnce(&[String]),
 ) -> Result<Reduction, StructureError> {
     let cutoff_hz = settings.fixed_interface_cutoff_hz;
     if !(cutoff_hz.is_finite() && cutoff_hz > 0.0) {
@@ -119,15 +130,33 @@ pub(super) fn reduce_in_parts(
         return Err(StructureError::argument("fixed_interface_cutoff_hz", expected, cutoff_hz));
     }
     suspects::require_order(model)?;
+    let rigid = RigidMotions::new(model);
+    let remarks = of_matrices(model, rigid.as_ref());
+    tell(&remarks);
+    match reduce_known(model, settings, rigid, observer) {
+        Ok(reduction) => Ok(reduction.with_remarks(remarks)),
+        Err(error) => Err(error.with_causes(&remarks)),
+    }
+}
+
+/// Reduces a model whose rigid motions are known.
+fn reduce_known(
+    model: &FeModel,
+    settings: &ReductionSettings,
+    rigid: Option<RigidMotions>,
+    observer: &mut Observer,
+) -> Result<Reduction, StructureError> {
     let (rows, dofs) = interface_rows(model, &settings.interface)?;
     let (kept, empty_rows) = inner_rows(model, &rows);
+    let suspect = suspects::mixed_units(model, rigid.as_ref().map(|rigid| rigid.mass_kg));
+    let wanted = Wanted { limit: (TAU * settings.fixed_interface_cutoff_hz).powi(2), suspect };
+    if suspect {
+        require_few(model, &kept, wanted)?;
+    }
     let pencil = observer
         .step("order and symbolic factorisation", || SymmetricPencil::new(model.stiffness(), model.mass(), &kept))
         .step("order of the inner degrees of freedom", "see whether the model fits into memory")?;
     let stiffness = blocks(model.stiffness(), pencil.rows(), &rows);
-    let rigid = RigidMotions::new(model);
-    let suspect = suspects::mixed_units(model, rigid.as_ref().map(|rigid| rigid.mass_kg));
-    let wanted = Wanted { limit: (TAU * cutoff_hz).powi(2), suspect };
     let inner = solve_inner(&pencil, &stiffness.ob, wanted, observer)?;
     let matrices = observer.step("projection", || {
         let mut matrices = project(&pencil, &inner, stiffness, blocks(model.mass(), pencil.rows(), &rows))?;
@@ -147,10 +176,8 @@ pub(super) fn reduce_in_parts(
     };
     let interface = Interface::new(model.points().clone(), &dofs);
     let structure = observer.step("second eigenproblem", || ReducedStructure::new(matrices, interface))?;
-    let shown = Shown { rigid: structure.rigid_motions(), ..Shown::default() };
-    let structure = structure.with_remarks(remarks(model, rigid.as_ref(), shown));
     let inner_rows = pencil.rows().to_vec();
-    Ok(Reduction { structure, facts, rows, inner_rows, inner, rigid })
+    Ok(Reduction { structure, facts, rows, inner_rows, inner, rigid, remarks: Vec::new() })
 }
 
 const STEP: &str = "projection on the Craig-Bampton basis";

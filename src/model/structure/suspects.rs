@@ -3,7 +3,7 @@
 //! In a mesh of size h a node vibrates alone with `omega^2 = K_ii / M_ii` of about `(2 c / h)^2`, where c is the speed of sound:
 //! 3,000 to 6,000 m/s in metals. So `c = omega h / 2` tells stiffness and mass in different units apart.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
 use sprs::CsMat;
@@ -11,6 +11,7 @@ use sprs::CsMat;
 use super::error::StructureError;
 use super::label::SCALAR;
 use super::model::FeModel;
+use super::motions::places_of_distinct;
 use super::points::PointPlace;
 
 /// A finite element model has modes far beyond this frequency in Hz.
@@ -24,7 +25,7 @@ const ELEMENT_M: [f64; 2] = [2e-4, 10.0];
 /// Fewest nodes of a mesh.
 const LEAST_NODES: usize = 30;
 /// A matrix with a larger share of entries has no mesh.
-const MOST_FULL: f64 = 0.3;
+const MOST_FULL: f64 = 0.6;
 /// Density of steel in kg/m3; others count with the third root.
 const DENSITY_KG_M3: f64 = 7850.0;
 
@@ -114,7 +115,9 @@ impl Nodes {
         if omegas.len() < LEAST_NODES {
             return None;
         }
-        let exact = omegas.iter().filter_map(|(row, omega)| Some(0.5 * omega * nearest_m(model, *row)?));
+        let places = places_of_distinct(model);
+        let nearest = |row: usize| nearest_m(model, &places, row);
+        let exact = omegas.iter().filter_map(|(row, omega)| Some(0.5 * omega * nearest(*row)?));
         let exact: Vec<f64> = exact.collect();
         let (c, range) = if exact.len() >= LEAST_NODES {
             (median(exact)?, SOUND_M_S)
@@ -132,7 +135,9 @@ impl Nodes {
         let [least, most] = range;
         (c > 0.0 && !(least..=most).contains(&c)).then(|| {
             format!(
-                "stiffness and mass look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in metals at 3e3 to 6e3 (N/mm beside kg gives 1e2); is `units` that of both files?"
+                "{} look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in metals at 3e3 to 6e3 ({}); is `units` that of all files?",
+                if c < least { "stiffness and mass" } else { "stiffness, mass and coordinates" },
+                if c < least { "N/mm beside kg gives 1e2" } else { "coordinates in mm beside matrices in m give 5e6" }
             )
         })
     }
@@ -177,10 +182,10 @@ fn rotation_nodes(model: &FeModel) -> Option<String> {
     })
 }
 
-/// Distance in m from the node of a row to the nearest node that it is coupled to; none where no places are known.
-fn nearest_m(model: &FeModel, row: usize) -> Option<f64> {
+/// Distance in m from the node of a row to the nearest node that it is coupled to; none where no places are known. The places of nodes that
+/// CalculiX expands to shells and beams do not tell their distances, so `places` is without them.
+fn nearest_m(model: &FeModel, places: &BTreeMap<i64, [f64; 3]>, row: usize) -> Option<f64> {
     let own = model.labels().get(row)?;
-    let places = model.positions_m();
     let here = places.get(&own.node)?;
     let others = model.stiffness().outer_view(row)?;
     let mut nearest: Option<f64> = None;

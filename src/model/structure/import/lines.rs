@@ -34,8 +34,12 @@ pub(super) fn unpacked(bytes: &[u8]) -> Box<dyn Read + '_> {
     if !is_packed(bytes) {
         return Box::new(bytes);
     }
-    let left = FREE_UNPACKED.max(MOST_UNPACKED.saturating_mul(bytes.len() as u64));
-    Box::new(Unpacked { reader: MultiGzDecoder::new(bytes), left })
+    Box::new(Unpacked { reader: MultiGzDecoder::new(bytes), left: most_unpacked(bytes.len()) })
+}
+
+/// Most bytes that so many packed bytes may unpack to.
+pub(super) fn most_unpacked(packed: usize) -> u64 {
+    FREE_UNPACKED.max(MOST_UNPACKED.saturating_mul(packed as u64))
 }
 
 /// Unpacks no more than the packed bytes justify.

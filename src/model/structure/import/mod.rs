@@ -6,6 +6,7 @@
 //!
 //! A format is a file in `formats` and a line in the list of `formats/mod.rs`, see [`MatrixFormat`].
 
+mod archive;
 mod axes;
 mod bulk;
 mod columns;

@@ -43,6 +43,15 @@ impl<'a> Cursor<'a> {
         FileFault { file: self.file.to_owned(), line: self.line, reason: reason.into() }.into()
     }
 
+    /// The line behind the -1 that begins a data set; some writers begin a file with two of them.
+    fn head(&mut self) -> Option<String> {
+        let mut head = self.line()?;
+        while head.trim() == "-1" {
+            head = self.line()?;
+        }
+        Some(head)
+    }
+
     /// Moves behind the end of a data set.
     fn skip(&mut self) {
         while let Some(line) = self.line() {
@@ -74,7 +83,7 @@ pub(super) fn responses(file: &str, bytes: &[u8]) -> Result<Vec<MeasuredFrf>, St
         if line.trim() != "-1" {
             continue;
         }
-        let Some(head) = cursor.line() else { break };
+        let Some(head) = cursor.head() else { break };
         let number = head.trim_start().split(|c: char| !c.is_ascii_digit()).next().unwrap_or_default().to_owned();
         match number.as_str() {
             "164" => scale = units(&mut cursor)?,
@@ -356,7 +365,7 @@ pub(in crate::structure) fn modes(file: &str, bytes: &[u8]) -> Result<Vec<UffMod
         if line.trim() != "-1" {
             continue;
         }
-        let Some(head) = cursor.line() else { break };
+        let Some(head) = cursor.head() else { break };
         match head.trim() {
             "164" => scale = units(&mut cursor)?,
             "55" => out.extend(mode(&mut cursor, scale)?),

@@ -1,8 +1,9 @@
 //! Abaqus matrix text (`*MATRIX OUTPUT`): entries by node and direction (`FORMAT=MATRIX INPUT`) or by row (`COORDINATE`). A file
-//! may hold several matrices in blocks of `*MATRIX, TYPE=`.
+//! may hold several matrices in blocks of `*MATRIX, TYPE=`. Superelements (`*USER ELEMENT`) are read by [`user_element`].
 
 use std::io::Write;
 
+use super::user_element;
 use crate::structure::error::StructureError;
 use crate::structure::import::entry::{Form, Format, Given, Imported, MatrixKind, Named, RowLabels};
 use crate::structure::import::labelled::LabelledMatrix;
@@ -26,6 +27,9 @@ pub(super) const FORMAT: Format = Format {
 /// Reads a matrix: the block of the file, or of several the one whose keyword names the matrix that is asked for.
 fn read(given: &Given) -> Result<Imported, StructureError> {
     let Given { file, bytes, kind, listed, .. } = *given;
+    if user_element::comes_first(file, bytes)? {
+        return user_element::read(given);
+    }
     let mut lines = Lines::new(file, bytes);
     let mut entries = Entries::default();
     let mut met: Vec<Block> = Vec::new();
@@ -65,7 +69,7 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
     entries.finish(&lines, listed)
 }
 
-fn name(kind: MatrixKind) -> &'static str {
+pub(super) fn name(kind: MatrixKind) -> &'static str {
     match kind {
         MatrixKind::Stiffness => "stiffness",
         MatrixKind::Mass => "mass",
@@ -73,7 +77,7 @@ fn name(kind: MatrixKind) -> &'static str {
     }
 }
 
-fn keyword(kind: MatrixKind) -> &'static str {
+pub(super) fn keyword(kind: MatrixKind) -> &'static str {
     match kind {
         MatrixKind::Stiffness => "STIFFNESS",
         MatrixKind::Mass => "MASS",
@@ -95,9 +99,7 @@ impl Block {
     fn begin(lines: &Lines) -> Result<Self, StructureError> {
         let words: Vec<String> = lines.text.split(',').map(|word| word.trim().to_ascii_uppercase()).collect();
         if words.first().is_some_and(|word| word == "*USER ELEMENT") {
-            let reason = "a matrix of a user element or substructure, whose rows belong to nodes of its own list: expected *MATRIX OUTPUT, \
-                FORMAT=MATRIX INPUT or COORDINATE; of CalculiX take *FREQUENCY, SOLVER=MATRIXSTORAGE and `format = \"calculix\"`";
-            return Err(lines.fault(reason));
+            return Err(lines.fault("a user element behind other matrices: put it into a file of its own"));
         }
         let named_by = match words.first().map(String::as_str) {
             Some("*MATRIX") => "TYPE",

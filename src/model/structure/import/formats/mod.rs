@@ -5,7 +5,9 @@ mod calculix;
 mod dmig;
 mod harwell_boeing;
 mod matrix_market;
+mod npz;
 mod op4;
+mod user_element;
 
 use std::fs::File;
 use std::io::Read;
@@ -54,8 +56,11 @@ matrix_formats! {
     Op4: op4,
     /// Harwell-Boeing text (`.matrix`, `.rsa`), as ANSYS writes it with `HBMAT`, its `.mapping` as `dof_file`.
     HarwellBoeing: harwell_boeing,
-    /// Abaqus text of `*MATRIX OUTPUT`, by node and direction or by row.
+    /// Abaqus text of `*MATRIX OUTPUT`, by node and direction or by row; superelements of Abaqus and CalculiX (`*USER ELEMENT`) of
+    /// `*SUBSTRUCTURE MATRIX OUTPUT, OUTPUT FILE=USER DEFINED`.
     Abaqus: abaqus,
+    /// SciPy's `scipy.sparse.save_npz` (`.npz`), CSR, CSC or COO, packed or not.
+    Npz: npz,
 }
 
 impl MatrixFormat {
@@ -76,6 +81,9 @@ impl MatrixFormat {
         let mut plain = Vec::new();
         // A packed file ends within a block here: what came out before counts.
         let _ = unpacked(&bytes).take(LOOKED_AT).read_to_end(&mut plain);
+        if plain.starts_with(b"PK\x03\x04") {
+            return Some(Self::Npz);
+        }
         let text = String::from_utf8_lossy(&plain).to_ascii_uppercase();
         if text.trim_start_matches('\u{feff}').starts_with("%%MATRIXMARKET") {
             return Some(Self::MatrixMarket);
@@ -93,20 +101,30 @@ impl MatrixFormat {
         let name = file.to_ascii_lowercase();
         let ending = name.strip_suffix(".gz").unwrap_or(&name).rsplit_once('.')?.1;
         Some(match ending {
-            "full" | "rst" | "rstp" | "sub" | "emat" | "cdb" => {
+            "full" | "rst" | "rstp" | "rth" | "sub" | "emat" | "cdb" | "cms" => {
                 "ANSYS: write the .full file with `HBMAT` (stiffness and mass, with a mapping file), or with APDL Math: `*SMAT,K,D,IMPORT,FULL,file.full,STIFF` and `*EXPORT,K,MMF,K.mtx`"
             }
-            "odb" | "sim" | "prt" | "fil" => {
+            "odb" | "sim" | "prt" | "fil" | "cae" => {
                 "Abaqus: add a step with `*MATRIX GENERATE, STIFFNESS, MASS` and `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`"
             }
-            "op2" | "xdb" | "f06" | "h5" => {
-                "Nastran: `EXTSEOUT(STIFF,MASS,DMIGPCH)` writes a .pch, `EXTSEOUT(STIFF,MASS,DMIGOP4)` an OUTPUT4 file"
+            "inp" => {
+                "a deck holds no matrices; Abaqus: run it with a step of `*MATRIX GENERATE, STIFFNESS, MASS` and `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`; CalculiX: with `*FREQUENCY, SOLVER=MATRIXSTORAGE`, which writes .sti, .mas and .dof"
+            }
+            "op2" | "xdb" | "f06" | "h5" | "hdf5" | "hdf" | "nas" => {
+                "Nastran and OptiStruct: `EXTSEOUT(STIFF,MASS,DMIGPCH)` writes a .pch, `EXTSEOUT(STIFF,MASS,DMIGOP4)` an OUTPUT4 file; of a file of Python or MATLAB read K with `h5py` and write it with `scipy.sparse.save_npz('K.npz', K)`"
+            }
+            "mnf" | "fbi" | "sid_fem" | "rfi" => {
+                "flexible bodies of multibody programs: take stiffness and mass from the finite element program that made the body, or its normal modes as a `modal_file`"
+            }
+            "k" | "key" => "LS-DYNA: `MTXDMP` of *CONTROL_IMPLICIT_SOLVER writes the matrices in Harwell-Boeing format",
+            "unv" | "uff" => {
+                "a universal file holds no matrices: its modes (data sets 55) are a `modal_file` of `source = \"modal_table\"`, its responses (58) go to `--measured`"
             }
             "med" | "rmed" | "mess" => {
                 "Code_Aster: in Python `K.EXTR_MATR(sparse=True)`, then `scipy.io.mmwrite('K.mtx', ...)`"
             }
-            "npz" | "npy" | "mat" => {
-                "Python: `scipy.io.mmwrite('K.mtx', scipy.sparse.load_npz('K.npz'), precision=17, symmetry='symmetric')`; of MATLAB read K with `scipy.io.loadmat`"
+            "npy" | "mat" | "pkl" => {
+                "Python: `scipy.sparse.save_npz('K.npz', scipy.sparse.csr_matrix(K))`, of an array with K from `numpy.load`, of MATLAB from `scipy.io.loadmat`"
             }
             "frd" | "dat" | "sta" => "CalculiX: `*FREQUENCY, SOLVER=MATRIXSTORAGE` writes .sti, .mas and .dof",
             "petsc" | "bin" => {
