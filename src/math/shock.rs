@@ -226,8 +226,8 @@ impl ShockMotion {
         (self.before, self.acceleration) = (self.u, acceleration);
         let Self { u, bound, .. } = self;
         Arch::new().dispatch(|| {
-            for k in 0..BAND {
-                bound[k] = gain + (u.re[k] * u.re[k] + u.im[k] * u.im[k]).sqrt();
+            for (bound, (re, im)) in bound.iter_mut().zip(u.re.iter().zip(&u.im)) {
+                *bound = gain + (re * re + im * im).sqrt();
             }
             propagator.apply_all(u, &acceleration);
         });
