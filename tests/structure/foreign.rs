@@ -6,7 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use decore_model::structure::{
-    FeModel, MatrixFormat, QualityReport, QualitySettings, ReductionSettings, Units, assess,
+    FeModel, MatrixFormat, QualityReport, QualitySettings, ReductionSettings, Units, assess, reduce,
 };
 
 use crate::outside::{Case, dense, market};
@@ -127,6 +127,72 @@ fn wrong_labels_are_told() {
     (0..count).for_each(|row| lines.swap(row, (row * 37 + 11) % count));
     case.files.dofs = Some(case.write("rows.dof", lines.join("\n")));
     says(&case, TRANSLATION);
+}
+
+/// A cube of n x n x n nodes 0.05 m apart, each joined to its 26 neighbours by a spring, on soft springs at its corner. In its list of rows
+/// the directions are `axes`. `spread`: share by which springs differ; `digits`: of the stiffness.
+fn lattice(n: usize, axes: [usize; 3], spread: f64, digits: usize) -> Case {
+    let number = |at: [usize; 3]| (at[0] * n + at[1]) * n + at[2];
+    let each = || (0..n).flat_map(move |i| (0..n).flat_map(move |j| (0..n).map(move |k| [i, j, k])));
+    let mut stiffness: BTreeMap<(usize, usize), f64> = (0..3).map(|row| ((row, row), 1e6)).collect();
+    for at in each() {
+        for step in (0..27_usize).map(|s| [s / 9, s / 3 % 3, s % 3]).filter(|step| *step != [1; 3]) {
+            let other = [0, 1, 2].map(|axis| (at[axis] + step[axis]).wrapping_sub(1));
+            if other.iter().any(|index| *index >= n) {
+                continue;
+            }
+            let along = step.map(|step| step as f64 - 1.0);
+            let differs = spread * ((number(at) + number(other)) % 97) as f64 / 97.0;
+            let k = 1.1e9 * (1.0 + differs) / along.iter().map(|value| value * value).sum::<f64>();
+            for (i, j) in (0..9).map(|pair| (pair / 3, pair % 3)).filter(|(i, j)| along[*i] * along[*j] != 0.0) {
+                let own = 3 * number(at);
+                *stiffness.entry((own + i, own + j)).or_default() += k * along[i] * along[j];
+                *stiffness.entry((own + i, 3 * number(other) + j)).or_default() -= k * along[i] * along[j];
+            }
+        }
+    }
+    let rounded = |value: f64| format!("{value:.*e}", digits - 1).parse().expect("a number");
+    let lower = stiffness.into_iter().filter(|((row, column), value)| row >= column && *value != 0.0);
+    let entries: Vec<_> = lower.map(|((row, column), value)| (row, column, rounded(value))).collect();
+    let rows = 3 * n * n * n;
+    let mut case = Case::new(MatrixFormat::MatrixMarket, "name,x_m,y_m,z_m,node\nA,0,0,0,1\n");
+    case.write("K", market(rows, &entries));
+    case.files.mass.path = case.write("M", market(rows, &(0..rows).map(|row| (row, row, 0.98)).collect::<Vec<_>>()));
+    let line = |at: [usize; 3], axis: usize| {
+        let [x, y, z] = at.map(|index| 0.05 * index as f64);
+        format!("{} {} {x} {y} {z}\n", number(at) + 1, axes[axis] + 1)
+    };
+    case.files.dofs =
+        Some(case.write("rows.dof", each().flat_map(|at| (0..3).map(move |axis| line(at, axis))).collect::<String>()));
+    case
+}
+
+#[test]
+fn permuted_directions_of_a_large_block_are_told() {
+    // All nodes within are in balance under every linear motion: 35 % of the nodes are at the surface.
+    const N: usize = 15;
+    let said = |axes: [usize; 3]| {
+        let model = lattice(N, axes, 0.0, 17).read().expect("valid");
+        let settings = ReductionSettings { interface: vec![("A".to_owned(), 2)], fixed_interface_cutoff_hz: 200.0 };
+        reduce(&model, &settings).expect("reduces").remarks().to_vec()
+    };
+    assert_eq!(said([0, 1, 2]), Vec::<String>::new());
+    for axes in [[2, 0, 1], [1, 0, 2]] {
+        let found = said(axes);
+        assert!(found.len() == 1 && found[0].starts_with("a rotation as a rigid body strains"), "{found:?}");
+    }
+}
+
+#[test]
+fn a_failure_names_what_looks_wrong() {
+    // With four digits a cube on soft springs is not positive definite.
+    let model = lattice(7, [0, 1, 2], 0.3, 4).read().expect("valid");
+    let settings = ReductionSettings { interface: vec![("A".to_owned(), 2)], fixed_interface_cutoff_hz: 200.0 };
+    let error = reduce(&model, &settings).expect_err("refused").to_string();
+    assert!(
+        error.starts_with("the matrices look wrong: the entries of the stiffness have 4 significant digits"),
+        "{error}"
+    );
 }
 
 #[test]

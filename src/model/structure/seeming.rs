@@ -18,8 +18,8 @@ use super::motions::{MOST_TRANSLATED, translations};
 
 /// At least this share of the rows that labels call displacements has to be displacements.
 const LEAST_TRUE: f64 = 0.1;
-/// A row is no displacement if a translation moves it by less than this share, in either direction. Inner shapes of distorted elements
-/// beside held nodes reach 0.1.
+/// A row is no displacement if a translation moves it by less than this share, or backwards. Inner shapes of distorted elements beside held
+/// nodes reach 0.1; what CalculiX keeps of the held end of a beam moves backwards.
 const LEAST_MOVED: f64 = 0.2;
 /// Rounds in which rows that are no displacements are found; each sees those of the round before.
 const MOST_ROUNDS: usize = 20;
@@ -79,7 +79,7 @@ fn not_moved(stiffness: &CsMat<f64>, directions: &[Option<usize>], doubtful: &[b
             }
             others / own
         };
-        let found: Vec<bool> = (0..rows.len()).map(|row| doubtful[row] && moved(row).abs() < LEAST_MOVED).collect();
+        let found: Vec<bool> = (0..rows.len()).map(|row| doubtful[row] && moved(row) < LEAST_MOVED).collect();
         if found == rows {
             break;
         }

@@ -135,7 +135,10 @@ impl Element {
 
     /// Position and direction of every row.
     fn rows(&self) -> Vec<(usize, usize)> {
-        let of = |position: usize| self.directions.iter().rev().find(|(from, _)| *from <= position);
+        let of = |position: usize| {
+            let known = self.directions.partition_point(|(from, _)| *from <= position);
+            self.directions[..known].last()
+        };
         (0..self.size)
             .flat_map(|at| of(at).into_iter().flat_map(move |(_, dofs)| dofs.iter().map(move |dof| (at, *dof))))
             .collect()
