@@ -305,7 +305,8 @@ fn core_columns(info: &DatasetInfo) -> Vec<Column> {
         for (name, of, read) in SPECTRA {
             columns.extend(spectrum_frequencies_hz().into_iter().enumerate().map(|(place, frequency_hz)| {
                 let quantity = format!("{name}_{frequency_hz:.0}hz_m_s");
-                let text = format!("Largest pseudo-velocity of the oscillator at {frequency_hz:.1} Hz {of}.");
+                let text =
+                    format!("Largest pseudo-velocity {of} of the oscillator at the frequency in the column's name.");
                 let described = about.describe(&quantity, Kind::Real, "m/s", &text);
                 let described = ColumnDescription { quantity: format!("{name}_spectrum"), ..described };
                 Column::new(described, Get::CoreSpectrum(index, read, place))

@@ -118,10 +118,13 @@ fn the_guide_lists_every_column() {
     let scratch = TempDir::new().expect("scratch");
     let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
     let text = fs::read_to_string(studies.join("three_hammers.toml")).expect("a study");
-    let more = "[outputs]\ntwins = 1\nsignals = [\"a_heave_velocity_m_s\"]\n[design]\nkind = \"random\"\nrows = 1\n\
+    let more = "[casting.a.core.middle]\nat_m = [0.0, 0.0, 0.0]\n[outputs]\ncore_spectra = true\ntwins = 1\nsignals = [\"a_heave_velocity_m_s\"]\n[design]\nkind = \"random\"\nrows = 1\n\
         [design.factor.pressure]\npath = \"hammer.one.supply_bar\"\nrange = [4.0, 6.0]\nunit = \"bar\"\n";
     fs::write(scratch.path().join("study.toml"), format!("{text}\n{more}")).expect("written");
     let run = ["run", "study.toml", "--output", "out", "--set", "duration_s=0.05"];
+    let pads = ["front_left", "front_right", "back_left", "back_right"];
+    let pads = pads.map(|name| format!("casting.a.fixture.{name}.one_sided=true"));
+    let run = run.into_iter().chain(pads.iter().flat_map(|pad| ["--set", pad]));
     let output = decore(&scratch).args(run).output().expect("started");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let reader = DatasetReader::open(&scratch.path().join("out")).expect("a dataset");
@@ -144,7 +147,7 @@ fn line(column: &ColumnDescription) -> String {
     let unit = |unit: &str| if matches!(unit, "" | "1") { String::new() } else { format!(" ({unit})") };
     let ColumnDescription { name, description, .. } = column;
     match (column.group, &column.subject) {
-        (ColumnGroup::Hammer | ColumnGroup::Casting, Some(subject)) => {
+        (ColumnGroup::Hammer | ColumnGroup::Casting | ColumnGroup::Fixture | ColumnGroup::Core, Some(subject)) => {
             let text = description.split_once(&format!("`{subject}`: ")).expect("a subject").1;
             format!("- `{}`{}: {text}", column.quantity, unit(&column.unit))
         }
