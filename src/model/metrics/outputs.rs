@@ -232,13 +232,10 @@ pub struct RunMetrics {
     /// One entry per casting.
     pub castings: Vec<CastingMetrics>,
     /// One entry per core point, casting by casting.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cores: Vec<CoreMetrics>,
     /// Over all core points; `None` unless the study asks for their spectra.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub core_totals: Option<CoreTotals>,
     /// One entry per one-sided fixture, casting by casting.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pads: Vec<PadMetrics>,
     /// Longest time in s for which each casting was off all its fixtures. Decides whether the row is valid; no output.
     #[serde(skip)]
