@@ -1,4 +1,4 @@
-//! Commands called by another program in its own process: it gets what they print, hears of rows, and stops them.
+//! Runs commands inside another program, such as Python. That program receives the printed text and the progress, and can stop a command.
 
 use std::cell::RefCell;
 use std::ffi::OsString;

@@ -14,8 +14,8 @@
 //! phi_1(x) = (exp(x) - 1) / x,    phi_{k+1}(x) = (phi_k(x) - 1/k!) / x
 //! ```
 //!
-//! holds exactly. The frequencies lie a third of an octave apart: the functions of one octave follow from those of the octave below it,
-//! which the series gives.
+//! holds exactly. The frequencies are a third of an octave apart. The functions of an octave are computed from those of the octave below,
+//! and those of the lowest octave from a series.
 
 use std::f64::consts::TAU;
 
@@ -56,6 +56,16 @@ impl Complex {
 
 fn times([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c - b * d, a * d + b * c]
+}
+
+/// Coefficients of the part of a cubic from fraction `from` on that is `share` long, by powers of the fraction of that part.
+pub fn part_of_cubic([c0, c1, c2, c3]: [f64; 4], from: f64, share: f64) -> [f64; 4] {
+    [
+        c0 + from * (c1 + from * (c2 + from * c3)),
+        share * (c1 + from * (2.0 * c2 + 3.0 * from * c3)),
+        share * share * (c2 + 3.0 * from * c3),
+        share * share * share * c3,
+    ]
 }
 
 /// The oscillators of a band.
@@ -103,7 +113,7 @@ pub fn lowest_hz() -> f64 {
     HIGHEST_HZ * libm::exp2(-((BAND - 1) as f64) / PER_OCTAVE as f64)
 }
 
-/// What one piece of a motion does to all oscillators, but for its acceleration.
+/// Factors that take all oscillators through one piece of a motion. They depend on its length only.
 #[derive(Debug, Clone)]
 pub struct Propagator {
     tau_s: f64,
@@ -133,7 +143,7 @@ impl Propagator {
         self.phi.iter_mut().zip(phi).for_each(|(to, from)| to.set(k, from));
     }
 
-    /// `exp(2 x)` and `phi_k(2 x) = 2^-k (exp(x) phi_k(x) + sum_j phi_j(x) / (k - j)!)` from those of oscillator `k` at x.
+    /// Doubles the argument x of oscillator `k`: `exp(2 x) = exp(x)^2`, `phi_k(2 x) = 2^-k (exp(x) phi_k(x) + sum_j phi_j(x) / (k - j)!)`.
     fn doubled(&self, k: usize) -> [[f64; 2]; 5] {
         let exp = self.exp.at(k);
         let phi = self.phi.each_ref().map(|phi| phi.at(k));
@@ -234,7 +244,7 @@ impl ShockMotion {
     }
 }
 
-/// What the oscillators on one point have shown.
+/// Largest pseudo-velocities and doses of the oscillators on one point.
 #[derive(Debug, Clone)]
 pub struct ShockResponse {
     damage: Option<Damage>,
@@ -252,14 +262,14 @@ pub struct ShockResponse {
     rises: bool,
 }
 
-/// What of the present window is asked for.
+/// Part of the present window that is recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Watch {
     /// Nothing: no window is open.
     Nothing,
-    /// Its largest pseudo-velocity over the band.
+    /// The largest pseudo-velocity over the band.
     Largest,
-    /// Its whole spectrum.
+    /// The whole spectrum.
     Spectrum,
 }
 
@@ -388,17 +398,9 @@ impl ShockResponse {
         }
         let parts = 1_u32 << halvings;
         let share = 1.0 / f64::from(parts);
-        // `apply` multiplies by the length of the whole piece.
-        let scaled = |at: f64| {
-            [
-                c[0] + at * (c[1] + at * (c[2] + at * c[3])),
-                share * (c[1] + at * (2.0 * c[2] + 3.0 * at * c[3])),
-                share * share * (c[2] + 3.0 * at * c[3]),
-                share * share * share * c[3],
-            ]
-        };
         for part in 0..parts {
-            let own = scaled(f64::from(part) * share);
+            let own = part_of_cubic(*c, f64::from(part) * share, share);
+            // `apply` multiplies by the length of the whole piece.
             let end = propagator.apply(k - PER_OCTAVE * halvings, u, &own.map(|c| share * c));
             let ends = [(u, own[0]), (end, own.iter().sum())].map(|(u, a)| of.end(k, u, a));
             self.part(of, (k, angle), &ends);
@@ -569,12 +571,7 @@ mod tests {
             let propagator = Propagator::new(&of, whole_s * share);
             for piece in 0..pieces {
                 let at = piece as f64 * share;
-                let own = [
-                    c[0] + at * (c[1] + at * (c[2] + at * c[3])),
-                    share * (c[1] + at * (2.0 * c[2] + 3.0 * at * c[3])),
-                    share * share * (c[2] + 3.0 * at * c[3]),
-                    share.powi(3) * c[3],
-                ];
+                let own = part_of_cubic(c, at, share);
                 point.follow(&of, &propagator, own);
             }
             ring(&mut point, &of, 0.05);

@@ -59,7 +59,7 @@ pub struct ShownValue {
 pub struct Track {
     /// Name of the factor.
     pub factor: String,
-    /// Its place in its range, 0 to 1; of names their numbers. Ascending.
+    /// Positions within the range of the factor, 0 to 1, ascending. For a factor of names: the numbers of the names.
     pub at: Vec<f64>,
     /// For each of these the x and y of every hammer, m.
     pub hammers: Vec<Vec<[f64; 2]>>,
@@ -121,7 +121,7 @@ fn tracks(space: &Space<'_>, models: &Models, decision: &Decision) -> Vec<Track>
 }
 
 impl Space<'_> {
-    /// Where the hammers stand, x and y in m; `None` where the decision describes no scene, or a mount has no place.
+    /// Positions of the hammers, x and y in m. `None` if the decision describes no scene, or if a mount has no coordinates.
     fn standing(&self, decision: &Decision) -> Option<Vec<[f64; 2]>> {
         let scene = self.study.scene_at(&self.levels(decision, &self.nodes[self.nodes.len() / 2])).ok()?;
         let points = self.study.points();

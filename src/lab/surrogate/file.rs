@@ -44,7 +44,7 @@ struct Figures {
     info: DatasetInfo,
 }
 
-/// Writes a model; the file appears whole or not at all. Its bytes are those of [`to_bytes`].
+/// Writes the bytes of [`to_bytes`] to a file. A failure leaves no partial file.
 ///
 /// # Errors
 /// [`SurrogateError::Dataset`] for a name that does not end in `.parquet` or lies where a dataset keeps its own files,

@@ -249,7 +249,7 @@ mod tests {
         assert!(values.iter().zip(&eigen.values).all(|(p, q)| (p - q).abs() < 1e-13));
     }
 
-    /// What stands above the diagonal is not read, and does not look like a wrong solution.
+    /// Entries above the diagonal are not read: wrong ones there do not count as a wrong solution.
     #[test]
     fn eigensolutions_are_verified_by_the_lower_triangle() {
         for order in [5, 150] {

@@ -8,7 +8,9 @@ use super::casting::PointPeak;
 use crate::integrate::Step;
 use crate::scene::{OutputSettings, PartId, PointId, Scene};
 use crate::system::CoupledModel;
-use decore_math::shock::{BAND, Damage, Oscillators, Propagator, ShockMotion, ShockResponse, Watch, lowest_hz};
+use decore_math::shock::{
+    BAND, Damage, Oscillators, Propagator, ShockMotion, ShockResponse, Watch, lowest_hz, part_of_cubic,
+};
 use decore_quantity::quantities;
 
 quantities! {
@@ -199,14 +201,7 @@ impl CoreTracks {
             let end_s = step.time(at + share);
             for cores in &mut self.castings {
                 for (shock, motion) in cores.shocks.iter_mut().zip(&cores.motions) {
-                    let [c0, c1, c2, c3] = motion.acceleration;
-                    let own = [
-                        c0 + at * (c1 + at * (c2 + at * c3)),
-                        share * (c1 + at * (2.0 * c2 + 3.0 * at * c3)),
-                        share * share * (c2 + 3.0 * at * c3),
-                        share * share * share * c3,
-                    ];
-                    shock.advance(&propagator, own);
+                    shock.advance(&propagator, part_of_cubic(motion.acceleration, at, share));
                 }
                 for point in &mut cores.points {
                     point.response.follow(&self.oscillators, &propagator, (&cores.shocks, &point.shares));
