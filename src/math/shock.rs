@@ -14,7 +14,8 @@
 //! phi_1(x) = (exp(x) - 1) / x,    phi_{k+1}(x) = (phi_k(x) - 1/k!) / x
 //! ```
 //!
-//! holds exactly. The frequencies are a third of an octave apart. The functions of an octave are computed from those of the octave below,
+//! holds exactly. Where the motion has a residual part `delta` without mass besides, whose rates jump, `q = u + delta' + lambda delta` obeys
+//! `q' = lambda q - a - lambda^2 delta`: only `delta` itself is needed. The frequencies are a third of an octave apart. The functions of an octave are computed from those of the octave below,
 //! and those of the lowest octave from a series.
 
 use std::f64::consts::TAU;
@@ -58,8 +59,32 @@ fn times([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c - b * d, a * d + b * c]
 }
 
+fn sum(values: &[f64]) -> f64 {
+    values.iter().sum()
+}
+
+/// A piece of a motion, its coefficients by powers of the fraction of the piece.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Piece {
+    /// Acceleration in m/s2, the residual motion left out.
+    pub acceleration_m_s2: [f64; 4],
+    /// Residual motion `delta` in m. It has no mass: its rate may jump between pieces.
+    pub residual_m: [f64; 4],
+}
+
+impl Piece {
+    /// The part from fraction `from` on that is `share` long.
+    #[must_use]
+    pub fn part(&self, from: f64, share: f64) -> Self {
+        Self {
+            acceleration_m_s2: part_of_cubic(self.acceleration_m_s2, from, share),
+            residual_m: part_of_cubic(self.residual_m, from, share),
+        }
+    }
+}
+
 /// Coefficients of the part of a cubic from fraction `from` on that is `share` long, by powers of the fraction of that part.
-pub fn part_of_cubic([c0, c1, c2, c3]: [f64; 4], from: f64, share: f64) -> [f64; 4] {
+fn part_of_cubic([c0, c1, c2, c3]: [f64; 4], from: f64, share: f64) -> [f64; 4] {
     [
         c0 + from * (c1 + from * (c2 + from * c3)),
         share * (c1 + from * (2.0 * c2 + 3.0 * from * c3)),
@@ -76,6 +101,7 @@ pub struct Oscillators {
     period: [f64; BAND],
     zeta: f64,
     lambda: Complex,
+    lambda_squared: Complex,
     /// Pseudo-velocity by the imaginary part of `u`.
     scale: f64,
 }
@@ -87,14 +113,38 @@ impl Oscillators {
         let root = (1.0 - zeta * zeta).sqrt();
         let omega: [f64; BAND] = std::array::from_fn(|k| TAU * lowest_hz * libm::exp2(k as f64 / PER_OCTAVE as f64));
         let lambda = Complex { re: omega.map(|omega| -zeta * omega), im: omega.map(|omega| root * omega) };
-        Self { omega, period: omega.map(f64::recip), zeta, lambda, scale: 1.0 / root }
+        let mut lambda_squared = Complex::ZERO;
+        (0..BAND).for_each(|k| lambda_squared.set(k, times(lambda.at(k), lambda.at(k))));
+        Self { omega, period: omega.map(f64::recip), zeta, lambda, lambda_squared, scale: 1.0 / root }
     }
 
-    /// An end of a part of the oscillation of oscillator `k`, with acceleration `a`.
+    /// Both ends of a part of the oscillation of oscillator `k` with `q` there. The part lasts `tau_s`.
     #[inline]
-    fn end(&self, k: usize, [re, im]: [f64; 2], a: f64) -> End {
-        let value = self.scale * im;
-        End { value, velocity: re - self.zeta * value, drive: a * self.period[k] }
+    fn ends(&self, k: usize, q: [[f64; 2]; 2], (piece, tau_s): (&Piece, f64)) -> [End; 2] {
+        let [_, b, c, d] = piece.residual_m;
+        let per_s = 1.0 / tau_s;
+        let residual = [
+            [piece.residual_m[0], b * per_s, 2.0 * c * per_s * per_s],
+            [sum(&piece.residual_m), (b + 2.0 * c + 3.0 * d) * per_s, (2.0 * c + 6.0 * d) * per_s * per_s],
+        ];
+        let accelerations = [piece.acceleration_m_s2[0], sum(&piece.acceleration_m_s2)];
+        std::array::from_fn(|end| {
+            let ([re, im], [delta, rate, bend]) = (q[end], residual[end]);
+            let turn = self.omega[k] * delta;
+            let value = self.scale * im - turn;
+            let velocity = re - rate + self.zeta * (turn - value);
+            End { value, velocity, drive: (accelerations[end] + bend) * self.period[k] }
+        })
+    }
+
+    /// Drive of oscillator `k`: `c + lambda^2 d` with the coefficients of acceleration and residual motion.
+    #[inline]
+    fn drive(&self, k: usize, piece: &Piece) -> [[f64; 2]; 4] {
+        let [re, im] = self.lambda_squared.at(k);
+        std::array::from_fn(|power| {
+            let residual = piece.residual_m[power];
+            [piece.acceleration_m_s2[power] + re * residual, im * residual]
+        })
     }
 
     /// Natural frequencies in Hz.
@@ -159,7 +209,7 @@ impl Propagator {
         [times(exp, exp), one(0, 0.5), one(1, 0.25), one(2, 0.125), one(3, 0.0625)]
     }
 
-    /// `u` of all oscillations at the end of the piece from that at its start.
+    /// `q` of all oscillations at the end of the piece from that at its start.
     #[inline(always)]
     fn apply_all(&self, u: &mut Complex, acceleration: &[f64; 4]) {
         let weights = acceleration.map(|c| self.tau_s * c);
@@ -175,12 +225,29 @@ impl Propagator {
         }
     }
 
-    /// `u` of one oscillation at the end of a piece from that at its start.
-    fn apply(&self, k: usize, u: [f64; 2], acceleration: &[f64; 4]) -> [f64; 2] {
-        let [mut re, mut im] = times(self.exp.at(k), u);
-        for (phi, c) in self.phi.iter().zip(acceleration) {
-            re -= self.tau_s * c * phi.re[k];
-            im -= self.tau_s * c * phi.im[k];
+    /// Adds to `q` of all oscillations at the end of the piece what the residual motion causes.
+    #[inline(always)]
+    fn add_residual(&self, of: &Oscillators, q: &mut Complex, residual_m: &[f64; 4]) {
+        let weights = residual_m.map(|d| self.tau_s * d);
+        for k in 0..BAND {
+            let (mut sum_re, mut sum_im) = (0.0, 0.0);
+            for (phi, weight) in self.phi.iter().zip(weights) {
+                sum_re += weight * phi.re[k];
+                sum_im += weight * phi.im[k];
+            }
+            let (re, im) = (of.lambda_squared.re[k], of.lambda_squared.im[k]);
+            q.re[k] -= re * sum_re - im * sum_im;
+            q.im[k] -= re * sum_im + im * sum_re;
+        }
+    }
+
+    /// `q` of one oscillation at the end of a piece that lasts `tau_s` from that at its start.
+    fn apply(&self, k: usize, q: [f64; 2], (drive, tau_s): (&[[f64; 2]; 4], f64)) -> [f64; 2] {
+        let [mut re, mut im] = times(self.exp.at(k), q);
+        for (phi, c) in self.phi.iter().zip(drive) {
+            let [c_re, c_im] = times(*c, [phi.re[k], phi.im[k]]);
+            re -= tau_s * c_re;
+            im -= tau_s * c_im;
         }
         [re, im]
     }
@@ -217,29 +284,41 @@ pub struct Damage {
 /// Oscillators on a motion.
 #[derive(Debug, Clone)]
 pub struct ShockMotion {
-    u: Complex,
-    /// Of the present piece: `u` at its start, a bound of its size, and the coefficients of the acceleration in m/s2 by powers of the
-    /// fraction.
+    q: Complex,
+    /// `q` at the start of the present piece.
     before: Complex,
+    /// Bound of the size of `u` in the present piece.
     bound: [f64; BAND],
-    acceleration: [f64; 4],
+    piece: Piece,
 }
 
 impl ShockMotion {
     /// Oscillators at rest.
-    pub const AT_REST: Self =
-        Self { u: Complex::ZERO, before: Complex::ZERO, bound: [0.0; BAND], acceleration: [0.0; 4] };
+    pub const AT_REST: Self = Self {
+        q: Complex::ZERO,
+        before: Complex::ZERO,
+        bound: [0.0; BAND],
+        piece: Piece { acceleration_m_s2: [0.0; 4], residual_m: [0.0; 4] },
+    };
 
-    /// Follows a piece with an acceleration in m/s2, coefficients by powers of the fraction of the piece.
-    pub fn advance(&mut self, propagator: &Propagator, acceleration: [f64; 4]) {
-        let gain = propagator.tau_s * acceleration.iter().map(|c| c.abs()).sum::<f64>();
-        (self.before, self.acceleration) = (self.u, acceleration);
-        let Self { u, bound, .. } = self;
+    /// Follows a piece.
+    pub fn advance(&mut self, of: &Oscillators, propagator: &Propagator, piece: Piece) {
+        let size = |coefficients: &[f64; 4]| coefficients.iter().map(|c| c.abs()).sum::<f64>();
+        let gain = propagator.tau_s * size(&piece.acceleration_m_s2);
+        let residual = size(&piece.residual_m);
+        (self.before, self.piece) = (self.q, piece);
+        let Self { q, bound, .. } = self;
         Arch::new().dispatch(|| {
-            for (bound, (re, im)) in bound.iter_mut().zip(u.re.iter().zip(&u.im)) {
+            for (bound, (re, im)) in bound.iter_mut().zip(q.re.iter().zip(&q.im)) {
                 *bound = gain + (re * re + im * im).sqrt();
             }
-            propagator.apply_all(u, &acceleration);
+            propagator.apply_all(q, &piece.acceleration_m_s2);
+            if residual > 0.0 {
+                for (bound, omega) in bound.iter_mut().zip(&of.omega) {
+                    *bound += omega * residual * (1.0 + omega * propagator.tau_s);
+                }
+                propagator.add_residual(of, q, &piece.residual_m);
+            }
         });
     }
 }
@@ -355,14 +434,17 @@ impl ShockResponse {
         let sum = |of: &dyn Fn(&ShockMotion) -> f64| {
             motions.iter().zip(shares).map(|(motion, share)| share * of(motion)).sum::<f64>()
         };
-        let acceleration: [f64; 4] = std::array::from_fn(|power| sum(&|motion| motion.acceleration[power]));
+        let piece = Piece {
+            acceleration_m_s2: std::array::from_fn(|power| sum(&|motion| motion.piece.acceleration_m_s2[power])),
+            residual_m: std::array::from_fn(|power| sum(&|motion| motion.piece.residual_m[power])),
+        };
         for k in 0..BAND {
             if looked_at >> k & 1 != 0 {
                 let ends = [
                     [sum(&|motion| motion.before.re[k]), sum(&|motion| motion.before.im[k])],
-                    [sum(&|motion| motion.u.re[k]), sum(&|motion| motion.u.im[k])],
+                    [sum(&|motion| motion.q.re[k]), sum(&|motion| motion.q.im[k])],
                 ];
-                self.look(of, propagator, &acceleration, (k, ends));
+                self.look(of, propagator, &piece, (k, ends));
             } else if self.cycles >> k & 1 != 0 {
                 self.close(k);
             }
@@ -384,8 +466,8 @@ impl ShockResponse {
         &mut self,
         of: &Oscillators,
         propagator: &Propagator,
-        c: &[f64; 4],
-        (k, [mut u, last]): (usize, [[f64; 2]; 2]),
+        piece: &Piece,
+        (k, [mut q, last]): (usize, [[f64; 2]; 2]),
     ) {
         let (mut halvings, mut angle) = (0, of.omega[k] * propagator.tau_s);
         while angle > LARGEST_ANGLE && PER_OCTAVE * (halvings + 1) <= k {
@@ -393,18 +475,16 @@ impl ShockResponse {
             angle *= 0.5;
         }
         if halvings == 0 {
-            let ends = [(u, c[0]), (last, c.iter().sum())].map(|(u, a)| of.end(k, u, a));
-            return self.part(of, (k, angle), &ends);
+            return self.part(of, (k, angle), &of.ends(k, [q, last], (piece, propagator.tau_s)));
         }
         let parts = 1_u32 << halvings;
         let share = 1.0 / f64::from(parts);
+        let tau_s = share * propagator.tau_s;
         for part in 0..parts {
-            let own = part_of_cubic(*c, f64::from(part) * share, share);
-            // `apply` multiplies by the length of the whole piece.
-            let end = propagator.apply(k - PER_OCTAVE * halvings, u, &own.map(|c| share * c));
-            let ends = [(u, own[0]), (end, own.iter().sum())].map(|(u, a)| of.end(k, u, a));
-            self.part(of, (k, angle), &ends);
-            u = end;
+            let own = piece.part(f64::from(part) * share, share);
+            let end = propagator.apply(k - PER_OCTAVE * halvings, q, (&of.drive(k, &own), tau_s));
+            self.part(of, (k, angle), &of.ends(k, [q, end], (&own, tau_s)));
+            q = end;
         }
     }
 
@@ -478,7 +558,11 @@ mod tests {
         }
 
         fn follow(&mut self, of: &Oscillators, propagator: &Propagator, acceleration: [f64; 4]) {
-            self.motion.advance(propagator, acceleration);
+            self.advance(of, propagator, Piece { acceleration_m_s2: acceleration, residual_m: [0.0; 4] });
+        }
+
+        fn advance(&mut self, of: &Oscillators, propagator: &Propagator, piece: Piece) {
+            self.motion.advance(of, propagator, piece);
             self.response.follow(of, propagator, (std::slice::from_ref(&self.motion), &[1.0]));
         }
     }
@@ -541,7 +625,7 @@ mod tests {
             let mut point = Point::new(Some(damage));
             // At rest at a largest elongation.
             let start = 3000.0 * factor;
-            (0..BAND).for_each(|k| point.motion.u.set(k, [of.zeta * start, start / of.scale]));
+            (0..BAND).for_each(|k| point.motion.q.set(k, [of.zeta * start, start / of.scale]));
             (point.response.cycle, point.response.cycles) = ([start; BAND], u32::MAX >> (32 - BAND));
             ring(&mut point, &of, 0.4);
             // Largest values of one sign fall by this factor from one to the next.
@@ -584,6 +668,33 @@ mod tests {
                 assert!((other[k] / spectrum[k] - 1.0).abs() < 2e-6, "{k}: {} {}", other[k], spectrum[k]);
                 assert!((other_doses[k] / doses[k] - 1.0).abs() < 1e-5, "{k}: {} {}", other_doses[k], doses[k]);
             }
+        }
+    }
+
+    /// A residual motion shows the same as an acceleration that is its second rate, after the jumps of its rate have been added.
+    #[test]
+    fn residual_motion_equals_its_acceleration() {
+        let of = Oscillators::new(lowest_hz(), 10.0);
+        // Displacement 1e-5 (s^2 (3 - 2 s)) over the piece: at rest at both ends.
+        let (rise_m, whole_s) = (1e-5, of.longest_s());
+        let bend = rise_m / (whole_s * whole_s);
+        let accelerated = Piece { acceleration_m_s2: [6.0 * bend, -12.0 * bend, 0.0, 0.0], residual_m: [0.0; 4] };
+        let moved = Piece { acceleration_m_s2: [0.0; 4], residual_m: [0.0, 0.0, 3.0 * rise_m, -2.0 * rise_m] };
+        let held = Piece { acceleration_m_s2: [0.0; 4], residual_m: [rise_m, 0.0, 0.0, 0.0] };
+        let spectra = [(accelerated, Piece::default()), (moved, held)].map(|(first, then)| {
+            let mut point = Point::new(None);
+            let pieces = 7;
+            let share = 1.0 / f64::from(pieces);
+            let propagator = Propagator::new(&of, whole_s * share);
+            for piece in 0..pieces {
+                point.advance(&of, &propagator, first.part(f64::from(piece) * share, share));
+            }
+            let propagator = Propagator::new(&of, of.longest_s());
+            (0..100).for_each(|_| point.advance(&of, &propagator, then));
+            *point.response.spectrum_m_s()
+        });
+        for k in 0..BAND {
+            assert!(spectra[0][k] > 1e-3 && (spectra[1][k] / spectra[0][k] - 1.0).abs() < 1e-6, "{k}: {spectra:?}");
         }
     }
 }

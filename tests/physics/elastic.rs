@@ -8,7 +8,7 @@ use decore_model::hammer::body;
 use decore_model::run::{RowJob, RowStatus};
 use decore_model::scene::{FixtureId, HammerLink, PointId, Scene};
 use decore_model::system::{Coupled, InterfaceModes, PlacedModes, Residual, build_placed};
-use decore_model::workpiece::Elastic;
+use decore_model::workpiece::{CorePoint, Elastic};
 use nalgebra::DMatrix;
 
 use crate::common::harness::{assert_relative, observe, settings, switches};
@@ -39,7 +39,7 @@ fn casting(
     let interface = InterfaceModes { omega_rad_s, damping_ratio, shapes: shapes.into() };
     let flexibility = DMatrix::from_fn(2, 2, |i, j| residual[i][j]);
     let local = flexibility.diagonal().iter().copied().collect();
-    PlacedModes::from(interface).with_residual(Residual { flexibility, local })
+    PlacedModes::from(interface).with_residual(Residual { flexibility, watched: DMatrix::zeros(4, 2), local })
 }
 
 fn elastic(scene: &mut Scene, contact_includes_casting: bool) {
@@ -104,6 +104,53 @@ fn analytic_rigid_limit() {
     // A residual flexibility that couples contact and fixture keeps the audit.
     let coupled = figures(Some(two_modes(mass_kg, Some(9000.0), [[8e-10, -4e-10], [-4e-10, 9e-10]])));
     assert!((coupled[0] / rigid[0] - 1.0).abs() < 1e-4);
+}
+
+/// Spectrum of a core point of a casting with a rigid mode and a fast one. The fast mode is kept, or replaced by its static flexibility
+/// at the points where forces act and, if `watched`, at the core point.
+fn core_spectrum(kept: bool, watched: bool) -> Vec<f64> {
+    let core = PointId::Core { casting: 0, core: 0 };
+    let (mut scene, modes) = rig(1);
+    scene.duration_s = 0.06;
+    scene.outputs.core_spectra = true;
+    scene.castings[0].cores = vec![CorePoint { name: "core".into(), ..CorePoint::default() }];
+    elastic(&mut scene, false);
+    let mass_kg = scene.castings[0].mass_kg;
+    let omega = 2.0 * PI * 2e5;
+    let rigid = 1.0 / mass_kg.sqrt();
+    let (top, bottom, middle) = (2.0 * rigid, -0.5 * rigid, 10.0 * rigid);
+    let per_n = |one: f64, other: f64| if kept { 0.0 } else { one * other / omega.powi(2) };
+    let mut casting = casting(
+        (if kept { vec![0.0, omega] } else { vec![0.0] }, 0.02),
+        |at| if kept { vec![rigid, if at == 0.0 { top } else { bottom }] } else { vec![rigid] },
+        if kept { vec![rigid, 0.0] } else { vec![rigid] },
+        [[per_n(top, top), per_n(top, bottom)], [per_n(top, bottom), per_n(bottom, bottom)]],
+    );
+    let mut interface = InterfaceModes::clone(&casting);
+    interface.shapes.insert(core, if kept { vec![rigid, middle] } else { vec![rigid] });
+    let points: Vec<PointId> = interface.shapes.keys().copied().filter(|id| ![STRIKE, HELD].contains(id)).collect();
+    let mut flexibility = DMatrix::zeros(points.len(), 2);
+    if watched && let Some(place) = points.iter().position(|id| *id == core) {
+        flexibility[(place, 0)] = per_n(middle, top);
+        flexibility[(place, 1)] = per_n(middle, bottom);
+    }
+    let all = DMatrix::from_fn(2, 2, |i, j| per_n([top, bottom][i], [top, bottom][j]));
+    let local = all.diagonal().iter().copied().collect();
+    casting = PlacedModes::from(interface).with_residual(Residual { flexibility: all, watched: flexibility, local });
+    let placed = PlacedModes::from(modes).with_casting(0, casting);
+    let outcome = RowJob::new(scene, Arc::new(placed), 0).run();
+    assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
+    outcome.metrics.unwrap().cores[0].spectrum.clone().unwrap().pseudo_velocity_m_s
+}
+
+/// The oscillators on a core point see the static deflection of modes that are left out.
+#[test]
+fn core_points_follow_the_residual_flexibility() {
+    let (all, with, without) = (core_spectrum(true, false), core_spectrum(false, true), core_spectrum(false, false));
+    let worst = |of: &[f64]| of.iter().zip(&all).map(|(one, all)| (one / all - 1.0).abs()).fold(0.0, f64::max);
+    println!("with {:e}, without {:e}", worst(&with), worst(&without));
+    assert!(worst(&with) < 1e-3, "{with:?} {all:?}");
+    assert!(worst(&without) > 8e-3, "{without:?} {all:?}");
 }
 
 /// Time in s for which a mass touches a rod of its own mass, by `count` elastic modes of the rod, without or with the residual

@@ -5,12 +5,11 @@ use serde::Serialize;
 
 use super::blow::{Blow, BlowKind};
 use super::casting::PointPeak;
+use super::residual::ResidualTrack;
 use crate::integrate::Step;
 use crate::scene::{OutputSettings, PartId, PointId, Scene};
-use crate::system::CoupledModel;
-use decore_math::shock::{
-    BAND, Damage, Oscillators, Propagator, ShockMotion, ShockResponse, Watch, lowest_hz, part_of_cubic,
-};
+use crate::system::{Coupled, CoupledModel};
+use decore_math::shock::{BAND, Damage, Oscillators, Piece, Propagator, ShockMotion, ShockResponse, Watch, lowest_hz};
 use decore_quantity::quantities;
 
 quantities! {
@@ -114,8 +113,8 @@ struct Wanted {
 struct Motion {
     /// Its velocity as a sum of components of the state.
     velocity: Vec<(usize, f64)>,
-    /// Its acceleration in the present step, by powers of the fraction.
-    acceleration: [f64; 4],
+    /// The present step.
+    piece: Piece,
 }
 
 /// The core points of one casting.
@@ -123,6 +122,8 @@ struct CastingCores {
     motions: Vec<Motion>,
     /// The oscillators on each of the motions.
     shocks: Vec<ShockMotion>,
+    /// What the residual flexibility of an elastic casting adds to each of the motions.
+    residual: Option<ResidualTrack>,
     points: Vec<CorePointTrack>,
     /// The window that is open, and when it ends.
     open: Option<(Seen, f64)>,
@@ -171,10 +172,23 @@ impl CoreTracks {
         }
     }
 
+    /// A contact has closed or opened.
+    pub fn event(&mut self) {
+        self.castings.iter_mut().filter_map(|cores| cores.residual.as_mut()).for_each(ResidualTrack::jump);
+    }
+
     /// Follows a step in pieces that are short enough, cut where windows end.
-    pub fn step(&mut self, step: &Step<'_>, scratch: &mut [f64]) {
-        let motions = self.castings.iter_mut().flat_map(|cores| &mut cores.motions);
-        motions.for_each(|motion| motion.acceleration = step.rate(&motion.velocity));
+    pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
+        for cores in &mut self.castings {
+            for motion in &mut cores.motions {
+                motion.piece.acceleration_m_s2 = step.rate(&motion.velocity);
+            }
+            let Some(residual) = &mut cores.residual else { continue };
+            residual.step(system, step, scratch);
+            for (point, motion) in cores.motions.iter_mut().enumerate() {
+                motion.piece.residual_m = residual.motion(point, step.theta_end);
+            }
+        }
         for cores in self.castings.iter_mut().filter(|cores| cores.open.is_some()) {
             cores.points.iter_mut().for_each(|point| point.largest.follow(step, scratch));
         }
@@ -201,7 +215,7 @@ impl CoreTracks {
             let end_s = step.time(at + share);
             for cores in &mut self.castings {
                 for (shock, motion) in cores.shocks.iter_mut().zip(&cores.motions) {
-                    shock.advance(&propagator, part_of_cubic(motion.acceleration, at, share));
+                    shock.advance(&self.oscillators, &propagator, motion.piece.part(at, share));
                 }
                 for point in &mut cores.points {
                     point.response.follow(&self.oscillators, &propagator, (&cores.shocks, &point.shares));
@@ -240,7 +254,9 @@ impl CastingCores {
             velocity
         };
         let rows: Vec<_> = (0..scene.castings[casting].cores.len()).map(velocity).collect();
-        let by_freedoms = velocities.len() < rows.len();
+        let points: Vec<_> = (0..rows.len()).map(|core| PointId::Core { casting, core }).collect();
+        let residual = ResidualTrack::new(model, &points);
+        let by_freedoms = velocities.len() < rows.len() && residual.is_none();
         let motions = if by_freedoms { velocities.clone().map(|at| vec![(at, 1.0)]).collect() } else { rows.clone() };
         let shares = |core: usize, row: &[(usize, f64)]| {
             let share = |place: usize| match by_freedoms {
@@ -258,8 +274,8 @@ impl CastingCores {
         };
         let points = rows.iter().enumerate().map(point).collect();
         let shocks = vec![ShockMotion::AT_REST; motions.len()];
-        let motions = motions.into_iter().map(|velocity| Motion { velocity, acceleration: [0.0; 4] }).collect();
-        Self { motions, shocks, points, open: None, seen: Vec::new() }
+        let motions = motions.into_iter().map(|velocity| Motion { velocity, piece: Piece::default() }).collect();
+        Self { motions, shocks, residual, points, open: None, seen: Vec::new() }
     }
 
     fn close_if(&mut self, ended: impl Fn(f64) -> bool, now_s: f64) {

@@ -28,6 +28,7 @@ mod percussion;
 mod phase;
 mod promise;
 mod recorder;
+mod residual;
 mod scatter;
 mod signal_means;
 mod signals;

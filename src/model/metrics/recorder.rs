@@ -96,7 +96,7 @@ impl Observer<Coupled> for Recorder {
             open_cores(&mut self.cores, track, before);
         }
         if let Some(cores) = &mut self.cores {
-            cores.step(step, &mut self.scratch);
+            cores.step(system, step, &mut self.scratch);
         }
         self.pads.step(system, step, &mut self.scratch);
         for track in &mut self.castings {
@@ -105,6 +105,9 @@ impl Observer<Coupled> for Recorder {
     }
 
     fn event(&mut self, system: &Coupled, guard: usize, t: f64, y: &[f64]) {
+        if let Some(cores) = &mut self.cores {
+            cores.event();
+        }
         let contact = &system.model().elements().contacts()[guard];
         let (hammer, link) = match contact.owner {
             Owner::Hammer { hammer, link } => (hammer, link),

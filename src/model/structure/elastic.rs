@@ -94,6 +94,8 @@ pub struct BodyModes {
     pub rows: DMatrix<f64>,
     /// Residual flexibility R of the driven points in m/N: of all modes above the cut-off; symmetric.
     pub residual: DMatrix<f64>,
+    /// Residual flexibility between the other points and the driven ones in m/N: motion of the first under forces on the second.
+    pub watched: DMatrix<f64>,
     /// Local flexibility of each driven point in m/N: of all modes above [`LOCAL_HZ`], whatever the cut-off is.
     pub local: Vec<f64>,
 }
@@ -202,7 +204,7 @@ impl ElasticBody {
         self.mass_kg
     }
 
-    /// Motion at points. Forces act on the first `driven` of them: only these have a residual flexibility.
+    /// Motion at points. Forces act on the first `driven` of them; the others are watched.
     ///
     /// # Errors
     /// A point without nodes around it.
@@ -217,8 +219,8 @@ impl ElasticBody {
             }
         }
         let rows = multiply_transposed(&forces, &self.shapes).step(STEP, ADVICE)?;
-        let forces = forces.columns(0, driven.min(points.len())).into_owned();
-        let highest = self.highest(&forces)?;
+        let driven = driven.min(points.len());
+        let highest = self.highest(&forces, driven)?;
         let known = multiply_transposed(&forces, &self.below).step(STEP, ADVICE)?;
         let first = known.ncols() - self.elastic_rad_s.len();
         // What the known modes from a place on add to the flexibility of those that are not known.
@@ -226,30 +228,36 @@ impl ElasticBody {
             let shares = known.columns_range(first + from..).into_owned();
             let scale = self.elastic_rad_s[from..].iter().map(|omega| omega.powi(-2));
             let scale = DMatrix::from_diagonal(&DVector::from_iterator(self.elastic_rad_s.len() - from, scale));
-            let all = &highest + &shares * scale * shares.transpose();
-            (&all + all.transpose()) * 0.5
+            &highest + &shares * scale * shares.rows(0, driven).transpose()
+        };
+        let symmetric = |of: &DMatrix<f64>| {
+            let square = of.rows(0, driven);
+            (square + square.transpose()) * 0.5
         };
         let kept = self.omega_rad_s.iter().filter(|omega| **omega > 0.0).count();
         let global = self.elastic_rad_s.iter().filter(|omega| **omega < TAU * LOCAL_HZ).count();
+        let residual = and_modes(kept);
         Ok(BodyModes {
             omega_rad_s: self.omega_rad_s.clone(),
             damping_ratio: self.damping_ratio.clone(),
             rows,
-            residual: and_modes(kept),
-            local: and_modes(global).diagonal().iter().copied().collect(),
+            watched: residual.rows_range(driven..).into_owned(),
+            residual: symmetric(&residual),
+            local: symmetric(&and_modes(global)).diagonal().iter().copied().collect(),
         })
     }
 
-    /// `sum phi phi' / omega^2` over the modes that are not known.
+    /// `sum phi phi' / omega^2` over the modes that are not known: along unit forces under the first `driven` of them.
     ///
     /// With `y = sum phi phi' f / (omega^2 + shift)` over these modes, `y + shift (K + shift M)^-1 M y + ...` is the sum that is wanted.
-    fn highest(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, StructureError> {
+    fn highest(&self, forces: &DMatrix<f64>, driven: usize) -> Result<DMatrix<f64>, StructureError> {
         let product = |a: &DMatrix<f64>, b: &DMatrix<f64>| multiply(a, b).step(STEP, ADVICE);
         let along = multiply_transposed(&self.below, forces).step(STEP, ADVICE)?;
         let above = forces - product(&self.below_inertia, &along)?;
-        let mut solution: DMatrix<f64> = DMatrix::zeros(forces.nrows(), forces.ncols());
+        let acting = above.columns(0, driven).into_owned();
+        let mut solution: DMatrix<f64> = DMatrix::zeros(forces.nrows(), driven);
         for _ in 0..REFINEMENTS {
-            let mut next = &above + self.shift * self.mass_times(&solution);
+            let mut next = &acting + self.shift * self.mass_times(&solution);
             self.factor.solve(&mut next).step(STEP, ADVICE)?;
             // What rounding left along the modes below the cut-off.
             let leak = multiply_transposed(&self.below_inertia, &next).step(STEP, ADVICE)?;

@@ -4,6 +4,8 @@
 //! points of flexible ones ([`crate::system::Layout`]). Its elongation (or penetration) is `r u - offset`, its force `f` acts
 //! as `-r' f`. One matrix serves motion and force, so reciprocity holds by construction; an element more is a row more.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 use sprs::{CsMat, TriMat};
 
@@ -58,6 +60,20 @@ pub(super) struct Series {
     /// B.
     pub damping: DMatrix<f64>,
     /// `S R_sc`, springs x contacts.
+    pub contacts: DMatrix<f64>,
+    /// Of each elastic part by its first column: what the forces add to the motion of its watched points.
+    pub watched: BTreeMap<usize, WatchedResidual>,
+}
+
+/// Residual motion `R_w F` of watched points, a row for each: with the elongations d of springs and the forces `F_c` of contacts
+/// `-(R_ws S d + R_ws B d' + (R_wc - R_ws S R_sc) F_c)`, since a force acts as `-r' f`.
+#[derive(Debug, Clone)]
+pub(super) struct WatchedResidual {
+    /// `-R_ws S`, points x springs.
+    pub elongations: DMatrix<f64>,
+    /// `-R_ws B` in s, points x springs.
+    pub rates_s: DMatrix<f64>,
+    /// Motion per contact force in m/N, points x contacts.
     pub contacts: DMatrix<f64>,
 }
 
@@ -164,7 +180,10 @@ impl Elements {
             return Ok(self);
         }
         let springs = self.springs.len();
-        let (flexibility, local) = self.flexibility(residuals);
+        let shares: Vec<_> =
+            residuals.iter().map(|(first, residual)| self.shares(*first, residual.local.len())).collect();
+        let of_parts = || shares.iter().zip(residuals).map(|(shares, (_, residual))| (shares, *residual));
+        let (flexibility, local) = flexibility(of_parts());
         let diagonal = |of: &dyn Fn(&Spring) -> f64| {
             DMatrix::from_diagonal(&DVector::from_iterator(springs, self.springs.iter().map(of)))
         };
@@ -185,26 +204,28 @@ impl Elements {
             let included = if includes { local[springs + at] } else { 0.0 };
             contact.law = contact.in_series(flexibility[(springs + at, springs + at)], included)?;
         }
+        let watched = residuals.iter().zip(&shares).map(|((first, residual), shares)| {
+            let motion = -&residual.watched * shares.transpose();
+            let of_springs = motion.columns(0, springs);
+            let elongations = of_springs * &stiffness;
+            let contacts = motion.columns_range(springs..) - of_springs * &contacts;
+            (*first, WatchedResidual { elongations, rates_s: of_springs * &damping, contacts })
+        });
+        let watched = watched.collect();
         self.rows = self.coupled_rows(&contacts);
-        self.series = Some(Series { stiffness, damping, contacts });
+        self.series = Some(Series { stiffness, damping, contacts, watched });
         Ok(self)
     }
 
-    /// Residual flexibility of the elastic parts along the elements' rows, elements x elements, and the local one along each.
-    fn flexibility(&self, residuals: &[(usize, &Residual)]) -> (DMatrix<f64>, DVector<f64>) {
-        let all = self.springs.len() + self.contacts.len();
-        let (mut flexibility, mut local) = (DMatrix::zeros(all, all), DVector::zeros(all));
-        for (first, residual) in residuals {
-            let columns = *first..first + residual.local.len();
-            let mut shares = DMatrix::zeros(all, columns.len());
-            for element in 0..all {
-                let of_part = self.row(element).filter(|(column, _)| columns.contains(column));
-                of_part.for_each(|(column, coefficient)| shares[(element, column - first)] = coefficient);
-            }
-            flexibility += &shares * &residual.flexibility * shares.transpose();
-            local += shares.component_mul(&shares) * DVector::from_column_slice(&residual.local);
+    /// Entries of the elements' rows in columns of a part: elements x columns.
+    fn shares(&self, first: usize, count: usize) -> DMatrix<f64> {
+        let columns = first..first + count;
+        let mut shares = DMatrix::zeros(self.rows.rows(), count);
+        for element in 0..self.rows.rows() {
+            let of_part = self.row(element).filter(|(column, _)| columns.contains(column));
+            of_part.for_each(|(column, coefficient)| shares[(element, column - first)] = coefficient);
         }
-        (flexibility, local)
+        shares
     }
 
     /// Rows of the elements, contacts with the shares of the springs that their forces reach.
@@ -267,4 +288,17 @@ impl Elements {
         let points = self.rows.indices()[entries.clone()].iter().copied();
         points.zip(self.rows.data()[entries].iter().copied())
     }
+}
+
+/// Residual flexibility of elastic parts along the elements' rows, elements x elements, and the local one along each.
+fn flexibility<'r>(
+    parts: impl Iterator<Item = (&'r DMatrix<f64>, &'r Residual)> + Clone,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let all = parts.clone().map(|(shares, _)| shares.nrows()).max().unwrap_or_default();
+    parts.fold((DMatrix::zeros(all, all), DVector::zeros(all)), |(flexibility, local), (shares, residual)| {
+        (
+            flexibility + shares * &residual.flexibility * shares.transpose(),
+            local + shares.component_mul(shares) * DVector::from_column_slice(&residual.local),
+        )
+    })
 }

@@ -50,5 +50,5 @@ pub use coupled::Coupled;
 pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;
 pub use layout::HammerQuadrature;
-pub use model::CoupledModel;
+pub use model::{CoupledModel, ResidualMotion};
 pub use placed::{InterfaceModes, PlacedModes, Residual};

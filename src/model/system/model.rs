@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use nalgebra::DMatrix;
+
 use crate::hammer::{HammerModel, body};
 use crate::scene::{HammerLink, Owner, PartId, PointId};
 use crate::system::block::{Block, CoupledPart};
-use crate::system::elements::Elements;
+use crate::system::elements::{Elements, WatchedResidual};
 use crate::system::layout::Layout;
 use crate::system::points::Points;
 
@@ -56,6 +58,17 @@ pub(super) enum Books {
 
 /// Two sums of components of the state, each with its coefficient.
 pub(super) type WeightedPair = [Vec<(usize, f64)>; 2];
+
+/// Motion in m that the residual flexibility of an elastic part adds at a point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResidualMotion {
+    /// Per elongation of each spring.
+    pub elongations: Vec<f64>,
+    /// Per rate of each spring's elongation, s.
+    pub rates_s: Vec<f64>,
+    /// Per force of each contact, m/N.
+    pub contacts_m_per_n: Vec<f64>,
+}
 
 /// The coupled system: constant while it is integrated.
 #[derive(Debug, Clone)]
@@ -211,6 +224,15 @@ impl CoupledModel {
             }
         }
         Some(sums)
+    }
+
+    /// What the forces of elements add to the motion of a watched point of an elastic part; `None` without a residual flexibility.
+    pub fn residual_motion(&self, point: PointId) -> Option<ResidualMotion> {
+        let (place, at) = self.watched(point)?;
+        let of_part = self.elements.series()?.watched.get(&self.parts[place].columns.start)?;
+        let row = |of: &DMatrix<f64>| of.row(at).iter().copied().collect();
+        let WatchedResidual { elongations, rates_s, contacts } = of_part;
+        Some(ResidualMotion { elongations: row(elongations), rates_s: row(rates_s), contacts_m_per_n: row(contacts) })
     }
 
     /// Components of the state that are the velocities of a part: of its rigid coordinates, or of modes that are integrated.

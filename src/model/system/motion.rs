@@ -141,7 +141,7 @@ impl Coupled {
             ElementId::Spring(row) => {
                 let (d, rate) = self.relative_motion(row, t, y);
                 let spring = &self.model.elements.springs()[row];
-                let Some(Series { stiffness, damping, contacts }) = self.model.elements.series() else {
+                let Some(Series { stiffness, damping, contacts, .. }) = self.model.elements.series() else {
                     return spring.stiffness_n_per_m * d + spring.damping_n_s_per_m * rate;
                 };
                 let of_springs = (0..stiffness.ncols()).map(|other| {

@@ -70,11 +70,13 @@ pub(super) struct Watched {
     pub shapes: DMatrix<f64>,
 }
 
-/// Flexibility of the modes of an elastic part that are left out, between the points that links join, in their order.
+/// Flexibility of the modes of an elastic part that are left out, under forces on the points that links join, in their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residual {
-    /// Flexibility in m/N; symmetric.
+    /// Flexibility between the points that links join in m/N; symmetric.
     pub flexibility: DMatrix<f64>,
+    /// Motion of the watched points in m/N: watched points x points that links join.
+    pub watched: DMatrix<f64>,
     /// Local flexibility of each point in m/N, whatever is left out: what a contact's stiffness may include.
     pub local: Vec<f64>,
 }

@@ -266,12 +266,12 @@ impl Machine {
         for (casting, CastingPoints { driven, watched }) in &placement.castings {
             let Some(elastic) = self.castings.get(casting) else { continue };
             let (ids, points): (Vec<PointId>, Vec<BodyPoint>) = driven.iter().chain(watched).copied().unzip();
-            let BodyModes { omega_rad_s, damping_ratio, rows, residual, local } =
+            let BodyModes { omega_rad_s, damping_ratio, rows, residual, watched, local } =
                 elastic.body.at(&points, driven.len()).map_err(|error| named(error, &elastic.name))?;
             let shapes = rows.row_iter().map(|row| row.iter().copied().collect());
             let interface =
                 InterfaceModes { omega_rad_s, damping_ratio, shapes: ids.into_iter().zip(shapes).collect() };
-            let residual = Residual { flexibility: residual, local };
+            let residual = Residual { flexibility: residual, watched, local };
             modes = modes.with_casting(*casting, PlacedModes::from(interface).with_residual(residual));
         }
         Ok(modes)
