@@ -5,7 +5,7 @@ use super::{Accuracy, Measurement, REFERENCE_TOLERANCE, Setting};
 use decore_model::metrics::RunMetrics;
 use decore_model::run::{RowOutcome, perturbed, run_row};
 use decore_model::scene::{Guide, Method, ModeTreatment, Scene, SolverSettings};
-use decore_model::system::InterfaceModes;
+use decore_model::system::PlacedModes;
 
 /// Wall time in s of a run that is not repeated: noise hardly matters to it.
 const LONG_RUN_S: f64 = 5.0;
@@ -18,9 +18,9 @@ pub struct Experiment<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The structure's modes as the study keeps them.
-    pub modes: &'a InterfaceModes,
+    pub modes: &'a PlacedModes,
     /// The structure's modes with none left out, if more can be had.
-    pub all_modes: Option<&'a InterfaceModes>,
+    pub all_modes: Option<&'a PlacedModes>,
     /// The settings.
     pub settings: Vec<Setting>,
     /// Runs of each setting, of which the fastest counts; what takes longer than 5 s is run once.
@@ -67,7 +67,7 @@ impl Teller<'_> {
 /// # Errors
 /// [`AccuracyError`] if the reference run, the perturbed one or that with all modes does not reach its end.
 pub fn measure(experiment: &Experiment<'_>, tell: &mut dyn FnMut(Begun<'_>)) -> Result<Accuracy, AccuracyError> {
-    let exact = |scene: &Scene, modes: &InterfaceModes, tolerance: f64| {
+    let exact = |scene: &Scene, modes: &PlacedModes, tolerance: f64| {
         let (guide, modes_as) = (Guide::Spring, ModeTreatment::Automatic);
         let solver = SolverSettings { tolerance, guide, modes: modes_as, method: Method::Tsit5, ..scene.solver };
         run_row(&Scene { solver, ..scene.clone() }, modes)

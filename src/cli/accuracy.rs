@@ -78,7 +78,7 @@ pub(super) fn accuracy(arguments: &AccuracyArguments) -> Result<Exit, Failure> {
     let experiment = Experiment {
         scene: &scene,
         modes: &modes,
-        all_modes: all_modes.as_ref().map(|modes| &***modes),
+        all_modes: all_modes.as_deref(),
         settings,
         repeats: arguments.repeats,
     };

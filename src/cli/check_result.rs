@@ -8,7 +8,7 @@ use decore_dataset::{Columns, TableName};
 use decore_model::metrics::{HammerMetrics, duration_for};
 use decore_model::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use decore_model::scene::{HammerUnit, Scene};
-use decore_model::system::InterfaceModes;
+use decore_model::system::PlacedModes;
 use decore_statistics::design::{Acceptance, Aliases, Design, Kind, Quality};
 use decore_study::engine::{Engine, Repeats, RowRunner, RowScene};
 use decore_study::{CheckedStudy, Study};
@@ -345,7 +345,7 @@ pub(super) fn probe(engine: &Engine, Probed { repeated, threads }: Probed, wante
 }
 
 /// How many times as long as the row its twin takes.
-fn twin_time_ratio(scene: &Scene, modes: &InterfaceModes, outcome: &RowOutcome) -> f64 {
+fn twin_time_ratio(scene: &Scene, modes: &PlacedModes, outcome: &RowOutcome) -> f64 {
     run_row(&twin(scene, 0), modes).wall_time_s / outcome.wall_time_s
 }
 

@@ -4,6 +4,7 @@ use crate::common::scenes::{MOUNT, rig, support};
 use decore::accuracy::{Accuracy, Experiment, MAIN_OUTPUTS, fixed_steps, ladder, measure, plot, text};
 use decore_model::run::RowStatus;
 use decore_model::scene::{Method, ModeTreatment, SolverSettings};
+use decore_model::system::PlacedModes;
 
 /// The first impact and some blows of the default hammer.
 fn short_rig() -> Accuracy {
@@ -20,6 +21,7 @@ fn short_rig() -> Accuracy {
     all.shapes.insert(support(0, 0), [&modes.shapes[&support(0, 0)][..], &[0.08]].concat());
     let mut settings = ladder(&scene);
     settings.extend(fixed_steps(&scene.solver, true));
+    let [modes, all] = [modes, all].map(PlacedModes::from);
     let experiment = Experiment { scene: &scene, modes: &modes, all_modes: Some(&all), settings, repeats: 1 };
     let (mut told, mut counts) = (Vec::new(), Vec::new());
     let accuracy = measure(&experiment, &mut |begun| {

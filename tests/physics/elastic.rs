@@ -5,14 +5,15 @@ use std::sync::Arc;
 
 use decore_model::contact::kelvin_voigt;
 use decore_model::hammer::body;
+use decore_model::metrics::RunMetrics;
 use decore_model::run::{RowJob, RowStatus};
 use decore_model::scene::{FixtureId, HammerLink, PointId, Scene};
 use decore_model::system::{Coupled, InterfaceModes, PlacedModes, Residual, build_placed};
-use decore_model::workpiece::{CorePoint, Elastic};
+use decore_model::workpiece::{CorePoint, Elastic, Fixture};
 use nalgebra::DMatrix;
 
 use crate::common::harness::{assert_relative, observe, settings, switches};
-use crate::common::scenes::{bench, clear, contact_index, place, rig};
+use crate::common::scenes::{bench, clear, contact_index, place, rig, support};
 
 const STRIKE: PointId = PointId::Strike { hammer: 0 };
 const HELD: PointId = PointId::Held(FixtureId { casting: 0, fixture: 0 });
@@ -151,6 +152,63 @@ fn core_points_follow_the_residual_flexibility() {
     println!("with {:e}, without {:e}", worst(&with), worst(&without));
     assert!(worst(&with) < 1e-3, "{with:?} {all:?}");
     assert!(worst(&without) > 8e-3, "{without:?} {all:?}");
+}
+
+/// Residual flexibility of strike and pad. Between contacts it is left out: here it is small.
+const BETWEEN: [[f64; 2]; 2] = [[8e-10, -4e-11], [-4e-11, 9e-10]];
+
+/// Outputs of the rig with an elastic casting on its fixture, or on a pad and under a clamp.
+fn clamped(clamp_force_n: Option<f64>) -> RunMetrics {
+    let (mut scene, mut modes) = rig(1);
+    scene.duration_s = 0.15;
+    elastic(&mut scene, true);
+    let mut casting = two_modes(scene.castings[0].mass_kg, Some(9000.0), BETWEEN);
+    if let Some(clamp_force_n) = clamp_force_n {
+        let fixtures = &mut scene.castings[0].fixtures;
+        let clamp = Fixture { clamp_force_n, ..fixtures[0].clone() };
+        fixtures[0].one_sided = true;
+        fixtures.push(clamp);
+        modes.shapes.insert(support(0, 1), modes.shapes[&support(0, 0)].clone());
+        let mut interface = InterfaceModes::clone(&casting);
+        let clamped = PointId::Held(FixtureId { casting: 0, fixture: 1 });
+        interface.shapes.insert(clamped, interface.shapes[&HELD].clone());
+        // The clamp's point is that of the pad.
+        let of = |point: usize| point.min(1);
+        let flexibility = DMatrix::from_fn(3, 3, |i, j| BETWEEN[of(i)][of(j)]);
+        let local = flexibility.diagonal().iter().copied().collect();
+        let residual = Residual { flexibility, watched: DMatrix::zeros(4, 3), local };
+        casting = PlacedModes::from(interface).with_residual(residual);
+    }
+    assert_eq!(scene.validate(), []);
+    let placed = PlacedModes::from(modes).with_casting(0, casting);
+    let outcome = RowJob::new(scene, Arc::new(placed), 0).run();
+    assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
+    outcome.metrics.unwrap()
+}
+
+/// A pad under an elastic casting that never lifts off does what a spring does; one that it leaves keeps the books.
+#[test]
+fn elastic_castings_lie_on_pads() {
+    let [spring, loaded, light] = [None, Some(1e6), Some(50.0)].map(clamped);
+    let figures = |metrics: &RunMetrics| {
+        let (hammer, casting) = (&metrics.hammers[0], &metrics.castings[0]);
+        [
+            hammer.first_impact_energy_j.unwrap(),
+            hammer.first_impact_work_j.unwrap(),
+            casting.peak_velocity_m_s,
+            casting.fixture_damper_loss_j,
+            casting.structure_work_j,
+        ]
+    };
+    for (found, expected) in figures(&loaded).into_iter().zip(figures(&spring)) {
+        println!("{found} {expected}");
+        assert_relative("loaded", found, expected, 2e-3);
+    }
+    assert!((figures(&light)[3] / figures(&spring)[3] - 1.0).abs() > 0.01, "it never left its pad");
+    assert!(light.pads[0].lift_off_count > 0);
+    for metrics in [spring, loaded, light] {
+        assert!(metrics.totals.energy_residual.abs() < 1e-4, "{:e}", metrics.totals.energy_residual);
+    }
 }
 
 /// Time in s for which a mass touches a rod of its own mass, by `count` elastic modes of the rod, without or with the residual

@@ -7,7 +7,7 @@ use super::outcome::{RowOutcome, RowStatus};
 use crate::integrate::{End, Observer, Settings, Span, Stopped};
 use crate::metrics::{Recorder, RunMetrics, RunTotals};
 use crate::scene::{Scene, SolverSettings};
-use crate::system::{Coupled, CoupledModel, InterfaceModes, PlacedModes, build_placed};
+use crate::system::{Coupled, CoupledModel, PlacedModes, SceneModes, build_placed};
 
 /// First step of a run in s; error control corrects it at once.
 const FIRST_STEP_S: f64 = 1e-6;
@@ -28,7 +28,7 @@ pub const LONGEST_FLIGHT_S: f64 = 0.2;
 ///
 /// Never fails: a scene that cannot be built gives status `Invalid`, an integration that cannot go on `Diverged` or
 /// `BudgetExhausted`, each with the reason and the time reached.
-pub fn run_row(scene: &Scene, modes: &InterfaceModes) -> RowOutcome {
+pub fn run_row(scene: &Scene, modes: &impl SceneModes) -> RowOutcome {
     run_row_observed(scene, modes, |_| ()).0
 }
 
@@ -36,13 +36,13 @@ pub fn run_row(scene: &Scene, modes: &InterfaceModes) -> RowOutcome {
 /// unless the scene could not be built.
 pub fn run_row_observed<O>(
     scene: &Scene,
-    modes: &InterfaceModes,
+    modes: &impl SceneModes,
     observer: impl FnOnce(&CoupledModel) -> O,
 ) -> (RowOutcome, Option<O>)
 where
     O: Observer<Coupled>,
 {
-    run_row_placed(scene, &PlacedModes::from(modes.clone()), observer)
+    modes.with_placed(|placed| run_row_placed(scene, placed, observer))
 }
 
 /// As [`run_row_observed`], on modes that other scenes share.

@@ -304,16 +304,22 @@ impl Scene {
                 let free = masses.filter(|(body, _)| moves(*body));
                 Part::Rigid(free.map(|(body, mass)| (Freedom::Body(body), mass)).collect())
             }
-            PartId::Casting(index) => {
-                let casting = &self.castings[index];
-                let active = casting.active_rotations(&self.strike_points(index));
-                casting.check_restraint(active)?;
-                let inertia = casting.inertia_kg_m2.unwrap_or_default();
-                let rotations = (0..2).filter(|axis| active[*axis]);
-                let rotations = rotations.map(|axis| (Freedom::Rotation(axis), inertia[axis]));
-                Part::Rigid([(Freedom::Heave, casting.mass_kg)].into_iter().chain(rotations).collect())
-            }
+            PartId::Casting(index) => self.rigid_casting(index)?,
         })
+    }
+
+    /// A casting as a rigid part, also one that is elastic: its fixtures share loads at rest as under a rigid casting.
+    ///
+    /// # Errors
+    /// As for [`Self::part`].
+    pub(crate) fn rigid_casting(&self, index: usize) -> Result<Part, WorkpieceError> {
+        let casting = &self.castings[index];
+        let active = casting.active_rotations(&self.strike_points(index));
+        casting.check_restraint(active)?;
+        let inertia = casting.inertia_kg_m2.unwrap_or_default();
+        let rotations = (0..2).filter(|axis| active[*axis]);
+        let rotations = rotations.map(|axis| (Freedom::Rotation(axis), inertia[axis]));
+        Ok(Part::Rigid([(Freedom::Heave, casting.mass_kg)].into_iter().chain(rotations).collect()))
     }
 
     /// All points, by id.
@@ -385,6 +391,8 @@ impl Scene {
                 at(self.hammers[hammer].casting, self.hammers[hammer].strike_point_m, Side::Top)
             }
             PointId::Support(id) => node(&fixture(id).point),
+            // A clamp presses from above.
+            PointId::Held(id) if fixture(id).clamp_force_n > 0.0 => at(id.casting, fixture(id).at_m, Side::Top),
             PointId::Held(id) => at(id.casting, fixture(id).at_m, Side::Bottom),
             PointId::Measured { casting } => {
                 at(casting, self.castings[casting].measuring_point_m.unwrap_or_default(), Side::Bottom)

@@ -177,8 +177,6 @@ fn check_kind(checks: &mut Checks, prefix: &str, (casting, fixture): (&Casting, 
     let message =
         "needs a fixture with `one_sided = true` onto which it presses: other fixtures hold the casting without it";
     checks.rule(!clamps || casting.lies(), path("clamp_force_n"), message);
-    let message = "needs a rigid casting: the flexibility between several contacts of an elastic one is not modelled";
-    checks.rule(!pads || casting.elastic.is_none(), path("one_sided"), message);
 }
 
 /// Whether the strike point lies outside the casting's extent.

@@ -52,7 +52,8 @@ pub struct Elements {
 ///
 /// With `d` the elongations without R and `F_c` the forces of contacts, the springs' forces are `F = S d + B d' - S R_sc F_c`,
 /// `S = (I + K R)^-1 K`, and to first order in the time constant `R c` `B = (I + K R)^-1 C (I + R K)^-1`. `d' S d / 2` is the energy of springs
-/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in the place of `r_c`.
+/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in the place of `r_c`. Each contact is in
+/// series with its own R; the residual flexibility between contacts at different points is left out, as all of it is where modes are cut off.
 #[derive(Debug, Clone)]
 pub(super) struct Series {
     /// S, springs x springs.
@@ -197,12 +198,13 @@ impl Elements {
         let damping = &inverse * damping * inverse.transpose();
         let contacts = &stiffness * flexibility.view((0, springs), (springs, self.contacts.len()));
         let laws = links.iter().filter_map(|link| match link.law {
-            LinkLaw::Contact { includes_flexibility, .. } => Some(includes_flexibility),
+            LinkLaw::Contact { includes_flexibility, gap_m, .. } => Some((includes_flexibility, gap_m)),
             LinkLaw::Spring { .. } => None,
         });
-        for ((at, contact), includes) in self.contacts.iter_mut().enumerate().zip(laws) {
+        for ((at, contact), (includes, gap_m)) in self.contacts.iter_mut().enumerate().zip(laws) {
             let included = if includes { local[springs + at] } else { 0.0 };
             contact.law = contact.in_series(flexibility[(springs + at, springs + at)], included)?;
+            contact.offset_m = gap_m - contact.law.static_penetration(contact.rest_force_n, 0.0);
         }
         let watched = residuals.iter().zip(&shares).map(|((first, residual), shares)| {
             let motion = -&residual.watched * shares.transpose();

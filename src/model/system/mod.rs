@@ -51,4 +51,4 @@ pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;
 pub use layout::HammerQuadrature;
 pub use model::{CoupledModel, ResidualMotion};
-pub use placed::{InterfaceModes, PlacedModes, Residual};
+pub use placed::{InterfaceModes, PlacedModes, Residual, SceneModes};

@@ -105,6 +105,31 @@ impl From<InterfaceModes> for PlacedModes {
     }
 }
 
+/// Modes on which a scene can run.
+pub trait SceneModes {
+    /// Shows the modes with what scenes share.
+    fn with_placed<T>(&self, see: impl FnOnce(&PlacedModes) -> T) -> T;
+}
+
+impl SceneModes for PlacedModes {
+    fn with_placed<T>(&self, see: impl FnOnce(&PlacedModes) -> T) -> T {
+        see(self)
+    }
+}
+
+/// Modes of a machine that carries rigid castings only.
+impl SceneModes for InterfaceModes {
+    fn with_placed<T>(&self, see: impl FnOnce(&PlacedModes) -> T) -> T {
+        see(&PlacedModes::from(self.clone()))
+    }
+}
+
+impl<M: SceneModes> SceneModes for Arc<M> {
+    fn with_placed<T>(&self, see: impl FnOnce(&PlacedModes) -> T) -> T {
+        M::with_placed(self, see)
+    }
+}
+
 impl Deref for PlacedModes {
     type Target = InterfaceModes;
 

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::BuildError;
-use crate::scene::{Link, LinkLaw, Owner, Part, PartId, Scene};
+use crate::scene::{Link, LinkLaw, Location, Owner, Part, Scene};
 use crate::system::model::CoupledModel;
 
 /// Returns the state at rest.
@@ -38,20 +38,18 @@ struct Carrier<'l> {
 }
 
 /// Gives the contacts under a casting their shares of its weight and of the forces of its clamps; those from which it then stands off get
-/// a gap. The machine is rigid here.
+/// a gap. Machine and castings are rigid here: how an elastic casting shares its load between more than three pads depends on
+/// the heights to which these are set.
 ///
 /// Solves `K u = W` with `K = sum k b b'` over the fixtures that carry, `b` the row of the held point, until none pulls and none that was
 /// left out is pressed: `F = k b u`.
 ///
 /// # Errors
 /// [`BuildError::NoRest`] if the casting tips off its fixtures.
-pub(super) fn share_loads(scene: &Scene, parts: &[(PartId, Part)], links: &mut [Link]) -> Result<(), BuildError> {
-    for (id, part) in parts {
-        let (PartId::Casting(index), Part::Rigid(freedoms)) = (*id, part) else { continue };
-        let casting = &scene.castings[index];
-        if !casting.lies() {
-            continue;
-        }
+pub(super) fn share_loads(scene: &Scene, links: &mut [Link]) -> Result<(), BuildError> {
+    for (index, casting) in scene.castings.iter().enumerate().filter(|(_, casting)| casting.lies()) {
+        let part = scene.rigid_casting(index)?;
+        let Part::Rigid(freedoms) = &part else { continue };
         let mut load = DVector::zeros(freedoms.len());
         load[0] = casting.mass_kg * scene.environment.gravity_m_s2;
         let mut carriers = Vec::new();
@@ -60,9 +58,10 @@ pub(super) fn share_loads(scene: &Scene, parts: &[(PartId, Part)], links: &mut [
             if fixture.casting != index {
                 continue;
             }
+            let held = &casting.fixtures[fixture.fixture];
             let mut row = DVector::zeros(freedoms.len());
-            part.row(&link.ends[0].location).into_iter().for_each(|(freedom, lever)| row[freedom] = lever);
-            match casting.fixtures[fixture.fixture].clamp_force_n {
+            part.row(&Location::Offset(held.at_m)).into_iter().for_each(|(freedom, lever)| row[freedom] = lever);
+            match held.clamp_force_n {
                 0.0 => carriers.push(carrier(link, row)),
                 force_n => load.axpy(force_n, &row, 1.0),
             }

@@ -98,7 +98,7 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     let (layout, parts) = parts(scene, &described, placed)?;
     let points = points(scene, (&described, &parts), placed);
     let mut links = scene.links();
-    equilibrium::share_loads(scene, &described, &mut links)?;
+    equilibrium::share_loads(scene, &mut links)?;
     let elements = Elements::new(&links, &points, parts.iter().map(|part| part.columns.len()).sum());
     let residuals = parts.iter().filter_map(|part| Some((part.columns.start, placed.of(part.id)?.residual()?)));
     let elements = elements.with_residuals(&links, &residuals.collect::<Vec<_>>())?;
