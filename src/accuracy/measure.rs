@@ -13,7 +13,7 @@ const LONG_RUN_S: f64 = 5.0;
 /// Twins that show the scene's sensitivity, unless the scene asks for more.
 const LEAST_TWINS: usize = 2;
 
-/// What is compared.
+/// Scene and settings of a comparison.
 pub struct Experiment<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -27,13 +27,13 @@ pub struct Experiment<'a> {
     pub repeats: usize,
 }
 
-/// Why there is nothing to compare with.
+/// Reason why a scene has no reference to compare with.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the {run} did not end: {reason}")]
 pub struct AccuracyError {
     /// Which of the runs.
     pub run: &'static str,
-    /// Why.
+    /// Reason, as a sentence.
     pub reason: String,
 }
 
@@ -44,7 +44,7 @@ pub struct Begun<'a> {
     pub number: usize,
     /// How many there will be at most: a setting that takes long is run once.
     pub of: usize,
-    /// What is run.
+    /// Description of the run.
     pub what: &'a str,
 }
 

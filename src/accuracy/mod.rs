@@ -34,7 +34,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// What sets it apart from the others of its family: the tolerance, or the fixed step.
+    /// Setting that varies within its family: the tolerance or the fixed step.
     pub fn grade(&self) -> String {
         let SolverSettings { tolerance, method, step_s, .. } = self.solver;
         if method.is_fixed() { format!("{} us", (1e6 * step_s).round()) } else { format!("{tolerance:.0e}") }

@@ -22,7 +22,7 @@ pub(super) const HEADINGS: [(&str, &str); 4] = [
 pub struct Output {
     /// Name as in the tables.
     pub name: &'static str,
-    /// What it is.
+    /// Description of the output.
     pub description: String,
 }
 

@@ -22,7 +22,7 @@ pub enum StructColumns {
 }
 
 impl StructColumns {
-    /// What a column belongs to.
+    /// Group of a column.
     fn of(column: &Column) -> Option<Self> {
         match column.get {
             Get::Counters(_) => Some(Self::Counters),

@@ -39,7 +39,7 @@ pub enum TableName {
 impl TableName {
     /// The tables of every dataset.
     pub const ALL: [Self; 3] = [Self::Runs, Self::Blows, Self::Timings];
-    /// Those, and the one of a study that asks for it.
+    /// All tables, including `signals`, which exists only if the study asks for it.
     pub const KNOWN: [Self; 4] = [Self::Runs, Self::Blows, Self::Timings, Self::Signals];
 
     /// Name of the table, of its folder, and the beginning of its parts' names.
@@ -142,12 +142,12 @@ pub fn check_unique(columns: &[ColumnDescription]) -> Result<(), DatasetError> {
     Ok(())
 }
 
-/// What columns are about.
+/// Subject of a group of columns.
 struct About<'a> {
     group: ColumnGroup,
     /// The hammer or casting: what it is and its name.
     subject: Option<(&'static str, &'a str)>,
-    /// What comes before the quantity in a column's name.
+    /// Prefix of the column's name.
     prefix: String,
 }
 
@@ -437,7 +437,7 @@ mod tests {
         assert_ne!(hash, Columns::new(&DatasetInfo::empty()).expect("unique").hash());
     }
 
-    /// What is declared of a row's end and not in a table would be lost.
+    /// A quantity without a column would be lost.
     #[test]
     fn every_quantity_of_an_outcome_has_a_column() {
         let columns = Columns::new(&DatasetInfo::empty()).expect("unique");

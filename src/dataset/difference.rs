@@ -1,4 +1,4 @@
-//! What makes one study another: names the differences between what a dataset is of and what is to be run.
+//! Differences between the study of a dataset and the study to run.
 
 use std::collections::BTreeMap;
 

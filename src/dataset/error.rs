@@ -1,4 +1,4 @@
-//! What can go wrong with a dataset, and what to do about it.
+//! Errors of datasets, each with its remedy.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,13 +8,13 @@ use parquet::errors::ParquetError;
 
 use decore_quantity::words::{did_you_mean, nearest};
 
-/// Why a dataset could not be written or read.
+/// Reason why a dataset could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// The operating system refused.
     #[error("failed to {action} {}: {source} (check free space, permissions and that the path is right)", path.display())]
     Io {
-        /// What was tried.
+        /// Failed action.
         action: &'static str,
         /// On which file or folder.
         path: PathBuf,
@@ -51,7 +51,7 @@ pub enum DatasetError {
         rows_done: u64,
         /// Rows of its design.
         rows: u64,
-        /// What changed, a sentence each.
+        /// Differences, a sentence each.
         differences: Vec<String>,
     },
     /// The file system cannot lock files.
@@ -99,9 +99,9 @@ pub enum DatasetError {
     /// Shards that do not make a whole.
     #[error("failed to merge: {problem}; {advice}")]
     Shards {
-        /// What is wrong, with the folders.
+        /// The fault, with the folders.
         problem: String,
-        /// What to do.
+        /// Remedy.
         advice: &'static str,
     },
     /// The folder holds something else.
@@ -129,7 +129,7 @@ pub enum DatasetError {
     Manifest {
         /// The manifest's path.
         path: PathBuf,
-        /// Where it is wrong, and how.
+        /// Position and kind of the syntax error.
         #[source]
         source: serde_json::Error,
     },
@@ -187,9 +187,9 @@ pub enum DatasetError {
     DuplicateColumn {
         /// The column's name.
         column: String,
-        /// What the first of them is.
+        /// Contents of the first dataset.
         first: String,
-        /// What the second of them is.
+        /// Contents of the second dataset.
         second: String,
     },
     /// A setting of the dataset is outside its range.
@@ -197,9 +197,9 @@ pub enum DatasetError {
     Setting {
         /// The setting.
         key: &'static str,
-        /// Its value.
+        /// Value that was found.
         found: u64,
-        /// What it may be.
+        /// Permitted values.
         expected: &'static str,
     },
     /// A record does not have the shape that the dataset was created with.
@@ -209,11 +209,11 @@ pub enum DatasetError {
     Record {
         /// The row.
         row: u64,
-        /// What does not fit.
+        /// Kind of mismatch.
         what: String,
-        /// What the record has.
+        /// Value in the record.
         found: String,
-        /// What the dataset needs.
+        /// Value that the dataset needs.
         expected: String,
     },
     /// A row came twice, or is not of the dataset.
@@ -256,9 +256,9 @@ pub enum DatasetError {
     Damaged {
         /// The part.
         path: PathBuf,
-        /// What the file has.
+        /// Value in the file.
         found: String,
-        /// What the manifest says.
+        /// Value in the manifest.
         expected: String,
     },
     /// A file beside the parts.

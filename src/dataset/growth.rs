@@ -19,14 +19,14 @@ use super::settled::{READY, settle, settle_locked};
 use super::store::{GROWING, columns_of};
 use super::writer::{DatasetWriter, Existing};
 
-/// What a dataset was before it grew.
+/// State of a dataset before it grew.
 #[derive(Debug)]
 pub struct Growth {
     /// Rows of the design before.
     pub rows_before: u64,
     /// Parts that were damaged; their rows are to be computed again.
     pub damaged: Vec<DatasetError>,
-    /// What else was lost, in words.
+    /// Further losses, in words.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a dataset must know of its study, and what it takes for each row: plain data, no study types.
+//! A dataset's information about its study, and the data that it takes for each row: plain data, no types of studies.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub struct FactorColumn {
     pub kind: Kind,
     /// Unit of its values; `1` for numbers without one, empty for names.
     pub unit: String,
-    /// What it is, in words: the paths of the study that it drives.
+    /// Description in words: the paths of the study that the factor drives.
     pub description: String,
 }
 
@@ -39,7 +39,7 @@ pub struct SignalColumn {
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// What it is, and over what it is averaged.
+    /// Description of the signal and of its averaging.
     pub description: String,
 }
 

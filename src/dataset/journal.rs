@@ -40,7 +40,7 @@ use decore_files::{Limit, read};
 pub const JOURNAL: &str = ".journal";
 /// Bytes by which a file grows.
 const SPAN: usize = 1 << 18;
-/// What is written where it grows; made once, as a span is too large to be made anew each time.
+/// Zeros that extend the file; static, because a span is too large to allocate each time.
 static ZEROS: [u8; SPAN] = [0; SPAN];
 /// Name of the file in the journal that describes the dataset.
 const STUDY_NAME: &str = "study.json";
@@ -73,7 +73,7 @@ struct State {
     files: BTreeMap<u64, BlockFile>,
     /// Blocks written to since the last sync.
     unsynced: BTreeMap<u64, Arc<File>>,
-    /// What went wrong first; after it nothing more is appended, since rows behind a torn one would be lost.
+    /// First failure. Nothing is appended after it, because rows behind a torn row would be lost.
     failed: Option<io::ErrorKind>,
 }
 
@@ -360,7 +360,7 @@ fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     Ok(paths)
 }
 
-/// What a file of the journal holds.
+/// Contents of a journal file.
 struct Frames {
     /// Bytes up to the end of the last whole row.
     whole: usize,

@@ -135,7 +135,7 @@ impl Lock {
         file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
     }
 
-    /// Where the dataset is, for whoever writes there.
+    /// Folder of the dataset, for its writer.
     pub fn place(&self) -> &DatasetDir {
         &self.place
     }
@@ -188,7 +188,7 @@ pub fn host_name() -> String {
     if name.trim().is_empty() { "this machine".to_owned() } else { name.trim().to_owned() }
 }
 
-/// What tells a file from all others that there are at the same time.
+/// Numbers that identify a file among all existing files.
 type Identity = (u64, u64);
 
 #[cfg(unix)]

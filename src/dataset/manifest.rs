@@ -32,7 +32,7 @@ pub struct RowSpan {
 /// Rows that were to be run with other budgets than the study's: an entry for each set of changes, whatever number of runs it took.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rerun {
-    /// What was changed, a sentence each.
+    /// Changed settings, a sentence each.
     pub changed: Vec<String>,
     /// The rows: ascending, with gaps between the spans.
     pub rows: Vec<RowSpan>,
@@ -68,7 +68,7 @@ pub struct Manifest {
     pub rows_done: u64,
     /// Which rows are there: ascending, with gaps between the spans.
     pub done: Vec<RowSpan>,
-    /// What the dataset is of.
+    /// The dataset's study.
     pub study: DatasetInfo,
     /// Rows that were to be run with other budgets than the study's, in the order in which the changes were first asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -301,7 +301,7 @@ pub fn part_first_row(table: TableName, name: &str) -> Option<u64> {
     (part_file(table, first_row).rsplit('/').next() == Some(name)).then_some(first_row)
 }
 
-/// What stands between a manifest's contents and their BLAKE3.
+/// Text between a manifest's contents and their BLAKE3 checksum.
 const SEAL: &str = ",\n  \"checksum\": \"";
 
 /// A manifest's bytes: JSON whose last key is the BLAKE3 of all bytes before that key.

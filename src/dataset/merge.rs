@@ -15,12 +15,12 @@ use super::store::columns_of;
 use super::target::place;
 use super::writer::{DatasetWriter, Existing};
 
-/// What a merge gave.
+/// Result of a merge.
 #[derive(Debug)]
 pub struct Merged {
     /// The manifest of the whole.
     pub manifest: Manifest,
-    /// What was lost or kept aside, in words.
+    /// Lost rows and files kept aside, in words.
     pub notes: Vec<String>,
 }
 

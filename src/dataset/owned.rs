@@ -1,5 +1,5 @@
-//! What of a dataset's folder is the dataset's own: its files, its tables, what its writer hides there. Other files may lie beside
-//! them, such as a report.
+//! The dataset's own files in its folder: manifests, tables and hidden files of the writer. The folder may hold other files too, such as a
+//! report.
 
 use std::ffi::OsStr;
 use std::fs;

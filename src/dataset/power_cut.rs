@@ -35,7 +35,7 @@ enum Entry {
 /// Entries of all folders: files by number, folders without.
 type Names = BTreeMap<PathBuf, Option<usize>>;
 
-/// What a disk has, and what it was asked for.
+/// Contents of a disk, and its pending writes.
 #[derive(Default)]
 struct Disk {
     /// Contents that are safe, and those last asked for.
@@ -100,7 +100,7 @@ impl Disk {
         }
     }
 
-    /// What a power cut leaves, as files below `root`.
+    /// Writes the files that a power cut leaves below `root`.
     fn cut(&self, root: &Path, random: &mut impl FnMut(usize) -> usize) {
         let mut names = self.safe.clone();
         for (_, entry) in &self.pending {

@@ -22,7 +22,7 @@ use super::manifest::{
 };
 use super::parquet_file::Opened;
 
-/// What a part of the table of timings says of its block.
+/// Description of its block in a part of the table of timings.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockDescription {
     format_version: u32,
@@ -41,7 +41,7 @@ pub struct Known {
     pub manifest: Manifest,
     /// `timings.json`, or what is left of it.
     pub timings: TimingsManifest,
-    /// What was lost, in words.
+    /// Losses, in words.
     pub notes: Vec<String>,
     /// Parts of `runs` and `blows` in the folder that nothing vouches for, where the manifest was lost.
     pub unvouched: Vec<(u64, PathBuf)>,

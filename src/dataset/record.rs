@@ -10,11 +10,11 @@ use super::info::{DatasetInfo, RowRecord};
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_quantity::{Cell, CellColumn, FREE_TAG, Value, put_cell, take_cells};
 
-/// What stands before the cells of an instant of `signals`.
+/// Tag before the cells of an instant of `signals`.
 const INSTANT: u8 = FREE_TAG;
-/// What a number takes: its tag and eight bytes.
+/// Size of a number: its tag and eight bytes.
 const CELL_BYTES: usize = 9;
-/// What the texts of most rows take.
+/// Usual size of a row's texts.
 const TEXT_BYTES: usize = 256;
 
 /// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, those of its blows, and of the instants of its signals.
@@ -268,7 +268,7 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// What structs write at once is what the columns' getters give, in the columns' order.
+    /// Structs write the same cells as the columns' getters, in the columns' order.
     #[test]
     fn a_row_is_the_cells_of_its_columns() {
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();

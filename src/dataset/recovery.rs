@@ -1,4 +1,4 @@
-//! What a dataset already has when a sweep goes on: whole parts, parts of blocks that are not full, the journal.
+//! Contents of a dataset when a sweep continues: complete parts, parts of incomplete blocks, the journal.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::record::{RowWriter, StoredRow, cells_say_failed};
 use super::store::{Block, DAMAGED, remove, set_aside};
 use decore_quantity::Value;
 
-/// What is there.
+/// Existing rows and parts.
 pub struct Recovered {
     /// Manifests of the parts that are whole and undamaged.
     pub manifest: Manifest,
@@ -21,13 +21,13 @@ pub struct Recovered {
     pub timings: TimingsManifest,
     /// Rows of blocks that are not full, by the block's number.
     pub pending: BTreeMap<u64, Block>,
-    /// Those of them that only a part has: they belong into the journal before the part is written anew.
+    /// Rows that exist only in a part. They must go into the journal before the part is rewritten.
     pub only_in_parts: BTreeSet<u64>,
     /// Rows to be run, where not all that are missing are; ascending.
     pub chosen: Option<Vec<RowSpan>>,
-    /// What was damaged; its rows are to be computed again.
+    /// Damaged files; their rows must be computed again.
     pub damaged: Vec<DatasetError>,
-    /// What else was lost, in words.
+    /// Further losses, in words.
     pub notes: Vec<String>,
 }
 

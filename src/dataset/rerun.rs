@@ -16,7 +16,7 @@ use super::store::Block;
 /// Rows to be run again.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RerunSelection {
-    /// Those that are there with another status than done.
+    /// All rows with another status than done.
     Failed,
     /// These, whether they are there or not: ascending, without overlap.
     Rows(Vec<RowSpan>),

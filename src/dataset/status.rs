@@ -19,7 +19,7 @@ use decore_files::{Limit, Staged, is_passing_name, read};
 /// Name of the status in the dataset's folder.
 pub const STATUS_NAME: &str = "status.json";
 
-/// What a sweep is doing, or how it ended.
+/// State of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SweepState {
@@ -46,20 +46,20 @@ pub struct RowError {
     pub row: u64,
     /// How it ended: audit_failed, invalid, diverged or budget_exhausted.
     pub status: String,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
 /// `status.json` and the completion file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepStatus {
-    /// What the sweep does.
+    /// State of the sweep.
     pub state: SweepState,
     /// In words, e.g. what went wrong; may be empty.
     pub message: String,
     /// The process.
     pub process: u32,
-    /// Its machine.
+    /// Host on which it runs.
     pub host: String,
     /// When it started, in s since 1970.
     pub started_unix_s: u64,

@@ -39,7 +39,7 @@ struct TableFormat {
     file: FileFormat,
 }
 
-/// Those of all tables.
+/// Formats of all tables.
 struct Formats {
     runs: TableFormat,
     blows: TableFormat,

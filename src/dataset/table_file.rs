@@ -28,7 +28,7 @@ pub struct TableColumn {
     pub name: String,
     /// Unit; `1` for numbers without one, empty for text.
     pub unit: String,
-    /// What it is.
+    /// Description of the column.
     pub description: String,
     /// The values, row by row.
     pub values: CellColumn,

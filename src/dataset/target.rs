@@ -1,5 +1,5 @@
-//! Where files and datasets may be written. The command line and the Python package hold what they are asked to write to these rules
-//! before they work; what writes holds itself to them again.
+//! Places where files and datasets may be written. The command line and the Python package check these rules before they start work;
+//! writers check them again.
 
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,7 @@ pub fn is_part_of(file: &Path, folder: &PathBuf) -> bool {
     owner(file, std::slice::from_ref(folder)).is_some_and(|owner| owner == folder)
 }
 
-/// Where a path leads: links are followed, and what is not there yet lies in the last folder above it that is.
+/// Resolves a path: follows links, and places a missing name in the last existing folder above it.
 pub fn place(path: &Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let found = path.ancestors().find_map(|above| Some((above, above.canonicalize().ok()?)));

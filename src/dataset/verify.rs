@@ -15,7 +15,7 @@ use super::reader::open_part;
 use super::rebuild::{known, strays};
 use decore_quantity::Value;
 
-/// What a verification found.
+/// Result of a verification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verification {
     /// The study, as the manifest has it.
@@ -28,9 +28,9 @@ pub struct Verification {
     pub rows_in_journal: u64,
     /// Parts that were read.
     pub parts: u64,
-    /// Their bytes.
+    /// Size in bytes.
     pub bytes: u64,
-    /// What is damaged, missing or foreign, a sentence each; empty for a dataset that is whole.
+    /// Damaged, missing or foreign files, a sentence each; empty for a complete dataset.
     pub faults: Vec<String>,
 }
 
@@ -88,7 +88,7 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
     Ok(Verification { study: known.manifest.study, rows, rows_done, rows_in_journal, parts, bytes, faults })
 }
 
-/// What parts are held to.
+/// Expected properties of parts.
 struct ExpectedParts<'a> {
     folder: &'a Path,
     manifest: &'a Manifest,

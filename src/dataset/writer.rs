@@ -28,7 +28,7 @@ use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
-/// What to do if the folder already holds a dataset.
+/// Action if the folder already holds a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
     /// Refuse with [`DatasetError::Exists`].
@@ -241,7 +241,7 @@ impl DatasetWriter {
         self.recorder.clone()
     }
 
-    /// Where the dataset is.
+    /// Folder of the dataset.
     pub fn place(&self) -> DatasetDir {
         self.recorder.place.clone()
     }
@@ -261,7 +261,7 @@ impl DatasetWriter {
         &self.damaged
     }
 
-    /// What else was lost when the dataset was opened, or is kept aside, a sentence each.
+    /// Further losses when the dataset was opened, and files kept aside, a sentence each.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -427,7 +427,7 @@ fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) ->
     }
 }
 
-/// What a dataset that is there is to go on with.
+/// Properties that an existing dataset must have to be continued.
 #[derive(Clone, Copy)]
 struct ResumeCheck<'a> {
     /// The study.
@@ -438,7 +438,7 @@ struct ResumeCheck<'a> {
     chosen: Option<&'a RerunSelection>,
 }
 
-/// What a folder holds.
+/// Contents of a folder.
 enum Found {
     /// Nothing, or what a dataset's creation leaves when it is interrupted.
     Nothing,

@@ -17,7 +17,7 @@ const MOST_STREAMED: u64 = 64_000_000;
 /// A kind of file and the most bytes that it may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
-    /// What it is, for messages.
+    /// Kind of file, for messages.
     pub kind: &'static str,
     /// The most bytes.
     pub bytes: u64,
@@ -32,7 +32,7 @@ impl Limit {
     pub const ROWS: Self = Self { kind: "a table of rows", bytes: 256_000_000 };
     /// Matrices and what belongs to them.
     pub const MATRIX: Self = Self { kind: "a matrix file", bytes: 64_000_000_000 };
-    /// What a dataset says of itself.
+    /// Limit for the files that describe a dataset.
     pub const DATASET: Self = Self { kind: "a file about a dataset", bytes: 256_000_000 };
     /// A part of a table, or the rows that wait for it: what the process that wrote them had in memory.
     pub const PART: Self = Self { kind: "a part of a dataset", bytes: 16_000_000_000 };

@@ -9,7 +9,7 @@ thread_local! {
     static SHIELDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What a decoder of another package gives; `None` where it panics, of which nothing is printed.
+/// Runs a decoder of another package. Returns `None` if it panics, and prints nothing.
 ///
 /// For calls whose input is refused as damaged then, and that leave nothing half done behind.
 pub fn shielded<T>(decode: impl FnOnce() -> T) -> Option<T> {

@@ -48,12 +48,12 @@ impl Staged {
         self.file.as_file().sync_all()
     }
 
-    /// Where it is until it is put in place.
+    /// Temporary path of the file.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 
-    /// Where it is to go.
+    /// Final path of the file.
     pub fn target(&self) -> &Path {
         &self.target
     }

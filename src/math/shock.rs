@@ -318,7 +318,7 @@ impl ShockResponse {
         self.dose.iter().any(|own| *own >= dose)
     }
 
-    /// What a cycle with this largest pseudo-velocity counts.
+    /// Contribution of a cycle with this largest pseudo-velocity.
     fn counts(&self, largest_m_s: f64) -> f64 {
         match self.damage {
             Some(Damage { reference_m_s, exponent, threshold_m_s }) if largest_m_s >= threshold_m_s => {

@@ -57,7 +57,7 @@ pub fn student_quantile(probability: f64, freedom: f64) -> f64 {
 
 /// Distribution function of the beta distribution in [0, 1], the regularised incomplete beta function `I_x(a, b)`.
 ///
-/// Its continued fraction (Digital Library of Mathematical Functions, 8.17.22) by Lentz' method, on the side where it converges
+/// Uses the continued fraction (Digital Library of Mathematical Functions, 8.17.22) with Lentz' method, on the side where it converges
 /// fast.
 pub fn beta_cdf(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {

@@ -1,4 +1,4 @@
-//! What a page says first: the answer to the study's goal, the models behind it, and a plan of the machine.
+//! First part of a page: the answer to the study's goal, the models behind it, and a plan of the machine.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What a page says of a dataset beyond its rows: which factor matters, and what models of the outputs know.
+//! Knowledge on a page beyond the rows of the dataset: influence of the factors, and models of the outputs.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ const MOST_ANALYSED: u64 = 20_000;
 /// Rows up to which outputs are modelled for a page: the time grows with their third power.
 pub(super) const MOST_MODELLED: u64 = 1000;
 
-/// What is known, or why it is not.
+/// Result, or the reason why there is none.
 #[derive(Debug, Serialize)]
 pub(super) struct Known<T> {
     found: Option<T>,

@@ -30,7 +30,7 @@ struct ProcessData {
     figures: ProcessFigures,
     /// Places that it is fitted to.
     count: usize,
-    /// Where the rows at these places, their weights and their numbers of runs begin.
+    /// Begin of the rows at these places, their weights and their numbers of runs.
     rows: usize,
     weights: usize,
     runs: usize,

@@ -33,10 +33,10 @@ const WITH_SPECTRA: [&str; 3] = [
     HammerSignals::casting_velocity_m_s.name,
 ];
 
-/// What a row's page is made from.
+/// Data of a row's page.
 #[derive(Debug, Clone, Copy)]
 pub struct SceneView<'a> {
-    /// What is known of the study.
+    /// Information on the study.
     pub info: &'a DatasetInfo,
     /// The row's index.
     pub row: usize,
@@ -44,9 +44,9 @@ pub struct SceneView<'a> {
     pub factors: &'a [Value],
     /// The row's scene.
     pub scene: &'a Scene,
-    /// Its outcome.
+    /// Outcome of the row.
     pub outcome: &'a RowOutcome,
-    /// Its signals, time first, one value every [`SceneView::interval_s`].
+    /// Signals, time first, one value every [`SceneView::interval_s`].
     pub signals: &'a [Signal],
     /// Interval of the signals in s.
     pub interval_s: f64,
@@ -59,9 +59,9 @@ pub struct SceneView<'a> {
 pub struct MeasuredCurve<'a> {
     /// Name of the signal that it measures.
     pub signal: &'a str,
-    /// Its name.
+    /// Name of the column.
     pub column: &'a str,
-    /// What there is of it: one piece, or several with gaps between them.
+    /// Pieces of the measurement: one, or several with gaps between them.
     pub pieces: Vec<MeasuredPiece<'a>>,
     /// Times in s of samples that stand out by themselves.
     pub spikes_s: &'a [f64],
@@ -72,11 +72,11 @@ pub struct MeasuredCurve<'a> {
 pub struct MeasuredPiece<'a> {
     /// Which of the signal's values its first is beside.
     pub first: usize,
-    /// Its values in the signal's unit.
+    /// Values in the signal's unit.
     pub values: &'a [f64],
 }
 
-/// What the page is told besides its data.
+/// Metadata of a page.
 #[derive(Serialize)]
 struct Meta<'a> {
     title: &'a str,
@@ -210,7 +210,7 @@ struct Spectra<'a> {
     measured: Vec<MeasuredLines<'a>>,
 }
 
-/// What a measured curve has over the same phase; no lines where it has too little of it.
+/// Lines of a measured curve over the same phase; none if it covers too little of it.
 #[derive(Serialize)]
 struct MeasuredLines<'a> {
     column: &'a str,
@@ -482,7 +482,7 @@ impl<'a> MeasuredCurve<'a> {
         self.pieces.iter().map(ends).any(|(first, last)| first <= from && to <= last)
     }
 
-    /// What the piece that has most of `samples` has of them; all of them where that is too little for a spectrum.
+    /// Returns the samples of the piece that covers most of `samples`; all samples if that is too little for a spectrum.
     fn common(&self, samples: Range<usize>) -> Range<usize> {
         let of = |piece: &MeasuredPiece<'_>| {
             samples.start.max(piece.first)..samples.end.min(piece.first + piece.values.len())
@@ -491,7 +491,7 @@ impl<'a> MeasuredCurve<'a> {
         longest.filter(|common| common.len() >= LEAST_SAMPLES).unwrap_or(samples)
     }
 
-    /// Its values over `samples`, if a piece has all of them.
+    /// Values over `samples`, if one piece covers all of them.
     fn whole(&self, samples: &Range<usize>) -> Option<&'a [f64]> {
         let parts = self.pieces.iter().map(|piece| within(piece.values, piece.first, samples));
         parts.into_iter().find(|part| part.len() == samples.len())

@@ -12,7 +12,7 @@ use decore_statistics::signal::relative_difference;
 /// The paper beside decore.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PaperComparison {
-    /// Where the paper was published.
+    /// Publication of the paper.
     pub citation: &'static str,
     /// How many of the figures that it calculated ours agree with.
     pub calculations: Agreement,
@@ -38,7 +38,7 @@ pub struct Agreement {
 /// Figures that belong together, what explains their differences, and runs that show it.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FigureGroup {
-    /// What they are.
+    /// Name of the group.
     pub name: &'static str,
     /// Table, figure or section of the paper.
     pub source: &'static str,
@@ -46,9 +46,9 @@ pub struct FigureGroup {
     pub tolerance: Tolerance,
     /// The figures; none where the paper prints curves alone.
     pub figures: Vec<PaperFigure>,
-    /// What agrees, what does not, and why.
+    /// Remarks on agreement, differences and their causes.
     pub remarks: Vec<String>,
-    /// What the remarks stand on: figures of ours alone.
+    /// Evidence for the remarks: figures of decore alone.
     pub evidence: Vec<Evidence>,
 }
 
@@ -73,7 +73,7 @@ pub enum Tolerance {
 /// One figure of the paper beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PaperFigure {
-    /// What it is.
+    /// Name of the figure.
     pub name: String,
     /// Unit of all its values.
     pub unit: &'static str,
@@ -101,18 +101,18 @@ pub struct Against {
 /// A table of ours alone.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Evidence {
-    /// What it shows.
+    /// Subject of the evidence.
     pub name: &'static str,
     /// Headings of the values, with their units.
     pub columns: Vec<&'static str>,
-    /// Its rows.
+    /// Rows of the evidence.
     pub rows: Vec<EvidenceRow>,
 }
 
 /// A row of such a table.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EvidenceRow {
-    /// What was changed, or what the row shows.
+    /// The change, or the subject of the row.
     pub label: String,
     /// A value for each column; null where there is none.
     pub values: Vec<Option<f64>>,
@@ -212,7 +212,7 @@ impl Tolerance {
 }
 
 impl PaperFigure {
-    /// Its values in words: what the paper calculated or quotes, what it measured, ours, the differences of ours to both; `*` marks a
+    /// Values in words: calculated or quoted by the paper, measured by the paper, ours, the differences of ours to both; `*` marks a
     /// difference beyond the tolerance.
     pub fn cells(&self) -> [String; 5] {
         let none = if self.quoted.is_some() { "" } else { "-" };

@@ -1,6 +1,6 @@
-//! What the paper prints. Its curves carry no figures: only what stands in its tables and sentences can be compared.
+//! Figures of the paper. Its curves have no numbers, so only its tables and sentences can be compared.
 
-/// Where it was published.
+/// Publication.
 pub const CITATION: &str = "Mariadass, Binder, Ettemeyer, Volk, Günther, Appl. Mech. 2023, 4, 1206-1226";
 
 /// A row of Table 3: a natural frequency of the machine with the hammer's housing.

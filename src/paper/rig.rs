@@ -20,7 +20,7 @@ use decore_study::engine::{Engine, RowScene};
 const STUDY: &str = include_str!("../../studies/paper_rig.toml");
 /// Interval of signals in s: what contacts of 0.1 ms need.
 const INTERVAL_S: f64 = 2e-5;
-/// That of the machine's points, whose modes end at 1000 Hz.
+/// Interval for the machine's points, whose modes end at 1000 Hz.
 const GAUGE_INTERVAL_S: f64 = 1e-4;
 /// Duration in s of runs that show steady hammering, and the time from which on the first impact's transient has decayed.
 const LONG: &str = "duration_s=4.0";
@@ -33,13 +33,13 @@ const DAMPING_RATIOS: [f64; 3] = [0.005, 0.02, 0.05];
 const AVERAGED_S: [f64; 4] = [0.025, 0.15, 0.5, f64::INFINITY];
 /// Points of the machine whose velocity is watched beside the mount's: along the arm, and the ends of its rail.
 const WATCHED: [&str; 7] = ["A1", "A2", "A3", "A4", "A5", "R1", "R9"];
-/// What makes a fixture a gauge: it holds nothing and only reports how its point moves.
+/// Values that make a fixture a gauge: it carries almost no force and reports the motion of its point.
 const GAUGE: &str = "at_m = [0.0, 0.0]\nstiffness_n_per_m = 1e-3\ndamping_n_s_per_m = 0.0\n";
-/// What a rig with gauges needs besides: gauges away from the points they watch, and a casting that does not turn.
+/// Further settings of a rig with gauges: gauges away from the points that they watch, and a casting that does not turn.
 const GAUGED: [&str; 3] =
     ["geometry=as_given", "casting.part.centre_m=[0.36, 0.0]", "casting.part.inertia_kg_m2=[1.0, 1.0]"];
 
-/// What the engine gives.
+/// Results of the engine.
 #[derive(Debug)]
 pub(super) struct Ours {
     /// Natural frequencies of the machine with the hammer's housing in Hz, rising.
@@ -61,7 +61,7 @@ pub(super) struct Ours {
     pub places: Vec<RmsVelocity>,
 }
 
-/// What the hammer gives with one value changed.
+/// Results of the hammer with one changed value.
 #[derive(Debug)]
 pub(super) struct Varied {
     pub value: f64,

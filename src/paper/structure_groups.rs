@@ -1,4 +1,4 @@
-//! What the paper says of the machine: Table 3 and Figure 14.
+//! Statements of the paper on the machine: Table 3 and Figure 14.
 
 use super::compared::{Evidence, EvidenceRow, FigureGroup, Printed, Tolerance};
 use super::mobility::MobilityPeak;
@@ -12,7 +12,7 @@ const TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.01, of_measure
 /// A measured mode is that of a peak within this share of its frequency.
 const SAME_MODE: f64 = 0.05;
 
-/// Its natural frequencies and mobilities beside ours.
+/// Compares natural frequencies and mobilities with ours.
 pub(super) fn groups(ours: &Ours) -> Vec<FigureGroup> {
     vec![natural_frequencies(ours), mobility(ours)]
 }

@@ -30,7 +30,7 @@ pub enum Line {
     Dashed,
 }
 
-/// What stands at the points of a series.
+/// Marker at the points of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     /// Nothing.
@@ -56,7 +56,7 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// How they are joined.
     pub line: Line,
-    /// What stands at them.
+    /// Marker at the points.
     pub marker: Marker,
 }
 
@@ -69,7 +69,7 @@ pub struct Chart {
     pub x: Axis,
     /// The axis upwards.
     pub y: Axis,
-    /// What is drawn, the last above the others.
+    /// Series; later ones are drawn above earlier ones.
     pub series: Vec<Series>,
 }
 

@@ -9,7 +9,7 @@ pub const COLORS: [Color; 7] =
 /// For what is no series of its own: bounds, floors.
 pub const BLACK: Color = (0, 0, 0);
 
-/// Why a picture could not be drawn: the plotting library's words.
+/// Message of the plotting library for a picture that could not be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("failed to draw: {0}")]
 pub struct PlotError(String);

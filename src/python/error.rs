@@ -1,4 +1,4 @@
-//! What is raised: exceptions that keep the file, line, key and suggestion of a fault.
+//! Exceptions, with file, line, key and suggestion.
 
 use std::ffi::CString;
 
@@ -43,7 +43,7 @@ pub fn warn_above(py: Python<'_>, kind: &Bound<'_, PyType>, text: &str, level: i
     PyErr::warn(py, kind, &text, level)
 }
 
-/// What a [`Problem`] has, in its order: for `pickle`.
+/// Fields of a [`Problem`], in its order, for `pickle`.
 type Fields = (String, Option<usize>, Option<usize>, String, String, Option<String>, Option<String>, String);
 
 /// One fault of a study.
@@ -58,9 +58,9 @@ pub struct Problem {
     column: Option<usize>,
     /// Path of the key; empty for a fault of syntax.
     key: String,
-    /// What is wrong.
+    /// The fault.
     message: String,
-    /// What was expected, where that is not part of the message.
+    /// Expected value, if it is not part of the message.
     expected: Option<String>,
     /// The nearest known key or name.
     suggestion: Option<String>,

@@ -44,7 +44,7 @@ pub struct Function {
     factors: Vec<String>,
     fixed: Vec<(String, Value)>,
     outputs: Vec<String>,
-    /// Their places in the table of runs.
+    /// Places in the table of runs.
     places: Vec<usize>,
     /// Whether one output was asked for by its name alone.
     single: bool,

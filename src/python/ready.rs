@@ -13,15 +13,15 @@ use decore_study::{CheckedStudy, Study};
 
 /// A study ready to run.
 pub struct Ready {
-    /// What runs its rows.
+    /// Engine that runs the rows.
     pub engine: Engine,
-    /// What its tables say of it.
+    /// Description of the study for its tables.
     pub info: DatasetInfo,
     /// Columns of its tables.
     pub columns: Columns,
 }
 
-/// What is simulated.
+/// Point to simulate.
 pub enum Asked {
     /// A row of the design.
     Row(usize),
@@ -33,9 +33,9 @@ pub enum Asked {
 pub struct Simulated {
     /// How it ended, and its outputs.
     pub outcome: RowOutcome,
-    /// Its rows of `runs`, `blows` and `timings`.
+    /// Rows of `runs`, `blows` and `timings`.
     pub tables: [RecordBatch; 3],
-    /// Its signals, where they were asked for and the row could be simulated.
+    /// Signals, if they were asked for and the row could be simulated.
     pub signals: Option<RecordBatch>,
 }
 
@@ -43,7 +43,7 @@ pub struct Simulated {
 pub enum Chosen {
     /// All.
     All,
-    /// Those of these names.
+    /// Signals with these names.
     Named(Vec<String>),
 }
 
@@ -67,7 +67,7 @@ impl Ready {
         Ok(Self { engine, info, columns })
     }
 
-    /// What the tables take of an outcome; a point that is no row of the design counts as row 0.
+    /// Converts an outcome for the tables. A point outside the design counts as row 0.
     pub fn record(&self, asked: &Asked, outcome: RowOutcome) -> RowRecord {
         let study = self.engine.checked();
         match asked {

@@ -16,19 +16,19 @@ use decore_dataset::TableName;
 pub struct Row {
     /// `done`, `audit_failed`, `invalid`, `diverged` or `budget_exhausted`.
     status: &'static str,
-    /// Why the row is not done; empty if it is.
+    /// Reason why the row is not done; empty if it is.
     reason: String,
     /// Time that it took, in s.
     wall_time_s: f64,
-    /// Its row of the table of runs.
+    /// Row of the table of runs.
     runs: Py<Table>,
-    /// Its blows.
+    /// Blows.
     blows: Py<Table>,
-    /// Its signals; none unless they were asked for and the row could be simulated.
+    /// Signals; none unless they were asked for and the row could be simulated.
     signals: Option<Py<Table>>,
-    /// Its study.
+    /// Study of the row.
     study: Py<Study>,
-    /// Its place in the design; none for values of factors.
+    /// Place in the design; none for own values of factors.
     index: Option<usize>,
 }
 

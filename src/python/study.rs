@@ -22,7 +22,7 @@ use decore_statistics::design::Level;
 use decore_study::CheckedStudy;
 use decore_study::engine::{checked, design_table};
 
-/// Where a study comes from, which other processes read again: path, overrides, retries, hash.
+/// Origin of a study, which other processes read again: path, overrides, retries, hash.
 pub type Origin = (PathBuf, Vec<String>, u32, String);
 
 /// Studies made ready most recently, for functions that come from another process: it sends one with each piece of work.
@@ -40,7 +40,7 @@ const MOST_READY: usize = 4;
 #[pyclass(module = "decore", frozen)]
 pub struct Study {
     checked: CheckedStudy,
-    /// Its file, wherever the process goes.
+    /// File, valid in any working directory.
     path: PathBuf,
     retries: u32,
     ready: OnceLock<Shared>,
@@ -297,7 +297,7 @@ fn check_threads(threads: usize) -> PyResult<()> {
     thread_count(threads).map(drop).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-/// What is told of progress: the package's own display, a callable, or nobody.
+/// Listener of the progress: the package's own display, a callable, or none.
 ///
 /// # Errors
 /// What the object raised when it was asked whether it is true.

@@ -131,7 +131,7 @@ impl Surrogate {
         Ok(Table::new("predictions", batch))
     }
 
-    /// What cannot be relied on, a sentence each.
+    /// Warnings, a sentence each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.model.surrogate.warnings()

@@ -57,7 +57,7 @@ impl Progress {
     }
 }
 
-/// What is counted while rows run, on any thread.
+/// Counters of running rows, shared by all threads.
 #[derive(Default)]
 pub struct Counts {
     rows: AtomicU64,

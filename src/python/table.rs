@@ -38,7 +38,7 @@ pub struct Column {
     name: String,
     /// Unit; `1` for numbers without one, empty for texts.
     unit: String,
-    /// What it is.
+    /// Description of the column.
     description: String,
 }
 

@@ -13,7 +13,7 @@ use super::error::Error;
 
 /// Time between two looks for an interrupt.
 const TICK: Duration = Duration::from_millis(50);
-/// What work that was told to stop may take to end before the call returns without it.
+/// Time for stopped work to end before the call returns without it.
 const GRACE: Duration = Duration::from_millis(350);
 
 /// The process that imported the package.
@@ -23,7 +23,7 @@ static FORKED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
 /// Work that is told to stop by a flag.
 pub struct Work<T, F: FnOnce(&Arc<AtomicBool>) -> T> {
-    /// What is done; a long one looks at the flag.
+    /// The work; long work looks at the flag.
     pub run: F,
     /// Called with the interpreter at least every 50 ms.
     pub tick: Box<dyn FnMut(Python<'_>) -> PyResult<()>>,

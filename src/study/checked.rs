@@ -49,8 +49,7 @@ impl CheckedStudy {
         Ok(Self { study, points, design, warnings, overridden })
     }
 
-    /// What about the values is possible but unlikely, for instance a pressure in another unit: those of the first row, and of
-    /// each factor at its ends.
+    /// Possible but unlikely values, for instance a pressure in another unit: in the first row, and at the ends of each factor.
     pub fn warnings(&self) -> &[Problem] {
         &self.warnings
     }
@@ -187,14 +186,13 @@ fn overridden(study: &Study, factor: &FactorInfo) -> Option<Value> {
     }
 }
 
-/// What a look at some rows of a study found.
+/// Findings in some rows of a study.
 struct Findings {
     faults: Vec<Problem>,
     warnings: Vec<Problem>,
 }
 
-/// What is wrong with a study on a machine with these points, and what looks wrong; rows share their faults: one report per
-/// place and key.
+/// Finds errors and doubtful values of a study on a machine with these points. Rows share their faults: one report per place and key.
 fn look_at(study: &Study, points: &PointTable) -> Findings {
     let mut findings = Findings { faults: check_names(study, points), warnings: Vec::new() };
     findings.faults.extend(unknown_names(study));

@@ -158,7 +158,7 @@ impl DesignPlan {
     }
 }
 
-/// What an expression sees of a row.
+/// Values of a row for an expression.
 struct RowScope<'a> {
     study: &'a Study,
     values: &'a [Value],

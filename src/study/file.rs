@@ -65,7 +65,7 @@ impl StudyFile {
     }
 }
 
-/// What is wanted of the rows: one of `maximise` and `minimise`.
+/// Goal of the rows: one of `maximise` and `minimise`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalEntry {
@@ -94,7 +94,7 @@ pub enum FactorRole {
     Uncertain,
 }
 
-/// What is made of positions that contradict the coordinates of interface points.
+/// Treatment of positions that contradict the coordinates of interface points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Geometry {
@@ -170,7 +170,7 @@ macro_rules! design_entries {
         }
 
         impl PartEntry {
-            /// What is given of its kind.
+            /// Given options of its kind.
             pub(super) fn options(&self) -> DesignOptions {
                 DesignOptions { $($name: self.$name.clone(),)* }
             }

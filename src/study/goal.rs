@@ -11,7 +11,7 @@ use decore_quantity::words::nearest;
 /// Share of the uncertain factors under which limits must hold by default.
 const CONFIDENCE: f64 = 0.95;
 
-/// What is wanted of the rows.
+/// Goal of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
     /// Whether the value is to be large; small otherwise.

@@ -1,5 +1,5 @@
-//! What a study is but for its number of rows, or the budgets of a row: by it a sweep that was finished goes on when rows are
-//! added, or rows are run again.
+//! A study without its number of rows, or without the budgets of a row. A finished sweep continues with this study if rows are added, or
+//! run again.
 
 use super::document::path;
 use super::file::{DesignEntry, PartEntry, StudyFile};

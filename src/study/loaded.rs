@@ -30,7 +30,7 @@ use decore_statistics::design::Kind;
 /// A text that some row has at a path.
 pub(super) struct Candidate {
     pub value: String,
-    /// Where the study says so.
+    /// Place in the study.
     pub place: FileLocation,
     /// Path of the key that says so.
     pub at: Vec<String>,
@@ -259,7 +259,7 @@ impl Study {
         one.value.clone().try_into().ok()
     }
 
-    /// What is wanted of the rows; `None`: the study has no `[goal]`.
+    /// Goal of the study; `None` if it has no `[goal]`.
     pub fn goal(&self) -> Option<&Goal> {
         self.goal.as_ref()
     }

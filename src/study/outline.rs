@@ -1,5 +1,4 @@
-//! What the text of a study alone says of its design and its hammers: for those who have its rows, but not the files of its
-//! machine.
+//! Design and hammers of a study from its text alone, for readers of its rows who do not have the files of its machine.
 
 use std::collections::BTreeMap;
 

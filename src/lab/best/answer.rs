@@ -173,7 +173,7 @@ fn alternatives(pool: &Pool<'_>, decision: &Decision) -> Vec<Alternative> {
     found
 }
 
-/// What each limit that binds would bring if it were looser by a tenth.
+/// Computes the gain of each active limit if it is relaxed by a tenth.
 fn looser(pool: &mut Pool<'_>, limits: &[LimitState]) -> Result<Vec<Looser>, BestError> {
     let mut found = Vec::new();
     for (place, state) in limits.iter().enumerate().filter(|(_, state)| state.binds) {

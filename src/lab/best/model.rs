@@ -18,7 +18,7 @@ const CALIBRATED: f64 = 1.959_963_984_540_054;
 pub(super) struct Wanted {
     /// As written.
     pub text: String,
-    /// Its unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     columns: Vec<String>,
     /// Left side minus right side, where the right side names columns too.
@@ -117,7 +117,7 @@ fn evaluate(expression: &Expression, names: &[String], values: &[f64]) -> f64 {
     }
 }
 
-/// What the models expect of a decision.
+/// Predictions of the models for a decision.
 #[derive(Debug, Clone)]
 pub(super) struct Expected {
     pub decision: Decision,
@@ -266,7 +266,7 @@ impl Models {
         Ok(success)
     }
 
-    /// What is expected of decisions.
+    /// Predicts decisions.
     pub fn expected(&self, space: &Space<'_>, decisions: &[Decision]) -> Result<Vec<Expected>, BestError> {
         let points = self.points(space, decisions)?;
         let success = self.success(&points)?;
@@ -299,7 +299,7 @@ impl Models {
     }
 }
 
-/// Why an output has no model, in words.
+/// Returns the reason, in words, why an output has no model.
 fn no_model(figures: &OutputSurrogate) -> String {
     let left_out: u64 = figures.left_out.iter().map(|left_out| left_out.count).sum();
     match (figures.used, figures.left_out.first()) {

@@ -1,4 +1,4 @@
-//! What to run next: rows that narrow the choice, then the proposal over draws of the uncertain factors.
+//! Rows to run next: rows that narrow the choice, then the proposal with draws of the uncertain factors.
 
 use super::answer::{Asked, answer};
 use super::checks::Checks;
@@ -20,14 +20,14 @@ const OPEN_APART: f64 = 0.01;
 /// Share of the goal below which no decision may be better: then the choice is made.
 const CHOSEN: f64 = 0.005;
 
-/// What is next.
+/// Next step of a search.
 #[derive(Debug)]
 pub enum Step {
     /// Rows to add: values of all factors as cells of a table.
     More {
         /// The rows.
         rows: Vec<Vec<String>>,
-        /// What for.
+        /// Purpose of the rows.
         purpose: Purpose,
         /// How far it came, for people.
         progress: String,

@@ -30,11 +30,11 @@ pub struct Setting {
     pub path: String,
     /// The value.
     pub value: Value,
-    /// Its unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
 }
 
-/// What a value is expected to be over the uncertain factors.
+/// Expectation of a value over the uncertain factors.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     /// The value, as the goal states it.
@@ -88,13 +88,13 @@ pub struct Alternative {
     pub settings: Vec<Setting>,
     /// Expected goal.
     pub goal: f64,
-    /// What each limited value reaches, in the order of the limits.
+    /// Expected value of each limited output, in the order of the limits.
     pub reached: Vec<f64>,
     /// Share of the runs that hold all limits, with the model's error on the bad side.
     pub share: f64,
 }
 
-/// What a looser limit would bring, by the models.
+/// Predicted gain of a relaxed limit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Looser {
     /// The limited value.
@@ -121,7 +121,7 @@ pub struct Effect {
     pub limits: Vec<f64>,
 }
 
-/// What remains uncertain of the goal: standard deviations in its unit.
+/// Remaining uncertainty of the goal: standard deviations in its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Uncertainty {
     /// From the uncertain factors.
@@ -130,7 +130,7 @@ pub struct Uncertainty {
     pub model: f64,
     /// From scatter between runs.
     pub scatter: f64,
-    /// What would narrow it.
+    /// Advice how to reduce it.
     pub advice: String,
 }
 
@@ -147,9 +147,9 @@ pub struct Answer {
     pub confidence: f64,
     /// Values to choose.
     pub settings: Vec<Setting>,
-    /// What the goal is there.
+    /// Estimate of the goal there.
     pub goal: Estimate,
-    /// What the limits are there.
+    /// State of the limits there.
     pub limits: Vec<LimitState>,
     /// Share of runs that hold all limits by the models, with their error on the bad side.
     pub share: f64,
@@ -159,12 +159,12 @@ pub struct Answer {
     pub rows: u64,
     /// Decisions at other places.
     pub alternatives: Vec<Alternative>,
-    /// What looser limits would bring.
+    /// Gains of relaxed limits.
     pub looser: Vec<Looser>,
     /// How much each factor matters.
     pub factors: Vec<Effect>,
-    /// What remains uncertain.
+    /// Remaining uncertainty.
     pub uncertainty: Uncertainty,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
 }

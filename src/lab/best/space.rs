@@ -69,12 +69,12 @@ impl<'a> Space<'a> {
         &self.study.design().factors()[self.decisions[decision]].distribution
     }
 
-    /// What the study says of a decision factor.
+    /// Study's description of a decision factor.
     pub fn info(&self, decision: usize) -> &FactorInfo {
         drawn(self.study)[self.decisions[decision]]
     }
 
-    /// What the study says of an uncertain factor.
+    /// Study's description of an uncertain factor.
     pub fn uncertain_info(&self, place: usize) -> &FactorInfo {
         drawn(self.study)[self.uncertain[place]]
     }
@@ -205,7 +205,7 @@ impl<'a> Space<'a> {
         }
     }
 
-    /// Where a decision lies: shares of the ranges; of names their numbers.
+    /// Position of a decision: shares of the ranges; for names their numbers.
     pub fn place(&self, decision: &[Level]) -> Vec<f64> {
         let at = |(place, level): (usize, &Level)| match level {
             Level::Category(number) => *number as f64,

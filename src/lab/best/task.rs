@@ -1,4 +1,4 @@
-//! What is asked of a search: budgets, and the rows that there are.
+//! Task of a search: budgets and existing rows.
 
 use decore_dataset::DatasetReader;
 use decore_study::Goal;
@@ -14,7 +14,7 @@ pub struct BestSettings {
     pub batch: usize,
 }
 
-/// What a row was added for.
+/// Purpose of an added row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// The models.
@@ -24,7 +24,7 @@ pub enum Purpose {
 }
 
 impl Purpose {
-    /// Its name in the table of rows.
+    /// Name in the table of rows.
     pub fn name(self) -> &'static str {
         match self {
             Self::Learn => "learn",
@@ -52,7 +52,7 @@ pub struct There<'a> {
 /// A row that was added.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Added {
-    /// What for.
+    /// Purpose of the row.
     pub purpose: Purpose,
     /// The question that it was added for, as [`question`] has it: checks of another one prove nothing.
     pub question: String,

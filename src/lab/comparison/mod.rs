@@ -15,9 +15,9 @@
 //! |a - b| > 2 (s_a + s_b)
 //! ```
 //!
-//! Where only one dataset has twins, the other is taken to scatter as much. Without any, or for an output without a scatter, two
-//! numbers differ where `|a - b| > relative * max(|a|, |b|)`. Texts differ where they are not the same and neither row has a
-//! twin with another one. An output that only one of two rows has differs.
+//! If only one dataset has twins, the other one is assumed to have the same scatter. Without twins, or for an output without a scatter, two
+//! numbers differ if `|a - b| > relative * max(|a|, |b|)`. Texts differ if they are unequal and neither row has a twin with another text.
+//! An output that only one of the two rows has differs.
 //!
 //! Outputs are compared of rows that are done in both; rows of different status are listed by themselves.
 //!

@@ -14,13 +14,13 @@ const PER_ROW: usize = 3 * size_of::<f64>();
 
 /// An output that both datasets have.
 struct Output<'r> {
-    /// Its column in each.
+    /// Column in each dataset.
     columns: [&'r ColumnDescription; 2],
     /// Name of the column with its scatter; `None` where there is none.
     scatter: [Option<String>; 2],
 }
 
-/// What is compared, and what cannot be.
+/// Outputs that are compared, and outputs that cannot be.
 pub(super) struct Outputs<'r> {
     compared: Vec<Output<'r>>,
     /// Names of those that B has not.
@@ -175,7 +175,7 @@ struct Differing {
 struct Judged {
     /// Absolute difference; infinite for texts that differ and where one is missing.
     difference: f64,
-    /// What it may be; 0 for texts.
+    /// Permitted difference; 0 for texts.
     allowed: f64,
     /// Whether twins say so.
     measured: bool,

@@ -10,7 +10,7 @@ use decore_dataset::array;
 use decore_quantity::{CellColumn, named};
 
 named! {
-    /// What a column is for.
+    /// Role of a column.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
     pub enum Role {
         /// Names the row of the table.
@@ -37,9 +37,9 @@ pub struct FeatureColumn {
     pub name: String,
     /// Unit; `1` for numbers without one, empty for texts.
     pub unit: String,
-    /// What it is for.
+    /// Role of the column.
     pub role: Role,
-    /// What it is, in words.
+    /// Description in words.
     pub description: String,
     /// How it follows from the tables of the dataset.
     pub formula: String,

@@ -1,4 +1,4 @@
-//! Why there is no table of features.
+//! Reasons why there is no table of features.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use parquet::errors::ParquetError;
 use decore_dataset::DatasetError;
 use decore_study::StudyError;
 
-/// Why there is no table of features.
+/// Reason why there is no table of features.
 #[derive(Debug, thiserror::Error)]
 pub enum FeaturesError {
     /// The dataset cannot be read.

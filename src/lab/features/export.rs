@@ -14,7 +14,7 @@ use super::table::{Features, features};
 use decore_dataset::{DatasetReader, table_bytes};
 use decore_files::Staged;
 
-/// What was written.
+/// Result of an export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exported {
     /// The table.

@@ -9,7 +9,7 @@ use decore_quantity::Kind;
 /// How the values of several hammers become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Combine {
-    /// Their sum; hammers without a value add nothing.
+    /// Sum; hammers without a value are left out.
     Sum,
     /// The mean of those that have one.
     Mean,
@@ -48,7 +48,7 @@ impl Combine {
     }
 }
 
-/// What a figure follows from.
+/// Source of a figure.
 #[derive(Clone, Copy)]
 pub(super) enum Origin<'a> {
     /// A column of `runs` that is about the run.
@@ -82,11 +82,11 @@ pub(super) struct CastingFigure<'a> {
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// What it is, in words.
+    /// Description in words.
     pub description: &'static str,
-    /// Where it comes from.
+    /// Source of the figure.
     pub origin: Origin<'a>,
-    /// What it is for.
+    /// Role of the column.
     pub role: Role,
     /// Least value that can be right.
     pub least: Option<f64>,

@@ -21,14 +21,14 @@ named! {
     }
 }
 
-/// What is known of a run by the time that all are read.
+/// Keys of a run, known when all runs are read.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RunKeys {
-    /// Its row in the design.
+    /// Row in the design.
     pub row: u64,
-    /// What stands for the values of its factors.
+    /// Key of the values of its factors.
     pub point: ValuesKey,
-    /// Its machine as the factor that chooses it says; empty where none does.
+    /// Machine, as the value of the factor that selects it; empty without such a factor.
     pub machine: String,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct GroupKey {
     numbers: Vec<Option<usize>>,
 }
 
-/// Why runs belong together.
+/// Reason why runs belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reason {
     Design(GroupKind),

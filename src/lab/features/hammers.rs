@@ -6,7 +6,7 @@ use decore_dataset::{DatasetInfo, DatasetReader};
 use decore_quantity::{Cell, Value};
 use decore_study::DesignOutline;
 
-/// Where a hammer's casting is said.
+/// How a study gives the casting of a hammer.
 enum Said {
     /// The same in all rows: its place among the castings.
     Always(usize),

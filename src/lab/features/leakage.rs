@@ -19,7 +19,7 @@ const TRIED: usize = 4;
 pub struct Derived {
     /// The column.
     pub column: String,
-    /// Those that it follows from.
+    /// Columns from which it follows.
     pub from: Vec<String>,
     /// How.
     pub rule: String,

@@ -1,4 +1,4 @@
-//! What the kept means of a casting's heave velocity say, run by run.
+//! Figures from the stored means of a casting's heave velocity, run by run.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! What the blows on one casting add up to, read once in the order of their start.
+//! Sums over the blows on one casting, in the order of their start.
 
 use std::collections::HashMap;
 
@@ -39,7 +39,7 @@ impl RunningMoments {
     }
 }
 
-/// What the blows on one casting in one run add up to.
+/// Sums over the blows on one casting in one run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Struck {
     /// Blows that reached the casting.
@@ -48,7 +48,7 @@ pub(super) struct Struck {
     pub blank: u64,
     /// Energy of those that did, J.
     pub energy: RunningMoments,
-    /// Their largest forces, N.
+    /// Largest forces, N.
     pub force: RunningMoments,
     /// Work within the windows of all blows, J.
     pub work_j: f64,
@@ -60,7 +60,7 @@ pub(super) struct Struck {
     pub reached_s: Option<f64>,
 }
 
-/// What is counted and timed.
+/// Thresholds for the counts and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Thresholds {
     /// Energy from which a blow counts as a dose, J.

@@ -22,7 +22,7 @@ pub struct Features {
     pub columns: Vec<FeatureColumn>,
     /// Rows of the dataset: the table has one for each of their castings.
     pub runs: u64,
-    /// Those of them that are done.
+    /// Number of runs that are done.
     pub done: u64,
     /// Columns whose numbers follow from targets by arithmetic.
     pub derived: Vec<Derived>,

@@ -26,7 +26,7 @@ const LEAST_CORRELATION: f64 = 0.5;
 /// Share of the variance that is not common to both, over that with the sign turned, up to which the sign seems to be turned.
 const REVERSED_SHARE: f64 = 0.5;
 
-/// What is done to both signals before they are compared.
+/// Treatment of both signals before the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Treatment {
     /// Cut-off frequency of the low-pass in Hz; `None`: signals as they are.
@@ -49,9 +49,9 @@ pub struct Compared {
 /// Both signals over a time in which the measurement has no gap.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Piece {
-    /// Its begin, s.
+    /// Begin, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub to_s: f64,
     /// Which of the calculated instants is its first. No part of the JSON.
     #[serde(skip)]
@@ -71,13 +71,13 @@ pub struct MeasuredBeside {
     pub offset_s: f64,
     /// Correlation coefficient at that offset; null where it was given.
     pub correlation: Option<f64>,
-    /// Why the offset, and with it all figures, may be false.
+    /// Reasons to doubt the offset, and with it all figures.
     pub warnings: Vec<String>,
     /// Cut-off frequency of the low-pass on both in Hz; null: none.
     pub low_pass_hz: Option<f64>,
     /// Begin of the time in common, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub to_s: f64,
     /// Calculated times in s of single-sample spikes in the measurement; they are marked and left as they are.
     pub spikes_s: Vec<f64>,
@@ -151,7 +151,7 @@ pub fn beside(
     })
 }
 
-/// What is doubtful of an offset that was found for a measurement that begins at `first_s`.
+/// Returns reasons to doubt an offset that was found for a measurement that begins at `first_s`.
 fn warnings(Offsets { upright, reversed }: &Offsets, first_s: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if upright.correlation < LEAST_CORRELATION {
@@ -202,7 +202,7 @@ fn median_interval_s(times_s: &[f64]) -> f64 {
     if intervals.is_empty() { 0.0 } else { *intervals.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// What both have, one after the other; `measured` at the calculated instants from the first on.
+/// Returns the pieces that both signals cover, in order. `measured`: values at the calculated instants, from the first one.
 fn pieces(measured: &[Option<f64>], calculated: &[f64], interval_s: f64) -> Vec<Piece> {
     let (mut pieces, mut first) = (Vec::new(), 0);
     for run in measured.chunk_by(|a, b| a.is_some() == b.is_some()) {

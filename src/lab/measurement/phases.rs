@@ -28,7 +28,7 @@ pub struct PhaseBeside {
     pub phase: PhaseKind,
     /// Begin of what both have of it, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub to_s: f64,
     /// Share of the phase that both have: gaps of the measurement do not count.
     pub covered: f64,
@@ -75,16 +75,16 @@ pub struct LineBeside {
 pub struct MissingPhase {
     /// The phase.
     pub phase: PhaseKind,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
-/// What both signals were in each phase.
+/// Both signals in each phase.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Phases {
     /// The phases that both have.
     pub phases: Vec<PhaseBeside>,
-    /// Those that the row or the measurement does not have.
+    /// Phases that are missing in the row or the measurement.
     pub missing_phases: Vec<MissingPhase>,
 }
 
@@ -128,7 +128,7 @@ pub fn phases(beside: &MeasuredBeside, interval_s: f64, had: &[Phase]) -> Result
     Ok(found)
 }
 
-/// What a piece has of some samples: which they are, and both signals there.
+/// Returns the part of a piece within some samples: their range and both signals.
 fn within<'a>(piece: &'a Piece, samples: &Range<usize>) -> Option<(Range<usize>, SignalPair<'a>)> {
     let end = piece.first + piece.measured.len();
     let [from, to] = [samples.start, samples.end].map(|at| at.clamp(piece.first, end));

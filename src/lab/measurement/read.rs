@@ -8,7 +8,7 @@ use decore_study::{TableRow, column_rows};
 /// A unit in which channels and their times are recorded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// Its name, e.g. `mm/s`.
+    /// Name, e.g. `mm/s`.
     pub name: &'static str,
     /// The SI unit of the same quantity.
     pub si: &'static str,

@@ -30,7 +30,7 @@ const ROUNDING: f64 = 1e-12;
 /// An output that is to be known.
 #[derive(Debug, Clone)]
 pub struct Learned<'a> {
-    /// Its process.
+    /// Process of the output.
     pub process: &'a GaussianProcess,
     /// Probability of each candidate that a run there has the output.
     pub success: Vec<f64>,
@@ -38,10 +38,10 @@ pub struct Learned<'a> {
     pub boundary: Option<f64>,
 }
 
-/// What is not known of an output at the candidates.
+/// Unknown part of an output at the candidates.
 struct Unknown<'a> {
     of: &'a Learned<'a>,
-    /// What is expected there.
+    /// Expected values there.
     means: Vec<f64>,
     /// By how much squared errors are larger there than the process expects.
     scales: Vec<f64>,
@@ -113,7 +113,7 @@ struct Weighing<'a> {
     least: f64,
 }
 
-/// What a run takes off the weighted sum of the variances; nothing where what is unknown is at most `least`.
+/// Reduction of the weighted sum of the variances by one run; 0 if the unknown part is at most `least`.
 fn reduction(of: &DMatrix<f64>, place: usize, &Weighing { weights, noise, least }: &Weighing<'_>) -> f64 {
     let own = of[(place, place)];
     if own <= least {
@@ -144,7 +144,7 @@ fn largest(gains: &[f64], chosen: &[usize]) -> Option<usize> {
 /// An output that is limited.
 #[derive(Debug, Clone, Copy)]
 pub struct Limited<'a> {
-    /// Its process.
+    /// Process of the limited output.
     pub process: &'a GaussianProcess,
     /// Which values are within the limit.
     pub side: Side,
@@ -184,7 +184,7 @@ impl Limited<'_> {
     }
 }
 
-/// What a place is judged by.
+/// Criterion by which a place is judged.
 #[derive(Clone, Copy)]
 pub struct Seeking<'a> {
     /// The output's process.
@@ -193,7 +193,7 @@ pub struct Seeking<'a> {
     pub side: Side,
     /// Limits of other outputs.
     pub limits: &'a [Limited<'a>],
-    /// What is to be improved on.
+    /// Best value so far, to be improved.
     pub best: Option<f64>,
     /// Part of the standard deviation that counts: 1 for the expected improvement, less for one that trusts what is expected the
     /// more.

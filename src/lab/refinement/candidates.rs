@@ -23,7 +23,7 @@ const STRATA: f64 = 1000.0;
 /// expected to give makes the place beside it the next peak, of which nothing new would be learnt before the row is run.
 const BESIDE: f64 = 0.05;
 
-/// That distance of so many rows: less where the places that it forbids would be more than half of the ranges.
+/// Smallest distance between the rows of a batch. It shrinks if the excluded places would take more than half of the ranges.
 pub(super) fn beside(batch: usize, factors: usize) -> f64 {
     let most = 0.5 * (0.5 / batch as f64).powf(1.0 / factors as f64);
     BESIDE.min(most).max(LEAST_DISTANCE)
@@ -35,9 +35,9 @@ pub(super) struct Collector<'a> {
     study: &'a CheckedStudy,
     /// Rows that there are.
     taken: HashSet<Vec<String>>,
-    /// Where they lie, as [`Collector::place`] has it.
+    /// Positions of the rows, as returned by [`Collector::place`].
     rows: Vec<Vec<f64>>,
-    /// Where those lie that are chosen to be run.
+    /// Positions of the rows that are chosen to run.
     chosen: Vec<Vec<f64>>,
     /// How far they lie from each other at least.
     beside: f64,
@@ -45,7 +45,7 @@ pub(super) struct Collector<'a> {
     seen: HashSet<Vec<String>>,
     /// Values of all factors, in the study's order, as cells of a table that read back the same.
     pub found: Vec<Vec<String>>,
-    /// Where each of them lies in the ranges of the factors, 0 to 1.
+    /// Positions in the ranges of the factors, 0 to 1.
     pub shares: Vec<Vec<f64>>,
 }
 
@@ -178,7 +178,8 @@ impl<'a> Collector<'a> {
         Ok(Some(cells(&self.study.values_at(levels))).filter(|cells| !self.taken.contains(cells)))
     }
 
-    /// Where levels lie, for the distances between rows: shares of the ranges; of names their numbers, as all lie apart.
+    /// Position of levels for distances between rows: shares of the ranges; for names their numbers, because all names are equally far
+    /// apart.
     fn place(&self, levels: &[Level]) -> Vec<f64> {
         let at = |(level, factor): (&Level, &Factor)| match level {
             Level::Category(number) => *number as f64,

@@ -139,7 +139,7 @@ fn climb<E>(from: Peak, merits: &mut Merits<'_, E>) -> Result<Peak, E> {
     Ok(peak)
 }
 
-/// Where the parabola through the values at -1, 0 and 1 is highest, up to 2 away; the better side where it has no top.
+/// Maximum of the parabola through the values at -1, 0 and 1, at most 2 away; the better side if it has no maximum.
 fn top([left, middle, right]: [f64; 3]) -> f64 {
     let bend = left - 2.0 * middle + right;
     match bend < 0.0 && bend.is_finite() {

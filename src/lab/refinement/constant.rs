@@ -9,11 +9,11 @@ use decore_statistics::regression::{RegressionError, check};
 
 /// An output that is the same in all rows that have it.
 pub(super) struct Constant {
-    /// Its column.
+    /// Column of the output.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// What it is.
+    /// Constant value.
     pub value: f64,
     /// The rows that have it, by their places in the model, ascending.
     pub rows: Vec<usize>,

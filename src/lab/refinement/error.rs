@@ -1,11 +1,11 @@
-//! Why no rows are proposed.
+//! Reasons why no rows are proposed.
 
 use crate::surrogate::SurrogateError;
 use decore_statistics::design::DesignError;
 use decore_statistics::regression::RegressionError;
 use decore_study::StudyError;
 
-/// Why no rows are proposed.
+/// Reason why no rows are proposed.
 #[derive(Debug, thiserror::Error)]
 pub enum RefinementError {
     /// The models of the outputs.
@@ -23,9 +23,9 @@ pub enum RefinementError {
     /// An output that has no model.
     #[error("output `{output}` says nothing of rows not run: {reason}")]
     NoModel {
-        /// Its column.
+        /// Column of the output.
         output: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// No place was found.

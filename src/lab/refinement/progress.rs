@@ -29,9 +29,9 @@ pub struct Progress {
     /// Largest expected improvement of the best row by a run, by the model that chooses rows (noise from 1e-10 on, where that of
     /// `decore surrogate` begins at 1e-6), times its probability to be within the limits, in the output's unit; null without a best row.
     pub gain: Option<f64>,
-    /// Where the limit is passed or rows begin to fail; null where neither is sought.
+    /// Boundary of the limit or of failures; null for other goals.
     pub boundary: Option<Boundary>,
-    /// What a reader must know of the models, a sentence each, as `decore surrogate` tells it.
+    /// Notes on the models, a sentence each, as printed by `decore surrogate`.
     pub notes: Vec<String>,
     /// Whether all that was asked for is reached.
     pub reached: bool,
@@ -45,12 +45,11 @@ pub struct Progress {
 pub struct OutputProgress {
     /// Column of `runs`.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
     /// Rows that have it.
     pub used: u64,
-    /// What it is where it is the same in all of them, so that it needs no model: its Q2 is 1 and its intervals are 0 wide; null
-    /// otherwise.
+    /// Value of an output that is the same in all rows, and needs no model: its Q2 is 1 and its intervals are 0 wide; otherwise null.
     pub constant: Option<f64>,
     /// Share of the variance that is predicted of rows left out: the smaller of that one at a time and that of a tenth at a time, as
     /// `decore surrogate` tells them.
@@ -62,17 +61,17 @@ pub struct OutputProgress {
 /// The best row so far.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Best {
-    /// Its index in the design.
+    /// Index in the design.
     pub row: u64,
-    /// What it gave.
+    /// Result of the run.
     pub value: f64,
-    /// What the model that `decore surrogate` makes expects there of a run.
+    /// Expectation of the model of `decore surrogate` for a run there.
     pub expected: f64,
     /// Standard deviation of that expectation, noise included.
     pub std_dev: f64,
 }
 
-/// Where a limit is passed.
+/// Boundary of a limit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Boundary {
     /// Share of the places that may be run that is within the limit, or where rows succeed, as the model expects: of those in the ranges

@@ -35,13 +35,13 @@ pub const CAUTIOUS: f64 = 0.1;
 /// How rows are proposed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefinementSettings {
-    /// What for.
+    /// Goal of the rows.
     pub goal: Goal,
     /// Rows at a time.
     pub batch: usize,
 }
 
-/// What to run next.
+/// Rows to run next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal {
     /// How far the goal is reached without them.
@@ -150,7 +150,7 @@ struct ProposedRow {
     merit: f64,
 }
 
-/// What proposals are made from.
+/// Data from which proposals are made.
 struct ProposalInputs<'a> {
     study: &'a CheckedStudy,
     model: &'a Model,

@@ -9,14 +9,14 @@ const NEAREST: usize = 512;
 /// Rows that were run.
 #[derive(Debug, Clone, Copy)]
 pub struct Tried<'a> {
-    /// Their places.
+    /// Places of the rows.
     pub points: &'a Points,
     /// Whether each of them succeeded.
     pub succeeded: &'a [bool],
 }
 
-/// What separates rows that succeed from rows that fail, as a limit of the process of 1 and -1: the value at which both are as likely.
-/// `None` where the probability is the same everywhere.
+/// Limit that separates rows that succeed from rows that fail: the value of the process of 1 and -1 at which both are equally likely.
+/// `None` if the probability is the same everywhere.
 fn even(success: &Success) -> Option<Limited<'_>> {
     match success {
         Success::Everywhere(_) => None,

@@ -17,7 +17,7 @@ const ACROSS: usize = 48;
 /// Columns that are assumed where there is no terminal.
 const PLAIN_COLUMNS: usize = 80;
 
-/// Where charts are drawn.
+/// Terminal on which charts are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Paper {
     /// Columns of the terminal; `None` where there is none.
@@ -115,7 +115,7 @@ pub struct Charts {
     scatter: Option<Scatter>,
 }
 
-/// What the cells of a row are, in their order.
+/// Cells of a row, in their order.
 struct ChartColumns<'a> {
     ranked: &'a ColumnDescription,
     factors: Vec<&'a ColumnDescription>,

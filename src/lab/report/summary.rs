@@ -1,4 +1,4 @@
-//! What a report says, gathered in one pass over the dataset.
+//! Contents of a report, gathered in one pass over the dataset.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -66,7 +66,7 @@ const ALWAYS: [&str; 6] = [
 /// Different reasons that are told apart: they may carry figures of their row.
 const MOST_REASONS: usize = 100;
 
-/// What to report.
+/// Settings of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReportSettings {
     /// Column of `runs` by which rows are ranked, the better end first, as each output declares it; with `-` before, the other end first.
@@ -121,7 +121,7 @@ pub struct BestRow {
 /// Range of an output over the rows that are done.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Range {
-    /// What it is.
+    /// Title of the section.
     pub title: String,
     /// Unit.
     pub unit: String,
@@ -140,7 +140,7 @@ pub struct Range {
 pub struct WorstResidual {
     /// Index of the row in the design.
     pub row: u64,
-    /// Its energy residual over its largest energy.
+    /// Energy residual over the largest energy.
     pub energy_residual: f64,
 }
 

@@ -28,7 +28,7 @@ pub const DEFAULT_OUTPUTS: [&str; 6] = [
     Aggregates::total_air_used_nl.name,
 ];
 
-/// What to compute.
+/// Settings of an analysis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensitivitySettings {
     /// Columns of `runs`; empty (default): [`DEFAULT_OUTPUTS`].
@@ -100,7 +100,7 @@ pub fn check(reader: &DatasetReader, settings: &SensitivitySettings) -> Result<(
     serves(&DesignOutline::read(&study.study_text, &study.overrides, &study.study_name)?, settings)
 }
 
-/// What would have no effect on the rows of the design is refused.
+/// Returns an error for settings that have no effect with this design.
 fn serves(outline: &DesignOutline, settings: &SensitivitySettings) -> Result<(), SensitivityError> {
     let saltelli = matches!(outline.design, Some(Kind::Saltelli(_)));
     let morris = matches!(outline.design, Some(Kind::Morris(_)));
@@ -119,7 +119,7 @@ fn serves(outline: &DesignOutline, settings: &SensitivitySettings) -> Result<(),
     }
 }
 
-/// What is computed from which rows.
+/// Method, and the rows that it uses.
 #[derive(Clone, Copy)]
 struct AnalysisPlan {
     method: Method,
@@ -127,7 +127,7 @@ struct AnalysisPlan {
 }
 
 impl AnalysisPlan {
-    /// What the design serves; of a Saltelli design that is analysed as any rows are, the table keeps the base points.
+    /// Chooses the method for the design. If a Saltelli design is analysed like other rows, the table keeps only its base points.
     fn of(
         table: &mut Table,
         outline: &DesignOutline,
@@ -269,7 +269,7 @@ impl TablePlan<'_> {
         Ok(indices)
     }
 
-    /// What a reader must know of the indices of one output.
+    /// Returns notes on the indices of one output.
     fn output_notes(&self, indices: &[Index], starts: &[usize], used: &Used) -> Vec<String> {
         let AnalysisPlan { method, units } = self.plan;
         let mut notes = Vec::new();
@@ -349,7 +349,7 @@ fn refusal(error: &AnalysisError) -> String {
     format!("no indices: {error}")
 }
 
-/// What a reader must know.
+/// Returns notes for the reader.
 fn notes(task: &TablePlan<'_>) -> Vec<String> {
     let TablePlan { table, outline, plan, neighbours, bootstrap } = task;
     let mut notes = Vec::new();

@@ -1,9 +1,9 @@
-//! Why a dataset has no indices.
+//! Reasons why a dataset has no indices.
 
 use decore_dataset::DatasetError;
 use decore_study::StudyError;
 
-/// Why a dataset has no indices.
+/// Reason why a dataset has no indices.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
     /// The tables cannot be read, or lack a column.
@@ -25,7 +25,7 @@ pub enum SensitivityError {
         first: u64,
         /// The last row.
         last: u64,
-        /// What they should be.
+        /// Expected unit.
         unit: &'static str,
         /// The factor that differs.
         factor: String,
@@ -47,9 +47,9 @@ pub enum SensitivityError {
          `saltelli` design without constraints"
     )]
     Estimator {
-        /// Its name.
+        /// Name of the estimator.
         estimator: &'static str,
-        /// Why there are no Sobol' indices.
+        /// Reason why there are no Sobol' indices.
         why: &'static str,
     },
 }

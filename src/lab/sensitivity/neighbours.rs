@@ -1,4 +1,4 @@
-//! What estimators that compare a row with its neighbours may make of the rows of a design.
+//! Suitability of a design's rows for estimators that compare a row with its neighbours.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use decore_study::DesignOutline;
 /// Whether S1 by ranks and Shapley effects are computed, and of which rows.
 #[derive(Debug, Default)]
 pub(super) struct Neighbours {
-    /// Why they are not.
+    /// Reason why they are not suitable.
     pub refused: Option<String>,
     /// Whether rows are somewhat more even than independent draws, so that both are a little off.
     pub hypercube: bool,
@@ -47,7 +47,7 @@ impl Neighbours {
         }
     }
 
-    /// What a reader must know of it.
+    /// Returns notes for the reader.
     pub fn notes(&self) -> Vec<String> {
         let repeated = (self.repeated > 0).then(|| {
             format!(
@@ -101,7 +101,7 @@ fn refusal(what: &str) -> String {
     )
 }
 
-/// What the rows of a design that are no independent draws are called.
+/// Name of a design whose rows are no independent draws.
 fn laid_out(kind: &Kind) -> Option<&'static str> {
     match kind {
         Kind::Random(_) | Kind::LatinHypercube(_) => None,

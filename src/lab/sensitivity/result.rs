@@ -1,4 +1,4 @@
-//! What an analysis finds: plain data, the same in text, JSON and Parquet.
+//! Result of an analysis: plain data, equal in text, JSON and Parquet.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,17 +21,17 @@ pub struct Sensitivity {
     pub rows_there: u64,
     /// The factors that are compared, in the study's order.
     pub factors: Vec<String>,
-    /// What was computed.
+    /// Method of the analysis.
     pub method: Method,
     /// How intervals were found.
     pub intervals: Intervals,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
     /// The outputs, as asked for.
     pub outputs: Vec<OutputSensitivity>,
 }
 
-/// What is computed.
+/// Kind of indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case", tag = "name")]
 pub enum Method {
@@ -69,15 +69,15 @@ pub struct Intervals {
 pub struct OutputSensitivity {
     /// Name of the column.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// What it is, in words.
+    /// Description in words.
     pub description: String,
     /// The rows that were used.
     pub used: Used,
-    /// Why there are no indices; null where there are.
+    /// Reason why there are no indices; null if there are.
     pub refused: Option<String>,
-    /// What a reader must know of these indices: factors without, intervals that are missing.
+    /// Notes on these indices: factors without indices, missing intervals.
     pub notes: Vec<String>,
     /// The indices, by factor in the study's order.
     pub indices: Vec<Index>,
@@ -86,13 +86,13 @@ pub struct OutputSensitivity {
 /// The rows that went into the indices of an output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Used {
-    /// What rows belong together as.
+    /// Unit of rows that belong together.
     pub unit: UnitName,
     /// Units all of whose rows have the output: only these are used.
     pub whole: u64,
     /// Units of the design.
     pub of: u64,
-    /// Why the others are not whole.
+    /// Reasons why the others are incomplete.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -126,7 +126,7 @@ pub struct Index {
     pub index: IndexName,
     /// The factor, or the two factors of a pair.
     pub factors: Vec<String>,
-    /// Its value; null where it has none.
+    /// Value; null if there is none.
     pub value: Option<f64>,
     /// Ends of its interval; null where there is none.
     pub interval: Option<[f64; 2]>,
@@ -222,7 +222,7 @@ impl IndexName {
         !matches!(self, Self::Pawn | Self::PawnMaximum | Self::HsicR2 | Self::HsicPValue)
     }
 
-    /// Its symbol in texts.
+    /// Symbol in texts.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::S1 => "S1",
@@ -243,7 +243,7 @@ impl IndexName {
 }
 
 impl UnitName {
-    /// Its name, in the plural.
+    /// Name in the plural.
     pub fn plural(self) -> &'static str {
         match self {
             Self::Blocks => "blocks",

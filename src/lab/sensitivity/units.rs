@@ -6,7 +6,7 @@ use super::error::SensitivityError;
 use super::result::{LeftOut, UnitName, Used};
 use super::table::{OutputColumn, Table};
 
-/// Why rows that are still to come are left out.
+/// Reason for rows that are not run yet.
 pub const NOT_RUN: &str = "not run yet";
 
 /// Rows that are named of those without an output.
@@ -15,7 +15,7 @@ const MOST_NAMED: usize = 1000;
 /// The design's rows cut in units of one size.
 #[derive(Debug, Clone, Copy)]
 pub struct Units {
-    /// What they are.
+    /// Name of the units.
     pub name: UnitName,
     /// Rows of a unit.
     pub size: usize,

@@ -1,4 +1,4 @@
-//! Why there is no surrogate, or no prediction.
+//! Reasons why there is no surrogate, or no prediction.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use decore_dataset::DatasetError;
 use decore_statistics::regression::RegressionError;
 use decore_study::StudyError;
 
-/// Why there is no surrogate, or no prediction.
+/// Reason why there is no surrogate, or no prediction.
 #[derive(Debug, thiserror::Error)]
 pub enum SurrogateError {
     /// The tables cannot be read or written, or lack a column.
@@ -21,7 +21,7 @@ pub enum SurrogateError {
     /// An output that rows cannot be told apart by.
     #[error("output `{output}` is asked for twice: name each once")]
     Twice {
-        /// Its column.
+        /// Column of the output.
         output: String,
     },
     /// No output has a model.
@@ -38,7 +38,7 @@ pub enum SurrogateError {
     Model {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// A table whose rows cannot be predicted.
@@ -47,9 +47,9 @@ pub enum SurrogateError {
     /// A model that does not give what it should.
     #[error("the model of `{output}`: {source}")]
     Regression {
-        /// Its column.
+        /// Column of the output.
         output: String,
-        /// What went wrong.
+        /// Cause.
         source: RegressionError,
     },
     /// A file that the system or the Parquet library did not write.
@@ -57,7 +57,7 @@ pub enum SurrogateError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What they say.
+        /// Message of the faults.
         reason: String,
     },
 }

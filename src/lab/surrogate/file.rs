@@ -31,12 +31,12 @@ const LAYOUT: u32 = 1;
 const FIGURES: &str = "decore.surrogate";
 /// Key of the seal.
 const SEAL: &str = "decore.seal";
-/// What begins a seal; BLAKE3 of the file, in which zeros stand for the seal, follows in hexadecimal.
+/// Begin of a seal. The hexadecimal BLAKE3 checksum of the file follows, computed with zeros in its own place.
 const SEAL_BEGIN: &str = "blake3:";
 /// Digits of a seal.
 const SEAL_DIGITS: usize = 64;
 
-/// What a file says besides its columns.
+/// Metadata of a model's file.
 #[derive(Serialize, Deserialize)]
 struct Figures {
     layout: u32,
@@ -114,7 +114,7 @@ fn encoded(model: &Model, figures: String) -> Result<Vec<u8>, ParquetError> {
     writer.into_inner()
 }
 
-/// Where the digits of the seal are.
+/// Finds the position of the seal's digits.
 fn seal_place(bytes: &[u8]) -> Option<usize> {
     let begin = bytes.windows(SEAL_BEGIN.len()).rposition(|window| window == SEAL_BEGIN.as_bytes())?;
     let place = begin + SEAL_BEGIN.len();

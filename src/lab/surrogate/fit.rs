@@ -18,10 +18,10 @@ use decore_statistics::regression::{
 /// Probability of an interval.
 const LEVEL: f64 = 0.95;
 
-/// What is said of values whose squares no number holds.
+/// Message for values whose squares are out of range.
 const NOT_FINITE: &str = "its values are too large or too small to be squared, or rounding is all that they differ by";
 
-/// What to model.
+/// Settings of the models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurrogateSettings {
     /// Columns of `runs`; empty (default): [`DEFAULT_OUTPUTS`].

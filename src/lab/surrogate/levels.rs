@@ -1,4 +1,4 @@
-//! What rows do not show of the factors: names that none of them has, and places between few values.
+//! Limits of the rows' information about the factors: names that no row has, and places between few values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ use decore_quantity::Kind;
 /// twice as much is missing.
 const FEW: usize = 12;
 
-/// What a reader must know of these rows of the table, a sentence each.
+/// Returns notes on these rows of the table, a sentence each.
 pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], info: &DatasetInfo) -> Vec<String> {
     let mut remarks = Vec::new();
     for factor in factors.iter().filter(|factor| !factor.unseen.is_empty()) {

@@ -8,7 +8,7 @@ use decore_statistics::regression::{GaussianProcess, Hyperparameters, Kernel, Po
 /// A surrogate of a dataset, ready to predict.
 #[derive(Debug, Clone)]
 pub struct Model {
-    /// What it is.
+    /// Figures of the models.
     pub surrogate: Surrogate,
     /// The study that its rows are of.
     pub info: DatasetInfo,
@@ -86,7 +86,7 @@ impl RowsProcess {
         Self { rows: first, values: places.values().to_vec(), process }
     }
 
-    /// Its figures; `folds`: errors of rows left out with all fitted anew.
+    /// Figures of the process. `folds`: errors of left-out rows with a new fit.
     pub(super) fn figures(&self, folds: Option<&Residuals>, level: f64) -> ProcessFigures {
         let process = &self.process;
         let of = process.hyperparameters();

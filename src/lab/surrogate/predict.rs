@@ -28,7 +28,7 @@ pub struct Predicted {
 }
 
 impl Predicted {
-    /// What of it cannot be relied on, a sentence each: rows that are a guess, poor models.
+    /// Returns warnings, a sentence each: rows whose prediction is a guess, poor models.
     pub fn warnings(&self, model: &Model) -> Vec<String> {
         let (outside, rows) = (self.outside, self.rows);
         let guess = (outside > 0).then(|| {
@@ -56,7 +56,7 @@ pub fn predict(model: &Model, table: &Path) -> Result<Predicted, SurrogateError>
 /// A row to be predicted.
 #[derive(Debug, Clone)]
 pub struct QueryRow<'a> {
-    /// Where it stands, for errors.
+    /// Place of the table, for errors.
     pub place: String,
     /// Values of the factors, in the model's order, as texts.
     pub cells: &'a [String],
@@ -135,7 +135,7 @@ fn outside(model: &Model, values: &[Vec<f64>], places: &Points) -> Vec<String> {
     (0..values.len()).into_par_iter().map(row).collect()
 }
 
-/// What is said of an output; nothing where it is refused.
+/// Returns the columns of an output; none if its model is refused.
 fn output_columns(
     (output, model): (&OutputSurrogate, &OutputModel),
     places: &Points,

@@ -1,4 +1,4 @@
-//! What a surrogate is: plain data, the same in text, JSON and the file of a model.
+//! Figures of a surrogate: plain data, equal in text, JSON and the file of a model.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,7 +29,7 @@ pub struct Surrogate {
     pub least_q2: f64,
     /// Probability of an interval.
     pub level: f64,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
     /// The outputs, as asked for.
     pub outputs: Vec<OutputSurrogate>,
@@ -40,21 +40,21 @@ pub struct Surrogate {
 pub struct OutputSurrogate {
     /// Name of the column.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// What it is, in words.
+    /// Description in words.
     pub description: String,
     /// Rows that the model is made from.
     pub used: u64,
-    /// Why others were not.
+    /// Reasons why other rows were left out.
     pub left_out: Vec<LeftOut>,
-    /// Why there is no model; null where there is.
+    /// Reason why there is no model; null if there is one.
     pub refused: Option<String>,
     /// The Gaussian process.
     pub process: Option<ProcessFigures>,
     /// The polynomial chaos beside it; null where there is none.
     pub chaos: Option<ChaosFigures>,
-    /// Why there is no polynomial chaos, e.g. too few rows, or a term that stands on a single one; null where there is.
+    /// Reason why there is no polynomial chaos, e.g. too few rows, or a term that depends on a single row; null if there is one.
     #[serde(default)]
     pub chaos_refused: Option<String>,
     /// The probability that a row has the output; null where all rows have it.
@@ -144,7 +144,7 @@ impl ProcessFigures {
 }
 
 impl Surrogate {
-    /// What is to be said at every use: models that predict too little, a sentence each.
+    /// Returns warnings for every use: models that predict too little, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let of = |output: &OutputSurrogate| {
             let q2 = output.process.as_ref()?.least_q2();

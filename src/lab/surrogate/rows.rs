@@ -25,7 +25,7 @@ pub(super) struct FactorRows {
     pub points: Points,
     /// Rows that the dataset holds, of which the table may have some.
     pub rows_there: usize,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
 }
 

@@ -41,7 +41,7 @@ pub struct PencilModes {
 /// Eigenvalues that were counted before they are looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Below {
-    /// What they are below.
+    /// Upper limit of the eigenvalues.
     pub limit: f64,
     /// How many there are, by [`SymmetricPencil::count_below`] at the same limit.
     pub count: usize,

@@ -12,7 +12,7 @@ const LEAST: f64 = f64::MIN_POSITIVE;
 /// `exp(x)` for `|x|` up to 700, to some units in the last place; the value at the nearer end beyond.
 #[inline(always)]
 pub fn exp<R: Number>(x: R) -> R {
-    /// Its sum with a number up to 2^51 is rounded to a whole number.
+    /// Adding this constant to a number up to 2^51 rounds it to a whole number.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     // In this order of arguments a NaN remains one.
     let x = R::splat(-LARGEST_EXPONENT).greatest(R::splat(LARGEST_EXPONENT).least(x));

@@ -1,7 +1,6 @@
 //! A product and a sum, rounded once, where the compiler takes no instruction for it but calls the C library.
 //!
-//! That of mingw rounds twice: of random operands a fifth come out wrong in the last bit. The program's own comes first when it is
-//! linked.
+//! mingw's function rounds twice: a fifth of random operands are wrong in the last bit. The program's own function is linked first.
 
 /// `x * y + z` as C names it.
 // SAFETY: the name and the types are those of the C library's own, which it stands for.

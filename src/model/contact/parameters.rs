@@ -1,4 +1,4 @@
-//! What a user states about a contact, and the law that follows from it.
+//! Parameters of a contact, and the law that follows from them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -70,7 +70,7 @@ fn loss(z: f64) -> f64 {
     2.0 * z * angle
 }
 
-/// Where a function that is negative just above 0 and not negative at `high` changes sign.
+/// Finds the root of a function that is negative just above 0 and not negative at `high`.
 fn rising_root(high: f64, function: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, high);
     for _ in 0..HALVINGS {

@@ -31,9 +31,9 @@ pub(super) struct Chambers<'s, R: Number> {
     inverse_volume: [R; chamber::COUNT],
 }
 
-/// What flows bring to one chamber.
+/// Flows into one chamber.
 pub(super) struct ChamberFlows<R> {
-    /// What comes from the supply, kg/s.
+    /// Flow from the supply, kg/s.
     pub supply_kg_s: R,
     /// Energy that all flows bring, W: the sum of [`GasConstants::energy`] over them.
     pub energy_w: R,

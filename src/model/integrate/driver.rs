@@ -44,7 +44,7 @@ pub struct Integrator<S, P, R: Number = f64> {
     clock: Instant,
 }
 
-/// What a row begins with.
+/// Initial values of a row.
 #[derive(Debug, Clone, Copy)]
 pub struct Start<'a> {
     /// Time at the start in s.
@@ -123,8 +123,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         write(start.y0, lane, &mut self.y);
     }
 
-    /// Where a lane's row is: its time, its state (written into `y`), what it has taken and the wall time, shared with its
-    /// neighbours, in s.
+    /// Returns time, state (written into `y`), counters and shared wall time in s of a lane's row.
     pub fn reached(&self, lane: usize, y: &mut [f64]) -> (f64, Counters, f64) {
         read(&self.y, lane, y);
         (self.lanes[lane].t, self.lanes[lane].counters, self.lanes[lane].wall_time_s)
@@ -202,7 +201,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         gathered
     }
 
-    /// Where something holds of a lane.
+    /// Mask of the lanes for which a condition holds.
     fn mask(&self, holds: impl Fn(&Lane) -> bool) -> R::Mask {
         let mut mask = R::Mask::default();
         self.lanes.iter().enumerate().for_each(|(at, lane)| mask.put(at, holds(lane)));

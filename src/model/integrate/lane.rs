@@ -1,9 +1,9 @@
-//! What the driver keeps of one lane: time, budgets, the step being made.
+//! The driver's data of one lane: time, budgets, current step.
 
 use crate::integrate::counters::Counters;
 use crate::integrate::stepper::{Settings, StepPlan};
 
-/// Why an integration ended.
+/// Reason why an integration ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stopped {
     /// It reached its end.
@@ -39,7 +39,7 @@ pub(super) struct Lane {
     pub horizon: f64,
     /// The present step.
     pub plan: StepPlan,
-    /// Its error, and the fraction of it that is accepted; `None` if it is not.
+    /// Error, and the accepted fraction of the step; `None` if it is rejected.
     pub error: f64,
     pub accepted: Option<f64>,
     /// Whether the first rate is that at `(t, y)`, and the first samples are the guards there.
@@ -53,7 +53,7 @@ pub(super) struct Lane {
     pub counters: Counters,
     max_steps: u64,
     max_wall_time_s: f64,
-    /// Its share of the wall time, s.
+    /// Share of the wall time, s.
     pub wall_time_s: f64,
 }
 

@@ -71,10 +71,10 @@ pub struct Span<'a> {
     pub t_end: f64,
 }
 
-/// Where and how an integration ended.
+/// End of an integration: state and reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct End {
-    /// Why it ended.
+    /// Reason for the end.
     pub stopped: Stopped,
     /// Time reached in s.
     pub t: f64,

@@ -72,7 +72,7 @@ impl Dense {
 /// The values of one lane.
 #[derive(Debug, Clone, Copy)]
 struct Values<'a> {
-    /// Those of all lanes, of each component one after the other.
+    /// Values of all lanes, component by component.
     all: &'a [f64],
     lanes: usize,
     lane: usize,
@@ -97,13 +97,13 @@ pub(super) struct Polynomial {
 }
 
 impl Polynomial {
-    /// Its value.
+    /// Value at `theta`.
     pub fn at(&self, theta: f64) -> f64 {
         self.constant + self.coefficients.iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient) * theta)
     }
 }
 
-/// What a step of one lane is made of.
+/// Data of a step of one lane.
 pub(super) struct Ingredients<'a, R> {
     /// The state at its start and that at its end, cut or not.
     pub ends: [&'a [R]; 2],

@@ -1,4 +1,4 @@
-//! What the driver asks of a method: how long a step is to be, and the step.
+//! Interface between driver and method: the length of a step, and the step.
 
 use crate::integrate::step::Dense;
 use crate::integrate::system::InLanes;

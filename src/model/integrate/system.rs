@@ -1,4 +1,5 @@
-//! What is integrated, by what a method asks of it: every system, one that switches, one with a part outside its state, rows side by side.
+//! Traits of systems, by the needs of a method: every system, systems that switch, systems with a part outside the state, several rows in
+//! lanes.
 
 use std::ops::Range;
 
@@ -38,8 +39,8 @@ pub trait System {
 
 /// A system that is smooth between switches of a discrete state of its own.
 ///
-/// Its guards are functions of the state that are negative while the present discrete state is right; times known
-/// beforehand (a valve that opens) are scheduled stops.
+/// Guards are functions of the state that are negative while the discrete state is right. Known times (a valve that opens) are scheduled
+/// stops.
 pub trait Switching: System {
     /// Number of guards.
     fn guard_count(&self) -> usize;
@@ -171,12 +172,12 @@ pub struct GuardSample<R = f64> {
     pub value: R,
     /// The smooth function.
     pub smooth: R,
-    /// Its rate along the solution.
+    /// Rate along the solution.
     pub smooth_rate: R,
 }
 
 impl<R: Number> GuardSample<R> {
-    /// That of a lane.
+    /// Sample of one lane.
     pub(super) fn lane(&self, lane: usize) -> GuardSample {
         GuardSample {
             value: self.value.lane(lane),

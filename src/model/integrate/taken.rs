@@ -10,7 +10,7 @@ pub struct Taken<'t, R: Number = f64> {
     pub accepted: R::Mask,
     /// Time at its start, s.
     pub t: R,
-    /// Its length as computed, s.
+    /// Computed length, s.
     pub h: R,
     /// Fraction of it that is accepted.
     pub theta: R,

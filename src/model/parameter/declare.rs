@@ -110,7 +110,7 @@ macro_rules! parameters {
         }
 
         impl $table {
-            /// What the table states, the rest from `base`.
+            /// Returns the values of the table, with `base` for all others.
             pub fn over(&self, base: $name) -> $name {
                 let mut all = base;
                 $( all.$field_1.clone_from(&self.$field_1); )?

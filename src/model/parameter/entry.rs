@@ -38,9 +38,9 @@ pub struct Parameter {
     pub text: &'static [&'static str],
     /// Unit, range, default and source in a sentence; empty for groups in a group of groups.
     pub values: &'static str,
-    /// Where its value comes from.
+    /// Source of the value.
     pub source: &'static str,
-    /// What values it may have.
+    /// Kind of permitted values.
     pub kind: ParameterKind,
 }
 
@@ -52,7 +52,7 @@ impl Parameter {
     }
 }
 
-/// What values a parameter may have.
+/// Kind of values of a parameter.
 #[derive(Debug, Clone, Copy)]
 pub enum ParameterKind {
     /// Numbers, or lists of numbers, each in a range.

@@ -20,7 +20,7 @@ struct Other {
     name: &'static str,
     /// One of it in the parameter's unit.
     factor: f64,
-    /// What is added then.
+    /// Offset of the conversion.
     offset: f64,
 }
 
@@ -68,7 +68,7 @@ impl Usual {
         });
     }
 
-    /// What is said of a number that does not lie between them.
+    /// Remark on a number outside the usual range.
     fn remark(&self, number: f64) -> String {
         let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
         // Where a value went through other units, as pressures do, its last digits are rounding.

@@ -37,7 +37,7 @@ pub struct BatchSettings<'a> {
     pub tick: &'a dyn Fn(),
 }
 
-/// What a batch did.
+/// Result of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BatchSummary {
     /// Rows handed to the sink.
@@ -48,7 +48,7 @@ pub struct BatchSummary {
     pub stopped: bool,
 }
 
-/// Why a batch ended early.
+/// Reason why a batch ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum BatchError<E: std::error::Error + 'static> {
     /// The number of threads is out of range.
@@ -62,7 +62,7 @@ pub enum BatchError<E: std::error::Error + 'static> {
     Threads {
         /// Number asked for.
         threads: usize,
-        /// Why.
+        /// Cause.
         #[source]
         source: rayon::ThreadPoolBuildError,
     },
@@ -71,13 +71,13 @@ pub enum BatchError<E: std::error::Error + 'static> {
     Sink {
         /// The row.
         row: u64,
-        /// Why.
+        /// Cause.
         #[source]
         source: E,
     },
 }
 
-/// Where a thread gets its rows and leaves their outcomes.
+/// Source of rows for a thread, and destination of their outcomes.
 pub trait RowSource {
     /// Starts the next row; `None` if there is none. While no row may be started because the window is full, it waits if `wait` is
     /// set, which asks for all rows of this thread to have ended; otherwise there is none now, and none either once this thread runs
@@ -88,9 +88,9 @@ pub trait RowSource {
     fn ended(&mut self, row: u64, outcome: RowOutcome);
 }
 
-/// What is done with rows, on the threads that run them.
+/// Work on rows, on the threads that run them.
 pub trait RowTask: Sync {
-    /// What is kept of an outcome.
+    /// Kept part of an outcome.
     type Kept: Send;
 
     /// Runs rows on one thread until there are no more. What comes of a row must depend on the row alone.
@@ -176,7 +176,7 @@ struct State<I, K> {
     started: u64,
     /// Outcomes that the sink has taken.
     delivered: u64,
-    /// What was kept, by ticket.
+    /// Kept results, by ticket.
     ready: BTreeMap<u64, Ready<K>>,
     /// When the calling thread was last told of what is ready.
     told: Instant,

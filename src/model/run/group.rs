@@ -21,7 +21,7 @@ use decore_math::number::{Number, Registers};
 /// Rows looked ahead for those of the shape that is being run.
 const LOOK_AHEAD: usize = 16;
 
-/// Where rows come from and where their outcomes go.
+/// Source of rows and destination of their outcomes.
 pub trait JobSource {
     /// The next row and what is to be done; `wait` to wait until one may be started, otherwise `None` as well while none may be.
     fn next(&mut self, wait: bool) -> Option<(u64, RowJob)>;

@@ -1,5 +1,5 @@
-//! What becomes of a row: it is simulated, simulated again with a stricter tolerance if it diverged or its audit fails, and then
-//! its numerical twin and its twins are.
+//! The steps of a row: simulation, retries with a stricter tolerance if it diverges or its audit fails, then its numerical twin and its
+//! twins.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ pub struct RowJob {
 /// All modes of a row's machine, on which its numerical twin runs; `None` if they could not be computed.
 pub type NumericalModes = Option<Arc<PlacedModes>>;
 
-/// What a row's next simulation is.
+/// Next simulation of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Next {
     /// The row itself, with this tolerance, for this time, from 0.

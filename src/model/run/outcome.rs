@@ -32,7 +32,7 @@ quantities! {
     pub struct RowOutcome {
         /// How the row ended: done, audit_failed, invalid, diverged, budget_exhausted.
         pub status: RowStatus => "",
-        /// Why the row is not done, in words; empty if it is.
+        /// Reason why the row is not done, in words; empty if it is.
         pub reason: String => "",
         /// Simulated time reached.
         pub time_reached_s: f64 => "s",

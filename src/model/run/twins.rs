@@ -15,7 +15,7 @@ const NUMERICAL_STEPS: u64 = 100;
 /// hammer (1.8 kg) castings of 3 kg still are, of 3.5 kg no more (the guide's page on scatter).
 const HEAVY_RATIO: f64 = 1.75;
 
-/// Why a scene is known to amplify perturbations, so that its periodic figures scatter; `None` for one that is not.
+/// Reason why a scene amplifies perturbations, so that its periodic figures scatter; `None` for other scenes.
 pub fn amplifies(scene: &Scene) -> Option<String> {
     for (index, casting) in scene.castings.iter().enumerate() {
         let striking: Vec<&HammerUnit> = scene.hammers.iter().filter(|hammer| hammer.casting == index).collect();

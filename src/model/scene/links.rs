@@ -89,7 +89,7 @@ pub enum PointId {
     Core {
         /// The casting.
         casting: usize,
-        /// Its index among that casting's core points.
+        /// Index among the casting's core points.
         core: usize,
     },
     /// A casting as a whole, as it rotates.
@@ -101,7 +101,7 @@ pub enum PointId {
     },
     /// A watched point of the machine. No link joins it.
     Watched {
-        /// Its index among these.
+        /// Index among these points.
         point: usize,
     },
 }
@@ -120,7 +120,7 @@ impl PointId {
     }
 }
 
-/// Where on its part a point is.
+/// Location of a point on its part.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Location {
     /// A hammer's body.
@@ -142,7 +142,7 @@ pub struct PointRef {
     pub id: PointId,
     /// The part that it belongs to.
     pub part: PartId,
-    /// Where on the part.
+    /// Location on the part.
     pub location: Location,
 }
 
@@ -229,7 +229,7 @@ impl Part {
 }
 
 impl Location {
-    /// Its motion per motion of a freedom. The point (x, y) of a casting moves by `z + y tx - x ty`.
+    /// Motion of the location per motion of a freedom. The point (x, y) of a casting moves by `z + y tx - x ty`.
     fn motion_per(&self, freedom: Freedom) -> f64 {
         match (self, freedom) {
             (Self::Body(own), Freedom::Body(body)) if *own == body => 1.0,

@@ -1,4 +1,4 @@
-//! Where a machine comes from and how it is reduced.
+//! Source and reduction of a machine.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -10,7 +10,7 @@ use crate::structure::Damping::{self, Ratio};
 use crate::structure::{MatrixFormat, Units};
 
 parameters! {
-    /// Where the machine comes from and how it is reduced.
+    /// Source of the machine, and its reduction.
     #[derive(Serialize)]
     pub struct StructureParameters from StructureEntry {
         typed {

@@ -31,7 +31,7 @@ parameters! { file
     }
 }
 
-/// Where a hammer is mounted: a weighted set of interface points (one, or two neighbours of a rail).
+/// Mount of a hammer: a weighted set of interface points (one, or two neighbours of a rail).
 ///
 /// The same weights carry mass, force and motion, so the receptance stays symmetric.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -41,7 +41,7 @@ pub struct Mount {
 }
 
 impl Mount {
-    /// Its position x, y, z in m: the weighted mean of those of its points; `None` if `position_of` does not know one.
+    /// Position x, y, z in m: the weighted mean of its points. `None` if `position_of` does not know one.
     pub fn position_m(&self, position_of: impl Fn(&str) -> Option<[f64; 3]>) -> Option<[f64; 3]> {
         let mut mean = [0.0; 3];
         for (name, weight) in &self.points {
@@ -76,12 +76,12 @@ parameters! {
 const BAR_PA: f64 = 1e5;
 
 impl Supply {
-    /// Its absolute pressure in Pa.
+    /// Absolute pressure in Pa.
     pub fn pressure_pa(self, environment: &Environment) -> f64 {
         environment.ambient_pressure_pa + BAR_PA * self.supply_bar
     }
 
-    /// That of a hammer.
+    /// Supply of a hammer.
     pub fn of(hammer: &HammerUnit, environment: &Environment) -> Self {
         Self { supply_bar: (hammer.supply_pressure_pa - environment.ambient_pressure_pa) / BAR_PA }
     }
@@ -94,11 +94,11 @@ parameters! {
         own {
             /// Name as in the study.
             pub name: String,
-            /// Its parameters, overrides applied.
+            /// Parameters, with overrides.
             pub parameters: HammerParameters,
             /// Supply pressure, absolute, in Pa; see [`Supply`].
             pub supply_pressure_pa: f64,
-            /// Its place on the machine.
+            /// Place on the machine.
             pub mount: Mount,
             /// Index of the casting that it strikes.
             pub casting: usize,

@@ -103,7 +103,7 @@ named! {
     }
 }
 
-/// What a preset sets.
+/// Settings of a preset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preset {
     /// Which one.
@@ -159,7 +159,7 @@ impl Preset {
         if chatters { self.tolerance * CHATTER_TIGHTENING } else { self.tolerance }
     }
 
-    /// What a preset sets.
+    /// Settings of a preset.
     pub const fn of(fidelity: Fidelity) -> Self {
         match fidelity {
             Fidelity::Draft => DRAFT,

@@ -13,7 +13,7 @@ use super::solver::{ModeTreatment, SolverSettings};
 /// Simulated time in s for which a fixture is judged too stiff: of a longer one, the time itself is what takes the steps.
 const LONGEST_JUDGED_S: f64 = 100.0;
 
-/// What kind of fault a problem is.
+/// Kind of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SceneProblemKind {
     /// A value is outside its range.
@@ -31,7 +31,7 @@ pub struct SceneProblem {
     pub kind: SceneProblemKind,
     /// The offending quantity by its path in a study, e.g. `casting.part.mass_kg`.
     pub path: String,
-    /// What is wrong and what was expected.
+    /// The fault and the expected value.
     pub message: String,
 }
 
@@ -134,7 +134,7 @@ impl Scene {
         }
     }
 
-    /// What is said of a fixture on which its casting swings too fast for any budget of steps.
+    /// Message for a fixture on which its casting swings too fast for any budget of steps.
     ///
     /// The coupled system has no lower highest frequency than the casting on this fixture alone, on a machine at rest (Rayleigh):
     /// `f = sqrt(k / m) / (2 pi)`, and no explicit step is longer than a period.

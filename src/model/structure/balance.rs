@@ -59,7 +59,7 @@ pub(super) fn under_motions(stiffness: &CsMat<f64>, motions: &DMatrix<f64>) -> B
     Balance { out: stiffness.outer_iterator().enumerate().map(row).collect() }
 }
 
-/// What a rigid rotation is in a row.
+/// Motion of a row under a rigid rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Rotated {
     /// Displacement along an axis of a node at this place in m.
@@ -72,7 +72,7 @@ pub(super) enum Rotated {
     Unknown,
 }
 
-/// What each row is under rotation, by directions of rows and places of nodes.
+/// Motion of each row under rotation, from the directions of rows and the places of nodes.
 pub(super) fn rotated(model: &FeModel, directions: &[Option<usize>], places: &BTreeMap<i64, [f64; 3]>) -> Vec<Rotated> {
     let row = |(row, direction): (usize, &Option<usize>)| match *direction {
         Some(axis @ 3..) => Rotated::Angle(axis - 3),

@@ -27,7 +27,7 @@ pub const CACHE_FOLDER: &str = ".decore-cache";
 const MAGIC: &[u8; 16] = b"decore-reduced-6";
 const HASH: usize = 32;
 
-/// Where a reduction came from.
+/// Origin of a reduction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CacheOutcome {
     /// Computed; no cache was wanted.
@@ -45,7 +45,7 @@ pub enum CacheOutcome {
 }
 
 impl CacheOutcome {
-    /// What a user should know of it, in a line; `path`: the cache's, see [`cache_path`].
+    /// Note for the user in one line; `path`: the file of the cache, see [`cache_path`].
     pub fn note(&self, path: &Path) -> Option<String> {
         let path = path.display();
         match self {
@@ -131,7 +131,7 @@ fn content_hash(files: &ModelFiles) -> Result<[u8; HASH], StructureError> {
     Ok(*all.finalize().as_bytes())
 }
 
-/// What a cache holds, in the format of postcard; matrices column by column.
+/// Contents of a cache, in the format of postcard; matrices column by column.
 #[derive(Serialize, Deserialize)]
 struct CachedReduction<'a> {
     /// Reduced coordinates, and rows of the interface displacement.
@@ -188,7 +188,7 @@ fn to_bytes(content: &[u8; HASH], kept: &CachedReduction<'_>) -> postcard::Resul
     Ok(bytes)
 }
 
-/// What a cache file holds and the hash of the content that it was made from; `None` for bytes that are no whole cache.
+/// Reads a cache file and the hash of its source. `None` if the bytes are not a complete cache.
 fn from_bytes(bytes: &[u8]) -> Option<([u8; HASH], CachedReduction<'static>)> {
     let (sealed, checksum) = bytes.split_last_chunk::<HASH>()?;
     if checksum != blake3::hash(sealed).as_bytes() {

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 /// Share of the largest eigenvalue of A below which a combination of rows counts as one that none of the many moves.
 const RANK: f64 = 1e-12;
 
-/// What modes are to some rows, all together.
+/// Sums over modes for some rows.
 #[derive(Debug, Clone)]
 pub(super) struct ModeSums {
     /// `A = sum phi phi'` (rows x rows), 1/kg.

@@ -20,7 +20,7 @@ const FULL_SHARE: f64 = 0.2;
 /// A conversion of units may have changed the last bits.
 const SAME: f64 = 4.0 * f64::EPSILON;
 
-/// What is to be said of few digits.
+/// Remark on matrices with few digits.
 pub(super) fn remark(stiffness: &CsMat<f64>) -> Option<String> {
     let data = stiffness.data();
     let step = data.len().div_ceil(SAMPLE).max(1);

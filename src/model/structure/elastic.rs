@@ -64,9 +64,9 @@ pub struct ElasticSettings {
 /// Side of a casting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Its upper surface, which hammers strike.
+    /// Upper surface, which hammers strike.
     Top,
-    /// Its lower surface, which fixtures hold.
+    /// Lower surface, which fixtures hold.
     Bottom,
 }
 

@@ -1,4 +1,4 @@
-//! What can go wrong between a file and its modes.
+//! Errors between a file and its modes.
 
 use thiserror::Error;
 
@@ -12,7 +12,7 @@ pub struct FileFault {
     pub file: String,
     /// Line, counted from 1.
     pub line: usize,
-    /// What was found and what was expected.
+    /// Found and expected contents.
     pub reason: String,
 }
 
@@ -43,7 +43,7 @@ pub enum StructureError {
     Matrix {
         /// The file as it was named, or `mass`/`stiffness` of a model built in memory.
         file: String,
-        /// What is wrong and what was expected.
+        /// The fault and the expected value.
         reason: String,
     },
     /// A name that the table of interface points does not have.
@@ -71,19 +71,19 @@ pub enum StructureError {
     Argument {
         /// Name of the argument.
         name: String,
-        /// What it must be.
+        /// Expected value.
         expected: String,
-        /// What it is.
+        /// Found value.
         found: String,
     },
     /// A step of linear algebra that failed.
     #[error("{step}: {source}; {advice}")]
     Linalg {
-        /// What was computed.
+        /// Failed step.
         step: &'static str,
-        /// Why it failed.
+        /// Cause.
         source: LinalgError,
-        /// What to do.
+        /// Remedy.
         advice: &'static str,
     },
     /// A direction of an interface point that the model does not have.
@@ -149,9 +149,9 @@ pub enum StructureError {
     /// Linear algebra that failed on matrices that look wrong.
     #[error("the matrices look wrong: {remarks} ({source})")]
     LooksWrong {
-        /// What looks wrong, separated by semicolons.
+        /// Doubtful properties, separated by semicolons.
         remarks: String,
-        /// What failed.
+        /// Cause.
         source: Box<StructureError>,
     },
     /// A negative squared frequency: the stiffness is not positive semidefinite.

@@ -27,7 +27,7 @@ const INDEFINITE_INNER: &str = "with the interface held the stiffness is not pos
 const COUNT: &str = "number of fixed-interface modes below the cut-off";
 const INCOMPLETE: &str = "the matrices may be indefinite or badly scaled: check signs and units";
 
-/// What the inner DOFs contribute, in the order of their pencil.
+/// Contribution of the inner DOFs, in the order of their pencil.
 pub(super) struct Inner {
     /// Squared circular frequencies of the fixed-interface modes, rising; 0 but for rounding for free motions.
     pub omega_squared: Vec<f64>,

@@ -35,13 +35,13 @@ pub struct FeModel {
     points: InterfacePoints,
     /// Rows of the six DOFs of every point; `None` where the model has no such DOF.
     rows: Vec<PointRows>,
-    /// Where nodes are, in m, as far as that is known: from the list of rows and the interface points.
+    /// Known positions of nodes in m: from the list of rows and the interface points.
     positions_m: BTreeMap<i64, [f64; 3]>,
     /// Nodes for which points and list of rows name different places.
     misplaced: Vec<Misplaced>,
-    /// What about the files is to be doubted, one sentence each.
+    /// Doubts about the files, one sentence each.
     doubts: Vec<String>,
-    /// What was done to the matrices, one sentence each.
+    /// Changes to the matrices, one sentence each.
     changes: Vec<String>,
 }
 
@@ -50,9 +50,9 @@ pub struct FeModel {
 pub(super) struct Misplaced {
     /// The node.
     pub node: i64,
-    /// Its place in m by the table of points.
+    /// Position in m from the table of points.
     pub by_points_m: [f64; 3],
-    /// Its place in m by the list of rows.
+    /// Position in m from the list of rows.
     pub by_rows_m: [f64; 3],
 }
 
@@ -145,12 +145,12 @@ impl FeModel {
         self
     }
 
-    /// What was done to the matrices: multipliers eliminated, held rows left out.
+    /// Changes to the matrices: eliminated multipliers, held rows left out.
     pub(super) fn changes(&self) -> &[String] {
         &self.changes
     }
 
-    /// What about the files is to be doubted.
+    /// Doubts about the files.
     pub(super) fn doubts(&self) -> &[String] {
         &self.doubts
     }
@@ -175,7 +175,7 @@ impl FeModel {
         self.matrices.damping.as_ref()
     }
 
-    /// What the rows stand for; empty where that is not known.
+    /// Labels of the rows; empty if they are not known.
     pub fn labels(&self) -> &[DofLabel] {
         &self.matrices.labels
     }
@@ -210,7 +210,7 @@ impl FeModel {
         entries(&self.matrices.stiffness) || entries(&self.matrices.mass)
     }
 
-    /// Where nodes are, in m, as far as that is known.
+    /// Known positions of nodes in m.
     pub(super) fn positions_m(&self) -> &BTreeMap<i64, [f64; 3]> {
         &self.positions_m
     }

@@ -72,7 +72,7 @@ fn is_telling(stiffness: &CsMat<f64>) -> bool {
     stiffness.rows() >= LEAST_ROWS && (stiffness.nnz() as f64) < MOST_FULL * order * order
 }
 
-/// What each row is: displacement 0 to 2, rotation 3 to 5, or neither. Interface points know of rotations that labels call
+/// Direction of each row: displacement 0 to 2, rotation 3 to 5, or neither. Interface points know of rotations that labels call
 /// displacements (rotation nodes).
 fn directions(model: &FeModel) -> Vec<Option<usize>> {
     let mut directions: Vec<Option<usize>> =

@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 /// One step of a computation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct StepRecord {
-    /// What was done.
+    /// Name of the step.
     pub name: String,
     /// Wall time in s.
     pub time_s: f64,

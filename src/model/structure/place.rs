@@ -1,7 +1,7 @@
 //! Which rows of the matrices belong to which direction of an interface point.
 //!
-//! Where rows have labels (a list of rows, or a number of DOFs per node), they decide: rows that a table of points claims must
-//! be those of one node, from its x displacement on.
+//! If rows have labels (a list of rows, or a number of DOFs per node), the labels decide: the rows of a point must belong to one node,
+//! starting with its x displacement.
 
 use std::collections::HashMap;
 
@@ -11,8 +11,8 @@ use super::points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 /// Rows of the six DOFs of a point; `None` where the model has no such DOF.
 pub(super) type PointRows = [Option<usize>; 6];
 
-/// That the nodes which points name have every direction once. Elsewhere labels may be repeated: CalculiX gives the nodes that it
-/// makes of shells and beams the labels of those that they were made of.
+/// Returns an error if a node of a point has a direction twice. Other labels may repeat: CalculiX gives the nodes that it makes of shells
+/// and beams the labels of the original nodes.
 ///
 /// # Errors
 /// A node of a point with two rows for a direction.

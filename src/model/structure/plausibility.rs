@@ -1,4 +1,4 @@
-//! What a model weighs, where, and what about it looks wrong: units, files exchanged, directions that have no mass.
+//! Mass properties of a model, and signs of mistakes: units, exchanged files, directions without mass.
 
 use sprs::CsMat;
 
@@ -22,7 +22,7 @@ const MOST_RIGID: usize = 6;
 /// Entries of a mass matrix add up, those of a stiffness cancel.
 const LEAST_SUM: f64 = 1e-3;
 
-/// What the modes of a model have shown.
+/// Properties that a model's modes show.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shown {
     /// Number of rigid-body motions.
@@ -35,7 +35,7 @@ pub(super) struct Shown {
     pub condition: Option<f64>,
 }
 
-/// What looks wrong about the matrices before any work, one sentence each.
+/// Doubtful properties of the matrices before the reduction, one sentence each.
 pub(super) fn of_matrices(model: &FeModel, rigid: Option<&RigidMotions>) -> Vec<String> {
     let mut out = model.doubts().to_vec();
     if rigid.is_some_and(|rigid| !adds_up(model.mass(), rigid)) {
@@ -72,7 +72,7 @@ pub(super) fn of_matrices(model: &FeModel, rigid: Option<&RigidMotions>) -> Vec<
     out
 }
 
-/// What looks wrong about the modes, one sentence each.
+/// Doubtful properties of the modes, one sentence each.
 pub(super) fn of_modes(shown: Shown) -> Vec<String> {
     let mut out = Vec::new();
     if shown.rigid > MOST_RIGID {

@@ -17,15 +17,15 @@ pub const DOF_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 pub struct InterfacePoint {
     /// Unique name.
     pub name: String,
-    /// What it is for, as the table says (`mount`, `fixture`, ...); information only, and may be empty.
+    /// Role in the table (`mount`, `fixture`, ...); for information only, may be empty.
     pub role: String,
-    /// Where its DOFs are in the finite element matrices.
+    /// Position of its DOFs in the finite element matrices.
     pub place: PointPlace,
     /// Coordinates x, y, z in m.
     pub position_m: [f64; 3],
 }
 
-/// Where the DOFs of a point are in the finite element matrices.
+/// Position of a point's DOFs in the finite element matrices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PointPlace {
     /// Nowhere: there are no matrices (modal table).

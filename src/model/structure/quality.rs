@@ -35,7 +35,7 @@ const CURVE_POINTS: usize = 400;
 const MOST_CURVES: usize = 16;
 const ADVICE: &str = "check signs and units of mass and stiffness";
 
-/// What a report compares.
+/// Settings of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QualitySettings {
     /// The reduction.
@@ -80,9 +80,9 @@ pub struct StaticStiffness {
 /// Velocity at one DOF per force at another, over frequency.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MobilityCurve {
-    /// Where the velocity is taken.
+    /// Point of the velocity.
     pub response: String,
-    /// Where the force acts.
+    /// Point of the force.
     pub force: String,
     /// Magnitude in m/(s N), full model.
     pub full: Vec<f64>,
@@ -108,7 +108,7 @@ pub struct Conditions {
 /// The report.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct QualityReport {
-    /// What was met on the way.
+    /// Facts from the reduction.
     pub facts: ReductionFacts,
     /// Modes below the cut-off in rising order.
     pub modes: Vec<ModePair>,
@@ -119,9 +119,9 @@ pub struct QualityReport {
     /// Nodes with mass whose place is not known, and all nodes with mass, where there is no centre of mass and the directions of the
     /// rows are known; the first is 0 where there is no mass along x or y.
     pub nodes_without_place: Option<[usize; 2]>,
-    /// What looks wrong: units, labels, matrices exchanged, directions without mass.
+    /// Doubtful properties: units, labels, exchanged matrices, directions without mass.
     pub remarks: Vec<String>,
-    /// What was done to the matrices (multipliers eliminated, held rows left out), and that the machine floats.
+    /// Changes to the matrices (eliminated multipliers, held rows left out), and a note if the machine floats.
     pub notes: Vec<String>,
     /// Static stiffness of every interface DOF; empty for a structure that floats.
     pub static_stiffness: Vec<StaticStiffness>,
@@ -148,7 +148,7 @@ struct Shapes {
     omega_squared: Vec<f64>,
     interface: DMatrix<f64>,
     all: DMatrix<f64>,
-    /// What all modes from the cut-off on bring to receptances at the interface.
+    /// Contribution of all modes from the cut-off on to receptances at the interface.
     beyond: Vectors,
 }
 
@@ -213,7 +213,7 @@ fn compare(
     })
 }
 
-/// That nothing holds the machine.
+/// Note for a machine without supports.
 fn floating(rigid: usize) -> Option<String> {
     (rigid > 0).then(|| {
         format!(
@@ -253,7 +253,7 @@ struct Compared<'a> {
     reduced: &'a Shapes,
 }
 
-/// What is known of the full model.
+/// Known properties of the full model.
 struct Full {
     inner: Inner,
     shapes: Shapes,
@@ -408,7 +408,7 @@ struct Curves {
     frequency_hz: Vec<f64>,
 }
 
-/// Those of every curve: drive points, then pairs in the same direction.
+/// Rows of every curve: drive points, then pairs in the same direction.
 fn curve_pairs(names: &[(String, usize)]) -> Vec<CurveRows> {
     let translations: Vec<usize> = (0..names.len()).filter(|row| names[*row].1 < 3).collect();
     let drive = translations.iter().map(|row| (*row, *row));

@@ -72,7 +72,7 @@ pub(super) struct ReducedMatrices {
     pub transfer: DMatrix<f64>,
 }
 
-/// What a modal table brings: modes that are returned as they are when nothing is attached.
+/// Modes of a modal table; they are returned unchanged if nothing is attached.
 #[derive(Debug, Clone)]
 struct TableModes {
     omega_rad_s: Vec<f64>,
@@ -133,7 +133,7 @@ impl ReducedStructure {
         Self { remarks, ..self }
     }
 
-    /// What looks wrong about the model that it was reduced from, one sentence each: its units, matrices exchanged.
+    /// Doubtful properties of the full model, one sentence each: units, exchanged matrices.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }

@@ -17,7 +17,7 @@ use super::suspects;
 use super::symmetric::symmetric_part;
 use decore_math::linalg::{SymmetricPencil, multiply, multiply_transposed};
 
-/// What a reduction keeps.
+/// Settings of a reduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReductionSettings {
     /// Interface DOFs: name of the point and direction 0 to 5 ([`super::DOF_NAMES`]). The order is the order of the rows; a
@@ -29,7 +29,7 @@ pub struct ReductionSettings {
     pub fixed_interface_cutoff_hz: f64,
 }
 
-/// What was met on the way to a reduced structure.
+/// Facts from the reduction.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct ReductionFacts {
     /// Rows of the model's matrices.
@@ -88,7 +88,7 @@ pub(super) struct Reduction {
     pub inner: Inner,
     /// Rigid motions of the model, where its rows have labels.
     pub rigid: Option<RigidMotions>,
-    /// What looks wrong about the matrices, one sentence each.
+    /// Doubtful properties of the matrices, one sentence each.
     pub remarks: Vec<String>,
 }
 

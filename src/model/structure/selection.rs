@@ -26,7 +26,7 @@ use super::modes::{ModesAt, TruncatedModes};
 /// Smallest part of the tolerance that is tried for the dropped modes before none is dropped.
 const LEAST_PART: f64 = 1e-6;
 
-/// What is kept and what the rest leaves.
+/// Kept modes and the error of the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeSelection {
     /// Indices of the kept modes, rising.
@@ -35,7 +35,7 @@ pub struct ModeSelection {
     pub available: usize,
     /// The rows over the kept modes (rows x kept), 1/sqrt(kg).
     pub rows: DMatrix<f64>,
-    /// What stands for the dropped modes.
+    /// Residual modes for the dropped modes.
     pub residual: ResidualModes,
     /// The bound that was reached: largest `sum phi_ns^2 g_s / F_nn` of a row; at most the tolerance.
     pub bound: f64,

@@ -60,7 +60,7 @@ fn is_full(model: &FeModel) -> bool {
     model.stiffness().nnz() as f64 > MOST_FULL * order * order
 }
 
-/// What the sizes of stiffness and mass tell about units, one sentence each. `mass_kg`: along x, y, z, where known.
+/// Remarks on units from the sizes of stiffness and mass, one sentence each. `mass_kg`: along x, y, z, if known.
 pub(super) fn remarks(model: &FeModel, mass_kg: Option<[f64; 3]>) -> Vec<String> {
     if is_full(model) {
         return Vec::new();

@@ -20,7 +20,7 @@ const SHARE: f64 = 0.05;
 /// Share of the own modes from which on solving for all of them costs hardly more.
 const MOST: f64 = 0.8;
 
-/// What is asked for: rows as combinations of interface rows, one damping ratio for all modes, a selection.
+/// Task of a reduction: rows as combinations of interface rows, one damping ratio for all modes, a selection.
 pub(super) struct ReductionDemand<'a> {
     pub rows: &'a [Vec<(usize, f64)>],
     pub damping_ratio: f64,

@@ -3,7 +3,7 @@
 use crate::system::elements::Contact;
 use crate::system::model::CoupledModel;
 
-/// What changes at switches and stops.
+/// State that changes only at switches and stops.
 #[derive(Debug, Clone)]
 pub(super) struct Discrete {
     /// Which contacts are closed.
@@ -17,7 +17,7 @@ pub(super) struct Discrete {
 }
 
 impl Discrete {
-    /// That of the model at rest.
+    /// State of the model at rest.
     pub fn at_rest(model: &CoupledModel) -> Self {
         let hammers = model.hammers.len();
         // At rest points of flexible parts stand still at zero.

@@ -1,8 +1,8 @@
-//! What condensed modes dissipate, `int sum 2 xi omega x'^2 dt`: from their velocities and damping alone, whatever work is done on them.
+//! Dissipation of condensed modes, `int sum 2 xi omega x'^2 dt`, from their velocities and damping alone.
 //!
-//! Their velocities are no states. They are followed by themselves, from node to node at the middles of equal intervals `h`: of an
-//! oscillation that is read more than once in a period, equal weights give the mean exactly; what remains are the ends of the run, where
-//! the modes hardly move. With the repeated integrals `z` of the forces since the last node, which `moments` carries,
+//! The velocities of condensed modes are no states. They are followed separately, from node to node at the middles of equal intervals `h`.
+//! For an oscillation that is read more than once per period, equal weights give the mean exactly. The remaining error comes from the ends
+//! of the run, where the modes hardly move. With the repeated integrals `z` of the forces since the last node, which `moments` carries,
 //!
 //! ```text
 //! [x, x'] <- exp(A h) [x, x'] + sum_m phi_m sum_k gamma_k [z_{k+1, m}, z_{k, m}]
@@ -23,12 +23,12 @@ use decore_math::number::{Number, OverArrays, in_widest};
 const LONGEST_INTERVAL_S: f64 = 1.25e-4;
 /// Angle by which the fastest mode turns between two nodes at most, rad: its squared velocity by less than a whole period.
 const INTERVAL_RAD: f64 = 3.0;
-/// What the impulse responses may err by, as a share of their amplitudes.
+/// Permitted error of the impulse responses, as a share of their amplitudes.
 const IMPULSE_RESPONSE_ERROR: f64 = 2e-7;
 /// How many nodes back the power is known: as many as there are in a step.
 const REMEMBERED: usize = 8;
 
-/// What does not change while modes dissipate.
+/// Constants of the dissipation.
 #[derive(Debug)]
 pub(super) struct Damping {
     condensation: Arc<Condensation>,
@@ -226,7 +226,7 @@ mod tests {
         (-ratio * omega * t).exp() * (damped * t).sin() / damped
     }
 
-    /// Its displacement, as a share of the static one.
+    /// Displacement, as a share of the static one.
     fn step_displacement(omega: f64, ratio: f64, t: f64) -> f64 {
         let damped = omega * (1.0 - ratio * ratio).sqrt();
         let (sine, cosine) = (damped * t).sin_cos();

@@ -72,7 +72,7 @@ pub enum FlexibilityError {
     TooStiff {
         /// Owner of the contact.
         owner: Owner,
-        /// Its stiffness.
+        /// Stiffness.
         stiffness_n_per_m: f64,
         /// Local flexibility of the casting at the point.
         local_m_per_n: f64,

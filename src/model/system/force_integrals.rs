@@ -25,7 +25,7 @@ pub(super) struct ForceIntegrals<R: Number> {
     forces: Vec<R>,
     /// Time of the next node of each lane, s.
     next_s: R,
-    /// Those of a lane.
+    /// Integrals of one lane.
     own: Vec<f64>,
 }
 
@@ -83,7 +83,7 @@ struct Passage<'p, 't, R: Number> {
 }
 
 impl<R: Number> WithSimd for Passage<'_, '_, R> {
-    /// Where it ends, and which lanes are at a node there.
+    /// End of the interval, and the lanes that are at a node there.
     type Output = (R, R::Mask);
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! Where each quantity lives in the state vector.
+//! Positions of the quantities in the state vector.
 //!
 //! `y = [flexible | positions (b) | flexible' | velocities (b) | pressures (4 N) | quadratures]`. Blocks of flexible parts have states in
 //! two places: modal displacements and velocities or, condensed, the integrals of the forces on their points and nothing. Rigid
@@ -89,7 +89,7 @@ impl Layout {
         self.velocities() + self.flexible[1] + body
     }
 
-    /// Where the states in the place of velocities begin.
+    /// Begin of the states that replace velocities.
     #[inline]
     pub fn velocities(&self) -> usize {
         self.flexible[0] + self.bodies
@@ -119,8 +119,8 @@ impl Layout {
         self.states() + PER_HAMMER * hammer + quantity as usize
     }
 
-    /// What the chambers of hammer `hammer` were supplied with by their own equations,
-    /// `int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt) dt`, J.
+    /// Energy supplied to the chambers of hammer `hammer` by their own equations, `int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt)
+    /// dt`, J.
     pub fn chambers_supplied(&self, hammer: usize) -> Range<usize> {
         let start = self.states() + PER_HAMMER * hammer + HammerQuadrature::COUNT;
         start..start + chamber::COUNT

@@ -39,8 +39,7 @@ impl<'m> Mover<'m> {
         &self.condensation.blocks[at]
     }
 
-    /// What moves modes of block `at` from mode `first` on, besides the forces: an impulse and a constant force that stand for their
-    /// velocity and displacement.
+    /// Loads of the free motion of block `at` from mode `first` on: an impulse and a constant force that replace velocity and displacement.
     #[inline(always)]
     fn free_loads<W: Number>(&self, (at, first): (usize, usize)) -> [RegisterPair<W>; 2] {
         let (impulse, displacement) = (pair(&self.base.velocity[at], first), pair(&self.base.displacement[at], first));
@@ -82,7 +81,7 @@ impl<'m> Mover<'m> {
         [displacement, velocity]
     }
 
-    /// Their velocity alone.
+    /// Velocity only.
     #[inline(always)]
     fn velocity<W: Number, const P: usize>(&self, (at, first): (usize, usize)) -> RegisterPair<W> {
         let (block, points) = (self.block(at), if P > 0 { P } else { self.condensation.points() });
@@ -108,7 +107,7 @@ pub struct Since<'z> {
     pub z: &'z [f64],
 }
 
-/// Where coefficients of the free motion begin.
+/// Begin of the coefficients of the free motion.
 #[derive(Clone, Copy)]
 struct First {
     point: usize,

@@ -12,17 +12,17 @@ use crate::system::points::Points;
 /// One hammer within the coupled system.
 #[derive(Debug, Clone)]
 pub struct HammerSlot {
-    /// Its name.
+    /// Name of the hammer.
     pub name: String,
-    /// Its constants.
+    /// Constants of the hammer.
     pub model: HammerModel,
     /// Columns of its bodies; a tied guide has the column of its mount.
     pub points: [usize; body::COUNT],
     /// Column of its mount.
     pub mount: usize,
-    /// Its contact with the casting.
+    /// Contact with the casting.
     pub strike: usize,
-    /// Its contact of piston and chisel.
+    /// Contact of piston and chisel.
     pub percussion: usize,
     /// Casting that it strikes.
     pub casting: usize,

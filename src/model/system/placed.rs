@@ -66,7 +66,7 @@ pub(super) struct Excited {
 pub(super) struct Watched {
     /// The points.
     pub points: Vec<PointId>,
-    /// Their mode shapes: modes x points.
+    /// Mode shapes: modes x points.
     pub shapes: DMatrix<f64>,
 }
 

@@ -61,7 +61,7 @@ struct Contact<R: Number> {
 /// while here an entry has a number per lane, two vectors are met in one pass, and a row is applied as soon as its force is known.
 #[derive(Debug, Clone)]
 struct ElementRows<R> {
-    /// Where each row begins, and the last ends.
+    /// Begin of each row, and end of the last one.
     begins: Vec<usize>,
     columns: Vec<usize>,
     coefficients: Vec<R>,

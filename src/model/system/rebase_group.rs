@@ -110,7 +110,7 @@ impl Integrals {
     pub const NONE: Self = Self([0.0; ROOM / 2]);
 }
 
-/// What a group's modes make of the points between two of its own rebases.
+/// Motion of the points by a group's modes between two of its own rebases.
 #[derive(Debug, Clone)]
 pub(super) struct RebaseGroup {
     /// Time from the group's own base to the base of all, s.
@@ -121,11 +121,11 @@ pub(super) struct RebaseGroup {
     pub derivatives: Vec<ByOrder>,
 }
 
-/// What has passed from one base of all to the next.
+/// Changes from one common base to the next.
 pub(super) struct Passed<'p> {
     /// The time between them, s.
     pub tau: f64,
-    /// Its scaled powers.
+    /// Scaled powers of the time.
     pub terms: &'p Terms,
     /// The integrals of the forces.
     pub z: &'p [f64],
@@ -233,7 +233,7 @@ impl Falling {
     }
 }
 
-/// Those from `first` on.
+/// Parts from `first` on.
 #[inline(always)]
 fn parts<Q: Number>(numbers: &ByOrder, first: usize) -> Parts<Q> {
     [load(numbers, first), load(numbers, first + Q::LANES), load(numbers, first + 2 * Q::LANES)]

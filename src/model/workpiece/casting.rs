@@ -21,7 +21,7 @@ parameters! {
             /// Interface point that carries it.
             pub point: String,
         }
-        /// Where it holds the casting, x and y from the casting's centre of mass.
+        /// Point where the fixture holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
         /// Stiffness `k_T`.
         pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0] usual [1e5, 1e11], "the paper's rig";
@@ -45,12 +45,12 @@ parameters! {
             /// Name as in the study.
             pub name: String,
         }
-        /// Where it is, x, y and z from the casting's centre of mass. For a rigid casting z does not matter.
+        /// Position x, y and z from the casting's centre of mass. For a rigid casting z does not matter.
         pub at_m: [f64; 3], "m", [finite] usual [-10, 10], "default: at the centre of mass";
     }
 }
 
-/// What a scene knows of an elastic casting. Its modes come beside the scene, see [`crate::system::PlacedModes`].
+/// Elastic casting of a scene. Its modes are separate, see [`crate::system::PlacedModes`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Elastic {
     /// Whether the stiffness of the chisel's contact includes the local flexibility of the casting.
@@ -65,7 +65,7 @@ parameters! {
         own {
             /// Name as in the study.
             pub name: String,
-            /// Its fixtures; at least one.
+            /// Fixtures; at least one.
             pub fixtures: Vec<Fixture>,
             /// Core points; their velocity is watched.
             pub cores: Vec<CorePoint>,
@@ -82,7 +82,7 @@ parameters! {
         pub size_m: Option<[f64; 2]>, "m", [> 0] usual [0.01, 10], "default: unlimited, no hammer can miss it";
         /// Moments of inertia about x (rotation `tx`, driven by offsets in y) and y (rotation `ty`, driven by offsets in x).
         pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0] usual [1e-6, 1e4], "needed only where it can rotate (struck, held or measured off its centre)";
-        /// Where its velocity is also reported, x and y from the centre of mass.
+        /// Point whose velocity is reported too, x and y from the centre of mass.
         pub measuring_point_m: Option<[f64; 2]>, "m", [finite] usual [-10, 10], "default: at the centre only";
         typed_last {
             /// Fixtures by name; at least one.

@@ -2,7 +2,7 @@
 
 use super::casting::Casting;
 
-/// Why a casting cannot be simulated.
+/// Reason why a casting cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WorkpieceError {
     /// A rotation is active, but no inertia is given.

@@ -1,6 +1,6 @@
-//! Why there are no indices.
+//! Reasons why there are no indices.
 
-/// Why a table has no indices.
+/// Reason why a table has no indices.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AnalysisError {
     /// A value is NaN or infinite.
@@ -20,7 +20,7 @@ pub enum AnalysisError {
     /// Too few units (blocks, trajectories, rows).
     #[error("{found} {unit} are too few: at least {least} are needed")]
     TooFew {
-        /// What they are, in the plural.
+        /// Units, in the plural.
         unit: &'static str,
         /// How many there are.
         found: usize,
@@ -32,7 +32,7 @@ pub enum AnalysisError {
     Length {
         /// Rows of the table.
         rows: usize,
-        /// What it should consist of, in the plural.
+        /// Required units, in the plural.
         unit: &'static str,
         /// Rows of one of them.
         size: usize,

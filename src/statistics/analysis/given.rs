@@ -173,7 +173,7 @@ mod tests {
         }
     }
 
-    /// What decides an output is found in a factorial of 4000 rows whose order repeats with every fourth row.
+    /// Finds the influence in a factorial of 4000 rows whose order repeats with every fourth row.
     #[test]
     fn dependence_by_kernels_does_not_alias_with_the_order_of_rows() {
         let decisive: Vec<f64> = (0..4000).map(|row| f64::from(row % 4)).collect();

@@ -14,10 +14,10 @@ pub struct Trajectories<'a> {
     pub reaches: &'a [Reach],
 }
 
-/// What the whole range of a factor is to its moves.
+/// Relation of a factor's whole range to its moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reach {
-    /// Its moves are those of the grid.
+    /// Moves on the grid.
     Grid,
     /// Of whole numbers and lists: the difference of its ends. Rounding makes their moves others than the grid's.
     Values(f64),
@@ -40,7 +40,7 @@ pub struct Effects {
     pub count: usize,
 }
 
-/// What changed from a row to the next one.
+/// Change from a row to the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Move {
     factor: usize,

@@ -1,4 +1,4 @@
-//! What must hold in the rows of a design.
+//! Constraints on the rows of a design.
 
 use super::coordinate::Coordinate;
 use super::distribution::Level;
@@ -8,7 +8,7 @@ use super::error::DesignError;
 /// constraint that cannot be evaluated.
 pub type Met<'a> = dyn FnMut(&[Level], &[usize]) -> Result<usize, String> + 'a;
 
-/// What must hold in every row of a design.
+/// Constraints on every row of a design.
 pub struct Constraints<'a> {
     /// Per constraint the factors, by index, that it looks at. Others must not matter to it: a search leaves them alone.
     pub factors: Vec<Vec<usize>>,

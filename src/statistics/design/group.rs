@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Why rows belong together.
+/// Reason why rows belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GroupKind {
@@ -20,7 +20,7 @@ pub enum GroupKind {
 /// overlap where a product puts a row on several trajectories.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GroupSpan {
-    /// Why they belong together.
+    /// Reason why they belong together.
     pub kind: GroupKind,
     /// The first row.
     pub first_row: u64,

@@ -172,7 +172,7 @@ impl Design {
         self.selection.as_ref().map_or(spans.clone(), |selection| selection.groups(&spans))
     }
 
-    /// What a regular two-level fraction confuses; `None` for other kinds and where constraints left out rows.
+    /// Confounded effects of a regular two-level fraction; `None` for other kinds, and if constraints left out rows.
     pub fn aliases(&self) -> Option<Aliases> {
         self.points.aliases().filter(|_| self.selection.is_none())
     }

@@ -19,7 +19,7 @@ pub(super) trait Criterion {
     fn change(&mut self, swap: Swap) -> f64;
     /// Makes the swap.
     fn swap(&mut self, swap: Swap);
-    /// What designs are compared by at the end; the smaller, the better.
+    /// Criterion by which designs are compared at the end; smaller is better.
     fn badness(&self) -> f64;
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::strata::HypercubeKind;
 
-/// Where the axial points of a central composite design lie.
+/// Position of the axial points of a central composite design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axial {
@@ -28,7 +28,7 @@ macro_rules! design_keys {
             /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false; true where the
             /// hypercube is optimised.
             centred: bool = "false",
-            /// What a Latin hypercube is chosen for. Default `none`.
+            /// Criterion of a Latin hypercube. Default `none`.
             optimise: HypercubeKind = "\"none\"",
             /// Numbers of rows that a Latin hypercube had before: its first rows are that design's.
             grown_from: Vec<u64> = "[10]",
@@ -36,7 +36,7 @@ macro_rules! design_keys {
             scramble: bool = "true",
             /// Resolution of a fractional factorial, 3 to 8. Default 4.
             resolution: u64 = "4",
-            /// Where a central composite design has its axial points. Default `inscribed`.
+            /// Position of the axial points of a central composite design. Default `inscribed`.
             axial: Axial = "\"inscribed\"",
             /// Number of centre points (central composite, Box-Behnken). Default 1.
             centre_points: u64 = "1",
@@ -83,9 +83,9 @@ design_keys!(design_options);
 /// A key with which a study says how rows are chosen.
 #[derive(Debug, Clone, Copy)]
 pub struct DesignKey {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its text, line by line.
+    /// Text, line by line.
     pub text: &'static [&'static str],
     /// A value to show (TOML): the default where there is one.
     pub shown: &'static str,
@@ -108,7 +108,7 @@ impl DesignOptions {
     }
 }
 
-/// What the keys alone do not tell of a kind of design.
+/// Further requirements of a kind of design, beyond its keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// A number: the key of this name.

@@ -32,7 +32,7 @@ struct Attempt<'t> {
     schedule: Schedule,
 }
 
-/// What attempts improve, and their random numbers.
+/// Objective of the attempts, and their random numbers.
 struct Sought<'s> {
     best: &'s mut Best,
     stream: &'s mut Stream,

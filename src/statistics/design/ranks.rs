@@ -51,7 +51,7 @@ impl Ranks {
         (self.products[a][b] + more) / self.norm - self.asked[a][b]
     }
 
-    /// What a swap adds to the sum of products of its column with another one.
+    /// Change of the sum of products of a column with another one by a swap.
     fn gain(&self, Swap { column, a, b }: Swap, other: usize) -> f64 {
         let [a, b] = [a, b].map(|row| row - self.frozen);
         let (own, other) = (&self.columns[column], &self.columns[other]);

@@ -90,7 +90,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// What to do about either.
+/// Remedy for either fault.
 const REMEDY: &str = "narrow the ranges, or choose a kind that leaves out rows (`sobol`, `halton`, `random`)";
 
 fn impossible(most: usize, fresh: usize) -> DesignError {
@@ -128,9 +128,9 @@ struct Allowed {
     known: Vec<Option<bool>>,
 }
 
-/// Where a path through rows may lead.
+/// Search for a path through rows.
 struct Walk<'a> {
-    /// Where it begins.
+    /// First row of the path.
     first: usize,
     /// Rows whose entries were looked at.
     visited: &'a mut [bool],

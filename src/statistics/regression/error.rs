@@ -1,8 +1,8 @@
-//! Why there is no model.
+//! Reasons why there is no model.
 
 use decore_math::linalg::LinalgError;
 
-/// Why a table has no model, or a model no prediction.
+/// Reason why a table has no model, or a model no prediction.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegressionError {
     /// Fewer rows than a model takes; rows at one place are one.
@@ -30,7 +30,7 @@ pub enum RegressionError {
     /// Lists whose lengths do not belong together.
     #[error("{found} {what}, where {expected} are expected")]
     Size {
-        /// What is counted.
+        /// Name of the counted items.
         what: &'static str,
         /// How many there are.
         found: usize,
@@ -40,11 +40,11 @@ pub enum RegressionError {
     /// A parameter of a model that is out of its range.
     #[error("the parameter {name} is {value}, where {expected} is needed")]
     Parameter {
-        /// Its name.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
-        /// What it may be.
+        /// Permitted values.
         expected: &'static str,
     },
     /// A term of a polynomial stands on rows alone that are left out together: without them it is open.

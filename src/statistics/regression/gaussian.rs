@@ -60,7 +60,7 @@ pub struct GaussianProcess {
     prior: Prior,
 }
 
-/// What rows say of places, a row for each place and a column for each row of the table.
+/// Information of rows about places: a row for each place and a column for each row of the table.
 struct Explained {
     /// Correlations `r`.
     near: DMatrix<f64>,
@@ -68,7 +68,7 @@ struct Explained {
     explained: DMatrix<f64>,
 }
 
-/// What a model says of a place.
+/// Prediction of a model at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
     /// Expected value.
@@ -306,7 +306,7 @@ impl GaussianProcess {
         &self.residuals
     }
 
-    /// What the model says of places with the same factors.
+    /// Predicts places with the same factors.
     ///
     /// # Errors
     /// [`RegressionError::Size`] for another number of factors.

@@ -127,7 +127,7 @@ impl Groups {
         order
     }
 
-    /// What each row counts when each group counts 1.
+    /// Weight of each row if each group has weight 1.
     pub(super) fn counts(&self) -> Vec<f64> {
         let mut counts = vec![1.0; self.rows];
         self.members.iter().for_each(|rows| rows.iter().for_each(|row| counts[*row] = 1.0 / rows.len() as f64));
@@ -188,7 +188,7 @@ impl LeftOut {
     }
 }
 
-/// What rows span of a factor; 1 of names.
+/// Span of the rows in a factor; 1 for names.
 fn span(points: &Points, factor: usize) -> f64 {
     let values = (0..points.rows()).map(|row| points.row(row)[factor]);
     let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);

@@ -18,7 +18,7 @@ impl Kernel {
     /// All kernels.
     pub const ALL: [Self; 2] = [Self::Matern52, Self::SquaredExponential];
 
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::SquaredExponential => "squared_exponential",

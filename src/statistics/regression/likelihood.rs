@@ -122,7 +122,7 @@ fn diagonal(of: &Hyperparameters, runs: &[f64]) -> Vec<f64> {
     runs.iter().map(|runs| 1.0 + of.noise + of.spread / runs).collect()
 }
 
-/// What follows from a table once lengths and noise are given: mean and variance by generalised least squares.
+/// Solution for a table with given lengths and noise: mean and variance by generalised least squares.
 #[derive(Debug, Clone)]
 pub(super) struct Solved {
     /// Lower Cholesky factor of the correlations `C`, noise on their diagonal.

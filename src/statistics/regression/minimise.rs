@@ -23,7 +23,7 @@ pub(super) struct Stop {
     pub gain: f64,
 }
 
-/// Where a search ended.
+/// End of a search.
 #[derive(Debug, Clone)]
 pub(super) struct Minimum {
     /// The parameters.

@@ -13,7 +13,7 @@ const LEAST_FREEDOM: f64 = 3.0;
 pub struct Residuals {
     errors: Vec<f64>,
     std_devs: Vec<f64>,
-    /// What each row counts: 1 for each group.
+    /// Weight of each row: 1 for each group.
     counts: Vec<f64>,
     q2: f64,
     /// Mean square of the errors of the mean of the other groups, each group counting 1.

@@ -1,4 +1,4 @@
-//! What a calculated and a measured signal are compared by.
+//! Figures that compare a calculated with a measured signal.
 
 /// Difference of a calculated value from a measured one, relative to it: `(calculated - measured) / measured`, as the paper's
 /// differences of RMS values (page 1221: 0.0254 to 0.0137 are 85 %) and velocities are taken.

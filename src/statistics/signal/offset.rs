@@ -14,7 +14,7 @@ pub struct Offset {
     pub correlation: f64,
 }
 
-/// Where two signals are alike.
+/// Time shifts at which two signals are most alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offsets {
     /// As they are.

@@ -9,7 +9,7 @@ pub(super) const MOST_FAULTS: usize = 20;
 /// Most characters of a line that are shown, about the fault, and of a key.
 const SHOWN: usize = 160;
 
-/// Why a study cannot be used.
+/// Reason why a study cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// A file could not be read.
@@ -17,7 +17,7 @@ pub enum StudyError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// Faults in the text, in the order of their places; at least one.
@@ -66,7 +66,7 @@ impl StudyError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
 pub struct InvalidRow {
-    /// What is wrong, with the paths of the offending quantities.
+    /// The fault, with the paths of the values.
     pub reason: String,
 }
 
@@ -116,13 +116,13 @@ impl FileLocation {
 /// One fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
-    /// Where it is.
+    /// Place of the fault.
     pub place: FileLocation,
     /// Path of the key; empty for a fault of syntax.
     pub key: String,
-    /// What is wrong.
+    /// The fault.
     pub message: String,
-    /// What was expected, where that is not part of the message.
+    /// Expected value, if it is not part of the message.
     pub expected: Option<String>,
     /// The nearest known key or name.
     pub nearest: Option<String>,

@@ -1,4 +1,4 @@
-//! What a file may contain, key by key, read from its JSON schema: one table serves parser, schema and paths.
+//! Permitted keys of a file, read from its JSON schema: one table for parser, schema and paths.
 
 use serde_json::Value as Json;
 use toml::Value;
@@ -8,7 +8,7 @@ use super::path;
 use super::tree::{Content, Document, Node};
 use decore_quantity::words::nearest;
 
-/// What is allowed at one place of a file.
+/// Permitted content at one place of a file.
 #[derive(Debug, Clone)]
 pub(crate) enum Shape {
     /// Table with fixed keys, in the order of the schema.
@@ -302,7 +302,7 @@ fn abbreviated(text: &str, choices: &[String]) -> Option<String> {
     choices.iter().filter(|_| text.len() <= 4).find(stands).cloned()
 }
 
-/// Why a path leads nowhere.
+/// Reason why a path does not exist.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnknownPath {
     pub message: String,

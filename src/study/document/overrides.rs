@@ -45,7 +45,7 @@ impl Override {
         Ok(Self { text: setting.to_string(), path: at, value })
     }
 
-    /// Where it is, for messages.
+    /// Place of the override, for messages.
     pub fn place(&self) -> FileLocation {
         place(&self.text)
     }

@@ -15,7 +15,7 @@ pub(crate) fn read_tree<T: serde::de::DeserializeOwned>(value: Value) -> Result<
     })
 }
 
-/// Why a tree is not of a type.
+/// Reason why a tree does not have a type.
 #[derive(Debug)]
 struct Refused {
     /// Path of the value at fault from where its reader stands: keys with dots between them, positions in brackets.
@@ -59,7 +59,7 @@ impl serde::de::Error for Refused {
 struct Tree(Value);
 
 impl Tree {
-    /// That a visitor expects something else.
+    /// Error of a visitor that expects something else.
     fn refused<'de, V: Visitor<'de>>(&self, visitor: &V) -> Refused {
         let date;
         let found = match &self.0 {

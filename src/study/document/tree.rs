@@ -17,7 +17,7 @@ pub(crate) struct Document {
     pub name: String,
     /// The text as read.
     pub text: String,
-    /// Where its lines begin.
+    /// Begin of each line.
     begins: Vec<usize>,
     /// The top-level table.
     pub root: Node,

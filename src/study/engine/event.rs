@@ -1,4 +1,4 @@
-//! What a sweep tells its caller.
+//! Events of a sweep.
 
 use std::path::Path;
 
@@ -13,16 +13,16 @@ pub type Listener<'a> = dyn Fn(SweepEvent<'_>) + Sync + 'a;
 pub enum SweepEvent<'a> {
     /// The study has more rows than the dataset was made for: those that are done are kept.
     Grown {
-        /// What is kept, and what of it was damaged.
+        /// Rows that are kept, and damaged ones.
         growth: &'a Growth,
         /// Rows of the study now.
         rows: u64,
     },
-    /// What was found in the folder: damaged parts, whose rows are computed again.
+    /// Damaged parts in the folder; their rows are computed again.
     Found {
-        /// What is wrong with them.
+        /// The faults.
         damaged: &'a [DatasetError],
-        /// What else was found and done, in words.
+        /// Further findings and repairs, in words.
         notes: &'a [String],
     },
     /// The rows that are left begin.

@@ -1,4 +1,4 @@
-//! What the tables must know of a study, and a row as they take it.
+//! Information for the tables: the study, and the rows.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use decore_model::scene::NumericalTwin;
 use decore_quantity::Kind;
 use decore_statistics::design::Quality;
 
-/// What the tables must know of a study, the files it is computed from and the settings outside it, and the signals that are kept.
+/// Collects the information for the tables: the study, its files, its outside settings, and the stored signals.
 pub fn dataset_info(
     checked: &CheckedStudy,
     inputs: BTreeMap<String, String>,

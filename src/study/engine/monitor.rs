@@ -15,7 +15,7 @@ const INTERVAL: Duration = Duration::from_secs(2);
 /// Rows that are not done of which the status tells.
 const LAST_ERRORS: usize = 10;
 
-/// What a sweep begins with.
+/// State at the start of a sweep.
 pub(super) struct Beginning<'a> {
     pub place: DatasetDir,
     /// Rows that the dataset is to hold.

@@ -36,7 +36,7 @@ pub trait RowRunner: Sync {
     fn study(&self) -> &Study {
         self.checked().study()
     }
-    /// What the tables must know of the study.
+    /// Information on the study for the tables.
     fn info(&self) -> DatasetInfo;
     /// Runs a row. Pure: depends on the study and the row alone.
     fn outcome(&self, row: usize) -> RowOutcome;
@@ -111,7 +111,7 @@ impl Engine {
         Self { retries, ..self }
     }
 
-    /// What users should know of the machines, in lines: kept reductions that could not be used, what looks wrong.
+    /// Notes on the machines for users, in lines: cached reductions that could not be used, doubtful matrices.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
         [&self.machine].into_iter().chain(&self.further).flat_map(Machine::notes).map(String::as_str)
     }

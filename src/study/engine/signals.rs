@@ -21,7 +21,7 @@ const CELL_BYTES: f64 = 9.0;
 pub(super) struct KeptSignals {
     /// Which, and over what they are averaged.
     pub settings: MeanSettings,
-    /// Their columns.
+    /// Columns of the signals.
     pub columns: Vec<SignalColumn>,
     /// The rows; `None`: all.
     rows: Option<BTreeSet<u64>>,
@@ -38,7 +38,7 @@ fn longest_duration_s(checked: &CheckedStudy) -> f64 {
 }
 
 impl KeptSignals {
-    /// What a study asks for; `None` where it keeps no signals.
+    /// Reads the request of a study; `None` if it keeps no signals.
     ///
     /// # Errors
     /// [`EngineError::Outputs`]: a signal that there is not, or twice; a row beyond the last.

@@ -24,13 +24,13 @@ pub struct SweepSettings<'a> {
     pub threads: usize,
     /// The range of rows that the dataset is to hold; `None` (default): all.
     pub rows: Option<RowSpan>,
-    /// What becomes of a dataset that is there; default: it is continued.
+    /// Action for an existing dataset. Default: continue it.
     pub existing: Existing,
     /// Rows to run again in place of those that are there, and no others; `None` (default): all that are missing are run.
     pub again: Option<&'a RerunSelection>,
     /// Stop when more rows than this are not done, those of earlier runs included; `None` (default): never.
     pub max_failed: Option<u64>,
-    /// Where to write how the sweep ended (JSON); `None` (default): nowhere but in the dataset.
+    /// File for the final status (JSON). Default: `None`, only in the dataset.
     pub summary: Option<&'a Path>,
     /// Set from outside (another thread, a signal handler) to start no more rows; the sweep sets it when too many failed.
     pub stop: Option<&'a AtomicBool>,

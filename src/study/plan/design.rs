@@ -21,7 +21,7 @@ pub(crate) struct DesignPlan {
     pub files: Vec<RowFile>,
 }
 
-/// What must hold in every row.
+/// Condition on every row.
 #[derive(Debug, Clone)]
 pub(crate) struct Constraint {
     /// As written.
@@ -36,7 +36,7 @@ struct DesignReader<'a> {
     around: &'a Surroundings<'a>,
     /// The factors so far.
     factors: Vec<FactorInfo>,
-    /// Those of them that the design draws, as it takes them.
+    /// Factors that the design draws, in its form.
     drawn: Vec<Factor>,
     problems: Vec<Problem>,
 }
@@ -127,8 +127,7 @@ impl DesignPlan {
         }
     }
 
-    /// Where the tree has no value at a path that a factor drives, puts the first row's there; the error is the path and what is
-    /// wrong with it.
+    /// Fills missing values at the paths of factors with the values of the first row. The error contains the path and the fault.
     pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
         for (at, value) in self.driven(&self.row(0)) {
             if path::get(tree, at).is_none() {

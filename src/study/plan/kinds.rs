@@ -10,7 +10,7 @@ use decore_statistics::design::{DesignError, DesignKind, Kind, Needs, Product, P
 
 /// A key at fault.
 pub(super) struct Fault {
-    /// Its path.
+    /// Path of the table.
     pub at: Vec<String>,
     pub message: String,
 }
@@ -26,7 +26,7 @@ pub(super) struct DesignChoice {
 pub(crate) struct RowFile {
     /// As the study names it.
     pub name: String,
-    /// Its rows, written out: they stand for the file, whose format does not matter.
+    /// Rows as text, in place of the file: its format does not matter.
     pub content: String,
 }
 
@@ -35,7 +35,7 @@ pub(super) struct KindReader<'a> {
     pub entry: &'a DesignEntry,
     /// The drawn factors, in the order of the design.
     pub drawn: Vec<&'a FactorInfo>,
-    /// Where relative file names start.
+    /// Folder for relative file names.
     pub directory: &'a Path,
 }
 

@@ -1,4 +1,4 @@
-//! What each factor of a study is and drives, and the design that draws it.
+//! Factors of a study: domains and targets, and the design that draws them.
 //!
 //! Each file imports those before it only: `factor` (what a factor is), `pages` and `parquet` (Parquet files of
 //! others), `delimited` (text files of others), `table` (rows from files), `kinds` (the kind of design),

@@ -31,7 +31,7 @@ mod kind {
     pub const STRUCT: u8 = 12;
 }
 
-/// What a page's head states.
+/// Contents of a page's header.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct PageHead {
     unpacked: u64,

@@ -23,7 +23,7 @@ const MOST_ROWS: usize = 10_000_000;
 /// Rows that are decoded at a time.
 const BATCH_ROWS: usize = 1024;
 
-/// Where a factor's column is among the names of a file's columns, or why it is not.
+/// Finds a factor's column among the names of a file's columns, or returns the reason why it is missing.
 pub(super) type ColumnPlace<'a> = &'a dyn Fn(&str, &[String]) -> Result<usize, String>;
 
 /// The cells of these factors' columns, row by row, whatever the compression but LZO and Brotli.

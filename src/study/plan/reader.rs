@@ -7,7 +7,7 @@ use crate::document::typed::Typed;
 use crate::file::FactorEntry;
 use decore_quantity::Value;
 
-/// What the design section of a study stands in.
+/// Context of the design section of a study.
 pub(crate) struct Surroundings<'a> {
     pub typed: &'a Typed,
     pub shape: &'a Shape,
@@ -27,7 +27,7 @@ pub(super) struct FactorReader<'a> {
     pub around: &'a Surroundings<'a>,
     pub name: &'a str,
     pub entry: &'a FactorEntry,
-    /// What was found wrong.
+    /// Problems found.
     pub problems: Vec<Problem>,
 }
 

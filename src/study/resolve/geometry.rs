@@ -7,7 +7,7 @@ use decore_model::workpiece::Casting;
 
 /// Distance in m up to which places agree: coordinates are typed to a millimetre.
 const AGREEMENT_M: f64 = 1e-3;
-/// What to do about a fault.
+/// Remedy for a fault.
 const REMEDY: &str = "correct one of them, or set `geometry = \"as_given\"`";
 
 /// Faults of a row's geometry: strike points beside their mounts, fixtures beside their interface points, two hammers in one

@@ -1,4 +1,4 @@
-//! What keeps values from being a scene.
+//! Problems that prevent a scene.
 
 /// Something that keeps a study from being a scene.
 #[derive(Debug, Clone, PartialEq)]

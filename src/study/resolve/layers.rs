@@ -12,7 +12,7 @@ const ALTERNATIVES: [&[&str]; 2] =
 pub(crate) struct Conflict {
     /// Path of the second statement within the layer.
     pub path: Vec<String>,
-    /// What is wrong.
+    /// The fault.
     pub message: String,
 }
 

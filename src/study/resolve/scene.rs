@@ -14,7 +14,7 @@ use decore_model::workpiece::{
 };
 use decore_quantity::words::nearest;
 
-/// What rows share.
+/// Data that rows share.
 pub(crate) struct Context<'a> {
     pub rails: &'a [Rail],
     /// Names of the further machines.

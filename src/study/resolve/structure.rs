@@ -19,7 +19,7 @@ use decore_model::workpiece::{CastingStructure, CastingStructureEntry};
 /// The rail of the built-in station.
 const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);
 
-/// Where the machine comes from.
+/// Source of the machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StructureSource {
     /// The built-in station.
@@ -115,7 +115,7 @@ impl CastingModel {
 /// The machine and its reduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureSettings {
-    /// Where it comes from.
+    /// Source of the machine.
     pub source: StructureSource,
     /// Modes of the coupled machine are kept up to this frequency in Hz.
     pub cutoff_hz: f64,
@@ -197,7 +197,7 @@ impl StructureSettings {
 pub(crate) struct MachineTable<'a> {
     pub entry: &'a StructureEntry,
     pub typed: &'a Typed,
-    /// Where it stands in the study.
+    /// Table of the machine in the study.
     pub at: &'a [&'a str],
 }
 

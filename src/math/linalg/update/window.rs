@@ -26,15 +26,15 @@ pub(super) struct Window {
     pub poles: Range<usize>,
     /// Between these lies no pole but those kept.
     free: (f64, f64),
-    /// Where the pencil is exact.
+    /// Centre, at which the pencil is exact.
     pub centre: f64,
     /// Distances of the pencil's eigenvalues from the centre, falling.
     pub eta: Vec<f64>,
-    /// Its vectors over the kept poles (poles x pairs).
+    /// Vectors over the kept poles (poles x pairs).
     vectors: DMatrix<f64>,
     /// `q` of its pairs (r x pairs).
     coupled: DMatrix<f64>,
-    /// What the slope of `-H_far` was raised by.
+    /// Amount that was added to the slope of `-H_far`.
     raised: f64,
     /// `1 / (centre - nu_i)^2` of far poles, 0 of those kept.
     curvature: Vec<f64>,
@@ -48,10 +48,10 @@ pub(super) struct PencilPair {
     q: Vec<f64>,
 }
 
-/// What became of a pair of the pencil.
+/// Result for a pair of the pencil.
 pub(super) enum Outcome {
     Found(PencilPair),
-    /// Its value did not come to rest; the last one, where that may serve as a centre.
+    /// The value did not converge; the last one, if it can serve as a centre.
     Open(Option<f64>),
 }
 
@@ -229,7 +229,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What the poles beyond a window add: a matrix and its slope at the window's centre.
+/// Contribution of the poles beyond a window: a matrix and its slope at the window's centre.
 struct Far {
     centre: f64,
     h: DMatrix<f64>,

@@ -18,7 +18,7 @@ struct Lacking {
     stated: usize,
 }
 
-/// What about the last columns of the mass is to be doubted.
+/// Doubts about the last columns of the mass matrix.
 ///
 /// # Errors
 /// A stiffness that lacks its last columns, where there is mass: nothing that stands is like that.

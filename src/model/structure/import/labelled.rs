@@ -21,7 +21,7 @@ pub(super) struct LabelledMatrix {
     pub storage: Option<Storage>,
     /// Number of columns that the file states, those of zeros included.
     pub stated_columns: Option<usize>,
-    /// What the file states of its nodes.
+    /// Statements of the file about its nodes.
     pub nodes: Nodes,
 }
 

@@ -66,7 +66,7 @@ pub(super) struct Lines<'a> {
     raw: Vec<u8>,
     /// The current line without its end.
     pub text: String,
-    /// Its number, counted from 1.
+    /// Line number, from 1.
     pub number: usize,
 }
 

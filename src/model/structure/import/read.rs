@@ -72,7 +72,7 @@ impl FeModel {
     }
 }
 
-/// That a list of rows names each once, where the matrices go by these names.
+/// Returns an error if a list of rows contains one twice and the matrices refer to rows by name.
 fn require_distinct(list: Option<&(MatrixRows, String)>, imported: &[Imported]) -> Result<(), StructureError> {
     let Some((rows, file)) = list else { return Ok(()) };
     match repeated(&rows.labels) {
@@ -88,7 +88,7 @@ fn require_distinct(list: Option<&(MatrixRows, String)>, imported: &[Imported]) 
     }
 }
 
-/// What the list of rows and the matrices' own files state of nodes, and which file did so first.
+/// Combines the statements about nodes in the list of rows and the matrices' own files, and names the first file that states any.
 fn stated_nodes(
     list: Option<(MatrixRows, String)>,
     imported: &[Imported],

@@ -1,4 +1,4 @@
-//! What to read: files, format, units.
+//! Sources of a model: files, format, units.
 
 use std::path::PathBuf;
 
@@ -62,7 +62,7 @@ pub struct ModelFiles {
     pub mass: MatrixFile,
     /// Viscous damping, where there is one.
     pub damping: Option<MatrixFile>,
-    /// What the rows stand for; needed for CalculiX, of use where points are given by their nodes.
+    /// Labels of the rows; required for CalculiX, and useful if points are given by their nodes.
     pub dofs: Option<PathBuf>,
     /// Places of nodes (`*NODE`, `GRID`, or a table), in the unit of the matrices.
     pub nodes: Option<PathBuf>,

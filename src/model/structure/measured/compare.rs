@@ -17,7 +17,7 @@ use crate::structure::reduced::{Damping, ModalOptions, ReducedStructure};
 /// Resonances whose frequencies differ by more than this share are not the same mode.
 const SAME_MODE: f64 = 0.2;
 
-/// What is compared.
+/// Settings of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredSettings {
     /// Damping of the machine's modes.
@@ -31,9 +31,9 @@ pub struct MeasuredSettings {
 /// A measured response and the machine's.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredCurve {
-    /// Where the velocity was taken, as the file names it.
+    /// Point of the velocity, as named in the file.
     pub response: String,
-    /// Where the force acted.
+    /// Point of the force.
     pub force: String,
     /// Frequencies in Hz.
     pub frequency_hz: Vec<f64>,
@@ -71,7 +71,7 @@ pub struct MeasuredReport {
     pub modes: Vec<MeasuredMode>,
     /// Damping ratios for the machine's modes up to the cut-off: the measured ones where a resonance was found, else the machine's.
     pub proposed_damping_ratio: Vec<f64>,
-    /// What looks wrong, one sentence each.
+    /// Doubtful results, one sentence each.
     pub remarks: Vec<String>,
 }
 

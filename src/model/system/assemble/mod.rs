@@ -47,7 +47,7 @@ pub enum BuildError {
     /// An elastic casting without modes.
     #[error("elastic casting number {casting} has no modes")]
     Modes {
-        /// Its index.
+        /// Index of the casting.
         casting: usize,
     },
     /// A contact's law cannot take the flexibility of the casting.

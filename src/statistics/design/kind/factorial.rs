@@ -92,7 +92,7 @@ impl Specification for PlackettBurman {
 /// Corners, axial points and centre, for quadratic models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CentralComposite {
-    /// Where the axial points lie.
+    /// Position of the axial points.
     pub axial: Axial,
     /// Number of centre points.
     pub centres: usize,

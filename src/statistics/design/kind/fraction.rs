@@ -168,7 +168,7 @@ fn is_product(columns: &[u64], word: u64, most: u32) -> bool {
     }
 }
 
-/// What a regular two-level fraction confuses. Factors go by their index; products are of levels -1 and 1.
+/// Confounded effects of a regular two-level fraction. Factors are given by index; products use the levels -1 and 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Aliases {
     /// Factors that are products of others, with these.

@@ -64,7 +64,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// What the keys of a study ask for.
+            /// Reads the keys of a study.
             ///
             /// # Errors
             /// What the keys do not tell.

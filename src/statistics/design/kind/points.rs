@@ -1,4 +1,4 @@
-//! What a kind of design has to be able to do: become points, and give their rows.
+//! Interface of a kind of design: it makes points, and gives their rows.
 
 use std::fmt;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ const MOST_STATED_ROWS: usize = 1_000_000;
 
 /// A kind of design as asked for.
 pub(in crate::design) trait Specification: Sized {
-    /// What the keys of a study ask for.
+    /// Reads the keys of a study.
     fn of(keys: &DesignOptions) -> Result<Self, Needs>;
 
     /// Makes it ready to give rows.
@@ -31,7 +31,7 @@ pub(in crate::design) trait Specification: Sized {
     }
 }
 
-/// What points are made for; at least one factor but for a single row.
+/// Request for points; at least one factor, unless there is a single row.
 #[derive(Clone, Copy)]
 pub(in crate::design) struct Request<'a> {
     pub factors: &'a [Factor],
@@ -77,7 +77,7 @@ pub(in crate::design) trait Points: fmt::Debug + Send + Sync {
         true
     }
 
-    /// What a regular fraction confuses.
+    /// Confounded effects of a regular fraction.
     fn aliases(&self) -> Option<Aliases> {
         None
     }

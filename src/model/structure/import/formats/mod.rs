@@ -170,7 +170,7 @@ impl ExportFormat {
         Self::all().find(|format| format.name() == name)
     }
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         self.form.name
     }
@@ -182,7 +182,7 @@ impl ExportFormat {
         [stiffness, mass, damping, ROWS_FILE, POINTS_FILE]
     }
 
-    /// What gets lost in it, for the user to know; `None` where every bit is kept.
+    /// Loss of information, for the user; `None` if every bit is kept.
     pub fn loss(self) -> Option<&'static str> {
         self.form.loss
     }

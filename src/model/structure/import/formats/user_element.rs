@@ -69,7 +69,7 @@ fn parameter(text: &str, name: &str) -> Option<String> {
     })
 }
 
-/// What the lines that follow hold.
+/// Contents of the following lines.
 #[derive(Clone, Copy, PartialEq)]
 enum Within {
     /// Nothing of use.
@@ -88,7 +88,7 @@ struct Element {
     size: usize,
     /// Whether both triangles are there.
     full: bool,
-    /// Its nodes, by the comment.
+    /// Nodes, from the comment.
     nodes: Vec<i64>,
     /// Directions from a node on, the node counted from 0.
     directions: Vec<(usize, Vec<usize>)>,

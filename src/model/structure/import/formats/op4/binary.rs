@@ -159,7 +159,7 @@ fn read_columns(records: &mut Records, header: &Header, wanted: bool) -> Result<
     }
 }
 
-/// Where values of a column begin.
+/// Position of a column's first value.
 struct Begin {
     row: i64,
     column: u32,
@@ -181,7 +181,7 @@ fn run(
     Ok(())
 }
 
-/// What stands before the values of a string.
+/// Header of a string of values.
 struct StringHead {
     /// First row.
     first: i64,

@@ -1,4 +1,4 @@
-//! What an OUTPUT4 file holds, and which of it is wanted.
+//! Contents of an OUTPUT4 file, and the selection of its matrices.
 
 use crate::structure::error::StructureError;
 use crate::structure::import::triplets::{MOST_ROWS, Storage, Triplets};
@@ -54,7 +54,7 @@ impl Header {
         (self.form == 1).then_some(Storage::Both)
     }
 
-    /// Why this can be no stiffness, mass or damping.
+    /// Returns the reason why this cannot be a stiffness, mass or damping matrix.
     fn refusal(&self) -> Option<String> {
         let Self { name, rows, columns, .. } = self;
         match (self.kind, self.form) {
