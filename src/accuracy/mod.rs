@@ -1,8 +1,8 @@
-//! Speed against error on a scene: the same run under many settings, against a converged reference of its own.
+//! Speed and error of solver settings on one scene: the same run with many settings, compared with a converged reference.
 //!
-//! Three things keep apart what is numerical and what is not: the reference's own error (it is run at two tolerances), the
-//! scene's sensitivity (impact sequences amplify perturbations: how far outputs move from a run to its twins is the floor below
-//! which no method can be judged), and the truncation of modes.
+//! Three figures separate numerical errors from other differences. The reference runs at two tolerances, which gives its own error. The
+//! scene's sensitivity is the change of the outputs between a run and its twins; no method can be judged below it. The third figure is
+//! the truncation of modes.
 
 mod measure;
 mod outputs;

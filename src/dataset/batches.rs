@@ -1,4 +1,4 @@
-//! Tables as batches of Arrow: those of rows in memory, and those of a dataset as they are read.
+//! Tables as Arrow batches: from rows in memory, and from a dataset that is read.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;

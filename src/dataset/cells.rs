@@ -1,7 +1,7 @@
 //! The cells of a row as bytes.
 //!
-//! One column is read by its getter. A row that is written needs them all, on a thread whose caches the row's simulation has filled
-//! with other things: there a struct writes all its quantities at once.
+//! A reader gets one column with its getter. A writer needs all columns of a row, on a thread whose caches are full of the row's
+//! simulation. There a struct writes all its quantities at once.
 
 use std::ops::Range;
 

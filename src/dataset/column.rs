@@ -1,4 +1,4 @@
-//! A column: what it is, and where its value for a row comes from.
+//! A column: its description, and the source of its value for a row.
 
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! The columns of all tables: name, type, unit, description and getter follow from the declarations of the quantities.
 //!
-//! The writer, the reader and the data dictionary derive from what is put together here.
+//! Writer, reader and data dictionary use these columns.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Compares a manifest with itself: parts under their own names, in order, each once, with all rows that the manifest has.
+//! Checks a manifest for consistency: parts under their own names, in order, each once, with all rows of the manifest.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Files that are either whole or not there, and stay there.
+//! Files that are either complete or absent, and durable.
 
 use std::fs::{self, File};
 use std::io;

@@ -1,8 +1,8 @@
-//! A dataset whose study got more rows: the rows that are there stay, under the new study's name.
+//! Growth of a dataset whose study got more rows: existing rows stay, under the new study's name.
 //!
-//! The parts of the grown study are written into a folder of their own from the rows of the old parts and the journal, block
-//! by block, and put in place when they are complete. Every file names its study, so even blocks that stay the same are
-//! encoded again: a grown dataset has the bytes of one that was run in one go.
+//! The parts of the grown study are written into a separate folder, block by block, from the rows of the old parts and the journal, and
+//! moved into place when they are complete. Every file contains the name of its study, so unchanged blocks are encoded again too. A grown
+//! dataset has the same bytes as one that ran in one go.
 
 use std::fs::File;
 use std::path::Path;

@@ -1,8 +1,8 @@
-//! The journal: every row that ended, from the moment at which it ended until it is in a part.
+//! The journal stores every finished row until it is in a part.
 //!
-//! One file per part's block of rows, written to by the threads that run rows. A killed process loses no row that ended; a
-//! power failure loses those since the last [`Journal::sync`]. A file grows by spans of zeros, which are mapped into memory:
-//! rows are copied there, which takes no call of the system, and a full disk is met before a row comes.
+//! There is one file per part's block of rows; the threads that run rows write to it. A killed process loses no finished row. A power
+//! failure loses the rows since the last [`Journal::sync`]. A file grows by spans of zeros, which are mapped into memory. Rows are copied
+//! there without a system call, and a full disk is noticed before a row arrives.
 //!
 //! # Files
 //!
@@ -11,9 +11,9 @@
 //! .journal/000000000064.rows   MAGIC, the study's key and its checksum, then frames: length, checksum, row
 //! ```
 //!
-//! `study.json` is in place before the first row, so a folder that lost its manifest before its first part goes on from the journal
-//! alone. The key keeps rows of another study out: such a file goes to the folder of damaged parts. Files of earlier programs begin
-//! with another word and name no study; their rows are taken for those of the manifest.
+//! `study.json` is in place before the first row, so a folder that lost its manifest before its first part continues from the journal.
+//! The key keeps rows of another study out: such a file is moved to the damaged parts. Files of earlier programs begin with another word
+//! and contain no study; their rows count as rows of the manifest's study.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;

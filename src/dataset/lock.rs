@@ -1,4 +1,4 @@
-//! One writer per dataset or table of rows: a lock that ends with its process, however that ends.
+//! Lock for one writer per dataset or table of rows. It ends with its process, however the process ends.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};

@@ -1,4 +1,4 @@
-//! The manifests of a dataset: what it is of, which rows it has, which parts with which checksums.
+//! Manifests of a dataset: its study, rows and parts, with checksums.
 
 use std::io;
 use std::path::Path;

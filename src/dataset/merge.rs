@@ -1,4 +1,4 @@
-//! One dataset from shards: byte for byte the one of an unsharded run.
+//! Merges shards into one dataset, byte for byte the dataset of an unsharded run.
 
 use std::fs;
 use std::path::{Path, PathBuf};

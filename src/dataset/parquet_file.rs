@@ -1,4 +1,4 @@
-//! Parquet bytes of a part, and back.
+//! Encodes parts as Parquet, and decodes them.
 
 use std::collections::HashMap;
 use std::path::PathBuf;

@@ -1,8 +1,8 @@
-//! Power cuts: a record of all that is asked of the disk, replayed with what was not yet synced dropped, torn or reordered.
+//! Power cuts: replays a record of all disk operations, with unsynced ones dropped, torn or reordered.
 //!
-//! A kill leaves all that a process wrote; a power cut leaves what was synced and any part of the rest. The model is stricter
-//! than file systems are: every page of a file and every entry of a folder that is not synced may be there or not,
-//! independently of all others; only a rename is there whole or not at all.
+//! A kill keeps everything that a process wrote. A power cut keeps everything that was synced, and any part of the rest. The model is
+//! stricter than file systems: every unsynced page of a file and entry of a folder may exist or not, independently. Only a rename is
+//! atomic.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

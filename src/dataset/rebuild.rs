@@ -1,9 +1,8 @@
-//! The manifests of a folder, made anew from the parts where they are gone or damaged.
+//! Rebuilds lost or damaged manifests from the parts.
 //!
-//! Every part of the table of timings describes its block in its metadata: the study, and the block's parts of `runs` and
-//! `blows` with their checksums. It does so there because the bytes of the other two tables depend on the study alone. A
-//! manifest that is lost is the sum of these descriptions; a part that no description vouches for does not count. Before the first
-//! part there is the journal, which describes the dataset as it began.
+//! The metadata of every part of the table of timings describes its block: the study, and the block's parts of `runs` and `blows` with
+//! their checksums. They are stored there because the bytes of the other two tables depend only on the study. A lost manifest is the sum
+//! of these descriptions. Parts without a description do not count. Before the first part, the journal describes the dataset.
 
 use std::fs;
 use std::path::{Path, PathBuf};

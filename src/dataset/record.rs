@@ -1,7 +1,7 @@
-//! A row as bytes: what the journal holds, and what the parts are encoded from.
+//! A row as bytes, for the journal and as the source of parts.
 //!
-//! Every row goes through these bytes, whether it was just computed, comes from the journal of a killed run, or from a part
-//! that must be written anew: that is why all of them give the same files.
+//! Every row takes this form: new rows, rows from the journal of a killed run, and rows from a part that must be rewritten. That is why
+//! all of them give the same files.
 
 use super::column::{Column, Source};
 use super::columns::{Columns, TableName};

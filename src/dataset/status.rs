@@ -1,4 +1,4 @@
-//! How far a sweep is, or how it ended: a small JSON file that other programs can read.
+//! Progress and end of a sweep: a small JSON file that other programs can read.
 
 use std::fs;
 use std::io;

@@ -1,4 +1,4 @@
-//! Puts blocks of rows in place as parts: what is in place is whole.
+//! Stores blocks of rows as parts. Only complete files are moved into place.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,4 +1,4 @@
-//! A table of its own in a Parquet file: time signals of one run, figures of a comparison, a design.
+//! A single table in a Parquet file: time signals of a run, figures of a comparison, a design.
 
 use std::path::Path;
 use std::sync::Arc;

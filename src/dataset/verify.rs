@@ -1,4 +1,4 @@
-//! Everything that can be checked of a dataset, without changing it.
+//! Verification of a dataset. It changes nothing.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Writes a dataset: rows into the journal as they end, parts from a thread of their own.
+//! Writes a dataset: finished rows into the journal at once, parts in a thread of their own.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -1,5 +1,5 @@
-//! Files are read up to the size that their kind may have: a wrong name (a device, some other program's results) costs
-//! neither memory nor time. They are written under a passing name, until they are whole: [`Staged`].
+//! Reads files up to the maximum size of their kind, so that a wrong name (a device, results of another program) costs neither memory nor
+//! time. Writes files under a temporary name until they are complete: [`Staged`].
 
 mod shield;
 mod staged;

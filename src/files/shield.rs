@@ -1,4 +1,4 @@
-//! Decoders of others: what they do with damaged bytes ends in an error, not in the end of the program.
+//! Runs decoders of other packages: damaged bytes give an error, not a panic.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};

@@ -1,4 +1,4 @@
-//! Pseudo-velocity shock spectra and doses of a motion whose acceleration is a cubic piece by piece.
+//! Pseudo-velocity shock spectra and doses of a motion whose acceleration is piecewise cubic.
 //!
 //! An oscillator of natural circular frequency `w` and damping ratio `zeta = 1 / (2 Q)` stands on the moving point. Its elongation `z` obeys
 //!

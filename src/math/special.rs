@@ -1,6 +1,6 @@
-//! Distribution functions and quantiles that are no elementary functions.
+//! Distribution functions and quantiles that are not elementary.
 //!
-//! From libm's functions and basic operations alone: a factor's value has the same bits on every system.
+//! They use only libm's functions and basic operations, so a factor's value has the same bits on every system.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 

@@ -1,4 +1,4 @@
-//! The page of a dataset: what `src/assets/pages/report.js` draws.
+//! Page of a dataset, drawn by `src/assets/pages/report.js`.
 
 use std::collections::{BTreeMap, BTreeSet};
 

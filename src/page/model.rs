@@ -1,4 +1,4 @@
-//! A surrogate as a page predicts with it: its figures as JSON, its rows and weights among the page's data.
+//! A surrogate for predictions on a page: its figures as JSON, its rows and weights in the page's data.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! The quality report as one HTML page that needs nothing else: tables, and plots as inline SVG.
+//! Quality report as one self-contained HTML page: tables, and plots as inline SVG.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! The page of a row: what `src/assets/pages/scene.js` draws.
+//! Page of a row, drawn by `src/assets/pages/scene.js`.
 
 use std::ops::Range;
 

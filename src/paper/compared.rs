@@ -1,4 +1,4 @@
-//! The paper's figures beside ours, as plain data.
+//! Comparison of the paper's figures with ours, as plain data.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! The comparison as one HTML page that needs nothing else.
+//! The comparison as one self-contained HTML page.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! The paper's rig as a study, run as it is and with one thing changed at a time.
+//! The paper's rig as a study, run unchanged and with one change at a time.
 
 use std::path::Path;
 

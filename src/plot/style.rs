@@ -1,4 +1,4 @@
-//! Colours, and what can go wrong.
+//! Colours, and errors of the plotting library.
 
 /// A colour as red, green and blue.
 pub type Color = (u8, u8, u8);

@@ -1,4 +1,4 @@
-//! A dataset, opened.
+//! An open dataset.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Values by the names of factors: mappings, frames of pandas, polars and Arrow, rows, structured arrays.
+//! Values by factor names: mappings, frames of pandas, polars and Arrow, rows, structured arrays.
 
 use std::collections::HashSet;
 

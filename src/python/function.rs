@@ -1,4 +1,4 @@
-//! Outputs as a function of factors, over arrays: what optimisers and samplers call.
+//! Outputs as a function of factors over arrays, for optimisers and samplers.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

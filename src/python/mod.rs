@@ -1,8 +1,8 @@
-//! The module of the Python package `decore`: the calls of [`decore_study::engine`] and [`decore_dataset`] that the command line makes, for
-//! notebooks and programs. What is around it in Python is in `decore/` beside this file, with the types of all it has.
+//! Module of the Python package `decore`: the functions of [`decore_study::engine`] and [`decore_dataset`] that the command line uses,
+//! for notebooks and programs. The Python part with all types is in `decore/` next to this file.
 //!
-//! Nothing here holds the interpreter while it simulates, reads or writes. Values become Python's objects, and objects values, with it
-//! alone: there other threads get their turn every few milliseconds.
+//! The interpreter is released during simulation, reading and writing. Conversions between values and Python objects hold it; other
+//! threads get their turn every few milliseconds.
 
 mod command;
 mod dataset;

@@ -1,4 +1,4 @@
-//! A study with its machines reduced, and what every table of its rows needs.
+//! A study with its reduced machines, and the metadata of its tables.
 
 use std::sync::Arc;
 

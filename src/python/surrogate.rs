@@ -1,4 +1,4 @@
-//! Models of a dataset's outputs, and what they say of rows not run.
+//! Models of a dataset's outputs, and their predictions.
 
 use std::borrow::Cow;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Rows that a Python program runs: told of by a callable, stopped by Ctrl-C.
+//! Runs rows from Python: progress goes to a callable, Ctrl-C stops.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};

@@ -1,4 +1,4 @@
-//! Tables by the Arrow stream protocol: readers of Arrow take them as they are, and none is needed.
+//! Tables with the Arrow stream protocol: readers of Arrow can use them directly.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

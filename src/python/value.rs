@@ -1,4 +1,4 @@
-//! Values of Python as values of a study, and back.
+//! Conversion between Python values and values of a study.
 
 use std::collections::HashSet;
 use std::path::PathBuf;

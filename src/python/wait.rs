@@ -1,4 +1,4 @@
-//! Long work beside the interpreter: other Python threads run meanwhile, and Ctrl-C is heard.
+//! Runs long work without the interpreter, so that other Python threads run, and Ctrl-C works.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};

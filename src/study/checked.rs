@@ -1,4 +1,4 @@
-//! A study held to its machine: every name known, its constraints applied, its rows what they stay.
+//! A study checked against its machine: all names known, constraints applied, rows final.
 
 use super::constraints::{constrained, meets, unknown_names};
 use super::demand::check_names;

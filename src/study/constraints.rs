@@ -1,4 +1,4 @@
-//! Constraints of a design: expressions over factors, parameters and geometry that hold in every row.
+//! Constraints of a design: conditions on factors, parameters and geometry in every row.
 
 use std::cell::OnceCell;
 

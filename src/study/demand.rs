@@ -1,4 +1,4 @@
-//! Which interface points the rows of a study can use.
+//! Interface points that the rows of a study can use.
 
 use super::document::error::Problem;
 use super::document::path;

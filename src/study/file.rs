@@ -1,4 +1,4 @@
-//! The study file as typed: keys and types of the TOML, defaults not yet filled in. The schema derives from it.
+//! The study file: keys and types of the TOML, without defaults. The schema derives from it.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;

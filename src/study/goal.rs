@@ -1,4 +1,4 @@
-//! The question of a study: what is wanted of its rows, and which limits must hold.
+//! Goal of a study, and its limits.
 
 use super::document::error::{Problem, StudyError};
 use super::document::path;

@@ -1,4 +1,4 @@
-//! A study as loaded: read, with all that it names, but not yet held to a machine.
+//! A loaded study with all its files, not yet checked against a machine.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! The commented study that `init` writes: what is written by hand, completed from the declarations of parameters.
+//! Commented study of `init`: handwritten text, completed from the declarations of parameters.
 
 use serde::Serialize;
 use serde::ser::Error as _;

@@ -1,4 +1,4 @@
-//! The table of the rows that a search has added, beside the dataset.
+//! Table of the rows that a search has added, next to the dataset.
 
 use std::path::{Path, PathBuf};
 

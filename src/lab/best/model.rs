@@ -1,4 +1,4 @@
-//! Models of the goal and the limits, and what they expect of a decision.
+//! Models of the goal and the limits, and their predictions for a decision.
 
 use super::error::BestError;
 use super::robust::{Bounded, Predicted, expected, expected_error, held, quantile};

@@ -1,4 +1,4 @@
-//! The best decision among many, by what the models expect.
+//! Finds the best decision among many, by the predictions of the models.
 
 use super::error::BestError;
 use super::model::{Expected, Models};

@@ -1,4 +1,4 @@
-//! The values that can be chosen, and draws of the others.
+//! Space of the decisions, and draws of the uncertain factors.
 
 use super::error::BestError;
 use super::result::Setting;

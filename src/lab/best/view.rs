@@ -1,4 +1,4 @@
-//! An answer as a page shows it: its models, the draws of the uncertain factors, and the places of the hammers.
+//! Data of an answer for a page: its models, the draws of the uncertain factors, and the positions of the hammers.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Which row of one dataset is which of the other.
+//! Matches the rows of two datasets.
 
 use std::cmp::Ordering;
 use std::collections::HashMap;

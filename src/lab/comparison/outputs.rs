@@ -1,4 +1,4 @@
-//! Outputs of matched rows, and which of them lie beyond their scatter.
+//! Outputs of matched rows, and the outputs that differ by more than their scatter.
 
 use super::error::ComparisonError;
 use super::matching::{MatchedRows, Matching, Texts};

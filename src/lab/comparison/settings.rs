@@ -1,4 +1,4 @@
-//! How two datasets are compared.
+//! Settings of a comparison.
 
 /// How to compare.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,4 +1,4 @@
-//! A column of the table and what the dictionary says of it.
+//! A column of the table, with its dictionary entry.
 
 use std::collections::HashMap;
 

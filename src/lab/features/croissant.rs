@@ -1,4 +1,4 @@
-//! Croissant metadata (MLCommons, version 1.0): what the files are, with checksums, for catalogues and loaders of data sets.
+//! Croissant metadata (MLCommons, version 1.0): files with checksums, for catalogues and loaders of data sets.
 
 use hmac_sha256::Hash;
 use serde_json::{Value, json};

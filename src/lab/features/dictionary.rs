@@ -1,4 +1,4 @@
-//! The data dictionary: what every column of the table is, as JSON and as a plain table.
+//! Data dictionary: descriptions of all columns, as JSON and as a plain table.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! From a dataset to a folder with the table and what describes it.
+//! Exports a dataset to a folder with the table and its descriptions.
 
 use std::path::{Path, PathBuf};
 

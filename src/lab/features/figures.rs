@@ -1,4 +1,4 @@
-//! The figures of a casting in a run: declared once, each with the columns of the dataset that it follows from.
+//! Figures of a casting in a run: declared once, each with its source columns in the dataset.
 
 use super::column::Role;
 use super::struck::Struck;

@@ -1,4 +1,4 @@
-//! Which rows of the table belong together: as numbers per reason, and all reasons together.
+//! Groups of dependent rows: a number per reason, and one for all reasons.
 
 use std::collections::HashMap;
 use std::hash::Hash;

@@ -1,4 +1,4 @@
-//! Which hammer strikes which casting.
+//! Castings of the hammers.
 
 use super::error::FeaturesError;
 use super::plan::{Reads, factor_column};

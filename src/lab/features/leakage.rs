@@ -1,7 +1,7 @@
-//! Columns that follow from targets by arithmetic: who trains on such a column trains on the answer.
+//! Columns that follow from targets by arithmetic. A predictor trained on such a column is trained on the answer.
 //!
-//! The formulas of the table say what they know; a factor that holds a former result, in other units perhaps, is found by its
-//! numbers alone: a line through another column, or a product or ratio of two.
+//! The table's formulas show some of them. A factor with a former result, perhaps in other units, is found from its numbers: a linear
+//! function of another column, or a product or ratio of two.
 
 use std::cmp::Ordering;
 

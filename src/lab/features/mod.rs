@@ -1,4 +1,4 @@
-//! The flat table that a predictor is trained on: what the tables of a dataset say of each casting in each run, in one row.
+//! Flat table for training predictors: one row per casting and run, from all tables of a dataset.
 //!
 //! ```text
 //! signals --octaves--> SignalRows --+

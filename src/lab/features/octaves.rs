@@ -1,4 +1,4 @@
-//! Root mean squares in octave bands: those of IEC 61260-1, base ten.
+//! Root mean squares in the octave bands of IEC 61260-1, base ten.
 
 use std::f64::consts::PI;
 

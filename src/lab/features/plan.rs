@@ -1,4 +1,4 @@
-//! Which columns the table has and which cells of a run each of them is made from.
+//! Columns of the table, and the sources of their cells.
 
 use super::column::{FeatureColumn, Role};
 use super::figures::{CastingFigure, Combine, Origin};

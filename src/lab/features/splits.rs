@@ -1,5 +1,5 @@
-//! Training, validation and test rows: a number from (seed, group) alone decides, so that no group is in two of them, and that a
-//! group stays where it was when the dataset gets more rows.
+//! Training, validation and test rows. A number from (seed, group) decides alone, so that no group is in two parts, and a group keeps its
+//! part when the dataset grows.
 
 use super::column::{FeatureColumn, Role};
 use super::error::FeaturesError;

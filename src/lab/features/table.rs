@@ -1,4 +1,4 @@
-//! From the tables of a dataset to the table of features: a row per run and casting.
+//! Builds the table of features from the tables of a dataset: a row per run and casting.
 
 use super::column::{FeatureColumn, Role};
 use super::error::FeaturesError;

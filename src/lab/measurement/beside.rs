@@ -1,4 +1,4 @@
-//! A measured channel beside the calculated signal.
+//! Compares a measured channel with the calculated signal.
 
 use schemars::JsonSchema;
 use serde::Serialize;

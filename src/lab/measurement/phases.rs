@@ -1,4 +1,4 @@
-//! A measurement beside the calculated signal, phase by phase.
+//! Compares a measurement with the calculated signal, phase by phase.
 
 use std::ops::Range;
 

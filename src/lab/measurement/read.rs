@@ -1,4 +1,4 @@
-//! A measured channel out of a file.
+//! Reads a measured channel from a file.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Which of some places are worth a run.
+//! Choice of the most useful places for a run.
 
 use nalgebra::DMatrix;
 

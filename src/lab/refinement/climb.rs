@@ -1,4 +1,4 @@
-//! From a place to the peak of a criterion near it.
+//! Climbs from a place to the nearest peak of a criterion.
 
 /// Candidates from which peaks are climbed to.
 const STARTS: usize = 5;

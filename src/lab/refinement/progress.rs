@@ -1,4 +1,4 @@
-//! How far a goal is reached: plain data, the same in text and JSON.
+//! Progress towards a goal: plain data, equal in text and JSON.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! From a dataset to the rows of the next batch.
+//! Proposes the rows of the next batch from a dataset.
 
 use super::acquisition::{Learned, Limited, Seeking, Side, improving, learning};
 use super::candidates::{Around, Collector, beside};

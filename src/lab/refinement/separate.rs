@@ -1,4 +1,4 @@
-//! Which of some places tell the most about where rows begin to fail.
+//! Chooses the places that show most about the boundary of failures.
 
 use super::acquisition::{Learned, LimitSide, Limited, Side, learning};
 use decore_statistics::regression::{Points, RegressionError, Success};

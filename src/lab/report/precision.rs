@@ -1,4 +1,4 @@
-//! Which duration the rows of a dataset would need for a wanted standard error.
+//! Duration that the rows of a dataset need for a wanted standard error.
 
 use schemars::JsonSchema;
 use serde::Serialize;

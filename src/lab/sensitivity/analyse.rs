@@ -1,4 +1,4 @@
-//! From a dataset to indices.
+//! Computes indices from a dataset.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Whether factors depend on each other, and what that means for the indices.
+//! Tests whether factors depend on each other, and the consequences for the indices.
 
 use super::table::{FactorColumn, Table, differ};
 use decore_statistics::analysis::{drawn_rows, kruskal_wallis, rank_correlation, rank_correlation_p_value};

@@ -1,4 +1,4 @@
-//! Rows that belong together: which blocks and trajectories are whole, and why others are not.
+//! Blocks and trajectories: complete ones, and reasons why others are not.
 
 use std::collections::BTreeMap;
 

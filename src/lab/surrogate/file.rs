@@ -1,4 +1,4 @@
-//! The file of a model: its rows as columns of a Parquet file, all figures beside them as JSON.
+//! File of a model: its rows as columns of a Parquet file, its figures as JSON in the metadata.
 
 use std::path::Path;
 use std::sync::Arc;

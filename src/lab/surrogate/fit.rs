@@ -1,4 +1,4 @@
-//! From a dataset to a model.
+//! Fits a model to a dataset.
 
 use rayon::prelude::*;
 

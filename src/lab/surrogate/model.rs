@@ -1,4 +1,4 @@
-//! A surrogate with all that predicts.
+//! A surrogate with all its predictors.
 
 use super::error::SurrogateError;
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};

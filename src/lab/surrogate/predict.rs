@@ -1,4 +1,4 @@
-//! Rows that were not run, as a model sees them.
+//! Predictions for rows that were not run.
 
 use std::path::Path;
 

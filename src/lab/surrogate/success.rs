@@ -1,4 +1,4 @@
-//! Which rows of a dataset succeed.
+//! Probability that a row of a dataset succeeds.
 
 use super::error::SurrogateError;
 use super::rows::FactorRows;

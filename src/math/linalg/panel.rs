@@ -1,8 +1,8 @@
 //! Solutions with a supernodal factor for eight right-hand sides at a time.
 //!
-//! A factor of a large structure does not fit into any cache, so a solution costs one reading of it, whatever is computed
-//! meanwhile. A panel holds the eight values of a row side by side: every number of the factor is read once, in the order in
-//! which it is stored, and meets two or more vector registers.
+//! The factor of a large structure does not fit into any cache, so the time of a solution is the time to read it once. A panel holds
+//! eight values of a row next to each other. Every number of the factor is read once, in the order in which it is stored, for two or more
+//! vector registers.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! A product and a sum, rounded once, where the compiler takes no instruction for it but calls the C library.
+//! Fused product and sum, for platforms where the compiler calls the C library for it.
 //!
 //! mingw's function rounds twice: a fifth of random operands are wrong in the last bit. The program's own function is linked first.
 

@@ -1,4 +1,4 @@
-//! Which vector registers rows side by side are computed in.
+//! Choice of the vector registers for rows in lanes.
 
 use std::marker::PhantomData;
 

@@ -1,4 +1,4 @@
-//! The gas in a hammer's chambers: rates of their pressures from their volumes, how these change, and what flows.
+//! Gas in a hammer's chambers: rates of the pressures from volumes, their rates, and flows.
 
 use super::flow::{FlowFunction, Gas, Pressure};
 use super::state::{ChamberBalance, HammerRates, HammerState, chamber};

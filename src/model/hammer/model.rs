@@ -1,4 +1,4 @@
-//! One hammer: its parameters made ready, its state of rest. All but its one-sided contacts.
+//! One hammer, without its one-sided contacts: prepared parameters and state of rest.
 
 use super::evaluate::HammerConstants;
 use super::flow::Gas;

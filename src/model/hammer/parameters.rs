@@ -1,8 +1,8 @@
-//! Parameters of one pneumatic hammer: those of its components, each declared beside the equations that it stands in.
+//! Parameters of one pneumatic hammer, combined from its components. Each component declares its own.
 //!
-//! The same structure is the hammer file (TOML) and the data the model reads. Every field has the default of the
-//! published hammer or, where the publication is silent, an assumed or calibrated value; the field's text says which.
-//! Source of the published values: Mariadass et al., Appl. Mech. 2023, 4, 1206-1226, Table 2 ("Table 2" in the components).
+//! The same structure is the hammer file (TOML) and the input of the model. Every field defaults to the published hammer or, if the
+//! publication has no value, to an assumed or calibrated one; the field's text states the source. Published values: Mariadass et al.,
+//! Appl. Mech. 2023, 4, 1206-1226, Table 2 ("Table 2" in the components).
 
 use super::chisel::ChiselParameters;
 use super::housing::{GuideParameters, HousingParameters};

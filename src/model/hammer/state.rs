@@ -1,4 +1,4 @@
-//! State of a hammer, and what its parts make of it: forces on its bodies, rates of its chambers.
+//! State of a hammer, with forces on its bodies and rates of its chambers.
 
 use decore_math::number::Number;
 

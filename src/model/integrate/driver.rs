@@ -1,8 +1,7 @@
-//! The step loop, one for all methods and any number of rows side by side: time, budgets, scheduled stops, event location,
-//! acceptance.
+//! Step loop for all methods and any number of rows in lanes: time, budgets, scheduled stops, event location, acceptance.
 //!
-//! All lanes make a step at once, each of its own length from its own time; a lane whose step is rejected or cut stands where
-//! that leaves it while the others go on. What a lane does depends on its own row alone.
+//! All lanes step together, each with its own time and step length. If the step of a lane is rejected or shortened, the lane stays there
+//! while the others continue. A lane depends only on its own row.
 
 use std::marker::PhantomData;
 use std::time::Instant;

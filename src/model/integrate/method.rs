@@ -1,4 +1,4 @@
-//! The methods that a study can name, each by one entry.
+//! Methods that a study can select, each with one entry.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! A step that has been made in each lane, as seen by what rows carry outside their states.
+//! Accepted steps of all lanes, for parts of rows outside their states.
 
 use crate::integrate::step::Dense;
 use decore_math::number::Number;

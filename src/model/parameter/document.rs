@@ -1,4 +1,4 @@
-//! A group of parameters written out as a file that shows every key with its default.
+//! Writes a group of parameters as a file that shows every key with its default.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! A declaration as data, and what is made of it at run time.
+//! A declaration as data, for use at run time.
 
 use schemars::Schema;
 

@@ -1,4 +1,4 @@
-//! Ranges of numbers, as declarations write them, and their words.
+//! Ranges of numbers in declarations, and their descriptions.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! Between which numbers the values of a parameter usually lie, and in which unit one that does not was probably stated.
+//! Usual range of a parameter's values, and the probable unit of a value outside it.
 
 use super::range::{Fault, Numbers, short};
 

@@ -1,6 +1,6 @@
 //! Texts about a parameter for documentation and messages, as literals.
 //!
-//! The derives that read documentation resolve macros by their place in the text only: these are no items with a path.
+//! These macros have no path: derives that read documentation resolve macros only by their place in the text.
 
 /// A range in words, as a literal.
 #[rustfmt::skip]

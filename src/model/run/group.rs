@@ -1,4 +1,4 @@
-//! Runs rows of one shape side by side in the lanes of a vector.
+//! Runs rows of one shape in the lanes of a vector.
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};

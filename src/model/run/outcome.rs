@@ -1,4 +1,4 @@
-//! How one row ended: a failed row is data, not an error.
+//! Outcome of one row. A failed row is data, not an error.
 
 use std::any::Any;
 

@@ -1,4 +1,4 @@
-//! Number of threads: one per core unless asked, and never more than a machine bears.
+//! Number of threads: one per core by default, with an upper limit.
 
 /// Most threads that can be asked for. More would fill the machine's memory and process table before any row is run.
 pub const MOST_THREADS: usize = 1024;

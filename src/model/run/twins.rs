@@ -1,4 +1,4 @@
-//! A row's twins: the same scene with inputs that are the same for every purpose, to see how far its outputs move.
+//! Twins of a row: the same scene with tiny changes of the inputs, to measure the scatter of its outputs.
 
 use super::row::LEAST_TOLERANCE;
 use crate::scene::{Guide, HammerUnit, Method, ModeTreatment, Scene, SolverSettings};

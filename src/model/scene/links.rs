@@ -1,7 +1,7 @@
-//! Parts of a scene, their points, and the links between points: plain data, from which the coupled system is assembled.
+//! Parts of a scene, their points, and the links between points: plain data, the source of the coupled system.
 //!
-//! A part is rigid or elastic, be it the machine, a hammer or a casting. A point belongs to a part; a link joins two points by a law.
-//! This file alone knows which parts, points and links a scene has, and which freedoms a rigid part has.
+//! A part is rigid or elastic: the machine, a hammer or a casting. A point belongs to a part; a link joins two points with a law. Only
+//! this file knows the parts, points and links of a scene, and the freedoms of a rigid part.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Checks of a scene's values: every quantity finite and in its physical range, castings held, no hammer beside its casting.
+//! Checks of a scene's values: all quantities finite and in range, castings held, every hammer above its casting.
 
 use crate::hammer::HammerParameters;
 use std::f64::consts::TAU;

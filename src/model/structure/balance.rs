@@ -1,9 +1,9 @@
 //! Balance of forces under rigid motions.
 //!
-//! A rigid motion strains nothing, so `K r` is 0 but where springs hold the machine. Wrong labels, places or units of rotations make it
-//! large in most rows. Nastran's GROUNDCHECK looks at the same product.
+//! A rigid motion strains nothing, so `K r` is 0 except where springs hold the machine. Wrong labels, positions or units of rotations
+//! make it large in most rows. Nastran's GROUNDCHECK computes the same product.
 //!
-//! A rotation is taken about each row's own node: then no force cancels that a distant origin has made large.
+//! A rotation is taken about each row's own node: a distant origin would cause large forces that cancel.
 
 use std::collections::BTreeMap;
 

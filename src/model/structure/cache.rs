@@ -1,9 +1,9 @@
-//! Reductions kept beside their source.
+//! Cache of reductions next to their source.
 //!
-//! A reduction depends on the bytes of its files and on the settings. The settings (and this program's version) give the
-//! name of the cache file in the folder `.decore-cache` beside the stiffness, the bytes a hash in its head: a change of the
-//! files makes it stale, a wrong checksum damaged, and both are computed anew, which [`CacheOutcome::note`] says. A cache that
-//! cannot be written is no error.
+//! A reduction depends on the bytes of its files and on the settings. The name of the cache file contains a hash of the settings and the
+//! program's version; its folder `.decore-cache` is next to the stiffness file. Its header contains a hash of the files. Changed files
+//! make it stale, a wrong checksum damaged; both are computed again, and [`CacheOutcome::note`] reports it. If the cache cannot be
+//! written, there is no error.
 
 use std::borrow::Cow;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Modes that stand for many: as few as there are rows, with the same static flexibility and the same mass there.
+//! Combined modes: as few modes as rows, with the same static flexibility and the same mass as many.
 //!
 //! With `R = sum phi phi' / omega^2` and `A = sum phi phi'` over the many, the eigenproblem `R u = lambda A u` has one mode
 //! `psi = A u`, `omega = 1 / sqrt(lambda)` per independent row, with `sum psi psi' = A` and `sum psi psi' / omega^2 = R`.

@@ -1,4 +1,4 @@
-//! Rows that are no degrees of freedom: Lagrange multipliers, and rows that a program held by a diagonal of 1.
+//! Rows that are not degrees of freedom: Lagrange multipliers, and rows held with a diagonal of 1.
 //!
 //! A model with multipliers l has the stiffness `[K C'; C -B]` and no mass in the rows of l. Stationary in l means `C u = B l`. Along the
 //! null space N of B that is a constraint `N' C u = 0`; the rest is stiffness, `K + C' B^+ C`. Constraints are solved for as many

@@ -1,7 +1,7 @@
-//! Stiffnesses that were written with few digits.
+//! Detects stiffnesses with few digits.
 //!
-//! The entries of a stiffness cancel: a machine on soft springs needs the last digits of its stiff elements. With six of them the lowest
-//! frequencies are off by percents.
+//! The entries of a stiffness cancel: a machine on soft springs needs the last digits of its stiff elements. With six digits the lowest
+//! frequencies are wrong by percents.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! Fixed-interface modes and constraint modes: what the inner DOFs contribute to the reduced structure.
+//! Fixed-interface modes and constraint modes: the contribution of the inner DOFs to the reduced structure.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;

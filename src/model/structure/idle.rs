@@ -1,4 +1,4 @@
-//! Rotations of interface points that move nothing.
+//! Rotations of interface points without effect.
 //!
 //! A rigid body of nodes on one line turns about this line without stiffness and without mass. The rotation of its reference node, together
 //! with displacements of a reference node beside the line, is then a null vector of stiffness and mass, and no factorisation exists. The

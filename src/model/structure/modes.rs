@@ -1,4 +1,4 @@
-//! The modes that a scene runs on.
+//! Modes of a scene.
 
 use nalgebra::DMatrix;
 

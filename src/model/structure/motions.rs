@@ -1,4 +1,4 @@
-//! Rigid motions of a model by the labels of its rows, and the mass that goes with them.
+//! Rigid motions of a model from the labels of its rows, and the mass that they move.
 
 use std::collections::BTreeMap;
 

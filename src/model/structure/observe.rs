@@ -1,4 +1,4 @@
-//! Time and memory of the steps of a reduction, for those who ask.
+//! Time and memory of the steps of a reduction.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! The machine's own modes, and those of the machine that carries rigid bodies.
+//! Modes of the machine alone, and of the machine with rigid bodies.
 //!
 //! With `L L' = K_zz + shift M_zz` the own modes come once from `L^-1 M_zz L^-T y = mu y`, `omega^2 = 1/mu - shift`: elastic ones
 //! scaled to `s' K s = 1`, with `nu = 1/omega^2`; rigid-body motions (below 0.01 Hz) scaled to `r' M r = 1`. DOFs without mass have

@@ -1,4 +1,4 @@
-//! Which rows of the matrices belong to which direction of an interface point.
+//! Rows of the matrices for each direction of an interface point.
 //!
 //! If rows have labels (a list of rows, or a number of DOFs per node), the labels decide: the rows of a point must belong to one node,
 //! starting with its x displacement.

@@ -1,4 +1,4 @@
-//! How good a reduction is: the reduced structure beside the full model.
+//! Quality of a reduction: comparison with the full model.
 //!
 //! The full model's modes below the cut-off come from the same solver, on all rows, with the same proof that none is missing;
 //! its static flexibility from unit loads on the interface. Its receptances are the sum over those modes plus what all others bring, from

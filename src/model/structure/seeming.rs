@@ -1,4 +1,4 @@
-//! Rows that labels call displacements, but are none.
+//! Rows with labels of displacements that are none.
 //!
 //! CalculiX gives inner shapes of elements (C3D8I), rotations of rigid bodies and the knots of shells and beams directions 1 to 3. Two
 //! signs tell them from displacements, those beside held nodes among them:

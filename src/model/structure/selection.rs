@@ -1,4 +1,4 @@
-//! The modes that matter to some rows of the interface, by a stated bound; the others as residual modes.
+//! Selects the modes that matter to some rows of the interface, with a given bound; residual modes replace the others.
 //!
 //! A mode that is dropped is replaced by its static part `phi phi' / omega_s^2`. With `x = (omega / omega_s)^2` and
 //! `a = 4 xi_s^2` that errs by `phi phi' / omega_s^2` times `sqrt((x^2 + a x) / ((1 - x)^2 + a x))`, which rises up to

@@ -1,4 +1,4 @@
-//! Modes above an edge that no row needs one by one: what they are together follows from the structure, without solving for them.
+//! Modes above an edge, known only by their sum, which follows from the structure without solving for them.
 //!
 //! Static deflections do not depend on bodies: with the own modes scaled by stiffness, `S` their shapes at the rows, the flexibility
 //! of all modes is `F = S S'`. Their mass is that of the whole machine with its bodies, `A = S (N + U U')^-1 S'`

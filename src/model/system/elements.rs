@@ -1,4 +1,4 @@
-//! Springs and one-sided contacts as sparse rows over the points that move.
+//! Springs and one-sided contacts as sparse rows over the moving points.
 //!
 //! Every element acts along one relative coordinate, a sparse row `r` over the columns: the coordinates of rigid parts and the driven
 //! points of flexible ones ([`crate::system::Layout`]). Its elongation (or penetration) is `r u - offset`, its force `f` acts

@@ -1,5 +1,5 @@
-//! Repeated integrals of the forces on the interface points since the last node of each row, `z_1' = F`, `z_{k+1}' = z_k`, of one row or of
-//! one in each lane: what the dissipation of condensed modes follows from.
+//! Repeated integrals of the forces on the interface points since the last node of each row, `z_1' = F`, `z_{k+1}' = z_k`, for one row or
+//! one in each lane. The dissipation of condensed modes follows from them.
 //!
 //! Within a step the forces are the slopes of the interpolated first integrals of the state, polynomials of the third degree. So nothing
 //! beyond the first integrals is read, and what is integrated here has no error but that of the forces.

@@ -1,4 +1,4 @@
-//! Rows of one shape side by side.
+//! Rows of one shape in lanes.
 
 use std::mem::{Discriminant, discriminant};
 use std::ops::Range;

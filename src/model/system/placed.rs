@@ -1,4 +1,4 @@
-//! The structure's modes at the interface points of scenes at one place, and what follows from them alone.
+//! The structure's modes at the interface points of one placement, and constants that follow from them.
 
 use std::collections::BTreeMap;
 use std::ops::Deref;

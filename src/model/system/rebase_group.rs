@@ -1,4 +1,4 @@
-//! Groups of modes by how fast they are: slower ones are brought to the time of the base less often.
+//! Groups of modes by frequency: slower modes are rebased less often.
 //!
 //! A base holds for one horizon, in which the fastest mode turns by 4 rad. Modes of a half, a quarter or an eighth of its frequency
 //! keep a base of their own for twice, four or eight times as long. At the bases in between, a group's part of the free motion of

@@ -1,4 +1,4 @@
-//! The finite element model of an elastic casting as a study describes it.
+//! Settings of an elastic casting's finite element model in a study.
 
 use serde::Serialize;
 

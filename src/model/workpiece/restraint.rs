@@ -1,4 +1,4 @@
-//! Which rotations a casting needs, and whether its fixtures hold it.
+//! Rotations that a casting needs, and the check that its fixtures hold it.
 
 use super::casting::Casting;
 

@@ -1,4 +1,4 @@
-//! Factors of rows that were chosen in any way.
+//! Factors of arbitrary rows.
 
 use statrs::function::erf::erfc;
 use statrs::function::gamma::checked_gamma_ur;

@@ -1,4 +1,4 @@
-//! Indices of any data: rows of factors and outputs, however they were chosen.
+//! Indices for any data: rows of factors and outputs from any design.
 
 use super::error::{AnalysisError, check_values, normalised};
 use super::estimate::{Bootstrap, Estimate, half};

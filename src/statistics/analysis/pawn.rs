@@ -1,5 +1,5 @@
-//! PAWN (Pianosi and Wagener, Environ. Model. Softw. 67, 2015; 108, 2018): how far an output's distribution moves when a factor is
-//! held in a part of its range.
+//! PAWN (Pianosi and Wagener, Environ. Model. Softw. 67, 2015; 108, 2018): shift of an output's distribution if a factor is held in a
+//! part of its range.
 
 use super::estimate::quantile;
 use super::factor::FactorValues;

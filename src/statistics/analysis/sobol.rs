@@ -1,4 +1,4 @@
-//! Sobol' indices: shares of an output's variance that factors have alone, together with others, and in pairs.
+//! Sobol' indices: shares of an output's variance due to factors alone, together with others, and in pairs.
 
 use schemars::JsonSchema;
 use serde::Serialize;

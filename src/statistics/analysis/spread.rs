@@ -1,4 +1,4 @@
-//! Whether rows repel each other, as those of a design that fills space evenly do.
+//! Tests whether rows repel each other, as in designs that fill space evenly.
 
 use super::factor::{FactorValues, LEAST_ROWS, mean_ranks};
 use decore_math::random::{Stream, hash};

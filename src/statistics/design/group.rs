@@ -1,4 +1,4 @@
-//! Which rows of a design belong together: a predictor that is trained on some of them has seen the others in part.
+//! Groups of dependent rows of a design. A predictor trained on some rows of a group has partly seen the others.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
-//! Designs of experiments: which values the factors take in which row.
+//! Designs of experiments: values of the factors in each row.
 //!
-//! A row is a pure function of (design, row): rows may run in any order, on any number of threads, and be found again
-//! after an interruption. Factors are numbers or indices of categories here; what they drive is the study's business.
+//! A row is a pure function of (design, row). Rows can run in any order, on any number of threads, and be repeated after an interruption.
+//! Factors are numbers or indices of categories here; the study assigns them to parameters.
 //!
 //! A [`Kind`] gives every row a [`Coordinate`] per factor; correlations bend coordinates, [`Distribution`]s make values of
 //! them, constraints choose among rows. Most kinds compute a row alone; optimised, grown, correlated and constrained Latin

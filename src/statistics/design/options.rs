@@ -1,4 +1,4 @@
-//! The keys with which a study says how rows are chosen: what a new one needs is an entry here.
+//! Keys of a study for the choice of rows. A new key needs an entry here.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Latin hypercubes made better by swaps: rank correlations as asked for, large distances, small discrepancies.
+//! Improves Latin hypercubes with swaps: wanted rank correlations, large distances, small discrepancies.
 
 use super::constraint::Conditions;
 use super::error::DesignError;

@@ -1,4 +1,4 @@
-//! How well the points of a design fill the unit cube.
+//! Space-filling quality of a design's points in the unit cube.
 
 use super::Design;
 

@@ -1,4 +1,4 @@
-//! Rank correlations of a hypercube's new rows beside those asked for, followed from swap to swap.
+//! Rank correlations of a hypercube's new rows compared with the wanted ones, updated from swap to swap.
 
 use super::correlation::Correlation;
 use super::optimise::Swap;

@@ -1,4 +1,4 @@
-//! Rows chosen by constraints: which points of a design stay.
+//! Selection of a design's points by constraints.
 
 use super::error::DesignError;
 use super::group::{GroupSpan, kept};

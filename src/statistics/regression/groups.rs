@@ -1,4 +1,4 @@
-//! Rows that can only be left out together.
+//! Groups of rows that must be left out together.
 
 use std::cmp::Ordering;
 

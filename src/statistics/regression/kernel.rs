@@ -1,6 +1,7 @@
 //! Correlations that fall with the distance.
 //!
-//! Weights of rows are large numbers of both signs: what predicts with a stored model elsewhere repeats these operations one by one.
+//! Weights of rows are large numbers of both signs. Other programs that predict with a stored model must repeat these operations one by
+//! one.
 
 use decore_math::number::exp;
 

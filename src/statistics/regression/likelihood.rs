@@ -1,4 +1,4 @@
-//! How probable a table is, given lengths and noise.
+//! Likelihood of a table, given lengths and noise.
 
 use nalgebra::DMatrix;
 

@@ -1,4 +1,4 @@
-//! Rows at one place, which a model sees as one.
+//! Rows at one place, which count as one in a model.
 
 use super::error::RegressionError;
 use super::groups::Groups;

@@ -1,4 +1,4 @@
-//! Errors of rows that were left out.
+//! Errors of left-out rows.
 
 use super::groups::Groups;
 use decore_math::special::student_quantile;

@@ -1,4 +1,4 @@
-//! How likely a row succeeds.
+//! Probability that a row succeeds.
 
 use super::error::RegressionError;
 use super::gaussian::{GaussianProcess, Prediction};

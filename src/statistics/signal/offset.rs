@@ -1,4 +1,4 @@
-//! How much later one signal shows what another shows, by cross-correlation.
+//! Delay between two signals, by cross-correlation.
 
 use rustfft::num_complex::Complex;
 

@@ -1,4 +1,4 @@
-//! Samples that were lost: a vibrometer whose laser's reflection fails gives one value far from all around it.
+//! Lost samples: a vibrometer that loses its laser's reflection gives one value far from its neighbours.
 
 /// Samples on each side that a sample is held against.
 const NEIGHBOURS: usize = 3;

@@ -1,4 +1,4 @@
-//! The discrete Fourier transform, from those of rustfft's algorithms that signals need.
+//! Discrete Fourier transform with the algorithms of rustfft that signals need.
 //!
 //! The library's planner chooses among all its algorithms. They are generic, so all would be compiled here, only to transform lengths with
 //! factors of 7 to 31 or some large primes faster than Bluestein's algorithm.

@@ -1,4 +1,4 @@
-//! Faults of studies: where they are, what was expected, what to do.
+//! Errors of studies: place, expected value, remedy.
 
 use std::fmt;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! A tree of values read as a type, with the key at fault.
+//! Reads a tree of values as a type; errors contain the key.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! A TOML document with the place of every key and value, so that any later fault can be shown in the text.
+//! A TOML document with the position of every key and value, so that later errors can show the text.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! The machine of a study: its structure reduced once, its modes per placement of the hammers.
+//! The machine of a study: structure reduced once, modes per placement of the hammers.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};

@@ -1,4 +1,4 @@
-//! Counts the rows of a sweep as they end, tells the caller, and keeps the dataset's status file up to date.
+//! Counts finished rows of a sweep, informs the caller, and updates the dataset's status file.
 
 use std::collections::VecDeque;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A study made ready: checked against its machines, the machines reduced.
+//! A study ready to run: checked, with reduced machines.
 
 use std::any::Any;
 use std::collections::BTreeMap;

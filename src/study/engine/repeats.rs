@@ -1,4 +1,4 @@
-//! Rows of a design that have the same factors as others: which they are, and how each is run once.
+//! Repeated rows of a design: rows with equal factors, and how each is run once.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

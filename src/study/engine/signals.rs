@@ -1,4 +1,4 @@
-//! The signals that a sweep keeps: what a study's `[outputs]` asks for, held to what there is.
+//! Signals that a sweep stores: the request in `[outputs]`, checked against the available signals.
 
 use std::collections::BTreeSet;
 

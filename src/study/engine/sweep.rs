@@ -1,4 +1,4 @@
-//! All rows of a study, or a range of them, into its dataset; the same sweep again goes on where it ended.
+//! Runs all rows of a study, or a range of them, into its dataset. The same sweep again continues.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};

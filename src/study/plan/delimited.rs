@@ -1,4 +1,4 @@
-//! Columns of a text table of others: cells between commas, semicolons or tabs.
+//! Columns of a text table: cells between commas, semicolons or tabs.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! One factor of a study: what it varies over, where its value comes from, what it drives.
+//! One factor of a study: domain, source of its value, targets.
 
 use crate::document::path;
 use crate::expression::{self, Expression, Scope};

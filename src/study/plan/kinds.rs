@@ -1,4 +1,4 @@
-//! From the keys of the design section to the kind of design, its parts and correlations.
+//! Reads the kind of design, its parts and correlations from the keys of the design section.
 
 use std::path::Path;
 use std::sync::Arc;

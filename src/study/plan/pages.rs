@@ -1,7 +1,7 @@
-//! Pages of a Parquet file: what they state of their sizes is held to the bytes that are there, before anything is decoded.
+//! Pages of a Parquet file. Their stated sizes are compared with the available bytes before decoding.
 //!
-//! Decoders take memory by the numbers in a page's head. The head is a struct of Thrift's compact protocol, of which only the
-//! few numbers that memory goes by are read here.
+//! Decoders allocate memory by the numbers in a page's header. The header is a struct of Thrift's compact protocol. Only the few numbers
+//! that determine memory are read here.
 
 use std::io::{self, Read};
 

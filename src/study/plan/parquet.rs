@@ -1,4 +1,4 @@
-//! Columns of a Parquet file of others, as texts.
+//! Columns of a foreign Parquet file, as texts.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! A factor as typed while it is read, with what is wrong with it.
+//! Reads a factor, and collects its errors.
 
 use crate::document::error::Problem;
 use crate::document::keys::Shape;

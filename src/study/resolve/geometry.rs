@@ -1,4 +1,4 @@
-//! Whether what stands on the machine stands where its interface points are: strikes are vertical, so x and y must agree.
+//! Checks that parts on the machine are at their interface points: strikes are vertical, so x and y must agree.
 
 use super::issue::Issue;
 use super::placement::PointTable;

@@ -1,4 +1,4 @@
-//! Hammer parameters in layers: built-in hammer, hammer file, the study's own values.
+//! Hammer parameters in layers: built-in hammer, hammer file, values of the study.
 
 use toml::Value;
 

@@ -1,4 +1,4 @@
-//! The scenes of rows: values put at their paths into the tree of the study's values, which is then read like any file.
+//! Scenes of rows: values set at their paths in the tree of the study's values, which is then read like any file.
 
 use toml::Value;
 

@@ -1,4 +1,4 @@
-//! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
+//! Converts the study with one row's values to the scene: fills in defaults, looks up names, computes the geometry.
 
 use super::geometry;
 use super::issue::Issue;

@@ -1,4 +1,4 @@
-//! Matrices whose rows are along axes of their own, turned to the basic system.
+//! Rotates matrices with rows along local axes to the basic system.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -1,7 +1,7 @@
-//! Files that end before their last column.
+//! Detects files that end before their last column.
 //!
-//! A format may leave out columns of zeros, so that a number of columns in a header does not tell alone whether all are there:
-//! stiffness and mass together do.
+//! A format may leave out columns of zeros. The number of columns in a header then does not show whether all are present; stiffness and
+//! mass together do.
 
 use std::collections::HashSet;
 

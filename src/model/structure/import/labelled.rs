@@ -1,4 +1,4 @@
-//! Matrices whose entries name nodes and directions instead of rows.
+//! Matrices with entries by node and direction instead of row.
 
 use std::collections::{BTreeSet, HashMap};
 

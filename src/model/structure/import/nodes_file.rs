@@ -1,4 +1,4 @@
-//! Places of nodes from a file beside the matrices: `*NODE` blocks (Abaqus, CalculiX), `GRID` entries (Nastran), or a table.
+//! Positions of nodes from a separate file: `*NODE` blocks (Abaqus, CalculiX), `GRID` entries (Nastran), or a table.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! A model from its files.
+//! Reads a model from its files.
 
 use std::path::Path;
 

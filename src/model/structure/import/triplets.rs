@@ -1,4 +1,4 @@
-//! Entries of a symmetric matrix in the order of a file, and the matrix made of them.
+//! Entries of a symmetric matrix in the order of a file, and the matrix from them.
 
 use sprs::CsMat;
 

@@ -1,4 +1,4 @@
-//! The machine's mobilities beside measured ones.
+//! Compares the machine's mobilities with measured ones.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

@@ -1,4 +1,4 @@
-//! Measured frequency responses, and how far the machine's own lie from them.
+//! Measured frequency responses, and the machine's deviation from them.
 //!
 //! ```text
 //! UFF 58, CSV -> MeasuredFrf (mobility) --+

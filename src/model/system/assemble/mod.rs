@@ -1,4 +1,4 @@
-//! From a scene and the machine's modes at its points to a coupled model. The only part that knows scenes.
+//! Builds a coupled model from a scene and the machine's modes at its points. Only this part uses scenes.
 //!
 //! - `hammer`: hammers with their columns and contacts
 //! - `equilibrium`: the state of rest

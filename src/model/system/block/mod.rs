@@ -5,7 +5,7 @@
 //! - `condensed`: modes of a flexible part, condensed to its points
 //! - `flexible`: the rates of a flexible part's block
 //!
-//! A block knows its own states alone. It also holds the modes that it carries outside the state.
+//! A block knows only its own states, and holds the modes that it carries outside the state.
 
 mod condensed;
 mod flexible;

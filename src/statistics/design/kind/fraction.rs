@@ -1,4 +1,4 @@
-//! Regular two-level fractions: of least aberration up to 15 factors, of sound resolution beyond; and what they confuse.
+//! Regular two-level fractions: minimum aberration up to 15 factors, sufficient resolution beyond; and their confounded effects.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Kinds of designs: what a new one needs here is an entry, and a file with what it asks for and how it gives its rows.
+//! Kinds of designs. A new kind needs an entry here, and a file with its keys and its rows.
 
 mod factorial;
 mod fraction;
